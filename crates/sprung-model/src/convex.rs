@@ -25,6 +25,9 @@ const SMALL_DECREASE: f64 = 1e-2;
 const SUFFICIENT: f64 = 0.1;
 const SMALLEST_STEP: f64 = 1e-10;
 
+/// Ridges of the scaled second derivatives, tried in turn. A step with one still lowers the function.
+const RIDGES: [f64; 4] = [0.0, 1e-12, 1e-9, 1e-6];
+
 /// Rounding of the function's value, relative to its terms.
 const ROUNDING: f64 = 1e-14;
 
@@ -269,12 +272,17 @@ impl Program {
         let scale: Vec<f64> = (0..n)
             .map(|i| here.hessian[i * (n + 1)].sqrt().recip())
             .collect();
-        let mut factors: Vec<f64> = (0..n * n)
-            .map(|at| here.hessian[at] * scale[at / n] * scale[at % n])
-            .collect();
-        if !factor(&mut factors, n) {
-            return None;
-        }
+        let scaled = |ridge: f64| -> Vec<f64> {
+            (0..n * n)
+                .map(|at| here.hessian[at] * scale[at / n] * scale[at % n])
+                .enumerate()
+                .map(|(at, own)| if at % (n + 1) == 0 { own + ridge } else { own })
+                .collect()
+        };
+        let factors = RIDGES.iter().find_map(|ridge| {
+            let mut factors = scaled(*ridge);
+            factor(&mut factors, n).then_some(factors)
+        })?;
         let mut by: Vec<f64> = (here.gradient.iter().zip(&scale))
             .map(|(own, scale)| -own * scale)
             .collect();

@@ -261,9 +261,19 @@ impl Model {
             self.index_of(name)?;
         }
         for parameter in self.parameters() {
-            let Some((kind, joint)) = parameter.joint.filter(|(kind, _)| kind.is_vital()) else {
+            let Some((kind, joint)) = parameter.joint else {
                 continue;
             };
+            if let Some(value) = parameter.fixed.filter(|own| *own < 0.0 && kind.is_friction()) {
+                return Err(ModelError::Negative {
+                    name: format!("the fixed {}", parameter.name),
+                    value,
+                    unit: parameter.unit,
+                });
+            }
+            if !kind.is_vital() {
+                continue;
+            }
             // The inertia of a rigid joint's rotor may be part of the link's.
             let may_be_zero = kind == JointParameter::RotorInertia && !self.is_flexible(joint);
             let wrong = |value: &f64| *value < 0.0 || *value == 0.0 && !may_be_zero;

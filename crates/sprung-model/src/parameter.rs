@@ -83,6 +83,16 @@ pub enum ModelError {
         /// Its unit.
         unit: &'static str,
     },
+    /// A value that may be zero is negative.
+    #[error("{name} = {value:.4e} {unit} must not be negative")]
+    Negative {
+        /// Name of the parameter.
+        name: String,
+        /// Its value.
+        value: f64,
+        /// Its unit.
+        unit: &'static str,
+    },
     /// The mass matrix is not positive definite.
     #[error("the link inertias ({values}) do not make a positive mass matrix{pose}")]
     MassMatrix {

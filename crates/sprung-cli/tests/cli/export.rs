@@ -270,7 +270,8 @@ fn an_identification_of_another_robot_is_refused() {
 #[test]
 fn an_identification_without_possible_bodies_is_refused() {
     let limits = "[identify.physical]\ntotal_mass_kg = [1.0, 2.0]\nmass_kg = { upper = [5.0, 6.0] }\n\n[controller]\n";
-    let case = recorded().replace("[controller]\n", limits);
+    let case = (recorded().replace("[controller]\n", limits))
+        .replace("[identify]\n", "[identify]\nconstraints = \"none\"\n");
     case.identify(&[]);
     let output = export(&case, "mjcf", &[]);
     let text = stderr(&output);

@@ -36,14 +36,31 @@ fn limits_that_are_no_limits_are_refused() {
 
 #[test]
 fn limits_that_exclude_each_other_are_named() {
-    let case = limits("total_mass_kg = [1.0, 2.0]\nmass_kg = { upper = [5.0, 6.0] }");
+    let lines = "total_mass_kg = [1.0, 2.0]\nmass_kg = { upper = [5.0, 6.0] }";
+    limits(lines).fails(
+        2,
+        &["no robot can exist", "mass", "kg cannot be", "total_mass_kg"],
+    );
+    let case = limits(lines).replace("[identify]\n", "[identify]\nconstraints = \"none\"\n");
     let json = results(&case);
     let text = finding(&json, "no-possible-bodies").unwrap();
-    assert!(
-        text.contains("contradict each other") && text.contains("mass"),
-        "{text}"
-    );
+    assert!(text.contains("mass"), "{text}");
     assert!(json["results"][0]["standard_parameters"].is_null());
+}
+
+#[test]
+fn limits_that_the_gravity_torques_contradict_are_named() {
+    let json = results(&limits("total_mass_kg = [0.05, 0.1]"));
+    let text = finding(&json, "mass-limits-contradicted").unwrap();
+    assert!(text.contains("0.05 to 0.1 kg"), "{text}");
+    assert_eq!(json["results"][0]["verdict"], "unusable");
+}
+
+#[test]
+fn a_given_friction_that_feeds_energy_in_is_refused() {
+    recorded()
+        .replace("[controller]\n", "[robot.fixed]\n\"shoulder.motor_coulomb\" = -0.2\n\n[controller]\n")
+        .fails(2, &["motor_coulomb", "must not be negative"]);
 }
 
 #[test]

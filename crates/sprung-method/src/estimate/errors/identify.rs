@@ -41,6 +41,12 @@ pub enum IdentifyError {
     /// Factors of logs do not belong together.
     #[error(transparent)]
     Factors(#[from] FactorsError),
+    /// Given values and limits exclude each other.
+    #[error(
+        "no robot can exist with the given values and limits: {0}; compare fixed, assume_zero, total_mass_kg and \
+         mass_kg with the robot, or set constraints = \"none\" in [identify]"
+    )]
+    NoRobot(String),
     /// The regression or its solution is not finite.
     #[error(
         "the regression of {file} holds numbers that are not finite; are the units of its columns \

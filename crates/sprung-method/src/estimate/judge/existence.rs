@@ -5,7 +5,8 @@ use sprung_core::parameters::JointParameter;
 use super::of_joint::{motor_row, of};
 use super::parameters::{list, listed};
 use crate::check::reversed_torque;
-use crate::estimate::estimators::least_squares::{HeldOut, Linear, Price};
+use crate::estimate::estimators::least_squares::{Contradicted, HeldOut, Linear, Price};
+use crate::estimate::possible::MassLimit;
 use crate::estimate::result::{EstimateResult, ParameterEstimate};
 use crate::estimate::statistics::{CERTAIN_SIGMAS, SIGNIFICANT_SIGMAS};
 use crate::finding::{Finding, Severity};
@@ -32,6 +33,7 @@ pub(super) fn impossible_robot(
     for (joint, name) in model.joints().iter().enumerate() {
         findings.extend(of_joint(model, result, (joint, name), channels));
     }
+    findings.extend(linear.contradicted.as_ref().map(contradicted_limits));
     if result.is_constrained() {
         findings.extend(price(model, result, &linear.held_out));
     } else {
@@ -40,6 +42,27 @@ pub(super) fn impossible_robot(
         findings.extend(negative_friction(model, result));
     }
     findings
+}
+
+fn contradicted_limits(own: &Contradicted) -> Finding {
+    let limit = |(limit, mass): &(MassLimit, f64)| {
+        let [least, largest] = limit.range;
+        format!(
+            "{} is limited to {least} to {largest} kg, and the robot that fits best without limits has {mass:.1} kg",
+            limit.subject
+        )
+    };
+    let limits = own.limits.iter().map(limit);
+    Finding::new(
+        Severity::Serious,
+        "mass-limits-contradicted",
+        format!(
+            "the torques of the log contradict the limits of masses by {:.0} standard errors: {}",
+            own.standard_errors,
+            listed(limits)
+        ),
+        "correct total_mass_kg and mass_kg in [identify.physical], or the units of the torques and gravity_m_per_s2",
+    )
 }
 
 /// Returns whether the equations give a negative value.

@@ -7,6 +7,10 @@ use crate::model::Model;
 use crate::numbers::in_percent;
 use crate::regression::System;
 
+/// Fractions from which on a factor is easier to read than a percentage, and from which on its size does not matter.
+const FACTOR: f64 = 10.0;
+const LARGE_FACTOR: f64 = 1000.0;
+
 /// Returns the errors of a joint in the form of the results.
 fn prediction(joint: &str, fit: &JointFit) -> JointPrediction {
     JointPrediction {
@@ -18,9 +22,15 @@ fn prediction(joint: &str, fit: &JointFit) -> JointPrediction {
     }
 }
 
-/// Returns a fraction in percent with two significant digits, but at most three decimals.
+/// Returns a fraction in percent with two significant digits, but at most three decimals; as a factor from 10 on.
 #[must_use]
 pub fn percent(fraction: f64) -> String {
+    if fraction.abs() >= LARGE_FACTOR {
+        return format!("over {LARGE_FACTOR} times");
+    }
+    if fraction.abs() >= FACTOR {
+        return format!("{fraction:.0} times");
+    }
     let percent = in_percent(fraction);
     let decimals = match percent.abs() {
         size if size >= 9.95 => 0,

@@ -123,8 +123,7 @@ impl<'a> Robots<'a> {
     pub(in crate::estimate) fn why(&self, reason: NoSolution) -> String {
         match reason {
             NoSolution::Contradiction(block) => format!(
-                "the given values and limits contradict each other: {} cannot be positive together \
-                 with the others",
+                "{} cannot be positive together with the others",
                 self.subjects[block]
             ),
             NoSolution::Singular => "the search failed".to_owned(),
@@ -199,38 +198,50 @@ impl<'a> Robots<'a> {
 
     /// Adds the limits of masses.
     fn add_masses(&mut self, links: &TreeLinks, settings: &Physical) {
-        let n = self.model.joint_count();
-        let mut limits: Vec<(String, Vec<usize>, [f64; 2])> = Vec::new();
-        if let Some(limit) = settings.total_mass_kg {
-            limits.push((
-                "the total mass".to_owned(),
-                (0..n).map(|link| link * BODY).collect(),
-                limit,
-            ));
-        }
-        for (name, limit) in &settings.mass_kg {
-            let of = |link: &usize| links.name(link * BODY).strip_suffix(".m") == Some(name);
-            let masses = (0..n).filter(of).map(|link| link * BODY).collect();
-            limits.push((format!("the mass of {name}"), masses, *limit));
-        }
-        for (subject, masses, [least, largest]) in limits {
-            let known: f64 = masses
-                .iter()
-                .filter_map(|index| links.known.get(index))
-                .sum();
-            let unknowns: Vec<usize> = (masses.iter())
-                .filter_map(|index| self.standard.binary_search(index).ok())
-                .collect();
+        for limit in mass_limits(links, self.model.joint_count(), settings) {
+            let (known, unknowns) = self.parts_of(links, &limit.masses);
+            let [least, largest] = limit.range;
             let terms = |by: f64| unknowns.iter().map(move |&own| (own, by));
             self.add(
                 Block::scalar(known - least, terms(1.0)),
-                format!("{subject} above {least} kg"),
+                format!("{} above {least} kg", limit.subject),
             );
             self.add(
                 Block::scalar(largest - known, terms(-1.0)),
-                format!("{subject} below {largest} kg"),
+                format!("{} below {largest} kg", limit.subject),
             );
         }
+    }
+
+    /// Returns the sum of the given ones among masses, kg, and the unknowns of the others.
+    fn parts_of(&self, links: &TreeLinks, masses: &[usize]) -> (f64, Vec<usize>) {
+        let known = masses.iter().filter_map(|index| links.known.get(index));
+        let unknowns = masses
+            .iter()
+            .filter_map(|index| self.standard.binary_search(index).ok());
+        (known.sum(), unknowns.collect())
+    }
+
+    /// Returns the limits of masses that a robot exceeds, with its masses, kg.
+    ///
+    /// - `x`: unknowns of the robot.
+    pub(in crate::estimate) fn exceeded(
+        &self,
+        settings: &Physical,
+        x: &[f64],
+    ) -> Vec<(MassLimit, f64)> {
+        let Some(links) = self.model.links() else {
+            return Vec::new();
+        };
+        let with_mass = |limit: MassLimit| {
+            let (known, unknowns) = self.parts_of(links, &limit.masses);
+            let mass = known + unknowns.iter().map(|own| x[*own]).sum::<f64>();
+            (limit, mass)
+        };
+        let all = mass_limits(links, self.model.joint_count(), settings);
+        (all.into_iter().map(with_mass))
+            .filter(|(limit, mass)| *mass < limit.range[0] || *mass > limit.range[1])
+            .collect()
     }
 
     /// Adds the bodies of the paper's arm: `theta1 - theta3` and `theta3` are inertias of two bodies
@@ -303,6 +314,34 @@ impl<'a> Robots<'a> {
             }
         }
     }
+}
+
+/// A limit of the mass of links.
+pub(in crate::estimate) struct MassLimit {
+    /// "the total mass", or "the mass of" a link.
+    pub(in crate::estimate) subject: String,
+    /// Standard indices of the masses.
+    masses: Vec<usize>,
+    /// Least and largest mass, kg.
+    pub(in crate::estimate) range: [f64; 2],
+}
+
+/// - `count`: number of links.
+fn mass_limits(links: &TreeLinks, count: usize, settings: &Physical) -> Vec<MassLimit> {
+    let all: Vec<usize> = (0..count).map(|link| link * BODY).collect();
+    let total = settings.total_mass_kg.map(|range| MassLimit {
+        subject: "the total mass".to_owned(),
+        masses: all.clone(),
+        range,
+    });
+    let single = settings.mass_kg.iter().map(|(name, range)| MassLimit {
+        subject: format!("the mass of {name}"),
+        masses: (all.iter().copied())
+            .filter(|index| links.name(*index).strip_suffix(".m") == Some(name))
+            .collect(),
+        range: *range,
+    });
+    total.into_iter().chain(single).collect()
 }
 
 /// Returns whether a parameter of a drive is that of no robot if it is negative.

@@ -9,13 +9,10 @@ use crate::estimate::estimators::least_squares::Linear;
 ///
 /// # Errors
 ///
-/// [`IdentifyError::NotFinite`] if the regression or its solution is not finite.
+/// As of [`Linear::new`].
 pub(in crate::estimate) fn fit<'a>(
     ready: &'a Ready,
     read: &ReadLogs,
 ) -> Result<Linear<'a>, IdentifyError> {
-    let prepared = &ready.prepared;
-    Linear::new(prepared, (&read.system, &read.spans)).ok_or_else(|| IdentifyError::NotFinite {
-        file: prepared.names().join(", "),
-    })
+    Linear::new(&ready.prepared, (&read.system, &read.spans))
 }

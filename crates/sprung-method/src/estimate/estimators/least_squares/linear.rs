@@ -3,9 +3,10 @@
 use super::cross_checks::{Route, cross_checks};
 use super::held_out::HeldOut;
 use super::parts::Parts;
-use super::possible::PossibleFit;
+use super::possible::{Contradicted, PossibleFit};
 use super::uncertainty::widened;
 use crate::description::Constraints;
+use crate::estimate::errors::IdentifyError;
 use crate::estimate::estimators::found::Numbers;
 use crate::estimate::possible::Tool;
 use crate::fit::{Fitted, HoldOut, fit_values, fit_weighted, residual, row_weights};
@@ -21,8 +22,10 @@ pub(in crate::estimate) struct Linear<'a> {
     /// The fit of all logs, over robots that can exist unless the settings say otherwise. Its standard errors contain
     /// the bias and the changes between parts, and are those without constraints.
     pub(in crate::estimate) fitted: Fitted,
-    /// The robots that can exist; `None` without constraints, and if their limits contradict each other.
+    /// The robots that can exist; `None` without constraints.
     pub(in crate::estimate) possible: Option<PossibleFit<'a>>,
+    /// Limits of masses that the logs contradict.
+    pub(in crate::estimate) contradicted: Option<Contradicted>,
     /// Other routes to the parameters.
     pub(in crate::estimate) routes: Vec<(Route, Theta)>,
     /// Estimates from parts of the logs.
@@ -32,14 +35,20 @@ pub(in crate::estimate) struct Linear<'a> {
 }
 
 impl<'a> Linear<'a> {
-    /// Solves the regression of all logs by least squares, by other routes and from parts of the logs;
-    /// returns `None` if the regression or its solution is not finite.
+    /// Solves the regression of all logs by least squares, by other routes and from parts of the logs.
     ///
     /// - `(system, spans)`: the reduced logs, and first and last time of each log, s.
+    /// # Errors
+    ///
+    /// [`IdentifyError::NotFinite`] if the regression or its solution is not finite, [`IdentifyError::NoRobot`] if given
+    /// values and limits exclude each other.
     pub(in crate::estimate) fn new(
         prepared: &'a Prepared,
         (system, spans): (&System, &[[f64; 2]]),
-    ) -> Option<Self> {
+    ) -> Result<Self, IdentifyError> {
+        let not_finite = || IdentifyError::NotFinite {
+            file: prepared.names().join(", "),
+        };
         let (reading, excerpt) = (prepared.reading(), prepared.excerpt());
         let (model, settings) = (reading.model(), reading.settings());
         let is_finite = |fitted: &Fitted| {
@@ -51,10 +60,14 @@ impl<'a> Linear<'a> {
         };
         let weights = match settings.constraints {
             Constraints::None => vec![1.0; model.rows()],
-            Constraints::Possible => row_weights(model, system, &fit_values(model, system)?),
+            Constraints::Possible => {
+                let values = fit_values(model, system).ok_or_else(not_finite)?;
+                row_weights(model, system, &values)
+            }
         };
-        let fitted =
-            fit_weighted(model, system, reading.memory(), weights.clone()).filter(is_finite)?;
+        let fitted = fit_weighted(model, system, reading.memory(), weights.clone())
+            .filter(is_finite)
+            .ok_or_else(not_finite)?;
         let routes = cross_checks(model, system);
         let parts = Parts::new(model, (system, spans), &fitted);
         let mut fitted = widened(prepared, fitted, &routes, &parts);
@@ -71,12 +84,12 @@ impl<'a> Linear<'a> {
             };
             Constrained::new((model, system), &weights, &fitted.theta, possible)
         };
-        let mut own = constrained(Tool::InRegion);
+        let (mut own, mut tool) = (constrained(Tool::InRegion)?, Tool::InRegion);
         if own.is_dear(model) {
             // A tool may be longer than the region of its link leaves room for.
-            let other = constrained(Tool::Anywhere);
+            let other = constrained(Tool::Anywhere)?;
             if other.held_out.error() < own.held_out.error() {
-                own = other;
+                (own, tool) = (other, Tool::Anywhere);
             }
         }
         let Constrained {
@@ -85,7 +98,10 @@ impl<'a> Linear<'a> {
             held_out,
         } = own;
         fitted.theta = theta;
-        Some(Self {
+        Ok(Self {
+            contradicted: possible
+                .as_ref()
+                .and_then(|own| own.contradicted(&settings.physical, (&speeds, tool))),
             fitted,
             possible,
             routes,
@@ -98,31 +114,34 @@ impl<'a> Linear<'a> {
 /// An estimate under constraints.
 struct Constrained<'a> {
     theta: Theta,
-    /// `None` without constraints, and if their limits contradict each other.
+    /// `None` without constraints.
     possible: Option<PossibleFit<'a>>,
     held_out: HeldOut,
 }
 
 impl<'a> Constrained<'a> {
     /// - `weights`: of rows, \[rows\]; `plain`: the fit without constraints, \[p\].
+    ///
+    /// # Errors
+    ///
+    /// [`IdentifyError::NoRobot`].
     fn new(
         (model, system): (&Model, &System),
         weights: &[f64],
         plain: &[f64],
         possible: Option<PossibleFit<'a>>,
-    ) -> Self {
-        // Limits that contradict each other leave the parameters; a finding about the bodies names the limits.
-        let best = possible.as_ref().and_then(PossibleFit::best);
-        let possible = possible.filter(|_| best.is_some());
+    ) -> Result<Self, IdentifyError> {
+        let best = (possible.as_ref().map(PossibleFit::best).transpose())
+            .map_err(IdentifyError::NoRobot)?;
         let is_moved = best.as_ref().is_some_and(|best| *best != plain);
         let theta = best.unwrap_or_else(|| plain.to_vec());
         let without_each = (possible.as_ref().filter(|_| is_moved))
             .map(|own| |hold_out: &HoldOut<'_>, fits: &[Theta]| own.without_each(hold_out, fits));
-        Self {
+        Ok(Self {
             held_out: HeldOut::new((model, system), weights, &theta, without_each),
             theta,
             possible,
-        }
+        })
     }
 
     /// Returns whether the constraints cost too much in the torque of a joint of a tree.

@@ -12,7 +12,7 @@ mod uncertainty;
 pub(crate) use cross_checks::Route;
 pub(in crate::estimate) use held_out::{HeldOut, Price};
 pub(in crate::estimate) use linear::{Linear, linear_numbers};
-pub(in crate::estimate) use possible::PossibleFit;
+pub(in crate::estimate) use possible::{Contradicted, PossibleFit};
 pub(crate) use sweep::cutoff_choice;
 
 pub(in crate::estimate) use estimate::least_squares;

@@ -1,12 +1,17 @@
 //! Least squares over the robots that can exist.
 
+use std::collections::BTreeMap;
+
 use faer::Mat;
 use rayon::prelude::*;
 
 use crate::description::Physical;
-use crate::estimate::possible::{Beside, Normal, Robots, Tool, known, squared_distance};
+use crate::estimate::possible::{
+    Beside, MassLimit, Normal, Possible, Robots, Tool, known, squared_distance,
+};
+use crate::estimate::statistics::CERTAIN_SIGMAS;
 use crate::fit::{Fitted, HoldOut};
-use crate::model::{Model, Theta};
+use crate::model::{Model, NoSolution, Theta};
 use crate::regression::System;
 
 /// Distance below which the unconstrained estimate counts as that of a robot that can exist, in standard errors.
@@ -21,6 +26,14 @@ pub(in crate::estimate) struct PossibleFit<'a> {
     weights: Vec<f64>,
     normal: Normal,
     scale: f64,
+}
+
+/// Limits of masses that a log contradicts.
+pub(in crate::estimate) struct Contradicted {
+    /// The limits, with the masses of the robot that fits the log best without them, kg.
+    pub(in crate::estimate) limits: Vec<(MassLimit, f64)>,
+    /// Distance of the robot within the limits from that robot, in standard errors of the equations.
+    pub(in crate::estimate) standard_errors: f64,
 }
 
 impl<'a> PossibleFit<'a> {
@@ -51,20 +64,61 @@ impl<'a> PossibleFit<'a> {
         self.normal.clone().divided(self.scale).information
     }
 
-    /// Returns the parameters of the robot that has the least squared residuals, \[p\]; `None` if the limits contradict
-    /// each other.
-    pub(super) fn best(&self) -> Option<Theta> {
+    /// Returns the parameters of the robot that has the least squared residuals, \[p\].
+    ///
+    /// # Errors
+    ///
+    /// The reason why no robot can exist with the given values and limits.
+    pub(super) fn best(&self) -> Result<Theta, String> {
+        let (found, squares) = self.found().map_err(|reason| self.robots.why(reason))?;
+        Ok(if squares < SAME * SAME {
+            self.unconstrained.clone()
+        } else {
+            found.theta
+        })
+    }
+
+    /// Returns the robot that has the least squared residuals, and its squared distance from the estimate without
+    /// constraints.
+    fn found(&self) -> Result<(Possible, f64), NoSolution> {
         let normal = self.normal.clone().divided(self.scale);
         let near = &self.unconstrained;
         let found = self
             .robots
-            .best(&normal.information, &normal.gradient, near)
-            .ok()?;
+            .best(&normal.information, &normal.gradient, near)?;
         let squares = squared_distance(&normal.information, &found.theta, near);
-        Some(if squares < SAME * SAME {
-            near.clone()
-        } else {
-            found.theta
+        Ok((found, squares))
+    }
+
+    /// Returns the limits of masses that the log contradicts.
+    ///
+    /// - `settings`: with these limits; `motion`: as of [`PossibleFit::new`].
+    pub(super) fn contradicted(
+        &self,
+        settings: &Physical,
+        (speeds, tool): (&[f64], Tool),
+    ) -> Option<Contradicted> {
+        if settings.total_mass_kg.is_none() && settings.mass_kg.is_empty() {
+            return None;
+        }
+        let without = Physical {
+            total_mass_kg: None,
+            mass_kg: BTreeMap::new(),
+            ..settings.clone()
+        };
+        let (model, near) = (self.robots.model, &self.unconstrained);
+        let free = Self {
+            robots: Robots::new(model, &without, near, Beside::Log(speeds, tool)),
+            unconstrained: near.clone(),
+            weights: self.weights.clone(),
+            normal: self.normal.clone(),
+            scale: self.scale,
+        };
+        let (with, without) = (self.found().ok()?, free.found().ok()?);
+        let standard_errors = (with.1 - without.1).max(0.0).sqrt();
+        (standard_errors > CERTAIN_SIGMAS).then(|| Contradicted {
+            limits: free.robots.exceeded(settings, &without.0.x),
+            standard_errors,
         })
     }
 
