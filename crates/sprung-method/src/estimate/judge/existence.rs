@@ -5,7 +5,7 @@ use sprung_core::parameters::JointParameter;
 use super::of_joint::{motor_row, of};
 use super::parameters::{list, listed};
 use crate::check::reversed_torque;
-use crate::estimate::estimators::least_squares::{Contradicted, HeldOut, Linear, Price};
+use crate::estimate::estimators::least_squares::{Contradicted, Linear, Price};
 use crate::estimate::possible::MassLimit;
 use crate::estimate::result::{EstimateResult, ParameterEstimate};
 use crate::estimate::statistics::{CERTAIN_SIGMAS, SIGNIFICANT_SIGMAS};
@@ -35,7 +35,7 @@ pub(super) fn impossible_robot(
     }
     findings.extend(linear.contradicted.as_ref().map(contradicted_limits));
     if result.is_constrained() {
-        findings.extend(price(model, result, &linear.held_out));
+        findings.extend(price(model, result, linear));
     } else {
         findings.extend(negative_links(model, result));
         findings.extend(impossible_bodies(model, result));
@@ -132,7 +132,7 @@ fn of_joint(
 }
 
 /// Reports parameters that only the constraints keep possible, with the price on held-out parts of the logs.
-fn price(model: &Model, result: &EstimateResult, held_out: &HeldOut) -> Option<Finding> {
+fn price(model: &Model, result: &EstimateResult, linear: &Linear<'_>) -> Option<Finding> {
     let held: Vec<&ParameterEstimate> = (result.parameters.iter().zip(model.parameters()))
         .filter(|(p, known)| {
             negative(p)
@@ -144,15 +144,18 @@ fn price(model: &Model, result: &EstimateResult, held_out: &HeldOut) -> Option<F
         .collect();
     let prices = || {
         (0..model.joint_count()).filter_map(|joint| {
-            let price = held_out.price(model.torque_row(joint))?;
-            Some((&model.joints()[joint], price))
+            let price = linear.held_out.price(model.torque_row(joint))?;
+            Some((joint, price))
         })
     };
-    let said = |(joint, price): (&String, Price)| {
+    let said = |(joint, price): (usize, Price)| {
+        let band = linear.bands[joint];
         format!(
-            "{joint} {:+.1} ± {:.1} %",
+            "{} {:+.1} ± {:.1} %{}",
+            model.joints()[joint],
             in_percent(price.ratio - 1.0),
-            in_percent(price.standard_error)
+            in_percent(price.standard_error),
+            band.map_or_else(String::new, |below| format!(" (half of it below {below:.1} Hz)"))
         )
     };
     let dear: Vec<String> = prices()

@@ -1,7 +1,8 @@
 //! Least squares of all logs, with its checks.
 
+use super::band::half_below;
 use super::cross_checks::{Route, cross_checks};
-use super::held_out::HeldOut;
+use super::held_out::{HeldOut, Price};
 use super::parts::Parts;
 use super::possible::{Contradicted, PossibleFit};
 use super::uncertainty::widened;
@@ -24,6 +25,8 @@ pub(in crate::estimate) struct Linear<'a> {
     pub(in crate::estimate) fitted: Fitted,
     /// The robots that can exist; `None` without constraints.
     pub(in crate::estimate) possible: Option<PossibleFit<'a>>,
+    /// Frequency below which half of the change of each dear torque by the constraints lies, Hz, \[n\].
+    pub(in crate::estimate) bands: Vec<Option<f64>>,
     /// Limits of masses that the logs contradict.
     pub(in crate::estimate) contradicted: Option<Contradicted>,
     /// Other routes to the parameters.
@@ -98,7 +101,17 @@ impl<'a> Linear<'a> {
             held_out,
         } = own;
         fitted.theta = theta;
+        let band = |joint: usize| {
+            let row = model.torque_row(joint);
+            held_out.price(row).filter(Price::is_dear)?;
+            half_below(
+                prepared,
+                row,
+                [&fitted.theta, &possible.as_ref()?.unconstrained],
+            )
+        };
         Ok(Self {
+            bands: (0..model.joint_count()).map(band).collect(),
             contradicted: possible
                 .as_ref()
                 .and_then(|own| own.contradicted(&settings.physical, (&speeds, tool))),

@@ -1,5 +1,6 @@
 //! Least squares and its checks: sweeps of the cut-off, cross-checks.
 
+mod band;
 mod cross_checks;
 mod estimate;
 mod held_out;
