@@ -34,6 +34,7 @@ mod real_machine;
 mod refined;
 mod robots;
 mod servo;
+mod seven_joints;
 mod terminal;
 mod trust;
 mod verdict;

@@ -1,0 +1,37 @@
+//! The frequencies at which two estimates predict different torques.
+
+use crate::estimate::possible::{Normal, squared_distance};
+use crate::model::Theta;
+use crate::prepare::Prepared;
+
+/// Lowest frequency that is looked at, Hz, and factor from one to the next.
+const LOWEST_HZ: f64 = 0.25;
+const STEP: f64 = std::f64::consts::SQRT_2;
+
+/// Share of the squared difference of the torques that the named frequencies hold.
+const SHARE: f64 = 0.5;
+
+/// Returns the frequency below which half of the squared difference of a torque lies, Hz; `None` if most of it lies above
+/// the cut-off of the positions, or the beginning of the log is too short.
+///
+/// The cut-off of the position filter is moved, and only positions shape the difference: regressor times change of the
+/// parameters.
+///
+/// - `row`: of the torque; `thetas`: two estimates, \[p\].
+pub(super) fn half_below(prepared: &Prepared, row: usize, thetas: [&Theta; 2]) -> Option<f64> {
+    let (reading, excerpt) = (prepared.reading(), prepared.excerpt());
+    let model = reading.model();
+    let highest = reading.position_cutoff_hz();
+    let weights: Vec<f64> = (0..model.rows()).map(|own| f64::from(own == row)).collect();
+    let power = |cutoff_hz: f64| {
+        let reading = reading.with_position_cutoff(cutoff_hz);
+        let system = excerpt.smoothed(&reading)?.reduce(&reading)?;
+        let normal = Normal::new(model, &system, &weights)?;
+        let [one, other] = thetas;
+        Some(squared_distance(&normal.information, one, other))
+    };
+    let all = power(highest)?;
+    std::iter::successors(Some(LOWEST_HZ), |own| Some(own * STEP))
+        .take_while(|cutoff| *cutoff < highest)
+        .find(|cutoff| power(*cutoff).is_some_and(|own| own >= SHARE * all))
+}
