@@ -264,7 +264,10 @@ impl Model {
             let Some((kind, joint)) = parameter.joint else {
                 continue;
             };
-            if let Some(value) = parameter.fixed.filter(|own| *own < 0.0 && kind.is_friction()) {
+            if let Some(value) = parameter
+                .fixed
+                .filter(|own| *own < 0.0 && kind.is_friction())
+            {
                 return Err(ModelError::Negative {
                     name: format!("the fixed {}", parameter.name),
                     value,

@@ -39,7 +39,12 @@ fn limits_that_exclude_each_other_are_named() {
     let lines = "total_mass_kg = [1.0, 2.0]\nmass_kg = { upper = [5.0, 6.0] }";
     limits(lines).fails(
         2,
-        &["no robot can exist", "mass", "kg cannot be", "total_mass_kg"],
+        &[
+            "no robot can exist",
+            "mass",
+            "kg cannot be",
+            "total_mass_kg",
+        ],
     );
     let case = limits(lines).replace("[identify]\n", "[identify]\nconstraints = \"none\"\n");
     let json = results(&case);
@@ -59,7 +64,10 @@ fn limits_that_the_gravity_torques_contradict_are_named() {
 #[test]
 fn a_given_friction_that_feeds_energy_in_is_refused() {
     recorded()
-        .replace("[controller]\n", "[robot.fixed]\n\"shoulder.motor_coulomb\" = -0.2\n\n[controller]\n")
+        .replace(
+            "[controller]\n",
+            "[robot.fixed]\n\"shoulder.motor_coulomb\" = -0.2\n\n[controller]\n",
+        )
         .fails(2, &["motor_coulomb", "must not be negative"]);
 }
 

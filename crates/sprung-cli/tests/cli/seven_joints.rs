@@ -71,7 +71,9 @@ fn a_robot_that_can_exist_predicts_the_second_half_as_well() {
     let [possible, free] = ["value", "unconstrained"].map(|key| held_out(result, key));
     let ratios = possible.iter().zip(&free).map(|(own, free)| own / free);
     let mean = (ratios.map(f64::ln).sum::<f64>() / 7.0).exp();
-    println!("held-out torque error: {possible:.3?} N·m, {mean:.4} times that without constraints; masses {total:.1} kg");
-    // A second log of the same arm differs by as much.
-    assert!(mean < 1.02, "{mean}");
+    println!(
+        "held-out torque error: {possible:.3?} N·m, {mean:.4} times that without constraints; masses {total:.1} kg"
+    );
+    // The robot of an independent semidefinite program costs 1.3 %; a second log of the same arm differs by 2 %.
+    assert!(mean < 1.013 * 1.02, "{mean}");
 }

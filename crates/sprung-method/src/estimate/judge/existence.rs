@@ -155,7 +155,9 @@ fn price(model: &Model, result: &EstimateResult, linear: &Linear<'_>) -> Option<
             model.joints()[joint],
             in_percent(price.ratio - 1.0),
             in_percent(price.standard_error),
-            band.map_or_else(String::new, |below| format!(" (half of it below {below:.1} Hz)"))
+            band.map_or_else(String::new, |below| format!(
+                " (half of it below {below:.1} Hz)"
+            ))
         )
     };
     let dear: Vec<String> = prices()
