@@ -4,7 +4,7 @@
 //! only row of a rigid joint, or the row of a torque sensor.
 
 use crate::covariate::Covariate;
-use crate::friction::{Conditions, Shape};
+use crate::friction::{Conditions, Scale, Shape};
 use crate::parameters::{JointParameter, Side};
 use crate::scalar::{Dual, Scalar};
 
@@ -156,15 +156,15 @@ impl Term {
         torque * self.gain
     }
 
-    /// Returns the derivative of [`Term::rest`] by the logarithm of the Stribeck velocity.
+    /// Returns the derivative of [`Term::rest`] by the logarithm of the sharpness or of the Stribeck velocity.
     #[must_use]
-    pub fn by_log_stribeck_velocity(&self, drive: &Drive, shape: &Shape) -> f64 {
+    pub fn by_log(&self, of: Scale, drive: &Drive, shape: &Shape) -> f64 {
         match self.what {
             JointParameter::Friction(side, law) => {
-                self.gain * law.by_log_stribeck_velocity(&drive.conditions(side), shape)
+                self.gain * law.by_log(of, &drive.conditions(side), shape)
             }
             JointParameter::Change(side, law, with) => {
-                let by_log = law.by_log_stribeck_velocity(&drive.conditions(side), shape);
+                let by_log = law.by_log(of, &drive.conditions(side), shape);
                 self.gain * by_log * drive.excess[with as usize]
             }
             JointParameter::RotorInertia

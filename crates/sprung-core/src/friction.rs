@@ -31,6 +31,27 @@ pub struct Shape {
     pub residual_velocity: f64,
 }
 
+impl Shape {
+    /// Returns the value that scales laws.
+    #[must_use]
+    pub const fn get(&self, scale: Scale) -> f64 {
+        match scale {
+            Scale::Sharpness => self.sharpness,
+            Scale::Stribeck => self.stribeck_velocity,
+            Scale::Residual => self.residual_velocity,
+        }
+    }
+
+    /// Replaces the value that scales laws.
+    pub const fn set(&mut self, scale: Scale, value: f64) {
+        *match scale {
+            Scale::Sharpness => &mut self.sharpness,
+            Scale::Stribeck => &mut self.stribeck_velocity,
+            Scale::Residual => &mut self.residual_velocity,
+        } = value;
+    }
+}
+
 /// Unit of the parameter of a law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Unit {
@@ -275,16 +296,42 @@ impl Law {
         }
     }
 
-    /// Returns the derivative of the column by the logarithm of the Stribeck velocity; zero for a law
-    /// that does not contain this velocity.
+    /// Returns whether the law jumps at zero velocity.
     #[must_use]
-    pub fn by_log_stribeck_velocity(self, at: &Conditions, shape: &Shape) -> f64 {
-        match self.scale() {
-            Scale::Sharpness | Scale::Residual => 0.0,
-            Scale::Stribeck => {
+    pub const fn jumps(self) -> bool {
+        match self {
+            Self::Coulomb
+            | Self::CoulombPositive
+            | Self::CoulombNegative
+            | Self::Stribeck
+            | Self::Load
+            | Self::ResidualSlow
+            | Self::ResidualMedium => true,
+            Self::Viscous
+            | Self::ViscousPositive
+            | Self::ViscousNegative
+            | Self::Offset
+            | Self::Quadratic
+            | Self::ResidualFast
+            | Self::ResidualEven => false,
+        }
+    }
+
+    /// Returns the derivative of the column by the logarithm of the sharpness or of the Stribeck velocity; zero
+    /// for a law that does not contain it. The velocity of the residual laws is not estimated.
+    #[must_use]
+    pub fn by_log(self, of: Scale, at: &Conditions, shape: &Shape) -> f64 {
+        match (of, self.scale()) {
+            (Scale::Sharpness, _) => self.jump(at, shape).map_or(0.0, |height| {
+                let argument = at.velocity * shape.sharpness;
+                let transition = Scalar::tanh(argument);
+                height * argument * (1.0 - transition * transition)
+            }),
+            (Scale::Stribeck, Scale::Stribeck) => {
                 let part = at.velocity / shape.stribeck_velocity;
                 2.0 * part * part * self.column(at, shape)
             }
+            (Scale::Stribeck | Scale::Residual, _) => 0.0,
         }
     }
 
@@ -409,7 +456,7 @@ mod tests {
     }
 
     #[test]
-    fn the_derivative_by_the_stribeck_velocity_is_a_limit_of_differences() {
+    fn derivatives_by_the_shape_are_limits_of_differences() {
         let h = 1e-5_f64;
         for velocity in VELOCITIES {
             let at = Conditions {
@@ -417,16 +464,16 @@ mod tests {
                 deflection: 0.05,
             };
             for law in Law::all() {
-                let column = |change: f64| {
-                    let shape = Shape {
-                        stribeck_velocity: SHAPE.stribeck_velocity * libm::exp(change),
-                        ..SHAPE
+                for of in [Scale::Sharpness, Scale::Stribeck] {
+                    let column = |change: f64| {
+                        let mut shape = SHAPE;
+                        shape.set(of, shape.get(of) * libm::exp(change));
+                        law.column(&at, &shape)
                     };
-                    law.column(&at, &shape)
-                };
-                let difference = (column(h) - column(-h)) / (2.0 * h);
-                let found = law.by_log_stribeck_velocity(&at, &SHAPE);
-                assert!((found - difference).abs() < 1e-9, "{law:?} at {velocity}");
+                    let difference = (column(h) - column(-h)) / (2.0 * h);
+                    let found = law.by_log(of, &at, &SHAPE);
+                    assert!((found - difference).abs() < 1e-9, "{law:?} at {velocity}");
+                }
             }
         }
     }

@@ -232,8 +232,8 @@ fn of_json(
     identified: &Standard,
     rows: &[Said],
 ) -> Result<String, ExportError> {
-    let joints = request.experiment.robot.joint.iter();
-    let sharpness: Vec<f64> = joints.map(|own| own.coulomb_sharpness_s_per_rad).collect();
+    let joints = 0..request.model.joint_count();
+    let sharpness: Vec<f64> = joints.map(|joint| request.model.sharpness(joint)).collect();
     let contents = json::Contents {
         extras: &identified.extras,
         evidence: request.evidence,

@@ -15,7 +15,7 @@ pub(super) fn initial_shape(joint: &Joint) -> Shape {
     let stribeck = joint.stribeck_velocity_rad_per_s;
     let residual = joint.residual_velocity_rad_per_s;
     Shape {
-        sharpness: joint.coulomb_sharpness_s_per_rad,
+        sharpness: joint.sharpness(),
         stribeck_velocity: stribeck.unwrap_or(INITIAL_STRIBECK_VELOCITY),
         residual_velocity: residual.unwrap_or(INITIAL_RESIDUAL_VELOCITY),
     }

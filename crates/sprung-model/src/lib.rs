@@ -49,6 +49,7 @@ pub use regions::Region;
 pub use scratch::Scratch;
 pub use second_moments::{is_possible, second_moments};
 pub use shapes::residual_name;
+pub use shapes::sharpness_name;
 pub use shapes::stribeck_name;
 
 /// A parameter vector theta, \[p\].
@@ -108,6 +109,8 @@ struct Fixed {
     instruments: Instrumentation,
     /// Joints with an unknown Stribeck velocity, which is to be searched.
     unknown_stribeck: Vec<usize>,
+    /// Joints whose sharpness of Coulomb friction the description does not give.
+    open_sharpness: Vec<usize>,
     /// Joints with residual laws.
     residual: Vec<usize>,
     /// Joints with residual laws whose velocity scale a log must give.
@@ -215,6 +218,9 @@ impl Model {
                 joints: JointInfo::all(robot),
                 names: robot.joint.iter().map(|joint| joint.name.clone()).collect(),
                 unknown_stribeck,
+                open_sharpness: (0..robot.joint.len())
+                    .filter(|&i| robot.joint[i].coulomb_sharpness_s_per_rad.is_none())
+                    .collect(),
                 instruments,
                 unknown_residual: (residual.iter().copied())
                     .filter(|&i| robot.joint[i].residual_velocity_rad_per_s.is_none())

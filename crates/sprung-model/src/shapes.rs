@@ -77,6 +77,29 @@ impl Model {
         self
     }
 
+    /// Returns the joints whose sharpness of Coulomb friction the refinement estimates: those whose
+    /// sharpness the description does not give.
+    #[must_use]
+    pub fn open_sharpness(&self) -> &[usize] {
+        &self.fixed.open_sharpness
+    }
+
+    /// Replaces the value that scales friction laws of a joint.
+    pub fn set_scale(&mut self, joint: usize, scale: Scale, value: f64) {
+        self.shapes[joint].set(scale, value);
+    }
+
+    /// Returns the indices in theta of a joint's friction parameters whose laws jump at zero velocity.
+    pub fn jumps(&self, joint: usize) -> impl Iterator<Item = usize> {
+        let is_own =
+            |kind: JointParameter| matches!(kind, JointParameter::Friction(_, law) if law.jumps());
+        (self.parameters().iter().enumerate())
+            .filter(move |(_, parameter)| {
+                (parameter.joint).is_some_and(|(kind, own)| own == joint && is_own(kind))
+            })
+            .map(|(index, _)| index)
+    }
+
     /// Returns the joints with residual laws whose velocity scale a log must give.
     #[must_use]
     pub fn unknown_residual(&self) -> &[usize] {
@@ -99,7 +122,7 @@ impl Model {
         changed
     }
 
-    /// Returns a copy with the velocities of the Stribeck and residual laws in named values.
+    /// Returns a copy with the sharpness and the velocities of friction laws in named values.
     #[must_use]
     pub fn shaped(&self, values: &BTreeMap<String, f64>) -> Self {
         let mut changed = self.clone();
@@ -109,6 +132,9 @@ impl Model {
             }
             if let Some(velocity) = values.get(&residual_name(name)) {
                 shape.residual_velocity = *velocity;
+            }
+            if let Some(sharpness) = values.get(&sharpness_name(name)) {
+                shape.sharpness = *sharpness;
             }
         }
         changed
@@ -125,4 +151,10 @@ pub fn stribeck_name(joint: &str) -> String {
 #[must_use]
 pub fn residual_name(joint: &str) -> String {
     format!("{joint}.residual_velocity")
+}
+
+/// Returns the name of the sharpness of a joint's Coulomb friction among named values.
+#[must_use]
+pub fn sharpness_name(joint: &str) -> String {
+    format!("{joint}.coulomb_sharpness")
 }

@@ -10,7 +10,7 @@ use sprung_core::spatial::BODY;
 
 use super::parameter::{ModelError, Parameter};
 use super::scratch::Scratch;
-use super::{Model, Theta, TreeLinks, residual_name, stribeck_name};
+use super::{Model, Theta, TreeLinks, residual_name, sharpness_name, stribeck_name};
 
 /// Link parameters in a message about a mass matrix.
 const PARAMETERS_SHOWN: usize = 3;
@@ -76,10 +76,15 @@ impl Model {
         for name in values.keys() {
             let links = self.fixed.links.as_ref();
             let standard = links.is_some_and(|links| links.index_of(name).is_some());
-            let shape = self
-                .joints()
-                .iter()
-                .any(|joint| *name == stribeck_name(joint) || *name == residual_name(joint));
+            let shape = (self.joints().iter())
+                .flat_map(|joint| {
+                    [
+                        stribeck_name(joint),
+                        residual_name(joint),
+                        sharpness_name(joint),
+                    ]
+                })
+                .any(|own| *name == own);
             if !standard && !shape {
                 self.index_of(name)?;
             }

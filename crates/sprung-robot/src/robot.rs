@@ -202,9 +202,9 @@ pub struct Joint {
     /// Velocity that scales the residual laws; twice the root mean square of the joint's velocity in
     /// the log if absent.
     pub residual_velocity_rad_per_s: Option<f64>,
-    /// Beta of the Coulomb friction `tanh(beta * velocity)`, s/rad (s/m).
-    #[serde(default = "default_sharpness")]
-    pub coulomb_sharpness_s_per_rad: f64,
+    /// Beta of the Coulomb friction `tanh(beta * velocity)`, s/rad (s/m). If absent, 100, and the refinement estimates
+    /// it with the parameters.
+    pub coulomb_sharpness_s_per_rad: Option<f64>,
     /// Mounting of the gyroscope on the link of this joint: roll, pitch and yaw of the sensor in the
     /// frame of the link, degrees, as in a URDF. If absent, sprung finds it from the motion of the motors.
     pub gyroscope_rpy_deg: Option<[f64; 3]>,
@@ -231,6 +231,12 @@ pub struct Joint {
 }
 
 impl Joint {
+    /// Returns beta of the Coulomb friction: the given one or the usual one, s/rad (s/m).
+    #[must_use]
+    pub fn sharpness(&self) -> f64 {
+        self.coulomb_sharpness_s_per_rad.unwrap_or(USUAL_SHARPNESS)
+    }
+
     /// Returns whether a friction parameter changes with a covariate.
     #[must_use]
     pub fn changes(&self, friction: JointParameter, with: Covariate) -> bool {
@@ -299,9 +305,8 @@ impl Joint {
     }
 }
 
-fn default_sharpness() -> f64 {
-    100.0
-}
+/// Beta of a Coulomb friction for which the description gives none, s/rad (s/m).
+const USUAL_SHARPNESS: f64 = 100.0;
 
 /// A side of the gearbox.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]

@@ -109,11 +109,11 @@ pub mod estimate {
         Identified, IdentifyError, JointPrediction, JointResponse, KnownNoise, KnownTruth,
         LawDelay, LawRung, LawsByHoldOut, LogFactors, LogInfo, Lsff, LsffError, ModelDependence,
         MotorRowResult, ParameterEstimate, PayloadParameter, PayloadResult, PhysicalResult,
-        RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation, RefinedVelocity,
-        Refinement, ResidualPrior, ResponseCurves, RigidByHoldOut, RigidJoint, RowDisturbance,
-        RungResult, SensorNoise, SettingsUsed, SignUsed, SimulationFit, SpringFromMotor,
-        StandardParameter, Unseen, Verdict, fit, identify, identify_and_tell, information_bound,
-        late_channels, parameters_csv, residual, torques, trace,
+        RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation, RefinedSharpness,
+        RefinedVelocity, Refinement, ResidualPrior, ResponseCurves, RigidByHoldOut, RigidJoint,
+        RowDisturbance, RungResult, SensorNoise, SettingsUsed, SignUsed, SimulationFit,
+        SpringFromMotor, StandardParameter, Unseen, Verdict, fit, identify, identify_and_tell,
+        information_bound, late_channels, parameters_csv, residual, torques, trace,
     };
 }
 

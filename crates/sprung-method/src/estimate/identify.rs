@@ -2,9 +2,10 @@
 
 use crate::description::{Estimator, Experiment};
 use crate::estimate::errors::IdentifyError;
+use crate::estimate::estimators::prediction_error::Timing;
 use crate::estimate::springs::Undetermined;
 use crate::estimate::steps::{
-    Basis, Identified, Logs, ReadLogs, Ready, before_refinement, describe, examine, fit,
+    Basis, Identified, Logs, ReadLogs, Ready, Refined, before_refinement, describe, examine, fit,
     make_ready, pass, refine,
 };
 use crate::log::LogSource;
@@ -58,13 +59,20 @@ pub fn identify_and_tell(
     let mut logs = Logs::new(sources);
     let ready = make_ready(experiment, model, logs.own, progress)?;
     let read = pass(&ready, logs.own, progress)?;
-    conclude(&ready, &read, &mut logs, &clock, progress, first)
+    conclude(
+        &ready,
+        &read,
+        &mut logs,
+        (&clock, Timing::Open),
+        progress,
+        first,
+    )
 }
 
 /// Makes the steps after the pass, which one machine or many machines have made.
 ///
 /// - `logs`: the logs, for estimators that read them again.
-/// - `clock`: started before the first step.
+/// - `clock`: started before the first step; `timing`: of the torques.
 ///
 /// # Errors
 ///
@@ -73,7 +81,7 @@ pub(super) fn conclude(
     ready: &Ready,
     read: &ReadLogs,
     logs: &mut Logs<'_, '_>,
-    clock: &Stopwatch,
+    (clock, timing): (&Stopwatch, Timing<'_>),
     progress: &mut dyn Listener,
     first: &mut dyn FnMut(&Identified),
 ) -> Result<Identified, IdentifyError> {
@@ -90,11 +98,21 @@ pub(super) fn conclude(
         findings,
         springs,
         linear,
+        timing,
         fit_seconds: clock.seconds() - on_line_seconds,
     };
-    if (ready.prepared.reading().settings().estimator).contains(&Estimator::PredictionError) {
+    let refines =
+        (ready.prepared.reading().settings().estimator).contains(&Estimator::PredictionError);
+    if refines && matches!(timing, Timing::Open) {
         first(&before_refinement(&basis)?);
     }
-    let estimates = refine(&basis, logs, progress)?;
-    describe(&basis, estimates, progress)
+    match refine(&basis, logs, progress)? {
+        Refined::Estimates(estimates) => describe(&basis, estimates, progress),
+        Refined::Retimed(retiming) => {
+            let retimed = ready.retimed(&retiming)?;
+            let read = pass(&retimed, logs.own, progress)?;
+            let timing = (clock, Timing::Found(&retiming));
+            conclude(&retimed, &read, logs, timing, progress, first)
+        }
+    }
 }

@@ -32,9 +32,9 @@ pub use result::{
     IDENTIFICATION_FORMAT, Identification, JointPrediction, LawDelay, LawRung, LawsByHoldOut,
     LogInfo, ModelDependence, MotorRowResult, ParameterEstimate, PayloadParameter, PayloadResult,
     PhysicalResult, RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation,
-    RefinedVelocity, Refinement, ResidualPrior, RigidByHoldOut, RigidJoint, RowDisturbance,
-    RungResult, SensorNoise, SettingsUsed, SignUsed, SimulationFit, StandardParameter, Verdict,
-    parameters_csv,
+    RefinedSharpness, RefinedVelocity, Refinement, ResidualPrior, RigidByHoldOut, RigidJoint,
+    RowDisturbance, RungResult, SensorNoise, SettingsUsed, SignUsed, SimulationFit,
+    StandardParameter, Verdict, parameters_csv,
 };
 pub use springs::with_rigid_joints;
 pub use statistics::NORMAL_95;

@@ -42,6 +42,14 @@ impl DelayGain {
         })
     }
 
+    /// Returns the gain of other delays of all channels, s, over those of `reading`; `None` if the excerpt is too short.
+    pub(crate) fn between(excerpt: &Excerpt, reading: &Reading, delays: &[f64]) -> Option<Self> {
+        Some(Self {
+            without: held_out(excerpt, reading)?,
+            with: held_out(excerpt, &reading.with_delays(delays))?,
+        })
+    }
+
     /// Returns whether the delay lowers the held-out error.
     pub(crate) fn is_lower(&self) -> bool {
         self.with < self.without

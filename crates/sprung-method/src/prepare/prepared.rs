@@ -220,6 +220,12 @@ impl Prepared {
         &self.experiment
     }
 
+    /// Returns the same logs with other settings for reading them.
+    #[must_use]
+    pub(crate) fn with_reading(self, reading: Reading) -> Self {
+        Self { reading, ..self }
+    }
+
     /// Returns the same logs with another model of the same equations.
     #[must_use]
     pub(crate) fn with_model(mut self, model: Model) -> Self {

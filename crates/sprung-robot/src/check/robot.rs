@@ -113,7 +113,7 @@ fn positive(joint: &Joint, at: &str) -> Result<(), Fault> {
         ("winding_resistance_ohm", joint.winding_resistance_ohm),
         (
             "coulomb_sharpness_s_per_rad",
-            Some(joint.coulomb_sharpness_s_per_rad),
+            joint.coulomb_sharpness_s_per_rad,
         ),
         (
             "stribeck_velocity_rad_per_s",

@@ -71,7 +71,7 @@ impl Session {
             format,
             form,
             experiment: &experiment,
-            model: &model,
+            model: &model.shaped(&values),
             values: &values,
             urdf: (urdf.as_ref()).map(|(name, text)| (name.as_str(), text.as_str())),
             is_there: &is_there,
@@ -152,7 +152,10 @@ fn values_of(result: &EstimateResult) -> BTreeMap<String, f64> {
     let own = (result.parameters.iter())
         .filter_map(|own| Some((own.name.clone(), own.physical.or(own.value)?)));
     let standard = (result.standard_parameters.iter()).map(|own| (own.name.clone(), own.value));
-    own.chain(standard).collect()
+    // The scales of friction laws have names of their own.
+    let mut values = result.values();
+    values.extend(own.chain(standard));
+    values
 }
 
 fn origins(result: &EstimateResult) -> Vec<ValueOrigin> {

@@ -9,6 +9,7 @@ mod measured_effects;
 mod of_joint;
 mod parameters;
 mod promise;
+mod retimed;
 mod routes;
 mod scale;
 mod stability;
@@ -25,6 +26,7 @@ pub(crate) use gravity::{tilt_is_possible, tilted};
 pub(super) use measured_effects::after_estimation;
 pub(super) use promise::promise;
 pub use promise::{percent, predictions};
+pub(super) use retimed::retimed;
 
 use self::of_joint::{motor_row, of};
 use self::parameters::{collinear, listed, little_torque, weak};

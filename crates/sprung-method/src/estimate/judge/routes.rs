@@ -2,7 +2,7 @@
 
 use super::parameters::listed;
 use crate::estimate::result::EstimateResult;
-use crate::estimate::statistics::SIGNIFICANT_SIGMAS;
+use crate::estimate::statistics::{SIGNIFICANT_SIGMAS, SMALL_SHARE};
 use crate::finding::{Finding, Severity};
 use crate::fit::Fitted;
 use crate::model::Model;
@@ -29,6 +29,17 @@ pub(super) fn routes_disagree(
         return None;
     }
     apart.sort_by(|a, b| b.1.total_cmp(&a.1));
+    // Least squares have a bias by smearing that their errors do not contain.
+    let matters = |&(i, _): &(usize, f64)| {
+        let own = &result.parameters[i];
+        let difference = (own.value.unwrap_or_default() - fitted.theta[i]).abs();
+        difference > SMALL_SHARE * fitted.theta[i].abs()
+    };
+    let severity = if apart.iter().any(matters) {
+        Severity::Warning
+    } else {
+        Severity::Info
+    };
     let list = apart.iter().map(|&(i, size)| {
         let own = &result.parameters[i];
         format!(
@@ -41,7 +52,7 @@ pub(super) fn routes_disagree(
     });
     Some(
         Finding::new(
-            Severity::Warning,
+            severity,
             "routes-disagree",
             format!(
                 "refinement and least squares contradict each other: {}. The model lacks an effect, \

@@ -7,7 +7,9 @@ use sprung_core::parameters::JointParameter;
 use super::refined::Refined;
 use crate::description::Delay;
 use crate::estimate::errors::IdentifyError;
-use crate::estimate::estimators::prediction_error::{Before, prediction_error};
+use crate::estimate::estimators::prediction_error::{
+    Before, Refinements, Timing, prediction_error,
+};
 use crate::fit::{Fitted, fit};
 use crate::log::{LogSource, Signal};
 use crate::model::Model;
@@ -170,6 +172,7 @@ impl<'a, 's> Stretch<'a, 's> {
             fitted: &fitted,
             possible: None,
             nominal: None,
+            timing: Timing::Kept,
             about_logs: &[],
         };
         let sources = std::slice::from_mut(&mut self.source);
@@ -180,6 +183,9 @@ impl<'a, 's> Stretch<'a, 's> {
         let found = match prediction_error(&reading, sources, before, &mut limited) {
             Err(PassError::Stopped(_)) if limited.is_over() => return Ok(Refined::failed()),
             found => found?,
+        };
+        let Refinements::Found(found) = found else {
+            return Ok(Refined::failed());
         };
         let refinement = found.numbers.criterion.refinement();
         Ok(refinement.map_or_else(Refined::failed, |refinement| {

@@ -4,6 +4,7 @@ use super::choices::{Choices, for_factors};
 use super::factors::{LogFactors, OneLog};
 use crate::description::{Experiment, Feature, Task, refuse};
 use crate::estimate::errors::{FactorsError, IdentifyError};
+use crate::estimate::estimators::prediction_error::Timing;
 use crate::estimate::identify::conclude;
 use crate::estimate::steps::{Identified, Logs, Ready, make_ready, reduce};
 use crate::log::LogSource;
@@ -87,5 +88,12 @@ pub fn identify_factors(
     let read = factors.read(ready.prepared.reading().model())?;
     // Least squares needs the logs no more.
     let mut logs = Logs::new(&mut []);
-    conclude(&ready, &read, &mut logs, &clock, progress, &mut |_| ())
+    conclude(
+        &ready,
+        &read,
+        &mut logs,
+        (&clock, Timing::Kept),
+        progress,
+        &mut |_| (),
+    )
 }

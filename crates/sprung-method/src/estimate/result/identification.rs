@@ -15,7 +15,7 @@ use super::springs::RigidJoint;
 use super::verdict::{Decision, Verdict};
 use crate::finding::Finding;
 use crate::frequency::{FrequencyResponse, SpringFromMotor};
-use crate::model::{residual_name, stribeck_name};
+use crate::model::{residual_name, sharpness_name, stribeck_name};
 use crate::named::Named;
 
 pub(crate) use crate::finding::GENERATOR;
@@ -188,6 +188,9 @@ pub struct EstimateResult {
     /// Velocities at which Stribeck friction has fallen to 1/e, rad/s (m/s), by joint.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub stribeck_velocity: Named,
+    /// Sharpness of Coulomb friction that was estimated, s/rad (s/m), by joint.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub coulomb_sharpness: Named,
     /// Velocities that scale the residual laws, rad/s (m/s), by joint.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub residual_velocity: Named,
@@ -437,10 +440,12 @@ impl EstimateResult {
     pub fn values(&self) -> BTreeMap<String, f64> {
         let stribeck = self.stribeck_velocity.iter();
         let residual = self.residual_velocity.iter();
+        let sharpness = self.coulomb_sharpness.iter();
         (self.parameters.iter())
             .filter_map(|p| Some((p.name.clone(), p.value?)))
             .chain(stribeck.map(|(joint, velocity)| (stribeck_name(joint), velocity)))
             .chain(residual.map(|(joint, velocity)| (residual_name(joint), velocity)))
+            .chain(sharpness.map(|(joint, sharpness)| (sharpness_name(joint), sharpness)))
             .collect()
     }
 

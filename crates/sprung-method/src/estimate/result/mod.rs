@@ -24,7 +24,8 @@ pub use physical::{CovarianceOfErrors, Decided, PhysicalResult, StandardParamete
 pub use promise::JointPrediction;
 pub use refinement::{
     HeldOutResidual, RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation,
-    RefinedVelocity, Refinement, ResidualPrior, RowDisturbance, RungResult, SensorNoise,
+    RefinedSharpness, RefinedVelocity, Refinement, ResidualPrior, RowDisturbance, RungResult,
+    SensorNoise,
 };
 pub use springs::{RigidByHoldOut, RigidJoint};
 pub use verdict::{Decision, Verdict};

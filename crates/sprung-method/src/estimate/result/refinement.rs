@@ -50,6 +50,9 @@ pub struct Refinement {
     pub encoder_offsets: Vec<RefinedOffset>,
     /// Delays estimated by likelihood.
     pub delays: Vec<RefinedDelay>,
+    /// Delay that all motor torques have together, s, and its standard error, if it is an unknown of the refinement.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub torques_delay_s: Option<(f64, f64)>,
     /// Saturations of the torques by likelihood.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub saturations: Vec<RefinedSaturation>,
@@ -62,6 +65,9 @@ pub struct Refinement {
     /// Stribeck velocities that the description leaves open, estimated with the parameters.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stribeck_velocities: Vec<RefinedVelocity>,
+    /// Sharpness of the Coulomb friction of joints whose description gives none, estimated with the parameters.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sharpnesses: Vec<RefinedSharpness>,
     /// Pairs of parameters with the most strongly correlated errors, and their correlation.
     pub correlations: Vec<(String, String, f64)>,
     /// Estimate from each of several logs alone: value and standard error, in the order of
@@ -187,6 +193,17 @@ pub struct RefinedVelocity {
     /// Velocity at which the friction has fallen to 1/e, rad/s (m/s).
     pub velocity: f64,
     /// Its standard error, rad/s (m/s).
+    pub standard_error: f64,
+}
+
+/// Sharpness of the Coulomb friction of a joint, by likelihood.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RefinedSharpness {
+    /// Name of the joint.
+    pub joint: String,
+    /// Beta of `tanh(beta * velocity)`, s/rad (s/m).
+    pub sharpness: f64,
+    /// Its standard error, s/rad (s/m).
     pub standard_error: f64,
 }
 

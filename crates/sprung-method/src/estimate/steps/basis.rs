@@ -5,6 +5,7 @@ use super::prepare::Ready;
 use crate::description::Estimator;
 use crate::estimate::estimators::Found;
 use crate::estimate::estimators::least_squares::{Linear, least_squares};
+use crate::estimate::estimators::prediction_error::Timing;
 use crate::estimate::result::PayloadResult;
 use crate::estimate::springs::Undetermined;
 use crate::finding::Finding;
@@ -38,6 +39,8 @@ pub(in crate::estimate) struct Basis<'a> {
     pub(in crate::estimate) springs: &'a Undetermined,
     /// Result of least squares. Other estimators start from it and return it if they fail.
     pub(in crate::estimate) linear: &'a Linear<'a>,
+    /// Whether the refinement may ask for another timing of the torques, or has found it.
+    pub(in crate::estimate) timing: Timing<'a>,
     /// Time spent on reading the logs and on the fit, s.
     pub(in crate::estimate) fit_seconds: f64,
 }

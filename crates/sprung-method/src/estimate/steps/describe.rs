@@ -9,8 +9,9 @@ use crate::description::Estimator;
 use crate::estimate::errors::IdentifyError;
 use crate::estimate::estimators::Found;
 use crate::estimate::estimators::least_squares::cutoff_choice;
+use crate::estimate::estimators::prediction_error::Timing;
 use crate::estimate::judge::{
-    after_estimation, decide, judge, tilt_is_possible, tilted, with_held_out_delay,
+    after_estimation, decide, judge, retimed, tilt_is_possible, tilted, with_held_out_delay,
 };
 use crate::estimate::result::{
     CutoffChoice, EstimateResult, GENERATOR, IDENTIFICATION_FORMAT, Identification, LogInfo,
@@ -44,6 +45,11 @@ pub(in crate::estimate) fn describe(
     rigid_joints.extend(undetermined.described(model));
     let mut findings = basis.findings.to_vec();
     findings.extend(finding(model, &rigid_joints));
+    if let Timing::Found(retiming) = basis.timing {
+        let refined = results.iter().find_map(EstimateResult::refined);
+        let period = basis.ready.prepared.excerpt().period();
+        findings.extend(retimed(model, retiming, refined, period));
+    }
     findings.extend(look_again(basis, &results));
     after_estimation(&mut findings, &results);
     let response = in_frequency(basis, &estimates.robot, &mut results);

@@ -22,4 +22,4 @@ pub(super) use fit::fit;
 pub use identified::Identified;
 pub(super) use pass::{ReadLogs, pass, reduce};
 pub(super) use prepare::{Ready, make_ready, prepare_with_laws};
-pub(super) use refine::refine;
+pub(super) use refine::{Refined, refine};

@@ -81,6 +81,7 @@ pub(super) fn result_of(
             .and_then(|own| covariance(model, found, own, limits.as_deref())),
         encoder_offsets,
         stribeck_velocity: stribeck_velocities(model, &found.criterion),
+        coulomb_sharpness: sharpnesses(&found.criterion),
         residual_velocity: residual_velocities(model),
         dependence: dependence(model, system, theta),
         physical: bodies.result,
@@ -251,6 +252,14 @@ fn stribeck_velocities(model: &Model, criterion: &Criterion) -> Named {
             let velocity = refined(name).unwrap_or(model.stribeck_velocity(joint));
             (name.clone(), velocity)
         })
+        .collect()
+}
+
+/// Returns the sharpness of Coulomb friction by a refinement that is used.
+fn sharpnesses(criterion: &Criterion) -> Named {
+    let used = criterion.refinement().filter(|refinement| refinement.used);
+    (used.iter().flat_map(|own| &own.sharpnesses))
+        .map(|own| (own.joint.clone(), own.sharpness))
         .collect()
 }
 

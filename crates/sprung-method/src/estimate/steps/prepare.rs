@@ -4,7 +4,7 @@ use super::inputs::EstimatorInputs;
 use super::refuse::refuse;
 use crate::description::{Experiment, Laws};
 use crate::estimate::errors::IdentifyError;
-use crate::estimate::estimators::prediction_error::likely;
+use crate::estimate::estimators::prediction_error::{Retiming, likely};
 use crate::estimate::laws::{Chosen, choose_laws, laws_of, open_delays, with_open_delays};
 use crate::estimate::result::RigidJoint;
 use crate::estimate::springs::{RigidByLog, with_joints_rigid_by_log};
@@ -25,9 +25,28 @@ pub(in crate::estimate) struct Ready {
 }
 
 impl Ready {
+    /// Returns the same logs with another timing of the torques and another sharpness of Coulomb friction. Laws that the
+    /// description lacks are looked for again.
+    pub(in crate::estimate) fn retimed(&self, retiming: &Retiming) -> Result<Self, IdentifyError> {
+        let prepared = self.prepared.clone();
+        let reading = retiming.applied(prepared.reading());
+        let mut own = self.with_prepared(prepared.with_reading(reading))?;
+        if own
+            .laws
+            .as_ref()
+            .is_some_and(|laws| laws.experiment.is_none())
+        {
+            own.laws = choose_laws(&own.prepared);
+        }
+        Ok(own)
+    }
+
     /// Returns the same logs with another model of the same equations.
     pub(in crate::estimate) fn with_model(&self, model: Model) -> Result<Self, IdentifyError> {
-        let prepared = self.prepared.clone().with_model(model);
+        self.with_prepared(self.prepared.clone().with_model(model))
+    }
+
+    fn with_prepared(&self, prepared: Prepared) -> Result<Self, IdentifyError> {
         let inputs = EstimatorInputs::new(prepared.experiment(), prepared.reading().model())?;
         Ok(Self {
             prepared,

@@ -6,7 +6,9 @@ use crate::estimate::errors::IdentifyError;
 use crate::estimate::estimators::Found;
 use crate::estimate::estimators::lsff::on_line;
 use crate::estimate::estimators::output_error::output_error;
-use crate::estimate::estimators::prediction_error::{Before, prediction_error};
+use crate::estimate::estimators::prediction_error::{
+    Before, Refinements, Retiming, prediction_error,
+};
 use crate::estimate::payload::{Loaded, payload_of};
 use crate::estimate::result::PayloadResult;
 use crate::finding::Finding;
@@ -14,6 +16,13 @@ use crate::log::LogSource;
 use crate::prepare::PrepareError;
 use crate::progress::{Listener, Phase};
 use crate::regression::read_through;
+
+/// End of the estimators.
+pub(in crate::estimate) enum Refined {
+    Estimates(Estimates),
+    /// The steps are to be repeated from the pass on, with another timing.
+    Retimed(Box<Retiming>),
+}
 
 /// Runs the estimators in the order of the settings, then estimates the payloads.
 ///
@@ -24,13 +33,17 @@ pub(in crate::estimate) fn refine(
     basis: &Basis<'_>,
     logs: &mut Logs<'_, '_>,
     progress: &mut dyn Listener,
-) -> Result<Estimates, IdentifyError> {
+) -> Result<Refined, IdentifyError> {
     let estimators = basis.ready.prepared.reading().settings().estimator.iter();
-    let robot: Vec<(Estimator, Found)> = estimators
-        .map(|&estimator| Ok((estimator, run(basis, estimator, logs.own, progress)?)))
-        .collect::<Result<_, IdentifyError>>()?;
+    let mut robot: Vec<(Estimator, Found)> = Vec::new();
+    for &estimator in estimators {
+        match run(basis, estimator, logs.own, progress)? {
+            Refinements::Found(found) => robot.push((estimator, *found)),
+            Refinements::Retimed(retiming) => return Ok(Refined::Retimed(retiming)),
+        }
+    }
     let payloads = payloads(basis, &robot, logs.loaded, progress)?;
-    Ok(Estimates { robot, payloads })
+    Ok(Refined::Estimates(Estimates { robot, payloads }))
 }
 
 /// Runs one estimator. Every estimator has an arm here.
@@ -43,11 +56,11 @@ fn run(
     estimator: Estimator,
     sources: &mut [LogSource<'_>],
     progress: &mut dyn Listener,
-) -> Result<Found, IdentifyError> {
+) -> Result<Refinements, IdentifyError> {
     let prepared = &basis.ready.prepared;
     let (reading, excerpt) = (prepared.reading(), prepared.excerpt());
     let fitted = &basis.linear.fitted;
-    Ok(match estimator {
+    let found = match estimator {
         Estimator::LeastSquares => basis.least_squares(),
         Estimator::Lsff => on_line(basis.read.lsff.as_ref().ok_or(PrepareError::NoLog)?, fitted),
         Estimator::OutputError => {
@@ -67,11 +80,13 @@ fn run(
                 fitted,
                 possible: basis.linear.possible.as_ref(),
                 nominal: basis.ready.inputs.nominal.as_deref(),
+                timing: basis.timing,
                 about_logs: basis.findings,
             };
-            prediction_error(reading, sources, before, progress)?
+            return Ok(prediction_error(reading, sources, before, progress)?);
         }
-    })
+    };
+    Ok(Refinements::Found(Box::new(found)))
 }
 
 /// Estimates the payloads of logs, each from all logs with it, beside the first estimate.

@@ -8,7 +8,7 @@ use super::levels::Levels;
 use super::measurements::{Extent, build, max_samples, read};
 use super::problem::add_prior;
 use super::solve;
-use super::unknowns::Unknowns;
+use super::unknowns::{TorquesTiming, Unknowns};
 use crate::description::{Delay, Experiment, Simulate};
 use crate::estimate::errors::IdentifyError;
 use crate::log::{Channels, LogError, LogSource};
@@ -107,7 +107,7 @@ pub fn information_bound(
         model,
         &channels,
         &measurements,
-        &open,
+        (&open, TorquesTiming::Given),
     );
     let z = unknowns.point(theta);
     let dynamics = Dynamics::new(model, theta);

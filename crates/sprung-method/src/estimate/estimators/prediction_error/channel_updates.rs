@@ -86,7 +86,9 @@ pub(super) fn channel_updates(
                 channel,
                 effect,
                 assumed: match effect {
-                    Effect::SensorDelay(_) | Effect::TorqueDelay(_) => assumed[channel],
+                    Effect::SensorDelay(_) | Effect::TorqueDelay(_) | Effect::TorquesDelay => {
+                        assumed[channel]
+                    }
                     Effect::Saturation { .. } | Effect::Eccentricity { .. } => 0.0,
                 },
                 correction: step.correction,

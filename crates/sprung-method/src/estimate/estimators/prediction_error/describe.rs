@@ -1,5 +1,7 @@
 //! A refinement in the form of the results.
 
+use sprung_core::friction::Scale;
+
 use super::findings::{correlations, largest_move};
 use super::hold_out::HeldOut;
 use super::ladder::Tried;
@@ -7,7 +9,8 @@ use super::refined::Refined;
 use super::status::{Outcome, Status};
 use crate::estimate::result::{
     HeldOutResidual, RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation,
-    RefinedVelocity, Refinement, ResidualPrior, RowDisturbance, RungResult, SensorNoise,
+    RefinedSharpness, RefinedVelocity, Refinement, ResidualPrior, RowDisturbance, RungResult,
+    SensorNoise,
 };
 use crate::log::Channels;
 use crate::model::Model;
@@ -25,6 +28,7 @@ pub(super) fn describe(
     let refined = shown.refined()?;
     let name = |index: usize| model.parameters()[index].name.clone();
     let column = |channel: usize| channels.all[channel].column.clone();
+    let of_scale = |scale: Scale| refined.scales.iter().filter(move |own| own.scale == scale);
     Some(Refinement {
         used: status.is_used(),
         rung: shown.rung.name().to_owned(),
@@ -72,6 +76,9 @@ pub(super) fn describe(
                 used_s: delay.assumed,
             })
             .collect(),
+        torques_delay_s: (refined.torques_delay.as_ref())
+            .filter(|own| own.estimated)
+            .map(|own| (own.value(), own.standard_error)),
         saturations: (refined.saturations.iter())
             .map(|own| RefinedSaturation {
                 column: column(own.channel),
@@ -97,10 +104,17 @@ pub(super) fn describe(
                 level_nm: *level,
             })
             .collect(),
-        stribeck_velocities: (refined.velocities.iter())
+        stribeck_velocities: (of_scale(Scale::Stribeck))
             .map(|own| RefinedVelocity {
                 joint: model.joints()[own.joint].clone(),
                 velocity: own.value,
+                standard_error: own.standard_error,
+            })
+            .collect(),
+        sharpnesses: (of_scale(Scale::Sharpness))
+            .map(|own| RefinedSharpness {
+                joint: model.joints()[own.joint].clone(),
+                sharpness: own.value,
                 standard_error: own.standard_error,
             })
             .collect(),

@@ -286,6 +286,7 @@ fn eccentric(channels: &Channels, refined: &Refined) -> Vec<Finding> {
             } => "cos",
             Effect::SensorDelay(_)
             | Effect::TorqueDelay(_)
+            | Effect::TorquesDelay
             | Effect::Saturation { .. }
             | Effect::Eccentricity { .. } => "sin",
         };

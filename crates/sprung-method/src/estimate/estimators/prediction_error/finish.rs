@@ -14,10 +14,10 @@ use super::parts::{
     without_blocks,
 };
 use super::problem::{Problem, add_prior};
-use super::refined::{Refined, RowLevel, SensorLevel, SensorOffset, StribeckVelocity};
+use super::refined::{FrictionScale, Refined, RowLevel, SensorLevel, SensorOffset};
 use super::sandwich::{Influence, widening};
 use super::solve::covariance as covariance_of;
-use super::unknowns::{Effect, Unknowns};
+use super::unknowns::{Effect, TorquesTiming, Unknowns};
 use super::vector::{add, dot};
 use crate::model::{Model, Theta};
 use crate::regression::Reading;
@@ -28,11 +28,11 @@ const PARTS_OF_POINT: usize = 6;
 /// Returns the result of a descent. Returns `None` if the filter does not follow the log or the log
 /// does not determine all unknowns.
 ///
-/// - `estimated`: channels whose delays are to be estimated.
+/// - `estimated`: channels whose delays are to be estimated, and the treatment of that of all torques.
 pub(super) fn finish(
     problem: &Problem<'_>,
     reading: &Reading,
-    estimated: &[usize],
+    estimated: (&[usize], TorquesTiming),
     descent: &Descent,
 ) -> Option<Refined> {
     let (model, measurements) = (problem.model, problem.measurements);
@@ -40,7 +40,10 @@ pub(super) fn finish(
         (problem.unknowns.clone()).with_effects(model, reading.channels(), measurements, estimated);
     let (sums, bias) = last_run(problem, &unknowns, (&descent.z, &descent.levels))?;
     // Estimated delays are unknowns, so they increase the standard errors of the parameters.
-    let count = unknowns.values() + estimated.len();
+    let (channels, torques) = estimated;
+    let count = unknowns.values()
+        + channels.len()
+        + usize::from(torques == TorquesTiming::Estimated && unknowns.has_torques_delay());
     let mut normal = sums.normal.clone();
     add_prior(problem.unknowns, &descent.z, &mut normal);
     let influence = covariance_of(&normal.first(count).information, count)?;
@@ -87,7 +90,7 @@ pub(super) fn finish(
         duration,
         reading.delays(),
     );
-    let [delays, saturations, eccentricities] = by_kind(updates);
+    let [delays, torques_delay, saturations, eccentricities] = by_kind(updates);
     let (unconstrained, possible_without) =
         apart(problem, &unknowns, descent, (&sums, &blocks, &without))?;
     Some(Refined {
@@ -113,15 +116,17 @@ pub(super) fn finish(
         residual: (unknowns.residual.iter())
             .map(|own| (own.joint, own.side, own.level))
             .collect(),
-        velocities: (unknowns.stribeck_velocities(&descent.z).enumerate())
-            .map(|(i, (joint, value))| StribeckVelocity {
+        scales: (unknowns.scales(&descent.z).enumerate())
+            .map(|(i, (joint, scale, value))| FrictionScale {
                 joint,
+                scale,
                 value,
                 // The unknown is the logarithm.
                 standard_error: value * error(width + unknowns.offsets.len() + i),
             })
             .collect(),
         delays,
+        torques_delay: torques_delay.into_iter().next(),
         saturations,
         eccentricities,
         by_noise: moves_by_noise(&influence, count, &bias, width),
@@ -320,14 +325,15 @@ fn moves_by_noise(influence: &[f64], count: usize, bias: &NoiseBias, free: usize
         .collect()
 }
 
-/// Returns the estimates of delays, saturations and eccentricities.
-fn by_kind(updates: Vec<ChannelUpdate>) -> [Vec<ChannelUpdate>; 3] {
-    let mut kinds = [const { Vec::new() }; 3];
+/// Returns the estimates of the delays of channels, of the delay of all torques, of saturations and eccentricities.
+fn by_kind(updates: Vec<ChannelUpdate>) -> [Vec<ChannelUpdate>; 4] {
+    let mut kinds = [const { Vec::new() }; 4];
     for own in updates {
         let kind = match own.effect {
             Effect::SensorDelay(_) | Effect::TorqueDelay(_) => 0,
-            Effect::Saturation { .. } => 1,
-            Effect::Eccentricity { .. } => 2,
+            Effect::TorquesDelay => 1,
+            Effect::Saturation { .. } => 2,
+            Effect::Eccentricity { .. } => 3,
         };
         kinds[kind].push(own);
     }

@@ -4,9 +4,11 @@
 //! On a log with model error the likelihood attributes this error to slow disturbances, and then
 //! only fast motions determine the parameters. A lower rung does not have this freedom.
 
+use super::Timing;
 use super::hold_out::{Blocks, HeldOut};
 use super::refine::{End, Refinery};
 use super::refined::Refined;
+use super::retiming::Retiming;
 use super::rung::Rung;
 use crate::estimate::statistics::SMALL_SHARE;
 use crate::model::Model;
@@ -40,8 +42,17 @@ impl Tried {
     }
 }
 
-/// Tries the rungs one after the other, until a rung passes clearly.
+/// End of the ladder.
+pub(super) enum Climbed {
+    /// The rungs that were tried.
+    Tried(Vec<Tried>),
+    /// The likelihood asks for another timing.
+    Retimed(Box<Retiming>),
+}
+
+/// Tries the rungs one after the other, until a rung passes clearly or asks for another timing.
 ///
+/// - `timing`: whether a rung may ask for another timing, or the refinement that has found it.
 /// - `progress`: is called before each run of the filter.
 ///
 /// # Errors
@@ -49,18 +60,30 @@ impl Tried {
 /// [`PassError`] if the filter of positions does not fit a log, or the listener asks to stop.
 pub(super) fn climb(
     refinery: &Refinery<'_>,
-    model: &Model,
-    system: &System,
+    (model, system): (&Model, &System),
+    timing: Timing<'_>,
     progress: &mut dyn Listener,
-) -> Result<Vec<Tried>, PassError> {
+) -> Result<Climbed, PassError> {
     let mut tried: Vec<Tried> = Vec::new();
+    let before = match timing {
+        Timing::Found(own) => Some(&own.end),
+        Timing::Open | Timing::Kept => None,
+    };
+    let is_open = matches!(timing, Timing::Open);
     let mut blocks: Option<Blocks<'_>> = None;
     for rung in Rung::ALL {
         // A rung that predicts badly is a bad start.
         let from = (tried.last())
             .filter(|last| last.passed().is_some())
             .and_then(|last| last.end.as_ref());
-        let end = refinery.climb(rung, from, progress)?;
+        let from = from.or_else(|| before.filter(|_| tried.is_empty()));
+        let mut end = refinery.climb(rung, from, progress)?;
+        if is_open
+            && let Some(own) = end.as_ref().and_then(|end| refinery.retiming(end))
+            && let Some(end) = end.take()
+        {
+            return Ok(Climbed::Retimed(Box::new(own.with(end, refinery.reading))));
+        }
         if let (None, Some(end)) = (&blocks, &end) {
             blocks = Blocks::new(model, system, &end.refined, refinery.possible);
         }
@@ -75,7 +98,7 @@ pub(super) fn climb(
             break;
         }
     }
-    Ok(tried)
+    Ok(Climbed::Tried(tried))
 }
 
 /// Returns whether no further rung is needed: the last one predicts at least as well as least

@@ -1,10 +1,13 @@
 //! Delays and Stribeck velocities to be estimated, by likelihood from several starts.
 
+use sprung_core::friction::Scale;
+
 use super::measurements::{Extent, max_samples};
 use super::refine::{Refinery, Start};
 use super::refined::Refined;
 use super::rung::Rung;
 use super::start_levels::TorqueNoise;
+use super::unknowns::TorquesTiming;
 use crate::description::{Delay, Estimator};
 use crate::estimate::statistics::{MIN_DELAY_SAMPLES, SIGNIFICANT_SIGMAS};
 use crate::fit::fit;
@@ -21,8 +24,8 @@ const FURTHER_STARTS_S: [f64; 5] = [5e-3, 1e-2, 2e-2, 3.5e-2, -1e-2];
 /// where the filter of the positions smears reversals. They are tried in turn with the delays.
 const VELOCITY_STARTS: [f64; 2] = [1.0, 3.0];
 
-/// Two Stribeck velocities are equal if they differ by less than this fraction.
-const SAME_VELOCITY_SHARE: f64 = 0.02;
+/// Two scales of friction laws are equal if they differ by less than this fraction.
+const SAME_SCALE_SHARE: f64 = 0.02;
 
 /// Estimates the requested delays and the Stribeck velocities that the description leaves open, by
 /// likelihood.
@@ -89,7 +92,8 @@ pub(in crate::estimate) fn likely(
                 standard_error: delay.standard_error,
             })
             .collect(),
-        velocities: (best.velocities.iter())
+        velocities: (best.scales.iter())
+            .filter(|own| own.scale == Scale::Stribeck)
             .map(|own| VelocityByLikelihood {
                 joint: own.joint,
                 velocity: own.value,
@@ -128,11 +132,11 @@ fn agree(one: &Refined, other: &Refined, period: f64) -> bool {
         let difference = (a.assumed + a.correction - b.assumed - b.correction).abs();
         difference < SIGNIFICANT_SIGMAS * a.standard_error.max(MIN_DELAY_SAMPLES * period)
     });
-    let velocities = one.velocities.iter().zip(&other.velocities);
-    let same_velocities = velocities
+    let scales = one.scales.iter().zip(&other.scales);
+    let same_scales = scales
         .into_iter()
-        .all(|(a, b)| (a.value / b.value).ln().abs() < SAME_VELOCITY_SHARE);
-    one.converged() && other.converged() && same && same_velocities
+        .all(|(a, b)| (a.value / b.value).ln().abs() < SAME_SCALE_SHARE);
+    one.converged() && other.converged() && same && same_scales
 }
 
 struct Search<'a, 's, 'p> {
@@ -197,6 +201,7 @@ impl Search<'_, '_, '_> {
             theta: &fitted.theta,
             free: free.collect(),
             torque_noise: TorqueNoise::of(reading.channels()),
+            torques: TorquesTiming::Given,
             delays: self.estimated.to_vec(),
         };
         let beginning = Extent::Beginning(max_samples(reading.model().coordinates()));

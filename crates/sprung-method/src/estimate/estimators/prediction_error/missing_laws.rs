@@ -83,7 +83,8 @@ impl Refinery<'_> {
         free.extend(tested.iter().map(|law| law.parameter));
         let channels = reading.channels();
         let unknowns = Unknowns::new(richer, channels, &measurements, &theta, free)
-            .with_residual_levels(end.residual.clone());
+            .with_residual_levels(end.residual.clone())
+            .with_bends_of(&end.scales());
         let mut z = end.z.clone();
         z.splice(before.len()..before.len(), vec![0.0; tested.len()]);
         if z.len() != unknowns.values() {

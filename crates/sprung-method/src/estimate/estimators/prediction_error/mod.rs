@@ -29,6 +29,7 @@ mod problem;
 mod refine;
 mod refined;
 mod residual_levels;
+mod retiming;
 mod reversals;
 mod rung;
 mod sandwich;
@@ -61,16 +62,19 @@ pub use bound::{KnownNoise, KnownTruth, information_bound};
 use describe::describe;
 use findings::{about, laws_by_likelihood};
 use guard::Guard;
-use ladder::{Tried, choose, climb, nearest};
+use ladder::{Climbed, Tried, choose, climb, nearest};
 pub(in crate::estimate) use likely::likely;
 use measurements::{Extent, samples_in};
 use missing_laws::MissingLaw;
 use refine::{Refinery, Start};
 use refined::Refined;
+pub(in crate::estimate) use retiming::Retiming;
+use retiming::timing_of;
 use rung::Rung;
 use start_levels::TorqueNoise;
 use status::Status;
 use undeclared::bias;
+use unknowns::TorquesTiming;
 
 /// Least start value of a rotor inertia or stiffness, in its standard errors.
 const INSIDE: f64 = 0.3;
@@ -87,14 +91,27 @@ pub(in crate::estimate) struct Before<'a> {
     pub(in crate::estimate) possible: Option<&'a PossibleFit<'a>>,
     /// Start values instead of the fitted ones, \[p\].
     pub(in crate::estimate) nominal: Option<&'a [f64]>,
+    pub(in crate::estimate) timing: Timing<'a>,
     /// Findings about the logs. If a log itself is faulty, the refinement is not tried, because it
     /// may take minutes to fail.
     pub(in crate::estimate) about_logs: &'a [Finding],
 }
 
+/// Treatment of the timing of torques and of the sharpness of Coulomb friction.
+#[derive(Clone, Copy)]
+pub(in crate::estimate) enum Timing<'a> {
+    /// The refinement may ask for another one.
+    Open,
+    /// That of the reading is kept.
+    Kept,
+    /// A first refinement has found it.
+    Found(&'a Retiming),
+}
+
 /// Refines the estimate of least squares: climb the ladder, choose a rung, describe it.
 ///
-/// If no rung can be used, the result contains the linear values and a finding with the reasons.
+/// If no rung can be used, the result contains the linear values and a finding with the reasons. If the likelihood asks
+/// for another timing, the refinement ends early with it.
 ///
 /// - `progress`: is called before each run of the filter.
 ///
@@ -106,7 +123,7 @@ pub(in crate::estimate) fn prediction_error(
     sources: &mut [LogSource<'_>],
     before: Before<'_>,
     progress: &mut dyn Listener,
-) -> Result<Found, PassError> {
+) -> Result<Refinements, PassError> {
     let begin = Stopwatch::start();
     let (model, excerpt) = (reading.model(), before.excerpt);
     let theta = start_values(reading, &before);
@@ -124,7 +141,11 @@ pub(in crate::estimate) fn prediction_error(
                 None => Guard::new(model, before.system, &before.fitted.theta),
             };
             let refinery = refinery.with_guard(guard).with_possible(before.possible);
-            tried = climb(&refinery, model, before.system, progress)?;
+            let climbed = climb(&refinery, (model, before.system), before.timing, progress)?;
+            tried = match climbed {
+                Climbed::Tried(tried) => tried,
+                Climbed::Retimed(retiming) => return Ok(Refinements::Retimed(retiming)),
+            };
             if let Some(used) = choose(&tried).map(|index| &tried[index]) {
                 missing = missing_laws(&refinery, used, before.experiment)?;
             }
@@ -165,14 +186,21 @@ pub(in crate::estimate) fn prediction_error(
             ..linear_numbers(before.fitted, before.possible)
         },
     };
-    Ok(Found {
+    Ok(Refinements::Found(Box::new(Found {
         numbers: Numbers {
             criterion: Criterion::Likelihood(refinement.map(Box::new)),
             elapsed: begin.seconds(),
             ..numbers
         },
         findings,
-    })
+    })))
+}
+
+/// End of a refinement.
+pub(in crate::estimate) enum Refinements {
+    Found(Box<Found>),
+    /// The regression is to be repeated with another timing, and the refinement with it.
+    Retimed(Box<Retiming>),
 }
 
 /// Tests the laws that the model lacks, at the end of the rung that is used.
@@ -231,6 +259,11 @@ fn start<'a>(reading: &Reading, before: &Before<'_>, theta: &'a [f64]) -> Start<
         theta,
         free,
         torque_noise: TorqueNoise::of(channels),
+        torques: match before.timing {
+            Timing::Found(own) if own.torques.is_some() => TorquesTiming::Estimated,
+            Timing::Found(_) | Timing::Open => timing_of(channels),
+            Timing::Kept => TorquesTiming::Given,
+        },
         delays: (0..channels.all.len())
             .filter(|&i| channels.all[i].delay == Some(Delay::Estimate))
             .collect(),

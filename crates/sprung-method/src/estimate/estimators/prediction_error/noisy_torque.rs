@@ -112,7 +112,7 @@ impl<'a> NoiseSource<'a> {
     pub(super) fn new(problem: &'a Problem<'a>, (z, levels): (&[f64], &'a Levels)) -> Self {
         let theta = problem.unknowns.theta(z);
         let mut dynamics = Dynamics::new(problem.model, &theta);
-        dynamics.set(&theta, problem.unknowns.stribeck_velocities(z));
+        dynamics.set(&theta, problem.unknowns.scales(z));
         Self {
             problem,
             levels,

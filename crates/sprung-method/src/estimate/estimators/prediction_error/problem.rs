@@ -61,7 +61,7 @@ impl Problem<'_> {
             });
             value.is_finite() && (!vital || *value > 0.0)
         });
-        vital && self.unknowns.has_near_velocities(z)
+        vital && self.unknowns.has_near_scales(z)
     }
 }
 

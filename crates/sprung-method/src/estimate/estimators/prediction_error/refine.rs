@@ -22,11 +22,11 @@ use super::refined::Refined;
 use super::residual_levels::ResidualLevel;
 use super::rung::Rung;
 use super::start_levels::{Searches, TorqueNoise, levels_after, start_levels, with_sensor_noise};
-use super::unknowns::Unknowns;
+use super::unknowns::{Effect, ScaleOfJoint, TorquesTiming, Unknowns};
 use crate::estimate::estimators::feasible::feasible;
 use crate::estimate::estimators::least_squares::PossibleFit;
 use crate::estimate::statistics::MAX_ROUNDS;
-use crate::log::LogSource;
+use crate::log::{LogSource, Quantity};
 use crate::model::Theta;
 use crate::prepare::Excerpt;
 use crate::progress::{Listener, Phase, Stopped};
@@ -49,6 +49,8 @@ pub(super) struct Start<'a> {
     /// Indices of the parameters to be refined.
     pub(super) free: Vec<usize>,
     pub(super) torque_noise: TorqueNoise,
+    /// Treatment of the delay of all torques.
+    pub(super) torques: TorquesTiming,
     /// Channels whose delays are to be estimated.
     pub(super) delays: Vec<usize>,
 }
@@ -80,6 +82,15 @@ pub(super) struct End {
     pub(super) delays: Vec<f64>,
     /// Prior levels of the residual laws.
     pub(super) residual: Vec<ResidualLevel>,
+}
+
+impl End {
+    /// Returns the scales of friction laws that were estimated.
+    pub(super) fn scales(&self) -> Vec<ScaleOfJoint> {
+        (self.refined.scales.iter())
+            .map(|own| (own.joint, own.scale, own.value))
+            .collect()
+    }
 }
 
 impl<'a> Refinery<'a> {
@@ -211,11 +222,13 @@ impl<'a> Refinery<'a> {
             let Some((descent, problem)) = found else {
                 return Ok(None);
             };
-            let Some(refined) = finish(&problem, &reading, &start.delays, &descent) else {
+            let Some(refined) =
+                finish(&problem, &reading, (&start.delays, start.torques), &descent)
+            else {
                 return Ok(None);
             };
             let used = delays.clone();
-            let moved = move_delays(&refined.delays, self.excerpt.period(), &mut delays);
+            let moved = self.move_delays(&refined, &mut delays);
             let (levels, settled) = residual_levels(&unknowns.residual, &refined);
             if round == MAX_ROUNDS || !moved && settled {
                 return Ok(Some(End {
@@ -230,6 +243,35 @@ impl<'a> Refinery<'a> {
             last = Some(descent);
         }
         Ok(None)
+    }
+
+    /// Moves the delays that are to be estimated. Returns whether a delay was still far from its
+    /// estimate.
+    ///
+    /// - `delays`: of all channels, s.
+    fn move_delays(&self, refined: &Refined, delays: &mut [f64]) -> bool {
+        let period = self.excerpt.period();
+        let updates =
+            || (refined.delays.iter().chain(&refined.torques_delay)).filter(|own| own.estimated);
+        let far =
+            |update: &ChannelUpdate| update.correction.abs() > SETTLED * update.standard_error;
+        for update in updates() {
+            let reach = MAX_DELAY_MOVE * period.max(update.standard_error);
+            let by = update.correction.clamp(-reach, reach);
+            for (delay, channel) in delays
+                .iter_mut()
+                .zip(self.reading.channels().all.iter().enumerate())
+            {
+                let is_own = match update.effect {
+                    Effect::TorquesDelay => channel.1.quantity == Quantity::MotorTorque,
+                    _ => channel.0 == update.channel,
+                };
+                if is_own {
+                    *delay += by;
+                }
+            }
+        }
+        updates().any(far)
     }
 
     fn unknowns(&self, measurements: &Measurements) -> Unknowns {
@@ -249,8 +291,10 @@ impl<'a> Refinery<'a> {
         let model = self.reading.model();
         let usual = start_levels(model, measurements, self.start.torque_noise, rung);
         match before {
-            Some(end) => (end.z.clone(), levels_after(&end.levels, &usual, rung)),
-            None => (unknowns.point(&self.theta), usual),
+            Some(end) if end.refined.free == unknowns.free && end.z.len() == unknowns.values() => {
+                (end.z.clone(), levels_after(&end.levels, &usual, rung))
+            }
+            Some(_) | None => (unknowns.point(&self.theta), usual),
         }
     }
 }
@@ -295,18 +339,4 @@ fn residual_levels(before: &[ResidualLevel], refined: &Refined) -> (Vec<Residual
         })
         .collect();
     (after, settled)
-}
-
-/// Moves the delays that are to be estimated. Returns whether a delay was still far from its
-/// estimate.
-///
-/// - `period`: s; `delays`: delays of all channels, s.
-fn move_delays(updates: &[ChannelUpdate], period: f64, delays: &mut [f64]) -> bool {
-    let estimated = || updates.iter().filter(|update| update.estimated);
-    let far = |update: &ChannelUpdate| update.correction.abs() > SETTLED * update.standard_error;
-    for update in estimated() {
-        let reach = MAX_DELAY_MOVE * period.max(update.standard_error);
-        delays[update.channel] += update.correction.clamp(-reach, reach);
-    }
-    estimated().any(far)
 }

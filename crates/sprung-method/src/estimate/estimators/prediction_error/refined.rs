@@ -1,5 +1,6 @@
 //! Result of a refinement.
 
+use sprung_core::friction::Scale;
 use sprung_core::parameters::Side;
 
 use super::channel_updates::ChannelUpdate;
@@ -51,10 +52,12 @@ pub(super) struct Refined {
     pub(super) offsets: Vec<SensorOffset>,
     /// Prior levels of the residual laws by joint and side, N·m (N).
     pub(super) residual: Vec<(usize, Side, f64)>,
-    /// Estimates of the Stribeck velocities that the description leaves open.
-    pub(super) velocities: Vec<StribeckVelocity>,
+    /// Estimates of the scales of friction laws that the description leaves open.
+    pub(super) scales: Vec<FrictionScale>,
     /// Estimates of the delays, one per channel.
     pub(super) delays: Vec<ChannelUpdate>,
+    /// Estimate of the delay that all torques have together; `None` if the description gives delays of torques.
+    pub(super) torques_delay: Option<ChannelUpdate>,
     /// Estimates of the saturations, one per torque.
     pub(super) saturations: Vec<ChannelUpdate>,
     /// Estimates of the eccentricities, two per link encoder.
@@ -121,11 +124,13 @@ pub(super) struct SensorOffset {
     pub(super) standard_error: f64,
 }
 
-/// Estimate of a Stribeck velocity.
+/// Estimate of a scale of friction laws: a Stribeck velocity, rad/s (m/s), or the sharpness of Coulomb
+/// friction, s/rad (s/m).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct StribeckVelocity {
+pub(super) struct FrictionScale {
     pub(super) joint: usize,
-    /// Value and standard error, rad/s (m/s).
+    pub(super) scale: Scale,
+    /// Value and standard error.
     pub(super) value: f64,
     pub(super) standard_error: f64,
 }

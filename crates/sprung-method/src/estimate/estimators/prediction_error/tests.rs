@@ -203,14 +203,15 @@ fn gradient_is_that_of_the_replayed_cost() {
 }
 
 #[test]
-fn gradient_by_stribeck_velocities_is_that_of_the_replayed_cost() {
+fn gradient_by_scales_of_friction_is_that_of_the_replayed_cost() {
     let case = Case::with_stribeck_friction();
     let unknowns = case.unknowns();
     let z = unknowns.point(&case.theta);
-    let velocities: Vec<_> = unknowns.stribeck_velocities(&z).collect();
-    assert_eq!(velocities.len(), 2);
-    // The search of the velocities starts at 0.1 rad/s.
-    assert!(velocities.iter().all(|(_, v)| (v - 0.1).abs() < 1e-12));
+    let scales: Vec<_> = unknowns.scales(&z).collect();
+    // Two Stribeck velocities, whose search starts at 0.1 rad/s, and two sharpnesses.
+    assert_eq!(scales.len(), 4);
+    assert!(scales[..2].iter().all(|(.., v)| (v - 0.1).abs() < 1e-12));
+    assert!(scales[2..].iter().all(|(.., v)| (v - 100.0).abs() < 1e-9));
     compare_gradient(&case);
 }
 

@@ -15,6 +15,7 @@ const ERROR_OF_NOISE_CORRECTION: f64 = 0.05;
 pub(super) fn bias(refined: &Refined, missing: &[MissingLaw]) -> Vec<f64> {
     let laws = missing.iter().map(|law| (law.significance(), &law.moves));
     let channels = (refined.delays.iter())
+        .chain(&refined.torques_delay)
         .chain(&refined.saturations)
         .chain(&refined.eccentricities)
         .filter(|own| !own.estimated)

@@ -19,17 +19,44 @@ pub(super) struct Offset {
     pub(super) deviation: f64,
 }
 
-/// A Stribeck velocity that is estimated, by its logarithm.
+/// A value in which friction laws are not linear, estimated by its logarithm: a Stribeck velocity or
+/// the sharpness of Coulomb friction.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Velocity {
+pub(super) struct Bend {
     pub(super) joint: usize,
+    pub(super) scale: Scale,
     /// Logarithm at the start.
     start: f64,
 }
 
-/// Standard deviation of the prior of a Stribeck velocity, as a logarithm. It keeps the velocity of
-/// a joint without Stribeck friction near its start, and the velocity never leaves twice this deviation.
+/// Standard deviations of the priors, as logarithms. They keep the Stribeck velocity of a joint without
+/// Stribeck friction, and the sharpness of a joint that hardly reverses, near their starts. The values
+/// never leave twice these deviations.
 const LOG_VELOCITY_DEVIATION: f64 = 1.5;
+const LOG_SHARPNESS_DEVIATION: f64 = 1.0;
+
+impl Bend {
+    fn deviation(&self) -> f64 {
+        match self.scale {
+            Scale::Sharpness => LOG_SHARPNESS_DEVIATION,
+            Scale::Stribeck | Scale::Residual => LOG_VELOCITY_DEVIATION,
+        }
+    }
+}
+
+/// The treatment of the delay that all torques have together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum TorquesTiming {
+    /// The description gives delays of torques.
+    Given,
+    /// It is tested.
+    Tested,
+    /// It is estimated.
+    Estimated,
+}
+
+/// A joint, the scale of some of its friction laws, and the value of this scale.
+pub(super) type ScaleOfJoint = (usize, Scale, f64);
 
 /// A normal prior of an unknown.
 #[derive(Clone, Copy, Debug)]
@@ -47,6 +74,8 @@ pub(super) enum Effect {
     SensorDelay(usize),
     /// Delay of the torque on a row.
     TorqueDelay(usize),
+    /// Delay that all torques have together.
+    TorquesDelay,
     /// Saturation of the torque on a row: `τ − s τ (τ/scale)²` acts instead of τ. The scale is the
     /// standard deviation of the torque, N·m (N).
     Saturation { row: usize, scale: f64 },
@@ -65,12 +94,13 @@ impl Effect {
             Self::Eccentricity { .. }
             | Self::SensorDelay(_)
             | Self::TorqueDelay(_)
+            | Self::TorquesDelay
             | Self::Saturation { .. } => "sine",
         }
     }
 }
 
-/// The unknowns: parameters that are not fixed, offsets, Stribeck velocities, and effects of
+/// The unknowns: parameters that are not fixed, offsets, scales of friction laws, and effects of
 /// channels.
 ///
 /// Effects have columns but no values. That of a delay is linear only for small changes, so the
@@ -82,7 +112,7 @@ pub(super) struct Unknowns {
     /// Index in theta of each unknown parameter.
     pub(super) free: Vec<usize>,
     pub(super) offsets: Vec<Offset>,
-    pub(super) velocities: Vec<Velocity>,
+    pub(super) bends: Vec<Bend>,
     /// Prior levels of the residual laws.
     pub(super) residual: Vec<ResidualLevel>,
     /// Channel of each effect, and the effect.
@@ -138,14 +168,20 @@ impl Unknowns {
             let mut laws = model.parameters_of(Scale::Stribeck, joint);
             laws.any(|index| free.contains(&index))
         };
+        let jumps = |joint: usize| model.jumps(joint).any(|index| free.contains(&index));
         let velocities = (model.open_stribeck().iter().copied())
             .filter(|&joint| has_friction(joint))
-            .map(|joint| Velocity {
-                joint,
-                start: model.stribeck_velocity(joint).ln(),
-            });
+            .map(|joint| (joint, Scale::Stribeck));
+        let sharpness = (model.open_sharpness().iter().copied())
+            .filter(|&joint| jumps(joint))
+            .map(|joint| (joint, Scale::Sharpness));
+        let bends = velocities.chain(sharpness).map(|(joint, scale)| Bend {
+            joint,
+            scale,
+            start: model.shape(joint).get(scale).ln(),
+        });
         Self {
-            velocities: velocities.collect(),
+            bends: bends.collect(),
             residual: ResidualLevel::all(model, &free, theta),
             known: theta.to_vec(),
             free,
@@ -154,24 +190,31 @@ impl Unknowns {
         }
     }
 
-    /// Returns the same unknowns with columns for the delay of each channel, the saturation of each
-    /// torque and the eccentricity of each link encoder. The columns of the delays to be estimated come first.
+    /// Returns the same unknowns with columns for the delay of each channel and that of all torques, the saturation of
+    /// each torque and the eccentricity of each link encoder. The columns of the delays to be estimated come first.
     pub(super) fn with_effects(
         mut self,
         model: &Model,
         channels: &Channels,
         measurements: &Measurements,
-        estimated: &[usize],
+        (estimated, torques): (&[usize], TorquesTiming),
     ) -> Self {
-        let others = (0..channels.all.len()).filter(|i| !estimated.contains(i));
-        let delays = (estimated.iter().copied().chain(others)).filter_map(|i| {
+        let delay = |i: usize| {
             let channel = &channels.all[i];
             if channel.quantity == Quantity::MotorTorque {
                 return Some((i, Effect::TorqueDelay(model.torque_row(channel.joint))));
             }
             let sensor = measurements.sensors.iter().position(|s| s.channel == i)?;
             Some((i, Effect::SensorDelay(sensor)))
-        });
+        };
+        let first_torque = (channels.all.iter())
+            .position(|channel| channel.quantity == Quantity::MotorTorque)
+            .filter(|_| torques != TorquesTiming::Given);
+        let of_all = first_torque.map(|i| (i, Effect::TorquesDelay));
+        let others = (0..channels.all.len()).filter(|i| !estimated.contains(i));
+        let delays = (estimated.iter().copied().filter_map(delay))
+            .chain(of_all)
+            .chain(others.filter_map(delay));
         let torques = (channels.all.iter().enumerate())
             .filter(|(_, channel)| channel.quantity == Quantity::MotorTorque)
             .map(|(i, channel)| {
@@ -206,11 +249,16 @@ impl Unknowns {
 
     /// Returns the number of unknowns with values.
     pub(super) fn values(&self) -> usize {
-        self.first_velocity() + self.velocities.len()
+        self.first_bend() + self.bends.len()
     }
 
-    fn first_velocity(&self) -> usize {
+    fn first_bend(&self) -> usize {
         self.free.len() + self.offsets.len()
+    }
+
+    /// Returns whether the delay of all torques has a column.
+    pub(super) fn has_torques_delay(&self) -> bool {
+        (self.effects.iter()).any(|(_, effect)| *effect == Effect::TorquesDelay)
     }
 
     /// Returns the number of columns.
@@ -218,12 +266,12 @@ impl Unknowns {
         self.values() + self.effects.len()
     }
 
-    /// Returns the values of the unknowns for a parameter vector, with zero offsets and the Stribeck
-    /// velocities of the start.
+    /// Returns the values of the unknowns for a parameter vector, with zero offsets and the scales of
+    /// the start.
     pub(super) fn point(&self, theta: &[f64]) -> Vec<f64> {
         let free = self.free.iter().map(|&i| theta[i]);
         free.chain(self.offsets.iter().map(|_| 0.0))
-            .chain(self.velocities.iter().map(|velocity| velocity.start))
+            .chain(self.bends.iter().map(|bend| bend.start))
             .collect()
     }
 
@@ -233,11 +281,19 @@ impl Unknowns {
         self
     }
 
-    /// Returns the priors of residual laws, offsets and Stribeck velocities.
+    /// Returns the same unknowns with some of the scales alone, each by joint and scale.
+    pub(super) fn with_bends_of(mut self, kept: &[ScaleOfJoint]) -> Self {
+        self.bends.retain(|own| {
+            kept.iter()
+                .any(|(joint, scale, _)| (*joint, *scale) == (own.joint, own.scale))
+        });
+        self
+    }
+
+    /// Returns the priors of residual laws, offsets and scales of friction laws.
     pub(super) fn priors(&self) -> impl Iterator<Item = Prior> {
         let offsets = (self.offsets.iter()).map(|offset| (0.0, offset.deviation));
-        let velocities =
-            (self.velocities.iter()).map(|velocity| (velocity.start, LOG_VELOCITY_DEVIATION));
+        let bends = (self.bends.iter()).map(|bend| (bend.start, bend.deviation()));
         let residual = self.residual.iter().flat_map(|own| {
             own.places.iter().map(|&at| Prior {
                 at,
@@ -246,7 +302,7 @@ impl Unknowns {
             })
         });
         residual.chain(
-            (offsets.chain(velocities).enumerate()).map(|(i, (mean, deviation))| Prior {
+            (offsets.chain(bends).enumerate()).map(|(i, (mean, deviation))| Prior {
                 at: self.free.len() + i,
                 mean,
                 deviation,
@@ -254,22 +310,22 @@ impl Unknowns {
         )
     }
 
-    /// Returns the joints whose Stribeck velocities are estimated, with the velocities, rad/s (m/s).
-    pub(super) fn stribeck_velocities(&self, z: &[f64]) -> impl Iterator<Item = (usize, f64)> {
-        (self.velocities.iter().zip(&z[self.first_velocity()..]))
-            .map(|(velocity, log)| (velocity.joint, log.exp()))
+    /// Returns the scales of friction laws that are estimated.
+    pub(super) fn scales(&self, z: &[f64]) -> impl Iterator<Item = ScaleOfJoint> {
+        (self.bends.iter().zip(&z[self.first_bend()..]))
+            .map(|(bend, log)| (bend.joint, bend.scale, log.exp()))
     }
 
-    /// Returns whether the Stribeck velocities are near their start.
-    pub(super) fn has_near_velocities(&self, z: &[f64]) -> bool {
-        (self.velocities.iter().zip(&z[self.first_velocity()..]))
-            .all(|(velocity, log)| (log - velocity.start).abs() <= 2.0 * LOG_VELOCITY_DEVIATION)
+    /// Returns whether the scales of friction laws are near their start.
+    pub(super) fn has_near_scales(&self, z: &[f64]) -> bool {
+        (self.bends.iter().zip(&z[self.first_bend()..]))
+            .all(|(bend, log)| (log - bend.start).abs() <= 2.0 * bend.deviation())
     }
 
-    /// Returns the place of each Stribeck velocity, after `before` other columns, with its joint.
-    pub(super) fn velocity_places(&self, before: usize) -> Vec<(usize, usize)> {
-        (self.velocities.iter().enumerate())
-            .map(|(i, velocity)| (velocity.joint, before + self.first_velocity() + i))
+    /// Returns joint, scale and place of each scale of friction laws, after `before` other columns.
+    pub(super) fn scale_places(&self, before: usize) -> Vec<(usize, Scale, usize)> {
+        (self.bends.iter().enumerate())
+            .map(|(i, bend)| (bend.joint, bend.scale, before + self.first_bend() + i))
             .collect()
     }
 
@@ -385,6 +441,7 @@ impl Unknowns {
                 }
                 Effect::SensorDelay(_)
                 | Effect::TorqueDelay(_)
+                | Effect::TorquesDelay
                 | Effect::Saturation { .. }
                 | Effect::Eccentricity { .. } => 0.0,
             };
@@ -399,6 +456,7 @@ impl Unknowns {
                 // The torque of a late channel is logged later, so its derivative by the delay is
                 // its rate.
                 Effect::TorqueDelay(own) if own == row => segment.torque_rate[at],
+                Effect::TorquesDelay => segment.torque_rate[at],
                 Effect::Saturation { row: own, scale } if own == row => {
                     let torque = segment.torque[at];
                     -torque * (torque / scale).powi(2)

@@ -1,6 +1,7 @@
 //! Accelerations of a robot at one instant, and their derivatives.
 
 use sprung_core::drives::State;
+use sprung_core::friction::Scale;
 use sprung_core::linearized::{Derivatives, Partial, Partials};
 use sprung_core::links::Step;
 use sprung_core::robot::Values;
@@ -84,16 +85,16 @@ impl Dynamics {
 
     /// Replaces the parameters.
     ///
-    /// - `velocities`: joints and Stribeck velocities that change, rad/s (m/s).
+    /// - `scales`: joints, scales of friction laws and their values that change.
     pub(in crate::estimate::estimators::prediction_error) fn set(
         &mut self,
         theta: &[f64],
-        velocities: impl IntoIterator<Item = (usize, f64)>,
+        scales: impl IntoIterator<Item = (usize, Scale, f64)>,
     ) {
         self.theta.copy_from_slice(theta);
         self.bodies = self.model.bodies(theta);
-        for (joint, velocity) in velocities {
-            self.model.set_stribeck(joint, velocity);
+        for (joint, scale, value) in scales {
+            self.model.set_scale(joint, scale, value);
         }
     }
 
@@ -214,13 +215,17 @@ impl Dynamics {
 }
 
 impl Dynamics {
-    /// Visits the derivatives of the torques by the logarithm of a joint's Stribeck velocity, at the
-    /// state unpacked last. The arguments of `visit` are the row and the derivative, N·m (N).
-    pub(super) fn visit_stribeck_torques(&self, joint: usize, mut visit: impl FnMut(usize, f64)) {
+    /// Visits the derivatives of the torques by the logarithm of a scale of a joint's friction laws, at
+    /// the state unpacked last. The arguments of `visit` are the row and the derivative, N·m (N).
+    pub(super) fn visit_bent_torques(
+        &self,
+        (joint, scale): (usize, Scale),
+        mut visit: impl FnMut(usize, f64),
+    ) {
         let robot = self.model.robot();
         let drive = robot.drive(&state(&self.joints, self.n, &self.excess), joint);
         for term in robot.terms.iter().filter(|term| term.joint == joint) {
-            let by_log = term.by_log_stribeck_velocity(&drive, &robot.shapes[joint]);
+            let by_log = term.by_log(scale, &drive, &robot.shapes[joint]);
             if by_log != 0.0 {
                 visit(term.row, self.theta[term.column] * by_log);
             }

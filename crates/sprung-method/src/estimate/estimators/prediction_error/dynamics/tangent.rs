@@ -1,5 +1,7 @@
 //! Derivatives of the state by the unknowns, and by the state at the beginning of a period.
 
+use sprung_core::friction::Scale;
+
 use super::motion::Dynamics;
 use crate::estimate::estimators::prediction_error::matrix::multiply;
 use crate::estimate::estimators::prediction_error::state_layout::state_count;
@@ -19,8 +21,8 @@ pub(in crate::estimate::estimators::prediction_error) struct Tangent {
     pub(in crate::estimate::estimators::prediction_error) transition: Vec<f64>,
     /// Column of each parameter of theta; `None` for a parameter without derivatives.
     places: Vec<Option<usize>>,
-    /// Joint and column of each Stribeck velocity with a derivative.
-    velocities: Vec<(usize, usize)>,
+    /// Joint, scale and column of each scale of friction laws with a derivative.
+    scales: Vec<(usize, Scale, usize)>,
     /// Derivatives of the accelerations by positions and velocities, \[rows × 2 rows\].
     by_motion: Vec<f64>,
     /// F over one integration step, \[2 rows × 3 rows\], and its product with `by_motion`.
@@ -36,13 +38,13 @@ pub(in crate::estimate::estimators::prediction_error) struct Tangent {
 impl Tangent {
     /// Returns derivatives that are zero.
     ///
-    /// - `places`: column of each parameter of theta; `velocities`: joint and column of each
-    ///   Stribeck velocity.
+    /// - `places`: column of each parameter of theta; `scales`: joint, scale and column of
+    ///   each estimated scale of friction laws.
     pub(in crate::estimate::estimators::prediction_error) fn new(
         rows: usize,
         columns: usize,
         places: Vec<Option<usize>>,
-        velocities: Vec<(usize, usize)>,
+        scales: Vec<(usize, Scale, usize)>,
     ) -> Self {
         let states = state_count(rows);
         Self {
@@ -52,7 +54,7 @@ impl Tangent {
             torque: vec![0.0; rows * columns],
             transition: vec![0.0; 2 * rows * states],
             places,
-            velocities,
+            scales,
             by_motion: vec![0.0; 2 * rows * rows],
             one: vec![0.0; 2 * rows * states],
             step: vec![0.0; 2 * rows * states],
@@ -159,8 +161,8 @@ impl Tangent {
                 force[row * columns + place] -= entry;
             }
         }
-        for &(joint, place) in &self.velocities {
-            dynamics.visit_stribeck_torques(joint, |row, torque| {
+        for &(joint, scale, place) in &self.scales {
+            dynamics.visit_bent_torques((joint, scale), |row, torque| {
                 force[row * columns + place] -= torque;
             });
         }

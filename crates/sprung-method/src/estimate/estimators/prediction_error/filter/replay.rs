@@ -27,7 +27,7 @@ pub(in super::super) fn replay(
     run: &FilterRun,
 ) -> Option<(f64, Vec<Trajectory>)> {
     let mut dynamics = dynamics.clone();
-    dynamics.set(&unknowns.theta(z), unknowns.stribeck_velocities(z));
+    dynamics.set(&unknowns.theta(z), unknowns.scales(z));
     let each: Option<Vec<(f64, Trajectory)>> = (measurements.segments.par_iter())
         .zip(&run.stretches)
         .with_max_len(1)

@@ -45,7 +45,7 @@ pub(in super::super) fn run<T: Send>(
     each: impl Fn(usize, &mut StretchRun) -> T + Sync,
 ) -> Option<(FilterRun, Vec<T>)> {
     let mut dynamics = dynamics.clone();
-    dynamics.set(&unknowns.theta(z), unknowns.stribeck_velocities(z));
+    dynamics.set(&unknowns.theta(z), unknowns.scales(z));
     let starts = measurements.starts();
     let found: Option<Vec<(Sums, StretchRun, T)>> = (measurements.segments.par_iter())
         .zip(&starts)

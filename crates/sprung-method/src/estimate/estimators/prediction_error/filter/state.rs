@@ -69,7 +69,7 @@ impl<'a> Filter<'a> {
             friction,
             velocities: vec![0.0; rows],
             torque: vec![0.0; rows],
-            tangent: Tangent::new(rows, count, unknowns.places(0), unknowns.velocity_places(0)),
+            tangent: Tangent::new(rows, count, unknowns.places(0), unknowns.scale_places(0)),
         }
     }
 

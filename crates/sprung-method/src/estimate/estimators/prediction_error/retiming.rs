@@ -1,0 +1,155 @@
+//! The timing of the torques and the sharpness of Coulomb friction, as far as the likelihood asks for others than the
+//! preparation has used.
+
+use super::refine::{End, Refinery};
+use super::unknowns::TorquesTiming;
+use crate::description::Delay;
+use crate::estimate::statistics::{CERTAIN_SIGMAS, MIN_DELAY_SAMPLES};
+use crate::log::{Channels, Quantity};
+use crate::model::Model;
+use crate::prepare::DelayGain;
+use crate::regression::Reading;
+use sprung_core::friction::Scale;
+
+/// Longest delay of all torques that a controller and a recorder cause together, in samples. A longer one is that of
+/// a faulty channel.
+const LONGEST_SAMPLES: f64 = 2.0;
+
+/// Rise of the held-out error of the equations that contradicts a delay. Smearing by the filter of the positions moves
+/// the delay at which this error is least by up to a third of a sample.
+const OBJECTION: f64 = 0.1;
+
+/// Change of the logarithm of a sharpness that a regression does not see.
+const SAME_SHARPNESS: f64 = 0.1;
+
+/// What the regression and a second refinement use instead.
+pub(in crate::estimate) struct Retiming {
+    /// Delay that all torques have together, s, with its standard error and the gain of the equations by it; `None` if
+    /// it stays.
+    pub(in crate::estimate) torques: Option<TorquesDelay>,
+    /// Sharpness of Coulomb friction, s/rad (s/m), by joint.
+    pub(in crate::estimate) sharpness: Vec<(usize, f64)>,
+    /// End of the first refinement, from which the second one starts.
+    pub(super) end: End,
+}
+
+/// The timing that a refinement asks for.
+pub(super) struct Wanted {
+    torques: Option<TorquesDelay>,
+    sharpness: Vec<(usize, f64)>,
+}
+
+impl Wanted {
+    /// - `end`: of the refinement; `reading`: of the logs, with the timing before.
+    pub(super) fn with(self, end: End, reading: &Reading) -> Retiming {
+        let by = self.torques.map_or(0.0, |own| own.by);
+        Retiming {
+            end: End {
+                delays: delayed(reading, by),
+                ..end
+            },
+            torques: self.torques,
+            sharpness: self.sharpness,
+        }
+    }
+}
+
+/// A delay that all torques have together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::estimate) struct TorquesDelay {
+    /// Beyond the delay that the preparation has used, s.
+    by: f64,
+    /// The whole delay, s.
+    pub(in crate::estimate) delay: f64,
+    pub(in crate::estimate) standard_error: f64,
+    /// Held-out errors of the equations without and with it.
+    pub(in crate::estimate) gain: DelayGain,
+}
+
+impl Retiming {
+    /// Returns the settings for reading the logs with the new timing.
+    pub(in crate::estimate) fn applied(&self, reading: &Reading) -> Reading {
+        let by = self.torques.map_or(0.0, |own| own.by);
+        let model = sharpened(reading.model(), &self.sharpness);
+        (reading.with_delays(&delayed(reading, by))).with_model(model)
+    }
+}
+
+/// Returns the treatment of the delay of all torques.
+pub(super) fn timing_of(channels: &Channels) -> TorquesTiming {
+    let mut torques = (channels.all.iter()).filter(|own| own.quantity == Quantity::MotorTorque);
+    if torques.any(|own| own.delay.is_some_and(|delay| delay != Delay::Known(0.0))) {
+        TorquesTiming::Given
+    } else {
+        TorquesTiming::Tested
+    }
+}
+
+impl Refinery<'_> {
+    /// Returns the timing that the likelihood asks for at the end of a rung and that hold-out does not contradict.
+    pub(super) fn retiming(&self, end: &End) -> Option<Wanted> {
+        if !end.refined.converged() {
+            return None;
+        }
+        let sharpness = sharpness(self.reading.model(), end);
+        let torques = self.torques_delay(end, &sharpness);
+        (torques.is_some() || !sharpness.is_empty()).then_some(Wanted { torques, sharpness })
+    }
+
+    /// - `sharpness`: of Coulomb friction by joint, with which hold-out compares.
+    fn torques_delay(&self, end: &End, sharpness: &[(usize, f64)]) -> Option<TorquesDelay> {
+        let own = end.refined.torques_delay.as_ref()?;
+        let period = self.excerpt.period();
+        let size = own.correction.abs();
+        let is_likely = own.significance() > CERTAIN_SIGMAS
+            && size > MIN_DELAY_SAMPLES * period
+            && size < LONGEST_SAMPLES * period;
+        if !is_likely || self.start.torques != TorquesTiming::Tested {
+            return None;
+        }
+        let reading = self
+            .reading
+            .with_model(sharpened(self.reading.model(), sharpness));
+        let by = own.correction;
+        let gain = DelayGain::between(self.excerpt, &reading, &delayed(&reading, by))?;
+        (gain.with < (1.0 + OBJECTION) * gain.without).then_some(TorquesDelay {
+            by,
+            delay: own.value(),
+            standard_error: own.standard_error,
+            gain,
+        })
+    }
+}
+
+/// Returns a model with another sharpness of Coulomb friction of some joints.
+fn sharpened(model: &Model, sharpness: &[(usize, f64)]) -> Model {
+    let mut changed = model.clone();
+    for &(joint, value) in sharpness {
+        changed.set_scale(joint, Scale::Sharpness, value);
+    }
+    changed
+}
+
+/// Returns the delays of all channels with a further one of all torques, s.
+fn delayed(reading: &Reading, by: f64) -> Vec<f64> {
+    let channels = &reading.channels().all;
+    (channels.iter().zip(reading.delays()))
+        .map(|(channel, delay)| match channel.quantity {
+            Quantity::MotorTorque => delay + by,
+            _ => *delay,
+        })
+        .collect()
+}
+
+/// Returns the sharpness of the joints in which it differs clearly from that of the model.
+fn sharpness(model: &Model, end: &End) -> Vec<(usize, f64)> {
+    let differs = |joint: usize, value: f64, error: f64| {
+        let change = (value / model.sharpness(joint)).ln().abs();
+        change > SAME_SHARPNESS && change > CERTAIN_SIGMAS * error / value
+    };
+    (end.refined.scales.iter())
+        .filter(|own| own.scale == Scale::Sharpness)
+        .filter(|own| differs(own.joint, own.value, own.standard_error))
+        .map(|own| (own.joint, own.value))
+        .collect()
+}
