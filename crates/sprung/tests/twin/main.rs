@@ -35,4 +35,5 @@ mod stability;
 mod stiff;
 mod stiff_springs;
 mod support;
+mod timing;
 mod torque_sensor;

@@ -21,7 +21,7 @@ pub(super) use chosen::{Chosen, laws_of};
 pub(super) use dependence::dependence;
 pub(super) use tested::{Tested, with_tested_laws};
 
-use crate::description::{Delay, Experiment, Laws};
+use crate::description::{Delay, Estimator, Experiment, Laws};
 use crate::estimate::result::{LawDelay, LawRung, LawsByHoldOut};
 use crate::finding::{Finding, Severity};
 use crate::prepare::{Prepared, rms_speeds};
@@ -63,8 +63,10 @@ pub(super) fn choose_laws(prepared: &Prepared) -> Option<Chosen> {
     };
     ladder.climb(&[Tier::Essential, Tier::Named, Tier::Residual], auto);
     let made = ladder.rungs.len();
+    // The refinement finds the timing of the torques, and least squares take smearing for a delay.
+    let refines = (reading.settings().estimator).contains(&Estimator::PredictionError);
     ladder.climb(&[Tier::Essential, Tier::Named], |candidate| {
-        !auto(candidate)
+        !auto(candidate) && !(refines && candidate.change == Change::TorqueDelay)
     });
     Some(describe(prepared, &found, &ladder, made))
 }

@@ -3,7 +3,6 @@
 
 use super::refine::{End, Refinery};
 use super::unknowns::TorquesTiming;
-use crate::description::Delay;
 use crate::estimate::statistics::{CERTAIN_SIGMAS, MIN_DELAY_SAMPLES};
 use crate::log::{Channels, Quantity};
 use crate::model::Model;
@@ -78,7 +77,7 @@ impl Retiming {
 /// Returns the treatment of the delay of all torques.
 pub(super) fn timing_of(channels: &Channels) -> TorquesTiming {
     let mut torques = (channels.all.iter()).filter(|own| own.quantity == Quantity::MotorTorque);
-    if torques.any(|own| own.delay.is_some_and(|delay| delay != Delay::Known(0.0))) {
+    if torques.any(|own| own.delay.is_some()) {
         TorquesTiming::Given
     } else {
         TorquesTiming::Tested

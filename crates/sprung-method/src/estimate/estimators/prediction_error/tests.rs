@@ -27,10 +27,10 @@ impl Case {
         Self::of(demo::EXPERIMENT, "")
     }
 
-    /// The same motion with Stribeck friction of unknown velocities in the motors.
+    /// The same motion with Stribeck friction of unknown velocities in the motors, and with unknown sharpness.
     fn with_stribeck_friction() -> Self {
         let laws = "motor_friction = [\"viscous\", \"coulomb\", \"stribeck\"]\n";
-        let mut text = demo::EXPERIMENT.to_owned();
+        let mut text = demo::EXPERIMENT.replace("coulomb_sharpness_s_per_rad", "#");
         for name in ["name = \"joint1\"\n", "name = \"joint2\"\n"] {
             text = text.replace(name, &format!("{name}{laws}"));
         }
