@@ -5,6 +5,7 @@
 mod arm;
 mod benches;
 mod export;
+mod foreign;
 mod formats;
 mod mujoco;
 mod new;
@@ -32,7 +33,7 @@ struct Step {
 }
 
 /// All steps, the quick ones first. A new comparison is a line here and a file beside this one.
-const STEPS: [Step; 12] = [
+const STEPS: [Step; 13] = [
     Step {
         name: "benches",
         what: "every benchmark of cargo, once and with little work",
@@ -110,6 +111,17 @@ const STEPS: [Step; 12] = [
             "example-robot-data==6.0.0",
         ],
         run: new::check,
+    },
+    Step {
+        name: "foreign",
+        what: "logs of an arm that Pinocchio describes, as other recorders write them",
+        packages: &[
+            "numpy==2.4.6",
+            "numba==0.68.1",
+            "pin==4.1.0",
+            "example-robot-data==6.0.0",
+        ],
+        run: foreign::check,
     },
     Step {
         name: "servo",
