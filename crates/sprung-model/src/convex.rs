@@ -16,9 +16,11 @@ use sprung_core::linear::{factor, solve};
 /// Factor of μ from stage to stage.
 const BARRIER_STEP: f64 = 0.15;
 
-/// Maximum number of Newton steps per stage; a stage ends when a step would lower the function by less
-/// than this multiple of μ.
-const MAX_STEPS: usize = 50;
+/// Maximum number of Newton steps per stage. A stage that ends before its minimum would return unknowns far from that of
+/// the program. The metric of a refinement needs up to 340 steps, because the unknowns start far from its narrow valley.
+const MAX_STEPS: usize = 1000;
+
+/// A stage ends when a step would lower the function by less than this multiple of μ, or by less than its rounding.
 const SMALL_DECREASE: f64 = 1e-2;
 
 /// Part of the expected decrease that a step must reach, and smallest step.
@@ -295,10 +297,10 @@ impl Program {
         if decrease.is_nan() {
             return None;
         }
-        if decrease < SMALL_DECREASE * barrier {
+        let slack = ROUNDING * (here.value.abs() + dot(&self.linear, x).abs());
+        if decrease < slack.max(SMALL_DECREASE * barrier) {
             return Some(false);
         }
-        let slack = ROUNDING * (here.value.abs() + dot(&self.linear, x).abs());
         let mut length = 1.0;
         while length > SMALLEST_STEP {
             let there: Vec<f64> = x.iter().zip(&by).map(|(x, by)| x + length * by).collect();
