@@ -165,6 +165,7 @@ impl<'a> NoiseSource<'a> {
         let mut about = AboutTorques::new(rows);
         let mut changes: Vec<(usize, usize, usize, f64)> = Vec::new();
         let mut bias = NoiseBias::zero(values);
+        let mut spread = vec![0.0; moving];
         let (segment, sensors) = (&measurements.segments[segment], &measurements.sensors);
         dynamics.carry(segment.carried.as_deref());
         let noise = (logged_noise.as_slice(), STATE_STRIDE);
@@ -180,10 +181,14 @@ impl<'a> NoiseSource<'a> {
                     return;
                 }
                 about.write(information, transition);
+                let size = 9 * rows * rows;
+                let covariance = &behind[sample / STATE_STRIDE * size..][..size];
+                write_spread(covariance, transition, &logged_noise, &mut spread);
                 let pulse = Pulse {
                     state: &linearization.middles[sample * moving..(sample + 1) * moving],
                     transition,
                     period,
+                    spread: &spread,
                 };
                 changes.clear();
                 dynamics.set_excess(segment.excess(sample));
@@ -199,8 +204,6 @@ impl<'a> NoiseSource<'a> {
                     bias.gradient[place] -= variance * torque * about.entries[pushed * rows + row];
                 }
                 if sample.is_multiple_of(STATE_STRIDE) {
-                    let size = 9 * rows * rows;
-                    let covariance = &behind[sample / STATE_STRIDE * size..][..size];
                     let begin = about.correlated_states(transition, decay, covariance);
                     dynamics.visit_deviation_torques(pulse, begin, |_, column, torque| {
                         if let Some(place) = places[column] {
@@ -227,6 +230,23 @@ impl<'a> NoiseSource<'a> {
                 visit(sample, &bias);
             },
         );
+    }
+}
+
+/// Writes the standard deviations of positions and velocities of a period by noise of the logged torque, \[2 rows\].
+///
+/// - `covariance`: of the state by earlier noise, \[3 rows × 3 rows\]; `transition`: F, \[2 rows × 3 rows\];
+///   `noise`: of the torque in the period, N·m (N), \[rows\].
+fn write_spread(covariance: &[f32], transition: &[f64], noise: &[f64], spread: &mut [f64]) {
+    let states = state_count(noise.len());
+    for (state, spread) in spread.iter_mut().enumerate() {
+        let before = f64::from(covariance[state * (states + 1)]);
+        let by_torque = &transition[state * states + 2 * noise.len()..][..noise.len()];
+        // Half of the change over the period.
+        let within: f64 = (by_torque.iter().zip(noise))
+            .map(|(by, noise)| (0.5 * by * noise).powi(2))
+            .sum();
+        *spread = (before.max(0.0) + within).sqrt();
     }
 }
 

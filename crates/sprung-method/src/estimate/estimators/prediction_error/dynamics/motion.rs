@@ -28,6 +28,8 @@ pub(in crate::estimate::estimators::prediction_error) struct Dynamics {
     pub(super) by_position: Vec<f64>,
     pub(super) by_velocity: Vec<f64>,
     pub(super) entries: Vec<f64>,
+    /// Changes of these entries when the motion changes.
+    pub(super) changes: Vec<f64>,
     // Column of theta of each entry.
     pub(super) entry_columns: Vec<usize>,
     pub(super) entry_rows: Vec<usize>,
@@ -69,6 +71,7 @@ impl Dynamics {
             by_position: vec![0.0; rows * rows],
             by_velocity: vec![0.0; rows * rows],
             entries: vec![0.0; model.robot().entries],
+            changes: Vec::new(),
             entry_columns,
             entry_rows,
             partials: std::array::from_fn(|_| vec![Partial::ZERO; n]),

@@ -4,9 +4,9 @@ use super::motion::Dynamics;
 use crate::estimate::estimators::prediction_error::state_layout::state_count;
 use crate::estimate::estimators::prediction_error::vector::{dot, scale};
 
-/// Change of a velocity, rad/s (m/s), over which the regressor is differentiated. It is far below
-/// the velocity at which friction reverses.
-const VELOCITY_STEP: f64 = 1e-6;
+/// Least change of a coordinate or a velocity, rad (m) and rad/s (m/s), over which the regressor is differentiated. It is
+/// far below the velocity at which friction reverses.
+const LEAST_SPREAD: f64 = 1e-6;
 
 /// The period during which the torque acts.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +17,21 @@ pub(in crate::estimate::estimators::prediction_error) struct Pulse<'a> {
     pub(in crate::estimate::estimators::prediction_error) transition: &'a [f64],
     /// T, s.
     pub(in crate::estimate::estimators::prediction_error) period: f64,
+    /// Standard deviations of positions and velocities of all rows by the noise, \[2 rows\].
+    pub(in crate::estimate::estimators::prediction_error) spread: &'a [f64],
+}
+
+impl Pulse<'_> {
+    /// Returns the factor by which no change of the motion exceeds its standard deviation, and one reaches it; `None` if
+    /// nothing moves.
+    ///
+    /// - `moved`: changes of positions and velocities, \[2 rows\].
+    fn to_spread(&self, moved: &[f64]) -> Option<f64> {
+        let largest = (moved.iter().zip(self.spread))
+            .map(|(own, spread)| own.abs() / spread.max(LEAST_SPREAD))
+            .fold(0.0, f64::max);
+        (largest > 0.0).then(|| largest.recip())
+    }
 }
 
 /// Mean response of one row to a torque that acts for a period. The response at each instant is
@@ -79,32 +94,49 @@ impl Dynamics {
             })
             .collect();
         self.accelerate_and_invert(pulse.state, &vec![0.0; rows]);
-        self.rate.fill(0.0);
-        self.write_entries();
-        let before = self.entries.clone();
+        let mut moved = vec![0.0; 2 * rows];
+        let mut rate = vec![0.0; rows];
         for &push in pushed {
             let own = self.inverse[push * rows..(push + 1) * rows].to_vec();
-            let fastest = (own.iter().zip(&responses))
-                .map(|(a, response)| (a * response.velocity).abs())
-                .fold(0.0, f64::max);
-            if fastest <= 0.0 {
-                continue;
-            }
-            let torque = VELOCITY_STEP / fastest;
-            let mut moved = pulse.state.to_vec();
             for (row, (a, response)) in own.iter().zip(&responses).enumerate() {
-                moved[rows + row] += torque * a * response.velocity;
-                self.rate[row] = torque * a * response.acceleration;
+                moved[rows + row] = a * response.velocity;
+                rate[row] = a * response.acceleration;
             }
-            self.unpack(&moved);
-            self.write_entries();
+            let Some(torque) = pulse.to_spread(&moved) else {
+                continue;
+            };
+            scale(&mut moved, torque);
+            scale(&mut rate, torque);
+            self.write_changes(pulse.state, &moved, &rate);
             let places = self.entry_rows.iter().zip(&self.entry_columns);
-            for ((after, before), (&row, &column)) in self.entries.iter().zip(&before).zip(places) {
-                let change = (after - before) / torque;
+            for (change, (&row, &column)) in self.changes.iter().zip(places) {
                 if change.abs() > 0.0 {
-                    visit(push, row, column, change);
+                    visit(push, row, column, change / torque);
                 }
             }
+        }
+    }
+
+    /// Writes the mean changes of the entries of the regressor when the motion changes, to `changes`: half the
+    /// difference between both directions. Changes as large as the standard deviation of the noise give the mean
+    /// slope over the noise, which is far less than the slope in the middle where friction reverses within the noise.
+    fn write_changes(&mut self, state: &[f64], moved: &[f64], rate: &[f64]) {
+        let mut at = vec![0.0; state.len()];
+        for sign in [-1.0, 1.0] {
+            for (at, (state, moved)) in at.iter_mut().zip(state.iter().zip(moved)) {
+                *at = state + sign * moved;
+            }
+            for (own, rate) in self.rate.iter_mut().zip(rate) {
+                *own = sign * rate;
+            }
+            self.unpack(&at);
+            self.write_entries();
+            if sign < 0.0 {
+                self.changes.clone_from(&self.entries);
+            }
+        }
+        for (change, after) in self.changes.iter_mut().zip(&self.entries) {
+            *change = 0.5 * (after - *change);
         }
     }
 
@@ -121,34 +153,26 @@ impl Dynamics {
         mut visit: impl FnMut(usize, usize, f64),
     ) {
         let rows = self.rows;
-        self.unpack(pulse.state);
-        self.rate.fill(0.0);
-        self.write_entries();
-        let before = self.entries.clone();
         let states = state_count(rows);
+        let mut rate = vec![0.0; rows];
         for (row, begin) in begin.chunks(states).enumerate() {
             // The motion changes by its mean over the period: positions, velocities, accelerations.
             let mut moved: Vec<f64> = begin[..2 * rows].to_vec();
             for i in 0..rows {
                 let end = |i: usize| dot(&pulse.transition[i * states..][..states], begin);
                 let (position, velocity) = (end(i), end(rows + i));
-                self.rate[i] = (velocity - begin[rows + i]) / pulse.period;
+                rate[i] = (velocity - begin[rows + i]) / pulse.period;
                 moved[rows + i] = (position - begin[i]) / pulse.period;
                 moved[i] = 0.5 * (begin[i] + position);
             }
-            let largest = moved.iter().fold(0.0, |most, x| f64::max(most, x.abs()));
-            if largest <= 0.0 {
+            let Some(part) = pulse.to_spread(&moved) else {
                 continue;
-            }
-            let part = VELOCITY_STEP / largest;
-            for (moved, state) in moved.iter_mut().zip(pulse.state) {
-                *moved = state + part * *moved;
-            }
-            scale(&mut self.rate, part);
-            self.unpack(&moved);
-            self.write_entries();
+            };
+            scale(&mut moved, part);
+            scale(&mut rate, part);
+            self.write_changes(pulse.state, &moved, &rate);
             for entry in self.model.equation_entries(row) {
-                let change = (self.entries[entry] - before[entry]) / part;
+                let change = self.changes[entry] / part;
                 if change.abs() > 0.0 {
                     visit(row, self.entry_columns[entry], change);
                 }
@@ -231,6 +255,7 @@ mod tests {
                 state: &middle,
                 transition: &transition,
                 period: PERIOD,
+                spread: &[0.0; 2 * ROWS],
             };
             let by_torque = transition[(ROWS + motor) * STATES + 2 * ROWS + motor];
             Dynamics::new(&model, &THETA).visit_pulse_torques(
