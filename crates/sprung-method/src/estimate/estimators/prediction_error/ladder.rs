@@ -4,11 +4,10 @@
 //! On a log with model error the likelihood attributes this error to slow disturbances, and then
 //! only fast motions determine the parameters. A lower rung does not have this freedom.
 
-use super::Timing;
 use super::hold_out::{Blocks, HeldOut};
 use super::refine::{End, Refinery};
 use super::refined::Refined;
-use super::retiming::Retiming;
+use super::retiming::{Retiming, Timing};
 use super::rung::Rung;
 use crate::estimate::statistics::SMALL_SHARE;
 use crate::model::Model;

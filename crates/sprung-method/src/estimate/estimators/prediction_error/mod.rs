@@ -68,8 +68,8 @@ use measurements::{Extent, samples_in};
 use missing_laws::MissingLaw;
 use refine::{Refinery, Start};
 use refined::Refined;
-pub(in crate::estimate) use retiming::Retiming;
 use retiming::timing_of;
+pub(in crate::estimate) use retiming::{Retiming, Timing};
 use rung::Rung;
 use start_levels::TorqueNoise;
 use status::Status;
@@ -95,17 +95,6 @@ pub(in crate::estimate) struct Before<'a> {
     /// Findings about the logs. If a log itself is faulty, the refinement is not tried, because it
     /// may take minutes to fail.
     pub(in crate::estimate) about_logs: &'a [Finding],
-}
-
-/// Treatment of the timing of torques and of the sharpness of Coulomb friction.
-#[derive(Clone, Copy)]
-pub(in crate::estimate) enum Timing<'a> {
-    /// The refinement may ask for another one.
-    Open,
-    /// That of the reading is kept.
-    Kept,
-    /// A first refinement has found it.
-    Found(&'a Retiming),
 }
 
 /// Refines the estimate of least squares: climb the ladder, choose a rung, describe it.

@@ -21,6 +21,17 @@ const OBJECTION: f64 = 0.1;
 /// Change of the logarithm of a sharpness that a regression does not see.
 const SAME_SHARPNESS: f64 = 0.1;
 
+/// Treatment of the timing of torques and of the sharpness of Coulomb friction.
+#[derive(Clone, Copy)]
+pub(in crate::estimate) enum Timing<'a> {
+    /// The refinement may ask for another one.
+    Open,
+    /// That of the reading is kept.
+    Kept,
+    /// A first refinement has found it.
+    Found(&'a Retiming),
+}
+
 /// What the regression and a second refinement use instead.
 pub(in crate::estimate) struct Retiming {
     /// Delay that all torques have together, s, with its standard error and the gain of the equations by it; `None` if
