@@ -88,6 +88,7 @@ impl Case {
                 log: 0,
                 period,
                 torque_rate: vec![0.0; torque.len()],
+                moving: std::sync::Arc::from([]),
                 excess: Vec::new(),
                 carried: None,
                 torque,
@@ -143,6 +144,44 @@ fn agree(found: f64, expected: f64, scale: f64, tolerance: f64, what: &str) {
         (found - expected).abs() < tolerance * scale.max(expected.abs()),
         "{what}: {found} against {expected}"
     );
+}
+
+#[test]
+fn a_ramp_moves_the_robot_as_many_short_held_torques() {
+    let case = Case::new();
+    let x = [0.1, 0.4, 0.12, 0.43, 0.5, -0.3, 0.4, 0.2];
+    let (torque, ramp, period) = ([0.01, -0.02, 1.0, 0.1], [0.0, 0.0, 300.0, -40.0], 4e-3);
+    let mut dynamics = Dynamics::new(&case.model, &case.theta);
+    let moved = |dynamics: &mut Dynamics, ramp: &[f64]| {
+        dynamics.set_ramp(ramp.iter().copied());
+        let mut x = x.to_vec();
+        dynamics.advance(&mut x, &torque, period, 40);
+        x
+    };
+    let [ramped, held] = [&ramp[..], &[]].map(|ramp| moved(&mut dynamics, ramp));
+    dynamics.set_ramp(std::iter::empty());
+    let (parts, mut stairs) = (400_u32, x.to_vec());
+    for part in 0..parts {
+        let away = period * ((f64::from(part) + 0.5) / f64::from(parts) - 0.5);
+        let now: Vec<f64> = torque
+            .iter()
+            .zip(ramp)
+            .map(|(tau, ramp)| tau + ramp * away)
+            .collect();
+        dynamics.advance(&mut stairs, &now, period / f64::from(parts), 1);
+    }
+    for i in 0..stairs.len() {
+        // The error of stairs falls with the square of their number: 1/400² of the effect.
+        let effect = (stairs[i] - held[i]).abs();
+        agree(
+            ramped[i],
+            stairs[i],
+            1e-12 + effect,
+            1e-4,
+            &format!("state {i}"),
+        );
+    }
+    assert!((stairs[2] - held[2]).abs() > 1e-6, "{stairs:?} {held:?}");
 }
 
 #[test]

@@ -24,6 +24,8 @@ pub(in crate::estimate::estimators::prediction_error) struct Dynamics {
     joints: Vec<f64>,
     // Covariates minus their references, [n × covariates]; empty if no friction depends on any.
     pub(super) excess: Vec<f64>,
+    /// Rate of the torque within a period, N·m/s (N/s), \[rows\]; empty if the torque is held.
+    pub(super) ramp: Vec<f64>,
     pub(super) inverse: Vec<f64>,
     pub(super) by_position: Vec<f64>,
     pub(super) by_velocity: Vec<f64>,
@@ -67,6 +69,7 @@ impl Dynamics {
             scratch: Scratch::new(n),
             joints: vec![0.0; 4 * n],
             excess: Vec::new(),
+            ramp: Vec::new(),
             inverse: vec![0.0; rows * rows],
             by_position: vec![0.0; rows * rows],
             by_velocity: vec![0.0; rows * rows],
@@ -115,6 +118,15 @@ impl Dynamics {
             *own += by;
         }
         self.bodies = self.model.bodies(&self.theta);
+    }
+
+    /// Replaces the rate of the torque within a period, N·m/s (N/s).
+    pub(in crate::estimate::estimators::prediction_error) fn set_ramp(
+        &mut self,
+        ramp: impl Iterator<Item = f64>,
+    ) {
+        self.ramp.clear();
+        self.ramp.extend(ramp);
     }
 
     /// Replaces the covariates of the joints minus their references, \[n × covariates\]; empty if no

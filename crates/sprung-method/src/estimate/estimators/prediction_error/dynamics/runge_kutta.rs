@@ -19,11 +19,12 @@ impl Dynamics {
         let rows = self.rows;
         let h = period / steps as f64;
         let mut at = std::mem::take(&mut self.at);
-        for _ in 0..steps {
+        let mut acting = Acting::new(torque, &self.ramp, period);
+        for step in 0..steps {
             at.copy_from_slice(x);
             self.sum.fill(0.0);
-            for (weight, ahead) in STAGES {
-                self.accelerate(&at, torque);
+            for (stage, (weight, ahead)) in STAGES.into_iter().enumerate() {
+                self.accelerate(&at, acting.at(h * (step as f64 + PLACES[stage])));
                 for i in 0..rows {
                     self.sum[i] += weight * at[rows + i];
                     self.sum[rows + i] += weight * self.rate[i];
@@ -48,11 +49,13 @@ impl Dynamics {
         let rows = self.rows;
         let h = period / steps.count as f64;
         let mut at = std::mem::take(&mut self.at);
+        let mut acting = Acting::new(torque, &self.ramp, period);
         for step in 0..steps.count {
             at.copy_from_slice(x);
             self.sum.fill(0.0);
             let middle = middle_stage(steps, step);
             for (stage, (weight, ahead)) in STAGES.into_iter().enumerate() {
+                let torque = acting.at(h * (step as f64 + PLACES[stage]));
                 if middle == Some(stage) {
                     self.differentiate(&at, torque);
                     if steps.is_smooth {
@@ -80,6 +83,43 @@ impl Dynamics {
 /// Weight of each stage of the Runge-Kutta method of order 4 in sixths, and distance to the next
 /// stage in steps.
 const STAGES: [(f64, f64); 4] = [(1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)];
+
+/// Place of each stage, in steps.
+const PLACES: [f64; 4] = [0.0, 0.5, 0.5, 1.0];
+
+/// The torque within a period.
+struct Acting<'t> {
+    /// In the middle of the period, \[rows\].
+    torque: &'t [f64],
+    /// Rate, \[rows\]; empty if the torque is held.
+    ramp: Vec<f64>,
+    middle: f64,
+    now: Vec<f64>,
+}
+
+impl<'t> Acting<'t> {
+    fn new(torque: &'t [f64], ramp: &[f64], period: f64) -> Self {
+        Self {
+            torque,
+            ramp: ramp.to_vec(),
+            middle: 0.5 * period,
+            now: Vec::with_capacity(ramp.len()),
+        }
+    }
+
+    /// Returns the torque at a time of the period, s.
+    fn at(&mut self, time: f64) -> &[f64] {
+        if self.ramp.is_empty() {
+            return self.torque;
+        }
+        let away = time - self.middle;
+        let own = self.torque.iter().zip(&self.ramp);
+        self.now.clear();
+        self.now
+            .extend(own.map(|(torque, ramp)| torque + ramp * away));
+        &self.now
+    }
+}
 
 /// Returns the stage of a step at which the equations are linearised, if there is one.
 fn middle_stage(steps: Steps, step: usize) -> Option<usize> {

@@ -24,6 +24,7 @@ impl Filter<'_> {
         self.velocities.copy_from_slice(&moving[rows..]);
         segment.write_torque(sample, disturbance, &mut self.torque);
         self.dynamics.set_excess(segment.excess(sample));
+        self.dynamics.set_ramp(segment.ramp(sample));
         let steps = self.dynamics.steps(moving, &self.torque, period);
         let tangent = &mut self.tangent;
         (self.dynamics).advance_tangent(moving, &self.torque, period, steps, tangent);

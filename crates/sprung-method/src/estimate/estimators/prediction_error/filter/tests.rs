@@ -233,6 +233,7 @@ impl Case {
                     log: 0,
                     period: PERIOD,
                     torque_rate: vec![0.0; torque.len()],
+                    moving: Arc::from([]),
                     excess: Vec::new(),
                     carried: None,
                     torque,

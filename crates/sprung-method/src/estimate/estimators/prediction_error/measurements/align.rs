@@ -11,7 +11,7 @@ use super::sensor::{Noise, Sensor};
 use super::start_state::start_state;
 use super::stretches::stretches;
 use super::torque::torques;
-use crate::log::Channels;
+use crate::log::{Channels, Quantity};
 use crate::model::Model;
 use crate::preprocess::{Aligner, Butterworth, RawBlock, ZeroPhase};
 
@@ -120,6 +120,7 @@ pub(super) fn align(
     let excess = covariates(channels, &inputs);
     let per_sample = excess.len() / window.samples;
     let torque_rate = rates(&torque, rows, filter, period)?;
+    let moving = moving_shares(model, channels, &window);
     let first = first_of_samples(&found, window.samples);
     let change = raw.payload.as_ref().map(|own| model.change_by_payload(own));
     let carried: Option<Arc<[f64]>> = change.flatten().map(Into::into);
@@ -134,6 +135,7 @@ pub(super) fn align(
             period,
             torque: torque[of_rows.clone()].to_vec(),
             torque_rate: torque_rate[of_rows].to_vec(),
+            moving: moving.clone(),
             excess: excess[stretch.from * per_sample..stretch.to * per_sample].to_vec(),
             first: (first[stretch.from..=stretch.to].iter())
                 .map(|at| at - own.start)
@@ -145,6 +147,35 @@ pub(super) fn align(
         })
     });
     each.collect()
+}
+
+/// Returns the share of each row's torque rate that acts within a period, \[rows\]; empty if the torques are held for the
+/// whole period.
+fn moving_shares(model: &Model, channels: &Channels, window: &Window<'_>) -> Arc<[f64]> {
+    let mut shares = vec![0.0; model.coordinates()];
+    for (i, channel) in channels.all.iter().enumerate() {
+        if channel.quantity == Quantity::MotorTorque {
+            shares[model.torque_row(channel.joint)] = moving_share(window.shift(i));
+        }
+    }
+    if shares.iter().all(|share| *share == 0.0) {
+        shares.clear();
+    }
+    shares.into()
+}
+
+/// Returns the share of a torque's rate that acts within a period. A torque that a controller holds for a shorter time
+/// climbs by stairs, whose first moment is that of a line with this share of their slope. It acts, on average, half of the
+/// controller's period after its stamp, or before it if the log has the one before.
+///
+/// ```text
+/// 1 − (h/T)²        h = |T − 2 d|, at most T
+/// ```
+///
+/// - `delay`: d/T.
+fn moving_share(delay: f64) -> f64 {
+    let held = (1.0 - 2.0 * delay).clamp(-1.0, 1.0);
+    1.0 - held * held
 }
 
 /// Returns the covariates of the joints minus their references, \[samples × n × covariates\]; empty if
@@ -225,4 +256,26 @@ fn rates(torque: &[f64], rows: usize, filter: &Butterworth, period: f64) -> Opti
         }
     }
     Some(rates)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::moving_share;
+
+    #[test]
+    fn stairs_have_the_first_moment_of_a_line_with_this_share_of_their_slope() {
+        // Steps of a controller in a period of the log; the torque acts half a step after its stamp.
+        for steps in [1_u32, 2, 4, 10] {
+            let n = f64::from(steps);
+            let delay = 0.5 - 0.5 / n;
+            let middle = |k: u32| (f64::from(k) + 0.5) / n - 0.5;
+            // ∫ s u(s) ds over the period, with u of slope 1 at the middles of the steps; 1/12 for a line.
+            let moment: f64 = (0..steps).map(|k| middle(k).powi(2) / n).sum();
+            assert!(
+                (moving_share(delay) - 12.0 * moment).abs() < 1e-12,
+                "{steps}"
+            );
+        }
+        assert!(moving_share(1.0).abs() < 1e-12 && moving_share(1.6).abs() < 1e-12);
+    }
 }

@@ -24,6 +24,8 @@ pub(in super::super) struct Segment {
     /// Rate of the smoothed torque, N·m/s. Noise of an unsmoothed rate would look like information
     /// about delays.
     pub(in super::super) torque_rate: Vec<f64>,
+    /// Share of each row's torque rate that acts within a period, \[rows\]; empty if the torques are held.
+    pub(in super::super) moving: Arc<[f64]>,
     /// Covariates of the joints minus their references, \[samples × n × covariates\]; empty if no
     /// friction depends on any.
     pub(in super::super) excess: Vec<f64>,
@@ -66,6 +68,7 @@ impl Segment {
         Self {
             burn_in: 0,
             carried: self.carried.clone(),
+            moving: self.moving.clone(),
             torque: self.torque[..samples * rows].to_vec(),
             torque_rate: self.torque_rate[..samples * rows].to_vec(),
             excess: self.excess[..samples * self.width_of_excess()].to_vec(),
@@ -86,6 +89,12 @@ impl Segment {
     pub(in super::super) fn excess(&self, sample: usize) -> &[f64] {
         let width = self.width_of_excess();
         &self.excess[sample * width..(sample + 1) * width]
+    }
+
+    /// Returns the rate of the torque within a period, N·m/s (N/s), \[rows\]; empty if the torques are held.
+    pub(in super::super) fn ramp(&self, sample: usize) -> impl Iterator<Item = f64> {
+        let rates = self.torque_rate[sample * self.moving.len()..].iter();
+        (self.moving.iter().zip(rates)).map(|(share, rate)| share * rate)
     }
 
     /// Writes the torque that acts during a period: the logged torque plus the disturbance,
