@@ -18,7 +18,7 @@ const BARRIER_STEP: f64 = 0.15;
 
 /// Maximum number of Newton steps per stage. A stage that ends before its minimum would return unknowns far from that of
 /// the program. The metric of a refinement needs up to 340 steps, because the unknowns start far from its narrow valley.
-const MAX_STEPS: usize = 1000;
+const MAX_STEPS: usize = 400;
 
 /// A stage ends when a step would lower the function by less than this multiple of μ, or by less than its rounding.
 const SMALL_DECREASE: f64 = 1e-2;
@@ -306,9 +306,9 @@ impl Program {
             let there: Vec<f64> = x.iter().zip(&by).map(|(x, by)| x + length * by).collect();
             let value = self.value(&there, barrier);
             let limit = here.value - SUFFICIENT * length * decrease + slack;
-            if value.is_some_and(|value| value <= limit) {
+            if let Some(value) = value.filter(|value| *value <= limit) {
                 x.copy_from_slice(&there);
-                return Some(true);
+                return Some(here.value - value > slack);
             }
             length *= 0.5;
         }

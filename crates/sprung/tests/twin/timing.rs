@@ -39,10 +39,8 @@ fn identified(true_sharpness: &str, keeps: usize) -> (Identification, Vec<f64>) 
     let mut lines = log.lines();
     let header = lines.next().unwrap();
     let kept = lines.step_by(keeps);
-    let log: String = std::iter::once(header)
-        .chain(kept)
-        .map(|line| format!("{line}\n"))
-        .collect();
+    let kept: Vec<&str> = std::iter::once(header).chain(kept).collect();
+    let log = kept.join("\n") + "\n";
     let (unknown, model) = experiment("");
     let found = with_sources(&[log.as_bytes()], |sources| {
         identify(&unknown, &model, sources, &mut Unheard).unwrap()

@@ -66,7 +66,7 @@ pub(super) fn choose_laws(prepared: &Prepared) -> Option<Chosen> {
     // The refinement finds the timing of the torques, and least squares take smearing for a delay.
     let refines = (reading.settings().estimator).contains(&Estimator::PredictionError);
     ladder.climb(&[Tier::Essential, Tier::Named], |candidate| {
-        !auto(candidate) && !(refines && candidate.change == Change::TorqueDelay)
+        !(auto(candidate) || refines && candidate.change == Change::TorqueDelay)
     });
     Some(describe(prepared, &found, &ladder, made))
 }

@@ -5,7 +5,7 @@ use sprung_core::friction::Scale;
 use super::findings::{correlations, largest_move};
 use super::hold_out::HeldOut;
 use super::ladder::Tried;
-use super::refined::Refined;
+use super::refined::{FrictionScale, Refined};
 use super::status::{Outcome, Status};
 use crate::estimate::result::{
     HeldOutResidual, RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation,
@@ -14,6 +14,30 @@ use crate::estimate::result::{
 };
 use crate::log::Channels;
 use crate::model::Model;
+
+fn stribeck_velocities(model: &Model, refined: &Refined) -> Vec<RefinedVelocity> {
+    (of_scale(refined, Scale::Stribeck))
+        .map(|own| RefinedVelocity {
+            joint: model.joints()[own.joint].clone(),
+            velocity: own.value,
+            standard_error: own.standard_error,
+        })
+        .collect()
+}
+
+fn sharpnesses(model: &Model, refined: &Refined) -> Vec<RefinedSharpness> {
+    (of_scale(refined, Scale::Sharpness))
+        .map(|own| RefinedSharpness {
+            joint: model.joints()[own.joint].clone(),
+            sharpness: own.value,
+            standard_error: own.standard_error,
+        })
+        .collect()
+}
+
+fn of_scale(refined: &Refined, scale: Scale) -> impl Iterator<Item = &FrictionScale> {
+    refined.scales.iter().filter(move |own| own.scale == scale)
+}
 
 /// Returns the part of the result that describes a refinement; `None` if the rung has no result.
 ///
@@ -28,7 +52,6 @@ pub(super) fn describe(
     let refined = shown.refined()?;
     let name = |index: usize| model.parameters()[index].name.clone();
     let column = |channel: usize| channels.all[channel].column.clone();
-    let of_scale = |scale: Scale| refined.scales.iter().filter(move |own| own.scale == scale);
     Some(Refinement {
         used: status.is_used(),
         rung: shown.rung.name().to_owned(),
@@ -104,20 +127,8 @@ pub(super) fn describe(
                 level_nm: *level,
             })
             .collect(),
-        stribeck_velocities: (of_scale(Scale::Stribeck))
-            .map(|own| RefinedVelocity {
-                joint: model.joints()[own.joint].clone(),
-                velocity: own.value,
-                standard_error: own.standard_error,
-            })
-            .collect(),
-        sharpnesses: (of_scale(Scale::Sharpness))
-            .map(|own| RefinedSharpness {
-                joint: model.joints()[own.joint].clone(),
-                sharpness: own.value,
-                standard_error: own.standard_error,
-            })
-            .collect(),
+        stribeck_velocities: stribeck_velocities(model, refined),
+        sharpnesses: sharpnesses(model, refined),
         correlations: (correlations(refined).into_iter())
             .map(|(a, b, correlation)| (name(a), name(b), correlation))
             .collect(),

@@ -26,7 +26,7 @@ impl Pulse<'_> {
     /// nothing moves.
     ///
     /// - `moved`: changes of positions and velocities, \[2 rows\].
-    fn to_spread(&self, moved: &[f64]) -> Option<f64> {
+    fn scale_to_spread(self, moved: &[f64]) -> Option<f64> {
         let largest = (moved.iter().zip(self.spread))
             .map(|(own, spread)| own.abs() / spread.max(LEAST_SPREAD))
             .fold(0.0, f64::max);
@@ -102,7 +102,7 @@ impl Dynamics {
                 moved[rows + row] = a * response.velocity;
                 rate[row] = a * response.acceleration;
             }
-            let Some(torque) = pulse.to_spread(&moved) else {
+            let Some(torque) = pulse.scale_to_spread(&moved) else {
                 continue;
             };
             scale(&mut moved, torque);
@@ -165,7 +165,7 @@ impl Dynamics {
                 moved[rows + i] = (position - begin[i]) / pulse.period;
                 moved[i] = 0.5 * (begin[i] + position);
             }
-            let Some(part) = pulse.to_spread(&moved) else {
+            let Some(part) = pulse.scale_to_spread(&moved) else {
                 continue;
             };
             scale(&mut moved, part);
