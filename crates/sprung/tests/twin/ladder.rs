@@ -19,20 +19,17 @@ dh_modified = [{}, { a_m = 0.4 }, { alpha_deg = 90.0, prismatic = true }]
 gravity_m_per_s2 = [0.0, -9.81, 0.0]
 [[robot.joint]]
 name = "shoulder"
-coulomb_sharpness_s_per_rad = 100.0
 spring = ["linear", "cubic", "damping"]
 link_friction = ["viscous", "coulomb", "offset"]
 motor_friction = ["viscous-asymmetric", "coulomb-asymmetric", "quadratic", "load"]
 [[robot.joint]]
 name = "elbow"
-coulomb_sharpness_s_per_rad = 100.0
 spring = ["linear", "damping"]
 link_friction = ["viscous-asymmetric", "coulomb"]
 motor_friction = ["viscous", "coulomb", "offset", "stribeck"]
 stribeck_velocity_rad_per_s = 0.3
 [[robot.joint]]
 name = "slide"
-coulomb_sharpness_s_per_rad = 100.0
 transmission = "rigid"
 motor_friction = ["viscous", "coulomb", "offset", "residual"]
 residual_velocity_rad_per_s = 0.5
@@ -45,6 +42,7 @@ motor_torque_nm = ["t1", "t2"]
 motor_force_n = ["f3"]
 [identify]
 estimator = "least-squares"
+constraints = "none"                        # the links of this robot are at the border of what can exist
 position_cutoff_hz = 499.0
 encoder_offset = "none"                     # acts like an offset of the link's friction
 [controller]
