@@ -296,27 +296,6 @@ impl Law {
         }
     }
 
-    /// Returns whether the law jumps at zero velocity.
-    #[must_use]
-    pub const fn jumps(self) -> bool {
-        match self {
-            Self::Coulomb
-            | Self::CoulombPositive
-            | Self::CoulombNegative
-            | Self::Stribeck
-            | Self::Load
-            | Self::ResidualSlow
-            | Self::ResidualMedium => true,
-            Self::Viscous
-            | Self::ViscousPositive
-            | Self::ViscousNegative
-            | Self::Offset
-            | Self::Quadratic
-            | Self::ResidualFast
-            | Self::ResidualEven => false,
-        }
-    }
-
     /// Returns the derivative of the column by the logarithm of the sharpness or of the Stribeck velocity; zero
     /// for a law that does not contain it. The velocity of the residual laws is not estimated.
     #[must_use]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use sprung_core::friction::{Scale, Shape};
+use sprung_core::friction::{Conditions, Scale, Shape};
 use sprung_core::parameters::JointParameter;
 
 use super::Model;
@@ -91,8 +91,12 @@ impl Model {
 
     /// Returns the indices in theta of a joint's friction parameters whose laws jump at zero velocity.
     pub fn jumps(&self, joint: usize) -> impl Iterator<Item = usize> {
-        let is_own =
-            |kind: JointParameter| matches!(kind, JointParameter::Friction(_, law) if law.jumps());
+        let at_rest = Conditions {
+            velocity: 0.0,
+            deflection: 0.0,
+        };
+        let shape = self.shape(joint);
+        let is_own = move |kind: JointParameter| matches!(kind, JointParameter::Friction(_, law) if law.jump(&at_rest, shape).is_some());
         (self.parameters().iter().enumerate())
             .filter(move |(_, parameter)| {
                 (parameter.joint).is_some_and(|(kind, own)| own == joint && is_own(kind))

@@ -231,10 +231,14 @@ pub struct Joint {
 }
 
 impl Joint {
+    /// Beta of a Coulomb friction for which the description gives none, s/rad (s/m).
+    pub const USUAL_SHARPNESS: f64 = 100.0;
+
     /// Returns beta of the Coulomb friction: the given one or the usual one, s/rad (s/m).
     #[must_use]
     pub fn sharpness(&self) -> f64 {
-        self.coulomb_sharpness_s_per_rad.unwrap_or(USUAL_SHARPNESS)
+        self.coulomb_sharpness_s_per_rad
+            .unwrap_or(Self::USUAL_SHARPNESS)
     }
 
     /// Returns whether a friction parameter changes with a covariate.
@@ -304,9 +308,6 @@ impl Joint {
         Some((self.amplifier_limit_v? * self.torque_per_volt()?).abs())
     }
 }
-
-/// Beta of a Coulomb friction for which the description gives none, s/rad (s/m).
-const USUAL_SHARPNESS: f64 = 100.0;
 
 /// A side of the gearbox.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]

@@ -19,7 +19,7 @@ const SHARPNESS: &str = "coulomb_sharpness_s_per_rad = 100.0";
 fn experiment(sharpness: &str) -> (Experiment, Model) {
     let text = demo::EXPERIMENT.replace(SHARPNESS, sharpness);
     let mut experiment = description::read("experiment.toml", &text, &[], &mut no_files).unwrap();
-    experiment.identify.estimator = vec![Estimator::PredictionError];
+    experiment.identify.estimator = vec![Estimator::PredictionError, Estimator::LeastSquares];
     let model = Model::new(&experiment).unwrap();
     (experiment, model)
 }
@@ -79,6 +79,8 @@ fn a_torque_between_the_rows_of_a_log_and_a_sharp_transition_are_found() {
         let away = (own.sharpness - 180.0).abs() / own.standard_error;
         assert!(away < FAR, "{} {away}", own.joint);
     }
+    // Later commands read the values of least squares with the sharpness that they belong to.
+    assert_eq!(found.results[1].coulomb_sharpness.iter().count(), 2);
     assert_true(result, &truth);
     for code in ["torque-timing", "coulomb-sharpness"] {
         assert!(codes(&found).contains(&code), "{code}");

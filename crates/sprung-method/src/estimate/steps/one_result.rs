@@ -3,7 +3,7 @@
 use sprung_core::friction::Scale;
 use sprung_core::parameters::JointParameter;
 
-use crate::description::{Estimator, Physical};
+use crate::description::{Estimator, Joint, Physical};
 use crate::estimate::estimators::least_squares::{Linear, Route};
 use crate::estimate::estimators::{Criterion, Numbers};
 use crate::estimate::judge::promise;
@@ -81,7 +81,7 @@ pub(super) fn result_of(
             .and_then(|own| covariance(model, found, own, limits.as_deref())),
         encoder_offsets,
         stribeck_velocity: stribeck_velocities(model, &found.criterion),
-        coulomb_sharpness: sharpnesses(&found.criterion),
+        coulomb_sharpness: sharpnesses(model, &found.criterion),
         residual_velocity: residual_velocities(model),
         dependence: dependence(model, system, theta),
         physical: bodies.result,
@@ -255,11 +255,19 @@ fn stribeck_velocities(model: &Model, criterion: &Criterion) -> Named {
         .collect()
 }
 
-/// Returns the sharpness of Coulomb friction by a refinement that is used.
-fn sharpnesses(criterion: &Criterion) -> Named {
+/// Returns the sharpness of Coulomb friction that was estimated: that of a refinement that is used, else that of the model
+/// if a refinement has changed it.
+fn sharpnesses(model: &Model, criterion: &Criterion) -> Named {
     let used = criterion.refinement().filter(|refinement| refinement.used);
-    (used.iter().flat_map(|own| &own.sharpnesses))
-        .map(|own| (own.joint.clone(), own.sharpness))
+    let value = |joint: usize| {
+        let mut refined = used.iter().flat_map(|own| &own.sharpnesses);
+        let refined = refined.find(|own| own.joint == model.joints()[joint]);
+        let is_changed = |own: &f64| own.to_bits() != Joint::USUAL_SHARPNESS.to_bits();
+        let in_model = Some(model.sharpness(joint)).filter(is_changed);
+        refined.map(|own| own.sharpness).or(in_model)
+    };
+    (model.open_sharpness().iter())
+        .filter_map(|&joint| Some((model.joints()[joint].clone(), value(joint)?)))
         .collect()
 }
 

@@ -41,6 +41,7 @@ impl<'a> Linear<'a> {
     /// Solves the regression of all logs by least squares, by other routes and from parts of the logs.
     ///
     /// - `(system, spans)`: the reduced logs, and first and last time of each log, s.
+    ///
     /// # Errors
     ///
     /// [`IdentifyError::NotFinite`] if the regression or its solution is not finite, [`IdentifyError::NoRobot`] if given

@@ -15,30 +15,6 @@ use crate::estimate::result::{
 use crate::log::Channels;
 use crate::model::Model;
 
-fn stribeck_velocities(model: &Model, refined: &Refined) -> Vec<RefinedVelocity> {
-    (of_scale(refined, Scale::Stribeck))
-        .map(|own| RefinedVelocity {
-            joint: model.joints()[own.joint].clone(),
-            velocity: own.value,
-            standard_error: own.standard_error,
-        })
-        .collect()
-}
-
-fn sharpnesses(model: &Model, refined: &Refined) -> Vec<RefinedSharpness> {
-    (of_scale(refined, Scale::Sharpness))
-        .map(|own| RefinedSharpness {
-            joint: model.joints()[own.joint].clone(),
-            sharpness: own.value,
-            standard_error: own.standard_error,
-        })
-        .collect()
-}
-
-fn of_scale(refined: &Refined, scale: Scale) -> impl Iterator<Item = &FrictionScale> {
-    refined.scales.iter().filter(move |own| own.scale == scale)
-}
-
 /// Returns the part of the result that describes a refinement; `None` if the rung has no result.
 ///
 /// - `shown`: the rung that is used, or the nearest to it.
@@ -141,6 +117,30 @@ pub(super) fn describe(
             })
             .collect(),
     })
+}
+
+fn stribeck_velocities(model: &Model, refined: &Refined) -> Vec<RefinedVelocity> {
+    (of_scale(refined, Scale::Stribeck))
+        .map(|own| RefinedVelocity {
+            joint: model.joints()[own.joint].clone(),
+            velocity: own.value,
+            standard_error: own.standard_error,
+        })
+        .collect()
+}
+
+fn sharpnesses(model: &Model, refined: &Refined) -> Vec<RefinedSharpness> {
+    (of_scale(refined, Scale::Sharpness))
+        .map(|own| RefinedSharpness {
+            joint: model.joints()[own.joint].clone(),
+            sharpness: own.value,
+            standard_error: own.standard_error,
+        })
+        .collect()
+}
+
+fn of_scale(refined: &Refined, scale: Scale) -> impl Iterator<Item = &FrictionScale> {
+    refined.scales.iter().filter(move |own| own.scale == scale)
 }
 
 /// Returns the residuals of a comparison; `None` if the refinement has no finite one.
