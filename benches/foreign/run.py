@@ -123,7 +123,7 @@ class Case:
 
 def law_of(rung):
     """Returns the effect that a law by hold-out names."""
-    return "lag" if rung["of"] == "torque delay" else rung["law"]
+    return rung["law"] or rung["of"]
 
 
 def claimed(finding):

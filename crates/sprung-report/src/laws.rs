@@ -86,23 +86,11 @@ fn of_ladder(laws: &LawsByHoldOut) -> Vec<Block> {
                 .map_or_else(String::new, |error| format!(" ± {}", significant(error, 2)));
             format!(" of {}{error} rad/s (m/s)", significant(velocity, 3))
         });
-        let delay = rung.delay.as_ref().map_or_else(String::new, |delay| {
-            format!(
-                ": {} is recorded {} ± {} ms late",
-                delay.column,
-                significant(1e3 * delay.delay_s, 3),
-                significant(1e3 * delay.standard_error_s, 2)
-            )
-        });
         Row {
             cells: vec![
                 rung.joint.clone(),
-                rung.words() + &velocity + &delay,
-                if rung.gain == 0.0 {
-                    "by likelihood".to_owned()
-                } else {
-                    format!("{} ± {}", percent(rung.gain), percent(rung.gain_scatter))
-                },
+                rung.words() + &velocity,
+                format!("{} ± {}", percent(rung.gain), percent(rung.gain_scatter)),
                 percent(rung.held_out),
                 if rung.made { "added" } else { "not added" }.to_owned(),
                 match &rung.not_told_apart_from[..] {

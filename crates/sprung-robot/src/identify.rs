@@ -41,9 +41,8 @@ pub struct Identify {
     /// Action if the check finds an error in a log: `"refuse"` (the default), or `"go-on"`, which
     /// identifies and lists the error among the findings.
     pub on_check_error: OnCheckError,
-    /// Laws of friction and springs beyond those of the joints, and delays of torques. With `"auto"`
-    /// sprung adds those that predict held-out parts of the log better; with `"declared"` (the
-    /// default) the finding `laws-missing` names them.
+    /// Laws of friction and springs beyond those of the joints. With `"auto"` (the default) sprung adds those that predict
+    /// held-out parts of the log better; with `"declared"` the finding `laws-missing` names them.
     pub laws: Laws,
     /// Memory that the refinement may use, MiB. Of longer logs it uses pieces that are spread evenly.
     pub refinement_memory_mib: usize,
@@ -76,7 +75,7 @@ impl Default for Identify {
             encoder_offset: None,
             initial_momentum: InitialMomentum::Measured,
             on_check_error: OnCheckError::Refuse,
-            laws: Laws::Declared,
+            laws: Laws::Auto,
             refinement_memory_mib: 256,
             springs_from_motor: false,
             constraints: Constraints::Possible,
@@ -394,7 +393,7 @@ impl TryFrom<String> for OnCheckError {
     }
 }
 
-/// Laws of friction and springs beyond those that a joint declares, and delays of torques.
+/// Laws of friction and springs beyond those that a joint declares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(try_from = "String")]
 #[schemars(extend("enum" = ["declared", "auto"]))]

@@ -108,8 +108,11 @@ pub(super) fn conclude(
     }
     match refine(&basis, logs, progress)? {
         Refined::Estimates(estimates) => describe(&basis, estimates, progress),
-        Refined::Retimed(retiming) => {
-            let retimed = ready.retimed(&retiming)?;
+        Refined::Retimed(mut retiming) => {
+            let (retimed, is_same) = ready.retimed(&retiming, logs.own, progress)?;
+            if !is_same {
+                retiming.forget_end();
+            }
             let read = pass(&retimed, logs.own, progress)?;
             let timing = (clock, Timing::Found(&retiming));
             conclude(&retimed, &read, logs, timing, progress, first)

@@ -29,8 +29,8 @@ pub(crate) use result::GENERATOR;
 pub use result::{
     CovarianceOfErrors, CrossCheckResult, CutoffChoice, CutoffPoint, Decided, Decision, DelayUsed,
     EncoderOffsetResult, ErrorParts, EstimateResult, GainUsed, HeldOutResidual,
-    IDENTIFICATION_FORMAT, Identification, JointPrediction, LawDelay, LawRung, LawsByHoldOut,
-    LogInfo, ModelDependence, MotorRowResult, ParameterEstimate, PayloadParameter, PayloadResult,
+    IDENTIFICATION_FORMAT, Identification, JointPrediction, LawRung, LawsByHoldOut, LogInfo,
+    ModelDependence, MotorRowResult, ParameterEstimate, PayloadParameter, PayloadResult,
     PhysicalResult, RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation,
     RefinedSharpness, RefinedVelocity, Refinement, ResidualPrior, RigidByHoldOut, RigidJoint,
     RowDisturbance, RungResult, SensorNoise, SettingsUsed, SignUsed, SimulationFit,

@@ -338,14 +338,6 @@ impl Delays {
         (self.values[channel], error)
     }
 
-    /// Returns the delay of a channel by the likelihood of the log and its standard error, s; `None`
-    /// if the likelihood gave no estimate that hold-out accepts.
-    #[must_use]
-    pub(crate) fn likely(&self, channel: usize) -> Option<(f64, f64)> {
-        let estimate = (self.estimates.iter()).find(|one| one.search.channel == channel)?;
-        (estimate.used == Origin::Likelihood).then(|| estimate.estimate(Origin::Likelihood))?
-    }
-
     /// Returns findings about the estimated delays.
     #[must_use]
     pub fn findings(&self, channels: &Channels) -> Vec<Finding> {

@@ -40,11 +40,8 @@ pub(crate) fn print(what: &str, experiment: &Experiment, logs: &[Vec<u8>]) {
         let mut words = vec![format!("{:.2} %", 100.0 * laws.held_out)];
         for rung in &laws.rungs {
             let name = format!("{} {}", rung.joint, rung.words());
-            let delay = rung.delay.as_ref().map_or_else(String::new, |delay| {
-                format!(" {:.2} ms", 1e3 * delay.delay_s)
-            });
             words.push(format!(
-                "{name}{delay} (gain {:.1} ± {:.1} %, {:.2} %{}{})",
+                "{name} (gain {:.1} ± {:.1} %, {:.2} %{}{})",
                 100.0 * rung.gain,
                 100.0 * rung.gain_scatter,
                 100.0 * rung.held_out,

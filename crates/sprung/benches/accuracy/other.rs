@@ -16,10 +16,9 @@ use crate::logs::{Demo, Other, with_its_laws};
 use crate::{Arguments, Trial, findings, header, methods, row, truth};
 
 /// The laws of the plant that the model lacks.
-const LAWS: [(&str, &str, &str); 3] = [
+const LAWS: [(&str, &str, &str); 2] = [
     ("Stribeck friction", "motor_friction", "stribeck"),
     ("cubic spring", "spring", "cubic"),
-    ("delay", "torque delay", ""),
 ];
 
 /// Results on one log.
@@ -69,15 +68,20 @@ pub(crate) fn other_plant(demo: &Demo, arguments: &Arguments) {
     }
     for (index, (name, _)) in ways.iter().enumerate() {
         named(name, logs.iter().filter_map(|log| log.laws[index].as_ref()));
-        velocities(name, logs.iter().map(|log| &log.trial.results[index]));
+        let results = || logs.iter().map(|log| &log.trial.results[index]);
+        delays(name, results());
+        velocities(name, results());
     }
     let trials: Vec<Trial> = logs.into_iter().map(|log| log.trial).collect();
     findings(&trials, &ways);
 }
 
 fn ways(demo: &Demo) -> Vec<(&'static str, Experiment)> {
-    let mut ways = methods(&demo.experiment);
+    let mut declared = demo.experiment.clone();
+    declared.identify.laws = Laws::Declared;
+    let mut ways = methods(&declared);
     let mut richer = with_its_laws();
+    richer.identify.laws = Laws::Declared;
     richer.identify.estimator = vec![Estimator::PredictionError];
     ways.push(("pred. error with its laws", richer));
     for (name, estimator) in [
@@ -110,7 +114,6 @@ fn identified(way: &Experiment, log: &[u8]) -> (EstimateResult, Option<LawsByHol
 fn named<'l>(name: &str, laws: impl Iterator<Item = &'l LawsByHoldOut>) {
     let mut counts = [0; LAWS.len()];
     let mut others: BTreeMap<String, usize> = BTreeMap::new();
-    let mut delays = Vec::new();
     let mut logs = 0;
     for laws in laws {
         logs += 1;
@@ -125,7 +128,6 @@ fn named<'l>(name: &str, laws: impl Iterator<Item = &'l LawsByHoldOut>) {
                 .entry(format!("{} {}", rung.joint, rung.words()))
                 .or_default() += 1;
         }
-        delays.extend(made().filter_map(|rung| Some(rung.delay.as_ref()?.delay_s)));
     }
     if counts.iter().sum::<usize>() + others.len() == 0 {
         return;
@@ -133,15 +135,21 @@ fn named<'l>(name: &str, laws: impl Iterator<Item = &'l LawsByHoldOut>) {
     let words: Vec<String> = (LAWS.iter().zip(counts))
         .map(|((law, ..), count)| format!("{law} {count}"))
         .collect();
-    let delay = if delays.is_empty() {
-        String::new()
-    } else {
-        format!(" ({:.3} ms in the median)", 1e3 * median(delays))
-    };
     println!(
-        "    {name}, laws named in both joints, of {logs} logs: {}{delay}; other laws: {others:?}",
+        "    {name}, laws named in both joints, of {logs} logs: {}; other laws: {others:?}",
         words.join(", ")
     );
+}
+
+/// Prints the number of results with a delay of all torques, and the median delay.
+fn delays<'r>(name: &str, results: impl Iterator<Item = &'r EstimateResult>) {
+    let found = results.filter_map(|result| result.refined()?.torques_delay_s);
+    let found: Vec<f64> = found.map(|(delay, _)| delay).collect();
+    if !found.is_empty() {
+        let count = found.len();
+        let delay = 1e3 * median(found);
+        println!("    {name}, delay of all torques: {delay:.3} ms in the median of {count} logs");
+    }
 }
 
 /// Prints the range of the Stribeck velocities of each joint.

@@ -6,7 +6,7 @@ use sprung_core::parameters::{JointParameter, Side};
 
 use crate::description::{Experiment, FrictionLaw, Joint, Quantity, SpringTerm};
 use crate::estimate::statistics::SATURATED_ARGUMENT;
-use crate::log::Channels;
+use crate::log::{Channel, Channels};
 use crate::model::{Model, ModelError};
 use crate::regression::Probe;
 
@@ -20,8 +20,6 @@ pub(super) enum Change {
     Friction(Side, Family),
     /// A term of the spring.
     Spring(SpringTerm),
-    /// The torque acts later than the log says.
-    TorqueDelay,
     /// Friction proportional to the measured torque of a rigid joint. No model has this law.
     TorqueLoad,
 }
@@ -60,7 +58,7 @@ impl Candidate {
                 | Family::Quadratic
                 | Family::Load => Tier::Named,
             },
-            Change::Spring(_) | Change::TorqueDelay | Change::TorqueLoad => Tier::Named,
+            Change::Spring(_) | Change::TorqueLoad => Tier::Named,
         }
     }
 
@@ -76,8 +74,15 @@ pub(super) struct Candidates {
     pub(super) all: Vec<Candidate>,
     /// Columns, each with the index of its unknown.
     pub(super) probes: Vec<(Probe, usize)>,
+    /// Unknowns of no law: a torque that acts later or earlier than the log says, and Coulomb friction of another
+    /// sharpness. A law has to explain more than they do.
+    pub(super) nuisances: Vec<usize>,
     unknowns: usize,
 }
+
+/// Sharpness of the nuisance column relative to that of the model. Together with the column of the model it spans
+/// sharper and blunter friction.
+const OTHER_SHARPNESS: f64 = 2.0;
 
 impl Candidates {
     /// - `speeds`: root mean square of each joint's velocity, rad/s (m/s).
@@ -97,7 +102,9 @@ impl Candidates {
         for (joint, described) in experiment.robot.joint.iter().enumerate() {
             if speeds[joint] > 0.0 {
                 found.of_joint(joint, described, model, &terms, speeds[joint]);
-                found.of_torque(experiment, joint, described, model, channels);
+                found.of_torque(experiment, joint, described, model);
+                found.of_timing(experiment, joint, model, channels);
+                found.of_sharpness(joint, model, &terms);
             }
         }
         Ok(found)
@@ -179,50 +186,76 @@ impl Candidates {
         });
     }
 
-    /// Adds the candidates that use the measured torque.
+    /// Adds the candidate that uses the measured torque of a rigid joint.
     fn of_torque(
         &mut self,
         experiment: &Experiment,
         joint: usize,
         described: &Joint,
         model: &Model,
+    ) {
+        if experiment.robot.transmission_matrix.is_some() || described.is_flexible() {
+            return;
+        }
+        let probe = Probe::TorqueLoad {
+            row: model.torque_row(joint),
+            joint,
+            sharpness: model.sharpness(joint),
+        };
+        self.probes.push((probe, self.unknowns));
+        self.all.push(Candidate {
+            joint,
+            change: Change::TorqueLoad,
+            stribeck_velocity: None,
+            unknowns: vec![self.unknowns],
+        });
+        self.unknowns += 1;
+    }
+
+    fn of_timing(
+        &mut self,
+        experiment: &Experiment,
+        joint: usize,
+        model: &Model,
         channels: &Channels,
     ) {
-        if experiment.robot.transmission_matrix.is_some() {
+        if experiment.robot.transmission_matrix.is_some() || !has_torque(channels, joint) {
             return;
         }
         let row = model.torque_row(joint);
-        let mut add = |change: Change, probe: Probe| {
-            self.probes.push((probe, self.unknowns));
-            self.all.push(Candidate {
-                joint,
-                change,
-                stribeck_velocity: None,
-                unknowns: vec![self.unknowns],
-            });
-            self.unknowns += 1;
-        };
-        if torque_channel(channels, joint).is_some() {
-            add(Change::TorqueDelay, Probe::TorqueRate { row });
+        self.probes.push((Probe::TorqueRate { row }, self.unknowns));
+        self.nuisances.push(self.unknowns);
+        self.unknowns += 1;
+    }
+
+    fn of_sharpness(&mut self, joint: usize, model: &Model, terms: &[Term]) {
+        if !model.open_sharpness().contains(&joint) {
+            return;
         }
-        if !described.is_flexible() {
-            let sharpness = model.sharpness(joint);
-            add(
-                Change::TorqueLoad,
-                Probe::TorqueLoad {
-                    row,
-                    joint,
-                    sharpness,
-                },
-            );
+        let shape = Shape {
+            sharpness: OTHER_SHARPNESS * model.sharpness(joint),
+            ..*model.shape(joint)
+        };
+        for side in [Side::Motor, Side::Link] {
+            let kind = JointParameter::Friction(side, Law::Coulomb);
+            if model.index(kind, joint).is_none() {
+                continue;
+            }
+            let own = terms
+                .iter()
+                .filter(|term| term.joint == joint && term.what == kind);
+            self.probes
+                .extend(own.map(|term| (Probe::Term(*term, shape), self.unknowns)));
+            self.nuisances.push(self.unknowns);
+            self.unknowns += 1;
         }
     }
 }
 
-/// Returns the channel of a joint's motor torque.
-pub(super) fn torque_channel(channels: &Channels, joint: usize) -> Option<usize> {
-    (channels.all.iter())
-        .position(|channel| channel.quantity == Quantity::MotorTorque && channel.joint == joint)
+fn has_torque(channels: &Channels, joint: usize) -> bool {
+    let is_own =
+        |channel: &Channel| channel.quantity == Quantity::MotorTorque && channel.joint == joint;
+    channels.all.iter().any(is_own)
 }
 
 fn laws_of(joint: &Joint, side: Side) -> &[FrictionLaw] {

@@ -1,14 +1,13 @@
 //! Chosen laws, and the names of changes.
 
+use std::collections::BTreeSet;
+
 use sprung_core::parameters::Side;
 
 use super::candidates::Change;
 use crate::description::{Experiment, FrictionLaw, Laws, SpringTerm};
 use crate::estimate::result::LawsByHoldOut;
 use crate::finding::Finding;
-
-/// Largest delay of a torque that its rate of change describes, s.
-const MAX_DELAY_S: f64 = 0.02;
 
 /// Laws by hold-out, and the changes that are to be made.
 #[derive(Clone)]
@@ -19,6 +18,18 @@ pub(in crate::estimate) struct Chosen {
     pub(in crate::estimate) finding: Option<Finding>,
     /// Joints whose Stribeck velocity the ladder found.
     pub(in crate::estimate) open_velocities: Vec<usize>,
+}
+
+impl Chosen {
+    /// Returns whether other chosen laws add the same.
+    pub(in crate::estimate) fn adds_as(&self, other: &Self) -> bool {
+        let added = |chosen: &Self| -> BTreeSet<[String; 3]> {
+            (chosen.result.rungs.iter().filter(|rung| rung.made))
+                .map(|rung| [&rung.joint, &rung.of, &rung.law].map(String::clone))
+                .collect()
+        };
+        added(self) == added(other)
+    }
 }
 
 /// Returns the setting of the laws for a joint.
@@ -36,7 +47,6 @@ pub(super) fn names(change: Change) -> (&'static str, &'static str) {
         Change::Spring(SpringTerm::Cubic) => ("spring", "cubic"),
         Change::Spring(SpringTerm::Damping) => ("spring", "damping"),
         Change::Spring(SpringTerm::Linear) => ("spring", "linear"),
-        Change::TorqueDelay => ("torque delay", ""),
         Change::TorqueLoad => ("friction proportional to the torque", ""),
     }
 }
@@ -49,9 +59,4 @@ pub(super) fn words(change: Change) -> String {
     } else {
         format!("{of} \"{law}\"")
     }
-}
-
-/// Returns whether the rate of change of a torque describes its delay, s.
-pub(super) fn is_small(delay: f64) -> bool {
-    delay.abs() <= MAX_DELAY_S
 }

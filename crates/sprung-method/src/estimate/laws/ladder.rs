@@ -8,6 +8,9 @@ use crate::estimate::statistics::{MAX_ITERATIONS, NEGLIGIBLE_SHARE, SIGNIFICANT_
 /// encoders leave an offset in it.
 const MIN_LINK_GAIN: f64 = 0.2;
 
+/// Least torque of a change, as a fraction of the joint's torque.
+const LEAST_TORQUE_SHARE: f64 = 0.01;
+
 /// Two changes explain the same if the second one gains at least this fraction of the first, less
 /// by at most [`SIGNIFICANT_SIGMAS`] standard deviations of the difference, and less than [`NEGLIGIBLE_SHARE`] after
 /// it.
@@ -37,7 +40,7 @@ struct Gain {
     of_squares: f64,
     scatter: f64,
     of_parts: Vec<f64>,
-    /// Whether the gain is large enough in one of the rows.
+    /// Whether the gain is large enough in one of the rows, and the torque of the change beside the joint's torque.
     is_large: bool,
 }
 
@@ -68,7 +71,10 @@ pub(super) struct Ladder<'a> {
     candidates: &'a [Candidate],
     /// Link row and torque row of each joint; equal for a rigid joint.
     rows: &'a [[usize; 2]],
+    /// Unknowns of no law, which every fit has.
+    nuisances: &'a [usize],
     fits: Fits,
+    /// Unknowns of the changes that were made.
     probes: Vec<usize>,
     pub(super) rungs: Vec<Rung>,
     /// Held-out residual of the torque rows without a change, relative to the torque.
@@ -79,20 +85,21 @@ impl<'a> Ladder<'a> {
     /// Returns a ladder without changes; `None` if a fit fails.
     pub(super) fn new(
         normal: &'a Normal,
-        candidates: &'a [Candidate],
+        (candidates, nuisances): (&'a [Candidate], &'a [usize]),
         rows: &'a [[usize; 2]],
     ) -> Option<Self> {
-        let fits = normal.fit(&[])?;
+        let fits = normal.fit(nuisances)?;
         let mut ladder = Self {
             normal,
             candidates,
             rows,
+            nuisances,
             fits,
             probes: Vec::new(),
             rungs: Vec::new(),
             before: 0.0,
         };
-        ladder.before = ladder.held_out();
+        ladder.before = ladder.held_out(&[])?;
         Some(ladder)
     }
 
@@ -159,7 +166,9 @@ impl<'a> Ladder<'a> {
     fn add(&mut self, best: &Gain, stribeck_velocity: Option<f64>) -> bool {
         let mut probes = self.probes.clone();
         probes.extend(&self.candidates[best.candidate].unknowns);
-        let Some(fits) = self.normal.fit(&probes) else {
+        let with_nuisances = [self.nuisances, &probes].concat();
+        let fitted = self.normal.fit(&with_nuisances).zip(self.held_out(&probes));
+        let Some((fits, held_out)) = fitted else {
             return false;
         };
         (self.probes, self.fits) = (probes, fits);
@@ -167,7 +176,7 @@ impl<'a> Ladder<'a> {
             candidate: best.candidate,
             gain: best.of_root(),
             scatter: 0.5 * best.scatter,
-            held_out: self.held_out(),
+            held_out,
             stribeck_velocity,
             alike: Vec::new(),
         });
@@ -204,7 +213,7 @@ impl<'a> Ladder<'a> {
         } else {
             &[link, motor]
         };
-        let squares = self.normal.with(&self.fits, &candidate.unknowns, rows)?;
+        let (squares, added) = self.normal.with(&self.fits, &candidate.unknowns, rows)?;
         let total = |row: usize| -> f64 { self.fits.squares.iter().map(|part| part[row]).sum() };
         let totals: Vec<f64> = rows.iter().map(|&row| total(row)).collect();
         let of_parts: Vec<f64> = (self.fits.squares.iter().zip(&squares))
@@ -219,14 +228,16 @@ impl<'a> Ladder<'a> {
             let after: f64 = squares.iter().map(|part| part[i]).sum();
             (1.0 - (after / totals[i]).sqrt(), rows[i] == motor)
         });
+        let torque = self.normal.torque_squares(motor).sqrt();
         of_squares.is_finite().then(|| Gain {
-            is_large: own.any(|(gain, of_torque)| {
-                gain >= if of_torque {
-                    NEGLIGIBLE_SHARE
-                } else {
-                    MIN_LINK_GAIN
-                }
-            }),
+            is_large: added >= LEAST_TORQUE_SHARE * torque
+                && own.any(|(gain, of_torque)| {
+                    gain >= if of_torque {
+                        NEGLIGIBLE_SHARE
+                    } else {
+                        MIN_LINK_GAIN
+                    }
+                }),
             candidate: index,
             of_squares,
             scatter: deviation_of_sum(&of_parts),
@@ -234,26 +245,21 @@ impl<'a> Ladder<'a> {
         })
     }
 
-    /// Returns the held-out residual of the torque rows relative to the torque: the root mean square
-    /// over the joints with torque.
-    fn held_out(&self) -> f64 {
+    /// Returns the held-out residual of the torque rows relative to the torque, without nuisances: the root mean square
+    /// over the joints with torque. Returns `None` if a fit fails.
+    fn held_out(&self, probes: &[usize]) -> Option<f64> {
+        let squares = self.normal.fit(probes)?.squares;
         let mut torque_rows: Vec<usize> = self.rows.iter().map(|rows| rows[1]).collect();
         torque_rows.dedup();
         let shares: Vec<f64> = (torque_rows.into_iter())
             .map(|row| (row, self.normal.torque_squares(row)))
             .filter(|(_, torque)| *torque > 0.0)
             .map(|(row, torque)| {
-                let left: f64 = self.fits.squares.iter().map(|part| part[row]).sum();
+                let left: f64 = squares.iter().map(|part| part[row]).sum();
                 left / torque
             })
             .collect();
-        (shares.iter().sum::<f64>() / shares.len().max(1) as f64).sqrt()
-    }
-
-    /// Returns the value of a change's first parameter and its standard error.
-    pub(super) fn value(&self, rung: &Rung) -> Option<(f64, f64)> {
-        let unknown = self.candidates[rung.candidate].unknowns.first()?;
-        self.normal.value(&self.fits, *unknown)
+        Some((shares.iter().sum::<f64>() / shares.len().max(1) as f64).sqrt())
     }
 }
 

@@ -10,19 +10,18 @@ mod normal;
 mod tested;
 
 use crate::estimate::statistics::LARGE_SHARE;
-use crate::numbers::{in_ms, in_percent};
-use candidates::{Candidate, Candidates, Change, Tier, changed, torque_channel};
-use chosen::{is_small, names, words};
+use crate::numbers::in_percent;
+use candidates::{Candidate, Candidates, Change, Tier, changed};
+use chosen::{names, words};
 use ladder::{Ladder, Rung};
 use normal::Normal;
 
-pub(super) use by_likelihood::{open_delays, with_open_delays};
 pub(super) use chosen::{Chosen, laws_of};
 pub(super) use dependence::dependence;
 pub(super) use tested::{Tested, with_tested_laws};
 
-use crate::description::{Delay, Estimator, Experiment, Laws};
-use crate::estimate::result::{LawDelay, LawRung, LawsByHoldOut};
+use crate::description::{Experiment, Laws};
+use crate::estimate::result::{LawRung, LawsByHoldOut};
 use crate::finding::{Finding, Severity};
 use crate::prepare::{Prepared, rms_speeds};
 use crate::regression::Reduction;
@@ -57,16 +56,14 @@ pub(super) fn choose_laws(prepared: &Prepared) -> Option<Chosen> {
     let rows: Vec<[usize; 2]> = (0..model.joint_count())
         .map(|joint| [joint, model.torque_row(joint)])
         .collect();
-    let mut ladder = Ladder::new(&normal, &found.all, &rows)?;
+    let mut ladder = Ladder::new(&normal, (&found.all, &found.nuisances), &rows)?;
     let auto = |candidate: &Candidate| {
         laws_of(experiment, candidate.joint) == Laws::Auto && candidate.change != Change::TorqueLoad
     };
     ladder.climb(&[Tier::Essential, Tier::Named, Tier::Residual], auto);
     let made = ladder.rungs.len();
-    // The refinement finds the timing of the torques, and least squares take smearing for a delay.
-    let refines = (reading.settings().estimator).contains(&Estimator::PredictionError);
     ladder.climb(&[Tier::Essential, Tier::Named], |candidate| {
-        !(auto(candidate) || refines && candidate.change == Change::TorqueDelay)
+        !auto(candidate)
     });
     Some(describe(prepared, &found, &ladder, made))
 }
@@ -81,17 +78,6 @@ fn describe(prepared: &Prepared, found: &Candidates, ladder: &Ladder<'_>, made: 
             .map(|&other| words(found.all[other].change))
             .collect();
         alike.dedup();
-        let channels = prepared.reading().channels();
-        let torque = torque_channel(channels, candidate.joint)
-            .filter(|_| candidate.change == Change::TorqueDelay);
-        let delay = torque
-            .zip(ladder.value(rung))
-            .map(|(channel, (later, error))| LawDelay {
-                column: channels.all[channel].column.clone(),
-                // A torque that acts later than its record was recorded too early.
-                delay_s: prepared.delays().values[channel] - later,
-                standard_error_s: error,
-            });
         LawRung {
             joint: joints[candidate.joint].clone(),
             of: of.to_owned(),
@@ -102,8 +88,7 @@ fn describe(prepared: &Prepared, found: &Candidates, ladder: &Ladder<'_>, made: 
             stribeck_velocity: rung.stribeck_velocity,
             stribeck_velocity_error: None,
             not_told_apart_from: alike,
-            made: index < made && delay.as_ref().is_none_or(|delay| is_small(delay.delay_s)),
-            delay,
+            made: index < made,
         }
     };
     let result = LawsByHoldOut {
@@ -134,16 +119,12 @@ fn open_velocities(experiment: &Experiment, result: &LawsByHoldOut) -> Vec<usize
         .collect()
 }
 
-/// Returns an experiment with the laws and the delays that a ladder added. Laws that it has already
+/// Returns an experiment with the laws that a ladder added. Laws that it has already
 /// stay single.
 #[must_use]
 pub fn with_found_laws(experiment: &Experiment, found: &LawsByHoldOut) -> Experiment {
     let mut with = experiment.clone();
     for rung in found.rungs.iter().filter(|rung| rung.made) {
-        if let (Some(delay), Some(log)) = (&rung.delay, &mut with.log) {
-            let known = Delay::Known(delay.delay_s);
-            log.delay_s.insert(delay.column.clone(), known);
-        }
         let joints = &mut with.robot.joint;
         if let Some(joint) = joints.iter_mut().find(|joint| joint.name == rung.joint) {
             let velocity = rung.stribeck_velocity;
@@ -165,15 +146,8 @@ fn finding(result: &LawsByHoldOut) -> Option<Finding> {
                 [] => String::new(),
                 others => format!(", or {}", others.join(" or ")),
             };
-            let delay = rung.delay.as_ref().map_or_else(String::new, |delay| {
-                format!(
-                    " of {:.2} ± {:.2} ms",
-                    in_ms(delay.delay_s),
-                    in_ms(delay.standard_error_s)
-                )
-            });
             format!(
-                "{}: {}{delay}{alike} ({:.0} % less in its rows)",
+                "{}: {}{alike} ({:.0} % less in its rows)",
                 rung.joint,
                 rung.words(),
                 in_percent(rung.gain)
@@ -222,11 +196,6 @@ mod tests {
             not_told_apart_from: Vec::new(),
             stribeck_velocity: (law == "stribeck").then_some(0.04),
             stribeck_velocity_error: None,
-            delay: law.is_empty().then(|| LawDelay {
-                column: "tau1_nm".to_owned(),
-                delay_s: -1e-3,
-                standard_error_s: 1e-4,
-            }),
             made,
         }
     }
@@ -247,7 +216,6 @@ mod tests {
             rung("motor_friction", "stribeck", true),
             rung("link_friction", "viscous-asymmetric", true),
             rung("spring", "cubic", true),
-            rung("torque delay", "", true),
             rung("motor_friction", "quadratic", false),
         ]);
         let once = with_found_laws(&experiment, &found);
@@ -266,8 +234,6 @@ mod tests {
                 [SpringTerm::Linear, SpringTerm::Cubic]
             );
             assert_eq!(joint.stribeck_velocity_rad_per_s, Some(0.04));
-            let log = with.log.as_ref().unwrap();
-            assert_eq!(log.delay_s["tau1_nm"], Delay::Known(-1e-3));
             assert!(crate::model::Model::new(with).is_ok());
         }
     }

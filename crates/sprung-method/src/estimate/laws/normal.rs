@@ -177,20 +177,25 @@ impl Normal {
         })
     }
 
-    /// Returns the squared residuals of some rows in each part after further probes are added,
-    /// \[parts × rows\]; `None` if the log does not determine their parameters.
+    /// Returns the squared residuals of some rows in each part after further probes are added, \[parts × rows\], and the
+    /// length in the whole log of the torque that they add; `None` if the log does not determine their parameters.
     pub(super) fn with(
         &self,
         fits: &Fits,
         probes: &[usize],
         rows: &[usize],
-    ) -> Option<Vec<Vec<f64>>> {
-        (self.parts.iter().zip(&fits.without))
+    ) -> Option<(Vec<Vec<f64>>, f64)> {
+        let mut length = 0.0;
+        let squares: Option<Vec<Vec<f64>>> = (self.parts.iter().zip(&fits.without))
             .map(|(part, fit)| {
                 let x = self.bordered(part, fit, &fits.active, probes)?;
+                let own = probes.iter().map(|&unknown| self.probe(unknown));
+                let of_columns = own.map(|i| (x[i] * self.lengths[i]).powi(2));
+                length += of_columns.sum::<f64>().sqrt() / self.parts.len() as f64;
                 Some(self.squares(part, &x, rows))
             })
-            .collect()
+            .collect();
+        Some((squares?, length))
     }
 
     /// Returns the unknowns of the fit without a part after further probes are added.
@@ -260,20 +265,6 @@ impl Normal {
             })
             .collect()
     }
-
-    /// Returns the mean over the parts of a probe's parameter in the fits without each part, and
-    /// the jackknife's standard error; `None` if the probe is not active.
-    pub(super) fn value(&self, fits: &Fits, unknown: usize) -> Option<(f64, f64)> {
-        let index = self.probe(unknown);
-        let at = fits.active.iter().position(|&i| i == index)?;
-        let values: Vec<f64> = (fits.without.iter())
-            .map(|fit| fit.x[at] / self.lengths[index])
-            .collect();
-        let count = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / count;
-        let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
-        Some((mean, (squares * (count - 1.0) / count).sqrt()))
-    }
 }
 
 /// Returns the products of the columns with one another and with the right-hand side.
@@ -335,19 +326,12 @@ mod tests {
     fn a_bordered_fit_equals_the_fit_with_the_probe() {
         let normal = normal();
         let (without, with) = (normal.fit(&[]).unwrap(), normal.fit(&[0]).unwrap());
-        let bordered = normal.with(&without, &[0], &[0]).unwrap();
+        let (bordered, _) = normal.with(&without, &[0], &[0]).unwrap();
         for (part, (found, expected)) in bordered.iter().zip(&with.squares).enumerate() {
             // Measured 4e-9; the right-hand sides differ by the ridge alone.
             assert!((found[0] / expected[0] - 1.0).abs() < 1e-6, "{part}");
             assert!(found[0] < 1e-3 * without.squares[part][0]);
         }
-        let (value, error) = normal.value(&with, 0).unwrap();
-        // Measured 6e-6.
-        assert!(
-            (value - 0.5).abs() < 1e-4 && error < 1e-3,
-            "{value} ± {error}"
-        );
-        assert!(normal.value(&with, 1).is_none());
     }
 
     #[test]

@@ -19,10 +19,10 @@ pub struct LawsByHoldOut {
 pub struct LawRung {
     /// Name of the joint.
     pub joint: String,
-    /// The key that the change concerns: `link_friction`, `motor_friction`, `spring` or
-    /// `torque delay`.
+    /// The key that the change concerns: `link_friction`, `motor_friction`, `spring`, or
+    /// words for an effect that no key describes.
     pub of: String,
-    /// The law, by its name in the description; empty for a delay.
+    /// The law, by its name in the description; empty without a key.
     pub law: String,
     /// Decrease of the held-out residual of the joint's rows, as a fraction.
     pub gain: f64,
@@ -39,27 +39,12 @@ pub struct LawRung {
     /// Standard error of this velocity, rad/s (m/s); absent unless the likelihood gave it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stribeck_velocity_error: Option<f64>,
-    /// Delay of the column of the torque; for a delay only.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub delay: Option<LawDelay>,
     /// Whether the change was made. If not, the results have the laws without it.
     pub made: bool,
 }
 
-/// Delay of a column of torques by hold-out.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LawDelay {
-    /// The column.
-    pub column: String,
-    /// Time from the event to its record, s. It is negative if the torque acts later than the log
-    /// says.
-    pub delay_s: f64,
-    /// Its standard error, s.
-    pub standard_error_s: f64,
-}
-
 impl LawRung {
-    /// Returns the change in words: `motor_friction "stribeck"` or `a torque delay`.
+    /// Returns the change in words: `motor_friction "stribeck"` or `friction proportional to the torque`.
     #[must_use]
     pub fn words(&self) -> String {
         if self.law.is_empty() {

@@ -17,7 +17,7 @@ pub use identification::{
     IDENTIFICATION_FORMAT, Identification, ModelDependence, MotorRowResult, ParameterEstimate,
     SettingsUsed, SimulationFit, parameters_csv,
 };
-pub use laws::{LawDelay, LawRung, LawsByHoldOut};
+pub use laws::{LawRung, LawsByHoldOut};
 pub use log_info::{DelayUsed, GainUsed, LogInfo, SignUsed};
 pub use payload::{PayloadParameter, PayloadResult};
 pub use physical::{CovarianceOfErrors, Decided, PhysicalResult, StandardParameter};

@@ -5,13 +5,14 @@ use super::refuse::refuse;
 use crate::description::{Experiment, Laws};
 use crate::estimate::errors::IdentifyError;
 use crate::estimate::estimators::prediction_error::{Retiming, likely};
-use crate::estimate::laws::{Chosen, choose_laws, laws_of, open_delays, with_open_delays};
+use crate::estimate::laws::{Chosen, choose_laws, laws_of};
 use crate::estimate::result::RigidJoint;
 use crate::estimate::springs::{RigidByLog, with_joints_rigid_by_log};
 use crate::log::LogSource;
 use crate::model::Model;
 use crate::prepare::{Prepared, prepare};
 use crate::progress::Listener;
+use sprung_core::friction::Scale;
 
 /// Logs of one robot that are ready for the pass.
 pub(in crate::estimate) struct Ready {
@@ -19,26 +20,52 @@ pub(in crate::estimate) struct Ready {
     pub(in crate::estimate) prepared: Prepared,
     /// These laws; `None` if the log is too short for parts.
     pub(in crate::estimate) laws: Option<Chosen>,
+    /// The choices without added laws; `None` if none was added.
+    declared: Option<Prepared>,
     /// Joints that the beginning of the first log shows as rigid; they are rigid in the choices.
     pub(in crate::estimate) rigid: Vec<RigidJoint>,
     pub(in crate::estimate) inputs: EstimatorInputs,
 }
 
 impl Ready {
-    /// Returns the same logs with another timing of the torques and another sharpness of Coulomb friction. Laws that the
-    /// description lacks are looked for again.
-    pub(in crate::estimate) fn retimed(&self, retiming: &Retiming) -> Result<Self, IdentifyError> {
-        let prepared = self.prepared.clone();
-        let reading = retiming.applied(prepared.reading());
-        let mut own = self.with_prepared(prepared.with_reading(reading))?;
-        if own
-            .laws
-            .as_ref()
-            .is_some_and(|laws| laws.experiment.is_none())
+    /// Returns the same logs with another timing of the torques and another sharpness of Coulomb friction, and whether the
+    /// laws are the same. Laws that the description lacks are looked for again.
+    pub(in crate::estimate) fn retimed(
+        &self,
+        retiming: &Retiming,
+        sources: &mut [LogSource<'_>],
+        progress: &mut dyn Listener,
+    ) -> Result<(Self, bool), IdentifyError> {
+        let applied = |prepared: &Prepared| {
+            let reading = retiming.applied(prepared.reading());
+            prepared.clone().with_reading(reading)
+        };
+        let declared = applied(self.declared.as_ref().unwrap_or(&self.prepared));
+        let laws = choose_laws(&declared);
+        let (before, after) = (self.laws.as_ref(), laws.as_ref());
+        if before
+            .zip(after)
+            .is_some_and(|(before, after)| before.adds_as(after))
         {
-            own.laws = choose_laws(&own.prepared);
+            let mut same = self.with_prepared(applied(&self.prepared))?;
+            if let (Some(own), Some(after)) = (&mut same.laws, laws) {
+                own.update(after);
+            }
+            return Ok((same, true));
         }
-        Ok(own)
+        let WithLaws {
+            prepared,
+            laws,
+            declared,
+        } = WithLaws::new(declared, laws, sources, progress)?;
+        let changed = Self {
+            inputs: EstimatorInputs::new(prepared.experiment(), prepared.reading().model())?,
+            prepared,
+            laws,
+            declared,
+            rigid: self.rigid.clone(),
+        };
+        Ok((changed, false))
     }
 
     /// Returns the same logs with another model of the same equations.
@@ -51,6 +78,7 @@ impl Ready {
         Ok(Self {
             prepared,
             laws: self.laws.clone(),
+            declared: self.declared.clone(),
             rigid: self.rigid.clone(),
             inputs,
         })
@@ -71,11 +99,17 @@ pub(in crate::estimate) fn make_ready(
 ) -> Result<Ready, IdentifyError> {
     // A missing input is reported before a log is read.
     EstimatorInputs::new(experiment, model)?;
-    let (prepared, laws, rigid) = with_laws(experiment, model, sources, progress)?;
+    let (with_laws, rigid) = with_laws(experiment, model, sources, progress)?;
+    let WithLaws {
+        prepared,
+        laws,
+        declared,
+    } = with_laws;
     let inputs = EstimatorInputs::new(prepared.experiment(), prepared.reading().model())?;
     Ok(Ready {
         prepared,
         laws,
+        declared,
         rigid,
         inputs,
     })
@@ -94,72 +128,92 @@ pub(in crate::estimate) fn prepare_with_laws(
         let prepared = with_joints_rigid_by_log(prepared, progress)?.prepared;
         return Ok(prepared.weighted(progress)?);
     }
-    Ok(with_laws(experiment, model, sources, progress)?.0)
+    Ok(with_laws(experiment, model, sources, progress)?.0.prepared)
 }
 
-/// Prepares the logs as a check does, makes joints rigid whose springs they do not show, estimates the requested delays and open Stribeck velocities by
-/// likelihood, determines the weights of the samples, and chooses the laws by hold-out.
+/// Prepares the logs as a check does, makes joints rigid whose springs they do not show, estimates the requested delays
+/// and open Stribeck velocities by likelihood, determines the weights of the samples, and chooses the laws by hold-out.
 fn with_laws(
     experiment: &Experiment,
     model: &Model,
     sources: &mut [LogSource<'_>],
     progress: &mut dyn Listener,
-) -> Result<(Prepared, Option<Chosen>, Vec<RigidJoint>), IdentifyError> {
+) -> Result<(WithLaws, Vec<RigidJoint>), IdentifyError> {
     let prepared = prepare(experiment, model, sources, progress)?;
     let settings = prepared.reading().settings();
     refuse(settings, prepared.wrong_time_unit())?;
     let RigidByLog { prepared, joints } = with_joints_rigid_by_log(prepared, progress)?;
     let likely = likely(prepared.reading(), sources, prepared.excerpt(), progress)?;
-    let prepared = prepared.with_likely(&likely).weighted(progress)?;
-    let (prepared, laws) = with_chosen_laws(prepared, sources, progress)?;
-    Ok((prepared, laws, joints))
+    let declared = prepared.with_likely(&likely).weighted(progress)?;
+    let laws = choose_laws(&declared);
+    Ok((WithLaws::new(declared, laws, sources, progress)?, joints))
 }
 
-/// Chooses the laws by hold-out. If laws are added, makes all choices again with them, estimates
-/// Stribeck velocities and the delays of torques by likelihood, and keeps the delays that are
-/// significant.
-fn with_chosen_laws(
+/// The choices with the laws that hold-out asks for, and those without them.
+struct WithLaws {
     prepared: Prepared,
+    laws: Option<Chosen>,
+    declared: Option<Prepared>,
+}
+
+impl WithLaws {
+    /// Makes all choices again with the laws that are to be added, and estimates their Stribeck velocities by
+    /// likelihood.
+    ///
+    /// - `declared`: the choices without these laws.
+    fn new(
+        declared: Prepared,
+        mut laws: Option<Chosen>,
+        sources: &mut [LogSource<'_>],
+        progress: &mut dyn Listener,
+    ) -> Result<Self, IdentifyError> {
+        let richer = (laws.as_mut())
+            .map(|chosen| add_laws(&declared, chosen, sources, progress))
+            .transpose()?;
+        Ok(match richer.flatten() {
+            Some(prepared) => Self {
+                prepared,
+                laws,
+                declared: Some(declared),
+            },
+            None => Self {
+                prepared: declared,
+                laws,
+                declared: None,
+            },
+        })
+    }
+}
+
+/// Returns the choices with added laws; `None` if there are none to add.
+fn add_laws(
+    declared: &Prepared,
+    chosen: &mut Chosen,
     sources: &mut [LogSource<'_>],
     progress: &mut dyn Listener,
-) -> Result<(Prepared, Option<Chosen>), IdentifyError> {
-    let Some(mut chosen) = choose_laws(&prepared) else {
-        return Ok((prepared, None));
+) -> Result<Option<Prepared>, IdentifyError> {
+    let Some(experiment) = &chosen.experiment else {
+        return Ok(None);
     };
-    let richer = chosen.experiment.as_ref();
-    let described = richer.unwrap_or(prepared.experiment()).clone();
-    let columns = open_delays(&prepared, &described);
-    if richer.is_none() && columns.is_empty() {
-        return Ok((prepared, Some(chosen)));
+    let Ok(model) = Model::new(experiment) else {
+        return Ok(None);
+    };
+    let mut model = model.with_open_stribeck(&chosen.open_velocities);
+    let before = declared.reading();
+    for &joint in before.model().open_sharpness() {
+        model.set_scale(joint, Scale::Sharpness, before.model().sharpness(joint));
     }
-    // Delays change no equation, so one model serves all of them.
-    let Ok(model) = Model::new(&described) else {
-        return Ok((prepared, Some(chosen)));
-    };
-    let model = model.with_open_stribeck(&chosen.open_velocities);
-    let with_delays = prepared.again(&with_open_delays(&described, &columns), &model, progress)?;
-    let (reading, excerpt) = (with_delays.reading(), with_delays.excerpt());
-    let likely = likely(reading, sources, excerpt, progress)?;
-    let with_delays = with_delays.with_likely(&likely);
+    let prepared = declared.again(experiment, &model, progress)?;
+    let reading = prepared.reading().with_delays(before.delays());
+    let prepared = prepared.with_reading(reading);
+    let likely = likely(prepared.reading(), sources, prepared.excerpt(), progress)?;
+    let prepared = prepared.with_likely(&likely);
+    let reading = prepared.reading().with_delays(before.delays());
+    let prepared = prepared.with_reading(reading);
     let joints = model.joints();
-    let velocities = (likely.velocities.iter()).filter(|own| with_delays.uses(own));
+    let velocities = (likely.velocities.iter()).filter(|own| prepared.uses(own));
     chosen.set_velocities(
         velocities.map(|own| (joints[own.joint].as_str(), own.velocity, own.standard_error)),
     );
-    if columns.is_empty() {
-        return Ok((with_delays.weighted(progress)?, Some(chosen)));
-    }
-    let mut again = |experiment: &Experiment| -> Result<Prepared, IdentifyError> {
-        Ok(prepared
-            .again(experiment, &model, progress)?
-            .with_likely(&likely))
-    };
-    let without_delays = again(&described)?;
-    let added = chosen.add_delays(&without_delays, &with_delays, &columns);
-    let ready = match added.len() {
-        0 => without_delays,
-        all if all == columns.len() => with_delays,
-        _ => again(&with_open_delays(&described, &added))?,
-    };
-    Ok((ready.weighted(progress)?, Some(chosen)))
+    Ok(Some(prepared.weighted(progress)?))
 }

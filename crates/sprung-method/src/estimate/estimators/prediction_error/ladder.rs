@@ -65,7 +65,7 @@ pub(super) fn climb(
 ) -> Result<Climbed, PassError> {
     let mut tried: Vec<Tried> = Vec::new();
     let before = match timing {
-        Timing::Found(own) => Some(&own.end),
+        Timing::Found(own) => own.end.as_ref(),
         Timing::Open | Timing::Kept => None,
     };
     let is_open = matches!(timing, Timing::Open);

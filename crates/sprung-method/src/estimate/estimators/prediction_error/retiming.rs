@@ -39,8 +39,8 @@ pub(in crate::estimate) struct Retiming {
     pub(in crate::estimate) torques: Option<TorquesDelay>,
     /// Sharpness of Coulomb friction, s/rad (s/m), by joint.
     pub(in crate::estimate) sharpness: Vec<(usize, f64)>,
-    /// End of the first refinement, from which the second one starts.
-    pub(super) end: End,
+    /// End of the first refinement, from which the second one starts; `None` after another model.
+    pub(super) end: Option<End>,
 }
 
 /// The timing that a refinement asks for.
@@ -54,10 +54,10 @@ impl Wanted {
     pub(super) fn with(self, end: End, reading: &Reading) -> Retiming {
         let by = self.torques.map_or(0.0, |own| own.by);
         Retiming {
-            end: End {
+            end: Some(End {
                 delays: delayed(reading, by),
                 ..end
-            },
+            }),
             torques: self.torques,
             sharpness: self.sharpness,
         }
@@ -77,6 +77,11 @@ pub(in crate::estimate) struct TorquesDelay {
 }
 
 impl Retiming {
+    /// Lets the second refinement start from least squares, because the model has other laws.
+    pub(in crate::estimate) fn forget_end(&mut self) {
+        self.end = None;
+    }
+
     /// Returns the settings for reading the logs with the new timing.
     pub(in crate::estimate) fn applied(&self, reading: &Reading) -> Reading {
         let by = self.torques.map_or(0.0, |own| own.by);
