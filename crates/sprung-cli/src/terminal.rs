@@ -193,6 +193,17 @@ impl Terminal {
         ));
     }
 
+    /// Prints the changes beyond the experiment file that were applied.
+    pub(crate) fn applied(self, identification: &Identification) {
+        if identification.applied.is_empty() {
+            return;
+        }
+        self.say("applied beyond the experiment file:");
+        for change in &identification.applied {
+            self.say(format!("  - {}", change.sentence()));
+        }
+    }
+
     /// Prints the decision on the first result, which decides the exit code.
     pub(crate) fn decision(self, identification: &Identification) {
         let Some(result) = identification.results.first() else {

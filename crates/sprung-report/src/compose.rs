@@ -45,6 +45,7 @@ pub fn compose(contents: &Contents<'_>) -> Document {
     let sections = &mut document.sections;
     sections.extend(overview(contents));
     if let Some(identification) = contents.identification {
+        sections.extend(laws::applied(identification));
         sections.extend(parameters(identification, contents));
         sections.push(warnings(identification));
     }

@@ -2,9 +2,11 @@
 
 use super::document::{Block, Fold, Row, Section, Table, Tone};
 use super::numbers::significant;
-use super::section::folded;
+use super::section::{folded, section};
 use super::tables::{number, text};
-use crate::estimate::{EstimateResult, Identification, LawRung, LawsByHoldOut, ModelDependence};
+use crate::estimate::{
+    Applied, EstimateResult, Identification, LawRung, LawsByHoldOut, ModelDependence,
+};
 
 /// Composes the section; `None` if there are neither laws by hold-out nor residual laws.
 pub(super) fn laws(identification: &Identification) -> Option<Section> {
@@ -18,9 +20,42 @@ pub(super) fn laws(identification: &Identification) -> Option<Section> {
             "Laws by hold-out",
             "Would another friction law predict the log better? Eighths of the beginning of the first log are left out in turn and predicted by a fit of \
              the other eighths. A law counts if it decreases the residual of these predictions by at \
-             least 1 % and by more than 3 times the scatter of the decrease over the eighths. laws = \
-             \"auto\" adds such laws to the model.",
+             least 1 % and by more than 3 times the scatter of the decrease over the eighths, and if its torque is at least 1 % \
+             of the joint's. laws = \
+             \"declared\" adds no law to the model.",
             blocks,
+        )
+    })
+}
+
+/// Composes the list of changes beyond the experiment file; `None` if there is none.
+pub(super) fn applied(identification: &Identification) -> Option<Section> {
+    let row = |change: &Applied| Row {
+        cells: vec![
+            change.what.clone(),
+            change.held_out.map_or_else(
+                || "–".to_owned(),
+                |[without, with]| format!("{:.2} → {:.2}", 100.0 * without, 100.0 * with),
+            ),
+            change.forbidden_by.clone(),
+        ],
+        tone: Tone::Neutral,
+    };
+    let table = Table {
+        columns: vec![
+            text("Change"),
+            text("held-out error of the torque %"),
+            text("forbidden by"),
+        ],
+        rows: identification.applied.iter().map(row).collect(),
+        ..Table::default()
+    };
+    (!identification.applied.is_empty()).then(|| {
+        section(
+            "applied",
+            "Applied",
+            "Changes beyond the experiment file that the log asked for. All estimators use them.",
+            vec![Block::Table(table)],
         )
     })
 }

@@ -103,7 +103,7 @@ pub mod description {
 pub mod estimate {
     #[doc(inline)]
     pub use sprung_method::estimate::{
-        Choices, CovarianceOfErrors, CrossCheckResult, CutoffChoice, CutoffPoint, Decided,
+        Applied, Choices, CovarianceOfErrors, CrossCheckResult, CutoffChoice, CutoffPoint, Decided,
         Decision, DelayUsed, EncoderOffsetResult, ErrorParts, EstimateResult, FactorsError,
         Feature, FeatureKind, FrequencyResponse, GainUsed, HeldOutResidual, Identification,
         Identified, IdentifyError, JointPrediction, JointResponse, KnownNoise, KnownTruth, LawRung,

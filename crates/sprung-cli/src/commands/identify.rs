@@ -48,7 +48,9 @@ pub(crate) fn run(args: &Identify) -> Result<ExitCode, Failure> {
              sprung validate again",
         );
     }
-    terminal.say(format!("\nreport: {}", report.display()));
+    terminal.say("");
+    terminal.applied(&found.identification);
+    terminal.say(format!("report: {}", report.display()));
     terminal.decision(&found.identification);
     Ok(Usability::from(&found.identification).into())
 }

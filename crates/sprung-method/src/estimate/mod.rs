@@ -27,8 +27,8 @@ pub use many_logs::{Choices, LogFactors};
 pub use many_logs::{choices, factors, identify_factors};
 pub(crate) use result::GENERATOR;
 pub use result::{
-    CovarianceOfErrors, CrossCheckResult, CutoffChoice, CutoffPoint, Decided, Decision, DelayUsed,
-    EncoderOffsetResult, ErrorParts, EstimateResult, GainUsed, HeldOutResidual,
+    Applied, CovarianceOfErrors, CrossCheckResult, CutoffChoice, CutoffPoint, Decided, Decision,
+    DelayUsed, EncoderOffsetResult, ErrorParts, EstimateResult, GainUsed, HeldOutResidual,
     IDENTIFICATION_FORMAT, Identification, JointPrediction, LawRung, LawsByHoldOut, LogInfo,
     ModelDependence, MotorRowResult, ParameterEstimate, PayloadParameter, PayloadResult,
     PhysicalResult, RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation,

@@ -1,5 +1,6 @@
 //! Judgement of a result: findings about its parameters.
 
+mod applied;
 mod at_rest;
 mod decide;
 mod delay_hold_out;
@@ -9,7 +10,6 @@ mod measured_effects;
 mod of_joint;
 mod parameters;
 mod promise;
-mod retimed;
 mod routes;
 mod scale;
 mod stability;
@@ -19,6 +19,7 @@ use crate::numbers::in_percent;
 use sprung_core::parameters::JointParameter;
 
 use self::existence::impossible_robot;
+pub(super) use applied::applied;
 pub(super) use at_rest::at_rest;
 pub(super) use decide::decide;
 pub(super) use delay_hold_out::with_held_out_delay;
@@ -26,7 +27,6 @@ pub(crate) use gravity::{tilt_is_possible, tilted};
 pub(super) use measured_effects::after_estimation;
 pub(super) use promise::promise;
 pub use promise::{percent, predictions};
-pub(super) use retimed::retimed;
 
 use self::of_joint::{motor_row, of};
 use self::parameters::{collinear, listed, little_torque, weak};

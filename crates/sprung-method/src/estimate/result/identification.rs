@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::applied::Applied;
 use super::laws::LawsByHoldOut;
 use super::log_info::LogInfo;
 use super::payload::PayloadResult;
@@ -36,6 +37,9 @@ pub struct Identification {
     pub further_logs: Vec<LogInfo>,
     /// The settings that were used.
     pub settings: SettingsUsed,
+    /// Changes beyond the description that the log asked for and that all results use.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub applied: Vec<Applied>,
     /// Laws that the held-out residual asks for; absent if the log is too short.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub laws: Option<LawsByHoldOut>,

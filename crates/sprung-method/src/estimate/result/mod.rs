@@ -1,5 +1,6 @@
 //! What is written to JSON, and nothing else.
 
+mod applied;
 mod identification;
 mod laws;
 mod log_info;
@@ -10,6 +11,7 @@ mod refinement;
 mod springs;
 mod verdict;
 
+pub use applied::Applied;
 pub(crate) use identification::GENERATOR;
 pub(super) use identification::PartResult;
 pub use identification::{

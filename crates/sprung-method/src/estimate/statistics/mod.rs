@@ -10,7 +10,6 @@ mod significance;
 mod sizes;
 
 pub(crate) use between_parts::between_parts;
-pub(super) use chi_square::upper_tail;
 pub(super) use delay_test::{MIN_DELAY_SAMPLES, is_significant};
 pub(super) use kind_of_change::kind_of_change;
 pub use normal::NORMAL_95;

@@ -11,7 +11,7 @@ use crate::estimate::estimators::Found;
 use crate::estimate::estimators::least_squares::cutoff_choice;
 use crate::estimate::estimators::prediction_error::Timing;
 use crate::estimate::judge::{
-    after_estimation, decide, judge, retimed, tilt_is_possible, tilted, with_held_out_delay,
+    after_estimation, applied, decide, judge, tilt_is_possible, tilted, with_held_out_delay,
 };
 use crate::estimate::result::{
     CutoffChoice, EstimateResult, GENERATOR, IDENTIFICATION_FORMAT, Identification, LogInfo,
@@ -45,11 +45,6 @@ pub(in crate::estimate) fn describe(
     rigid_joints.extend(undetermined.described(model));
     let mut findings = basis.findings.to_vec();
     findings.extend(finding(model, &rigid_joints));
-    if let Timing::Found(retiming) = basis.timing {
-        let refined = results.iter().find_map(EstimateResult::refined);
-        let period = basis.ready.prepared.excerpt().period();
-        findings.extend(retimed(model, retiming, refined, period));
-    }
     findings.extend(look_again(basis, &results));
     after_estimation(&mut findings, &results);
     let response = in_frequency(basis, &estimates.robot, &mut results);
@@ -142,7 +137,12 @@ fn assemble(
         .map(|(estimator, found)| trace_of(model, estimator, found.numbers.points))
         .collect();
     let refined = judged.results.iter().find_map(EstimateResult::refined);
-    let laws = basis.ready.laws.as_ref();
+    let laws = (basis.ready.laws.as_ref()).map(|chosen| chosen.described(refined));
+    let retiming = match basis.timing {
+        Timing::Found(retiming) => Some(retiming),
+        Timing::Open | Timing::Kept => None,
+    };
+    let period = prepared.excerpt().period();
     let payloads = estimates.payloads.into_iter();
     Ok(Identified {
         trace: over_time(model, &read.system, traces),
@@ -154,7 +154,8 @@ fn assemble(
             log: infos.next().ok_or(PrepareError::NoLog)?,
             further_logs: infos.collect(),
             settings: settings_used(reading, cutoff_choice(prepared)),
-            laws: laws.map(|chosen| chosen.described(refined)),
+            applied: applied(model, (retiming, refined), laws.as_ref(), period),
+            laws,
             frequency_response: judged.response,
             springs_from_motor: judged.springs,
             rigid_joints: judged.rigid_joints,

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::dynamics::Dynamics;
+use super::effects::of_channels;
 use super::filter::{Keep, run};
 use super::levels::Levels;
 use super::measurements::{Extent, build, max_samples, read};
@@ -103,12 +104,14 @@ pub fn information_bound(
         .filter(|(_, parameter)| parameter.fixed.is_none())
         .map(|(index, _)| index)
         .collect();
-    let unknowns = Unknowns::new(model, &channels, &measurements, theta, free).with_effects(
+    let effects = of_channels(
         model,
         &channels,
         &measurements,
         (&open, TorquesTiming::Given),
     );
+    let unknowns =
+        Unknowns::new(model, &channels, &measurements, theta, free).with_effects(effects);
     let z = unknowns.point(theta);
     let dynamics = Dynamics::new(model, theta);
     let levels = levels(model, noise, measurements.sensors.len());

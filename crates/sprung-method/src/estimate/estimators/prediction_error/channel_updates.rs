@@ -1,9 +1,10 @@
 //! Estimates of delays, saturations and eccentricities of channels from the normal equations.
 
+use super::effects::Effect;
 use super::filter::NormalEquations;
 use super::sandwich::{Influence, widening};
 use super::solve::covariance as covariance_of;
-use super::unknowns::{Effect, Unknowns};
+use super::unknowns::Unknowns;
 use super::vector::dot;
 use crate::estimate::statistics::between_parts;
 
@@ -89,7 +90,7 @@ pub(super) fn channel_updates(
                     Effect::SensorDelay(_) | Effect::TorqueDelay(_) | Effect::TorquesDelay => {
                         assumed[channel]
                     }
-                    Effect::Saturation { .. } | Effect::Eccentricity { .. } => 0.0,
+                    _ => 0.0,
                 },
                 correction: step.correction,
                 standard_error: widened(step).hypot(between),

@@ -1,17 +1,14 @@
 //! Findings about a refinement.
 
 use super::channel_updates::ChannelUpdate;
-use super::missing_laws::MissingLaw;
 use super::refined::Refined;
-use super::unknowns::Effect;
 use crate::estimate::statistics::between_parts;
 use crate::estimate::statistics::kind_of_change;
-use crate::estimate::statistics::upper_tail;
-use crate::estimate::statistics::{CERTAIN_SIGMAS, FALSE_ALARM_PROBABILITY, SMALL_SHARE};
+use crate::estimate::statistics::{FALSE_ALARM_PROBABILITY, SMALL_SHARE};
 use crate::finding::{Finding, Severity};
 use crate::log::Channels;
-use crate::model::{Model, short};
-use crate::numbers::{in_ms, in_percent};
+use crate::model::Model;
+use crate::numbers::in_percent;
 use crate::regression::Reading;
 
 /// Maximum number of listed pairs of parameters, and minimum correlation of a listed pair.
@@ -23,60 +20,8 @@ const LISTED_CORRELATION: f64 = 0.5;
 /// Correlation above which the log determines only a combination of two parameters.
 const KNOWN_TOGETHER_CORRELATION: f64 = 0.98;
 
-/// A significant delay is reported if it exceeds this fraction of a sample. A smaller delay is harmless.
-const MIN_DELAY_SAMPLES: f64 = 0.1;
-
-/// A delay is a warning if it exceeds this fraction of a sample, too. Effects of half a sample may come
-/// from the order in which a controller reads and writes.
-const LONG_DELAY_SAMPLES: f64 = 0.5;
-
 /// Share above which the disturbance is a warning.
 const LARGE_DISTURBANCE_SHARE: f64 = 0.15;
-
-/// Probability of a false alarm below which the saturations of all torques together are reported.
-const SATURATION_FALSE_ALARM_PROBABILITY: f64 = 1e-4;
-
-/// Reports the laws that the likelihood asks for, one per joint: the most significant one.
-pub(super) fn laws_by_likelihood(
-    model: &Model,
-    refined: &Refined,
-    missing: &[MissingLaw],
-) -> Vec<Finding> {
-    let of_joint = |joint: usize| {
-        let own = missing.iter().filter(|law| law.tested.joint == joint);
-        own.filter(|law| law.significance() > CERTAIN_SIGMAS)
-            .max_by(|a, b| a.significance().total_cmp(&b.significance()))
-    };
-    let each = (0..model.joint_count())
-        .filter_map(of_joint)
-        .filter_map(|law| {
-            let joint = &model.joints()[law.tested.joint];
-            let (index, moved) = largest_move(refined, &law.moves)?;
-            let name = &model.parameters()[index].name;
-            let (of, word) = (law.tested.of, law.tested.law);
-            let finding = Finding::new(
-            if moved > CERTAIN_SIGMAS {
-                Severity::Warning
-            } else {
-                Severity::Info
-            },
-            "law-by-likelihood",
-            format!(
-                "{joint}: the likelihood asks for {of} \"{word}\", which the model lacks ({:.1} \
-                 standard errors from zero). With it {} would move by {moved:.1} of its standard \
-                 errors",
-                law.significance(),
-                short(name)
-            ),
-            "set laws = \"auto\", or add the law to the joint; the parameters of this joint \
-             contain the effect",
-        )
-        .about([name.clone()])
-        .mended_by("[identify]", "laws = \"auto\"");
-            Some(finding)
-        });
-    each.collect()
-}
 
 /// Returns the refined parameter that moves most: index in theta and move in standard errors.
 pub(super) fn largest_move(refined: &Refined, moves: &[f64]) -> Option<(usize, f64)> {
@@ -86,7 +31,7 @@ pub(super) fn largest_move(refined: &Refined, moves: &[f64]) -> Option<(usize, f
 }
 
 /// Returns the findings about a refinement.
-pub(super) fn about(reading: &Reading, period: f64, refined: &Refined) -> Vec<Finding> {
+pub(super) fn about(reading: &Reading, refined: &Refined) -> Vec<Finding> {
     let model = reading.model();
     let mut findings = Vec::new();
     if refined.left_out {
@@ -101,9 +46,7 @@ pub(super) fn about(reading: &Reading, period: f64, refined: &Refined) -> Vec<Fi
             "set identify.refinement_memory_mib higher, or cut the logs to their exciting parts",
         ));
     }
-    findings.extend(late(reading.channels(), period, refined));
-    findings.extend(saturating(reading.channels(), refined));
-    findings.extend(eccentric(reading.channels(), refined));
+    findings.extend(estimated_delays(reading.channels(), refined));
     findings.extend(together(model, refined));
     findings.extend(disagree(model, refined));
     let unexplained: Vec<String> = (refined.levels.iter().enumerate())
@@ -142,13 +85,11 @@ pub(super) fn about(reading: &Reading, period: f64, refined: &Refined) -> Vec<Fi
     findings
 }
 
-/// Reports late channels: for each joint the channel with the most significant delay.
-fn late(channels: &Channels, period: f64, refined: &Refined) -> Vec<Finding> {
-    let delays = &refined.delays;
-    let joints = channels.instruments.joint_count();
-    let mut findings = Vec::new();
-    for delay in delays.iter().filter(|d| d.estimated) {
-        findings.push(Finding::new(
+/// Reports the delays that the description asks to estimate.
+fn estimated_delays(channels: &Channels, refined: &Refined) -> Vec<Finding> {
+    let estimated = refined.delays.iter().filter(|own| own.estimated);
+    let finding = |delay: &ChannelUpdate| {
+        Finding::new(
             Severity::Info,
             "delay-refined",
             format!(
@@ -158,166 +99,9 @@ fn late(channels: &Channels, period: f64, refined: &Refined) -> Vec<Finding> {
                 delay.standard_error
             ),
             "give the delay as a number to keep it fixed",
-        ));
-    }
-    for joint in 0..joints {
-        let own = |d: &&ChannelUpdate| channels.all[d.channel].joint == joint;
-        if delays.iter().filter(own).any(|d| d.estimated) {
-            continue;
-        }
-        let best = delays
-            .iter()
-            .filter(own)
-            .filter(|d| {
-                d.significance() > CERTAIN_SIGMAS && d.correction.abs() > MIN_DELAY_SAMPLES * period
-            })
-            .max_by(|a, b| a.significance().total_cmp(&b.significance()));
-        let Some(delay) = best else { continue };
-        let column = &channels.all[delay.channel].column;
-        let total = delay.value();
-        let moved = largest_move(refined, &delay.moves).map_or(0.0, |(_, moved)| moved);
-        let is_long = delay.correction.abs() > LONG_DELAY_SAMPLES * period;
-        findings.push(Finding::new(
-            if is_long && moved > CERTAIN_SIGMAS {
-                Severity::Warning
-            } else {
-                Severity::Info
-            },
-            "late-channel",
-            format!(
-                "by likelihood, \"{column}\" was recorded {} instead of {} (standard error {:.5} \
-                 s, log-likelihood +{:.0}). With this delay parameters would move by up to \
-                 {moved:.1} of their standard errors",
-                when(total),
-                when(delay.assumed),
-                delay.standard_error,
-                0.5 * delay.significance().powi(2)
-            ),
-            &format!("set delay_s = {{ \"{column}\" = \"estimate\" }} in [log]"),
         )
-        // The hold-out that follows completes the name of the log.
-        .seen("", column, total, "s"));
-    }
-    findings
-}
-
-/// Reports torques whose scale depends on their size.
-fn saturating(channels: &Channels, refined: &Refined) -> Vec<Finding> {
-    let significant =
-        (refined.saturations.iter()).filter(|own| own.significance() > CERTAIN_SIGMAS);
-    let each = significant.filter_map(|own| {
-        let (_, moved) = largest_move(refined, &own.moves)?;
-        let column = &channels.all[own.channel].column;
-        let (percent, error) = (in_percent(own.value()), in_percent(own.standard_error));
-        let finding = Finding::new(
-            if moved > CERTAIN_SIGMAS {
-                Severity::Warning
-            } else {
-                Severity::Info
-            },
-            "torque-saturates",
-            format!(
-                "by likelihood, the acting torque grows {} than \"{column}\": at the standard \
-                 deviation of the torque the difference is {:.2} % (standard error {error:.2} %), \
-                 and it grows with the third power of the torque. With it parameters would move by \
-                 up to {moved:.1} of their standard errors",
-                if percent > 0.0 { "less" } else { "more" },
-                percent.abs(),
-            ),
-            "measure the torque constant at several currents, or record a motion with smaller \
-             torques",
-        );
-        Some(finding.seen("", column, own.value(), ""))
-    });
-    let findings: Vec<Finding> = each.collect();
-    if (findings.iter()).any(|finding| finding.severity > Severity::Info) {
-        return findings;
-    }
-    (findings.into_iter())
-        .chain(all_saturating(channels, refined))
-        .collect()
-}
-
-/// Reports torques that saturate together, although none of them does so clearly. One motion often shows
-/// the saturation of each torque only as another scale of this torque.
-fn all_saturating(channels: &Channels, refined: &Refined) -> Option<Finding> {
-    let known: Vec<&ChannelUpdate> = (refined.saturations.iter())
-        .filter(|own| own.significance().is_finite())
-        .collect();
-    let squares = known.iter().map(|own| own.significance().powi(2)).sum();
-    if known.is_empty() || upper_tail(squares, known.len()) >= SATURATION_FALSE_ALARM_PROBABILITY {
-        return None;
-    }
-    let each: Vec<String> = (known.iter())
-        .map(|own| {
-            format!(
-                "\"{}\" {:.2} ± {:.2} %",
-                channels.all[own.channel].column,
-                in_percent(own.value()),
-                in_percent(own.standard_error)
-            )
-        })
-        .collect();
-    Some(Finding::new(
-        Severity::Warning,
-        "torque-saturates",
-        format!(
-            "by likelihood, the acting torques do not grow in proportion to the logged ones. They are \
-             smaller at the standard deviation of each torque by {}, and the difference grows with the \
-             third power of the torque. A log without saturation shows this with a probability below \
-             {SATURATION_FALSE_ALARM_PROBABILITY:e}",
-            each.join(", ")
-        ),
-        "measure the torque constants at several currents, or record a motion with smaller torques",
-    ))
-}
-
-/// Reports link encoders whose readings deviate with the period of one turn.
-fn eccentric(channels: &Channels, refined: &Refined) -> Vec<Finding> {
-    let clear = |own: &&ChannelUpdate| own.significance() > CERTAIN_SIGMAS;
-    let of_encoder = |pair: &[ChannelUpdate]| {
-        let own = (pair.iter().filter(clear))
-            .max_by(|a, b| a.significance().total_cmp(&b.significance()))?;
-        let (_, moved) = largest_move(refined, &own.moves)?;
-        let column = &channels.all[own.channel].column;
-        let shape = match own.effect {
-            Effect::Eccentricity {
-                is_cosine: true, ..
-            } => "cos",
-            Effect::SensorDelay(_)
-            | Effect::TorqueDelay(_)
-            | Effect::TorquesDelay
-            | Effect::Saturation { .. }
-            | Effect::Eccentricity { .. } => "sin",
-        };
-        let finding = Finding::new(
-            if moved > CERTAIN_SIGMAS {
-                Severity::Warning
-            } else {
-                Severity::Info
-            },
-            "eccentric-encoder",
-            format!(
-                "by likelihood, \"{column}\" deviates from the angle of the link by {:.3} mrad · {shape} q \
-                 (standard error {:.3} mrad), as an encoder does whose disc is not centred. With it \
-                 parameters would move by up to {moved:.1} of their standard errors",
-                in_ms(own.value()),
-                in_ms(own.standard_error),
-            ),
-            "calibrate the encoder over a turn and correct its readings, or use two reading heads",
-        );
-        Some(finding.seen("", column, own.value(), "rad"))
     };
-    (refined.eccentricities.chunks(2).filter_map(of_encoder)).collect()
-}
-
-/// Returns the delay in words.
-fn when(delay: f64) -> String {
-    match delay {
-        d if d > 0.0 => format!("{d:.5} s late"),
-        d if d < 0.0 => format!("{:.5} s early", -d),
-        _ => "on time".to_owned(),
-    }
+    estimated.map(finding).collect()
 }
 
 /// Reports pairs of parameters of which the log determines only a combination.

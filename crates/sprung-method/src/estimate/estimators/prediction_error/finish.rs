@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::channel_updates::{ChannelUpdate, channel_updates};
 use super::descent::Descent;
 use super::dynamics::Dynamics;
+use super::effects::{Effect, of_channels};
 use super::filter::{Keep, StretchRun, Sums, run};
 use super::hold_out::PARTS;
 use super::levels::Levels;
@@ -17,7 +18,7 @@ use super::problem::{Problem, add_prior};
 use super::refined::{FrictionScale, Refined, RowLevel, SensorLevel, SensorOffset};
 use super::sandwich::{Influence, widening};
 use super::solve::covariance as covariance_of;
-use super::unknowns::{Effect, TorquesTiming, Unknowns};
+use super::unknowns::{TorquesTiming, Unknowns};
 use super::vector::{add, dot};
 use crate::model::{Model, Theta};
 use crate::regression::Reading;
@@ -36,8 +37,8 @@ pub(super) fn finish(
     descent: &Descent,
 ) -> Option<Refined> {
     let (model, measurements) = (problem.model, problem.measurements);
-    let unknowns =
-        (problem.unknowns.clone()).with_effects(model, reading.channels(), measurements, estimated);
+    let effects = of_channels(model, reading.channels(), measurements, estimated);
+    let unknowns = problem.unknowns.clone().with_effects(effects);
     let (sums, bias) = last_run(problem, &unknowns, (&descent.z, &descent.levels))?;
     // Estimated delays are unknowns, so they increase the standard errors of the parameters.
     let (channels, torques) = estimated;
@@ -333,7 +334,7 @@ fn by_kind(updates: Vec<ChannelUpdate>) -> [Vec<ChannelUpdate>; 4] {
             Effect::SensorDelay(_) | Effect::TorqueDelay(_) => 0,
             Effect::TorquesDelay => 1,
             Effect::Saturation { .. } => 2,
-            Effect::Eccentricity { .. } => 3,
+            _ => 3,
         };
         kinds[kind].push(own);
     }

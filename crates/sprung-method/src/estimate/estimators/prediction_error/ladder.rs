@@ -4,15 +4,16 @@
 //! On a log with model error the likelihood attributes this error to slow disturbances, and then
 //! only fast motions determine the parameters. A lower rung does not have this freedom.
 
+use super::Before;
 use super::hold_out::{Blocks, HeldOut};
 use super::refine::{End, Refinery};
 use super::refined::Refined;
 use super::retiming::{Retiming, Timing};
 use super::rung::Rung;
+use crate::description::Laws;
 use crate::estimate::statistics::SMALL_SHARE;
-use crate::model::Model;
 use crate::progress::Listener;
-use crate::regression::{PassError, System};
+use crate::regression::PassError;
 
 /// Held-out residuals whose ratio is below this value are equal; the earlier rung is used.
 const TIE: f64 = 1.02;
@@ -51,7 +52,6 @@ pub(super) enum Climbed {
 
 /// Tries the rungs one after the other, until a rung passes clearly or asks for another timing.
 ///
-/// - `timing`: whether a rung may ask for another timing, or the refinement that has found it.
 /// - `progress`: is called before each run of the filter.
 ///
 /// # Errors
@@ -59,32 +59,34 @@ pub(super) enum Climbed {
 /// [`PassError`] if the filter of positions does not fit a log, or the listener asks to stop.
 pub(super) fn climb(
     refinery: &Refinery<'_>,
-    (model, system): (&Model, &System),
-    timing: Timing<'_>,
+    before: &Before<'_>,
     progress: &mut dyn Listener,
 ) -> Result<Climbed, PassError> {
     let mut tried: Vec<Tried> = Vec::new();
-    let before = match timing {
+    let model = refinery.reading.model();
+    let warm = match before.timing {
         Timing::Found(own) => own.end.as_ref(),
         Timing::Open | Timing::Kept => None,
     };
-    let is_open = matches!(timing, Timing::Open);
+    let is_auto = refinery.reading.settings().laws == Laws::Auto;
+    let is_open = is_auto && matches!(before.timing, Timing::Open);
     let mut blocks: Option<Blocks<'_>> = None;
     for rung in Rung::ALL {
         // A rung that predicts badly is a bad start.
         let from = (tried.last())
             .filter(|last| last.passed().is_some())
             .and_then(|last| last.end.as_ref());
-        let from = from.or_else(|| before.filter(|_| tried.is_empty()));
+        let from = from.or_else(|| warm.filter(|_| tried.is_empty()));
         let mut end = refinery.climb(rung, from, progress)?;
         if is_open
-            && let Some(own) = end.as_ref().and_then(|end| refinery.retiming(end))
+            && let Some(found) = &end
+            && let Some(own) = refinery.retiming((rung, found), before.experiment)?
             && let Some(end) = end.take()
         {
             return Ok(Climbed::Retimed(Box::new(own.with(end, refinery.reading))));
         }
         if let (None, Some(end)) = (&blocks, &end) {
-            blocks = Blocks::new(model, system, &end.refined, refinery.possible);
+            blocks = Blocks::new(model, before.system, &end.refined, refinery.possible);
         }
         let held_out =
             (blocks.as_ref().zip(end.as_ref())).map(|(blocks, end)| blocks.compare(&end.refined));

@@ -4,11 +4,13 @@
 mod bound;
 mod cap;
 mod channel_updates;
+mod competition;
 mod constrained;
 mod covariance;
 mod descent;
 mod describe;
 mod dynamics;
+mod effects;
 mod expected_time;
 mod filter;
 mod findings;
@@ -22,7 +24,6 @@ mod likelihood;
 mod likely;
 mod matrix;
 mod measurements;
-mod missing_laws;
 mod noisy_torque;
 mod parts;
 mod problem;
@@ -40,6 +41,7 @@ mod status;
 #[cfg(test)]
 mod tests;
 mod undeclared;
+mod undeclared_findings;
 mod unknowns;
 mod vector;
 
@@ -48,24 +50,22 @@ use sprung_core::parameters::JointParameter;
 use crate::description::{Delay, Experiment};
 use crate::estimate::estimators::found::{Covariance, Criterion, Found, Numbers};
 use crate::estimate::estimators::least_squares::{PossibleFit, linear_numbers};
-use crate::estimate::laws::with_tested_laws;
 use crate::estimate::result::ErrorParts;
 use crate::estimate::statistics::NORMAL_95;
 use crate::finding::{Finding, Severity};
 use crate::fit::{Fitted, trace};
 use crate::log::LogSource;
-use crate::prepare::{Excerpt, OPEN_STIFFNESS, rms_speeds};
+use crate::prepare::{Excerpt, OPEN_STIFFNESS};
 use crate::progress::{Listener, Phase};
 use crate::regression::{PassError, Reading, System};
 use crate::stopwatch::Stopwatch;
 pub use bound::{KnownNoise, KnownTruth, information_bound};
 use describe::describe;
-use findings::{about, laws_by_likelihood};
+use findings::about;
 use guard::Guard;
 use ladder::{Climbed, Tried, choose, climb, nearest};
 pub(in crate::estimate) use likely::likely;
 use measurements::{Extent, samples_in};
-use missing_laws::MissingLaw;
 use refine::{Refinery, Start};
 use refined::Refined;
 use retiming::timing_of;
@@ -74,6 +74,7 @@ use rung::Rung;
 use start_levels::TorqueNoise;
 use status::Status;
 use undeclared::bias;
+use undeclared_findings::about_undeclared;
 use unknowns::TorquesTiming;
 
 /// Least start value of a rotor inertia or stiffness, in its standard errors.
@@ -130,13 +131,15 @@ pub(in crate::estimate) fn prediction_error(
                 None => Guard::new(model, before.system, &before.fitted.theta),
             };
             let refinery = refinery.with_guard(guard).with_possible(before.possible);
-            let climbed = climb(&refinery, (model, before.system), before.timing, progress)?;
+            let climbed = climb(&refinery, &before, progress)?;
             tried = match climbed {
                 Climbed::Tried(tried) => tried,
                 Climbed::Retimed(retiming) => return Ok(Refinements::Retimed(retiming)),
             };
-            if let Some(used) = choose(&tried).map(|index| &tried[index]) {
-                missing = missing_laws(&refinery, used, before.experiment)?;
+            if let Some(used) = choose(&tried).map(|index| &tried[index])
+                && let Some(end) = &used.end
+            {
+                missing = refinery.undeclared(used.rung, end, before.experiment)?;
             }
         }
     }
@@ -150,8 +153,8 @@ pub(in crate::estimate) fn prediction_error(
     let shown = (used.or_else(|| nearest(&tried))).map(|index| tried.swap_remove(index));
     let mut findings: Vec<Finding> = status.finding().into_iter().collect();
     if let Some(refined) = shown.as_ref().and_then(Tried::refined) {
-        let mut own = about(reading, excerpt.period(), refined);
-        own.extend(laws_by_likelihood(model, refined, &missing));
+        let mut own = about_undeclared(reading, refined, &missing);
+        own.extend(about(reading, refined));
         if !refined.converged() {
             // At other values than the likeliest ones, every effect seems to be missing.
             own.iter_mut().for_each(Finding::note);
@@ -190,23 +193,6 @@ pub(in crate::estimate) enum Refinements {
     Found(Box<Found>),
     /// The regression is to be repeated with another timing, and the refinement with it.
     Retimed(Box<Retiming>),
-}
-
-/// Tests the laws that the model lacks, at the end of the rung that is used.
-fn missing_laws(
-    refinery: &Refinery<'_>,
-    used: &Tried,
-    experiment: &Experiment,
-) -> Result<Vec<MissingLaw>, PassError> {
-    let (reading, excerpt) = (refinery.reading, refinery.excerpt);
-    let speeds = rms_speeds(reading, excerpt);
-    let richer = with_tested_laws(experiment, reading.model(), &speeds);
-    match (&used.end, richer) {
-        (Some(end), Ok((richer, tested))) => {
-            refinery.missing_laws(used.rung, end, &richer, &tested)
-        }
-        _ => Ok(Vec::new()),
-    }
 }
 
 /// Returns the start values of a refinement, \[p\]. Where least squares leave the stiffness of a joint

@@ -12,6 +12,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::channel_updates::ChannelUpdate;
 use super::descent::{Descent, descend};
+use super::effects::Effect;
 use super::expected_time::expected_seconds;
 use super::finish::finish;
 use super::guard::Guard;
@@ -22,7 +23,7 @@ use super::refined::Refined;
 use super::residual_levels::ResidualLevel;
 use super::rung::Rung;
 use super::start_levels::{Searches, TorqueNoise, levels_after, start_levels, with_sensor_noise};
-use super::unknowns::{Effect, ScaleOfJoint, TorquesTiming, Unknowns};
+use super::unknowns::{ScaleOfJoint, TorquesTiming, Unknowns};
 use crate::estimate::estimators::feasible::feasible;
 use crate::estimate::estimators::least_squares::PossibleFit;
 use crate::estimate::statistics::MAX_ROUNDS;

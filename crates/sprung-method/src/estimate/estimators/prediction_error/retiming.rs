@@ -1,13 +1,17 @@
 //! The timing of the torques and the sharpness of Coulomb friction, as far as the likelihood asks for others than the
 //! preparation has used.
 
+use super::effects::Effect;
 use super::refine::{End, Refinery};
+use super::rung::Rung;
+use super::undeclared::Cause;
 use super::unknowns::TorquesTiming;
+use crate::description::Experiment;
 use crate::estimate::statistics::{CERTAIN_SIGMAS, MIN_DELAY_SAMPLES};
 use crate::log::{Channels, Quantity};
 use crate::model::Model;
 use crate::prepare::DelayGain;
-use crate::regression::Reading;
+use crate::regression::{PassError, Reading};
 use sprung_core::friction::Scale;
 
 /// Longest delay of all torques that a controller and a recorder cause together, in samples. A longer one is that of
@@ -101,14 +105,29 @@ pub(super) fn timing_of(channels: &Channels) -> TorquesTiming {
 }
 
 impl Refinery<'_> {
-    /// Returns the timing that the likelihood asks for at the end of a rung and that hold-out does not contradict.
-    pub(super) fn retiming(&self, end: &End) -> Option<Wanted> {
+    /// Returns the timing that the likelihood asks for at the end of a rung, that no other effect explains better and that
+    /// hold-out does not contradict.
+    ///
+    /// # Errors
+    ///
+    /// [`PassError`] if the filter of positions does not fit a log.
+    pub(super) fn retiming(
+        &self,
+        (rung, end): (Rung, &End),
+        experiment: &Experiment,
+    ) -> Result<Option<Wanted>, PassError> {
         if !end.refined.converged() {
-            return None;
+            return Ok(None);
         }
         let sharpness = sharpness(self.reading.model(), end);
-        let torques = self.torques_delay(end, &sharpness);
-        (torques.is_some() || !sharpness.is_empty()).then_some(Wanted { torques, sharpness })
+        let mut torques = self.torques_delay(end, &sharpness);
+        if torques.is_some() {
+            let undeclared = self.undeclared(rung, end, experiment)?;
+            let is_own = |cause: &Cause| matches!(cause, Cause::Effect(_, Effect::TorquesDelay));
+            torques = torques.filter(|_| undeclared.iter().any(|own| is_own(&own.cause)));
+        }
+        let wanted = torques.is_some() || !sharpness.is_empty();
+        Ok(wanted.then_some(Wanted { torques, sharpness }))
     }
 
     /// - `sharpness`: of Coulomb friction by joint, with which hold-out compares.

@@ -85,6 +85,7 @@ impl Case {
             }
             segments.push(Segment {
                 burn_in: 0,
+                span: [0.0, 1.0],
                 log: 0,
                 period,
                 torque_rate: vec![0.0; torque.len()],

@@ -1,92 +1,304 @@
-//! Errors of the parameters by effects that the model lacks and the likelihood sees: laws, delays,
-//! saturations, eccentric encoders.
+//! Effects that the model lacks: laws, delays, saturations, encoders that are not centred, ripples of the torque, errors
+//! of gears, friction that drifts. One further run of the filter takes the derivatives by all of them, at zero.
 
-use super::missing_laws::MissingLaw;
+use super::competition::{Entrant, Evidence, Winner, winners};
+use super::effects::{Effect, of_channels, of_drives};
+use super::finish::last_run;
+use super::measurements::{Measurements, with_laws};
+use super::parts::blocks;
+use super::problem::{Problem, add_prior};
+use super::refine::{End, Refinery};
 use super::refined::Refined;
-use crate::estimate::statistics::SIGNIFICANT_SIGMAS;
+use super::rung::Rung;
+use super::start_levels::Searches;
+use super::unknowns::{TorquesTiming, Unknowns};
+use crate::description::Experiment;
+use crate::estimate::laws::{Tested, with_tested_laws};
+use crate::estimate::statistics::NORMAL_95;
+use crate::model::Model;
+use crate::prepare::rms_speeds;
+use crate::regression::PassError;
+use sprung_core::friction::Law;
+use sprung_core::parameters::JointParameter;
 
 /// Error of the correction for noise of the logged torques, relative to the correction. Tests of the
 /// correction show up to 10 % for single parameters.
 const ERROR_OF_NOISE_CORRECTION: f64 = 0.05;
 
-/// Returns the possible error of each parameter by undeclared laws, delays, saturations and
-/// eccentricities: its largest move with one of them, \[p\]. One effect often looks like several, so
-/// their moves do not add. The error of the correction for noise counts as such a move.
-pub(super) fn bias(refined: &Refined, missing: &[MissingLaw]) -> Vec<f64> {
-    let laws = missing.iter().map(|law| (law.significance(), &law.moves));
-    let channels = (refined.delays.iter())
-        .chain(&refined.torques_delay)
-        .chain(&refined.saturations)
-        .chain(&refined.eccentricities)
-        .filter(|own| !own.estimated)
-        .map(|own| (own.significance(), &own.moves));
-    let effects: Vec<(f64, &Vec<f64>)> = laws.chain(channels).collect();
-    let mut largest = largest_moves(refined.theta.len(), &refined.free, &effects);
+/// Least practical sizes: of a torque relative to the standard deviation of the joint's torque, of a delay in samples,
+/// of an angle in counts of an encoder.
+pub(super) const LEAST_TORQUE_SHARE: f64 = 0.01;
+const LEAST_DELAY_SAMPLES: f64 = 0.1;
+const LEAST_COUNTS: f64 = 0.2;
+
+/// An effect that the model lacks.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Cause {
+    Law(Tested),
+    /// Channel, and the effect.
+    Effect(usize, Effect),
+}
+
+/// An effect that the log asks for, beside those that explain more.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Undeclared {
+    pub(super) cause: Cause,
+    /// Value, of a wave the amplitude.
+    pub(super) value: f64,
+    pub(super) standard_error: f64,
+    /// Value over the least practical size.
+    pub(super) size: f64,
+    /// Moves of the refined parameters with it, \[free\].
+    pub(super) moves: Vec<f64>,
+    /// Gain of the log-likelihood of blocks that the estimate has not seen.
+    pub(super) gain: f64,
+}
+
+impl Undeclared {
+    /// Returns the value in standard errors.
+    pub(super) fn significance(&self) -> f64 {
+        self.value.abs() / self.standard_error
+    }
+
+    /// Returns whether the effect has a practical size or moves a parameter out of its interval.
+    pub(super) fn matters(&self, refined: &Refined) -> bool {
+        self.size >= 1.0
+            || self
+                .largest_move(refined)
+                .is_some_and(|(_, moved)| moved > NORMAL_95)
+    }
+
+    /// Returns the refined parameter that moves most: index in theta and move in standard errors.
+    pub(super) fn largest_move(&self, refined: &Refined) -> Option<(usize, f64)> {
+        (refined.free.iter().zip(&self.moves))
+            .map(|(&index, own)| (index, own.abs() / refined.standard_error[index]))
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+}
+
+/// Returns the possible error of each parameter by undeclared effects: its largest move with one of them, \[p\]. The
+/// error of the correction for noise counts as such a move.
+pub(super) fn bias(refined: &Refined, undeclared: &[Undeclared]) -> Vec<f64> {
+    let mut largest = vec![0.0_f64; refined.theta.len()];
+    for effect in undeclared {
+        for (&index, own) in refined.free.iter().zip(&effect.moves) {
+            if own.is_finite() {
+                largest[index] = largest[index].max(own.abs());
+            }
+        }
+    }
     for (&index, moved) in refined.free.iter().zip(&refined.by_noise) {
         largest[index] = largest[index].max(ERROR_OF_NOISE_CORRECTION * moved.abs());
     }
     largest
 }
 
-/// Returns the number of standard errors beyond which an effect counts. It grows with the number of
-/// tested effects, so that a log without any exceeds it with the same probability.
-///
-/// ```text
-/// z² = 3² + 2 ln n
-/// ```
-fn limit(tested: usize) -> f64 {
-    (SIGNIFICANT_SIGMAS.powi(2) + 2.0 * (tested.max(1) as f64).ln()).sqrt()
-}
+impl Refinery<'_> {
+    /// Tests the effects that the model lacks at the end of a rung.
+    ///
+    /// # Errors
+    ///
+    /// [`PassError`] if the filter of positions does not fit a log.
+    pub(super) fn undeclared(
+        &self,
+        rung: Rung,
+        end: &End,
+        experiment: &Experiment,
+    ) -> Result<Vec<Undeclared>, PassError> {
+        let speeds = rms_speeds(self.reading, self.excerpt);
+        let tested = with_tested_laws(experiment, self.reading.model(), &speeds);
+        let (Some(measurements), Ok((richer, tested))) = (self.measurements(&end.delays)?, tested)
+        else {
+            return Ok(Vec::new());
+        };
+        let (richer, tested) = (&richer, &*tested);
+        let channels = self.reading.channels();
+        let measurements = with_laws(&measurements, richer, channels);
+        Ok(self
+            .found((rung, end), experiment, (richer, tested), &measurements)
+            .unwrap_or_default())
+    }
 
-/// Returns the largest move of each parameter by one of the significant effects, \[p\].
-///
-/// - `free`: indices of the parameters that move.
-/// - `effects`: size of each effect in standard errors, and the moves with it, \[free\].
-fn largest_moves(parameters: usize, free: &[usize], effects: &[(f64, &Vec<f64>)]) -> Vec<f64> {
-    let mut largest = vec![0.0_f64; parameters];
-    let tested = effects.iter().filter(|(size, _)| size.is_finite()).count();
-    let limit = limit(tested);
-    for (_, moves) in effects.iter().filter(|(size, _)| *size > limit) {
-        for (&index, own) in free.iter().zip(moves.iter()) {
-            if own.is_finite() {
-                largest[index] = largest[index].max(own.abs());
+    fn found(
+        &self,
+        (rung, end): (Rung, &End),
+        experiment: &Experiment,
+        (richer, tested): (&Model, &[Tested]),
+        measurements: &Measurements,
+    ) -> Option<Vec<Undeclared>> {
+        let (theta, free) = self.in_model(end, richer)?;
+        let before = free.len();
+        let free = (free.into_iter())
+            .chain(tested.iter().map(|law| law.parameter))
+            .collect();
+        let channels = self.reading.channels();
+        let estimated = (&*self.start.delays, self.start.torques);
+        let mut effects = of_channels(richer, channels, measurements, estimated);
+        effects.extend(of_drives(
+            experiment,
+            richer,
+            (channels, measurements),
+            &theta,
+        ));
+        let unknowns = Unknowns::new(richer, channels, measurements, &theta, free)
+            .with_residual_levels(end.residual.clone())
+            .with_bends_of(&end.scales())
+            .with_effects(effects.clone());
+        let mut z = end.z.clone();
+        z.splice(before..before, vec![0.0; tested.len()]);
+        if z.len() != unknowns.values() {
+            return None;
+        }
+        let noise = self.start.torque_noise;
+        let searches = Searches::new(richer, measurements, noise, rung, &end.levels);
+        let problem = Problem {
+            model: richer,
+            measurements,
+            unknowns: &unknowns,
+            levels: &searches.shown,
+            noisy_rows: &noise.rows(richer),
+            guard: None,
+            robots: None,
+        };
+        let (sums, _) = last_run(&problem, &unknowns, (&z, &end.levels))?;
+        let blocks = blocks(&problem, &sums);
+        let mut normal = sums.normal.clone();
+        add_prior(&unknowns, &z, &mut normal);
+        let evidence = Evidence {
+            normal: &normal,
+            gradients: &sums.gradients,
+            blocks: &blocks.iter().map(|block| &block.normal).collect::<Vec<_>>(),
+            duration: measurements.duration(),
+        };
+        let values = unknowns.values();
+        let is_law = |place: &usize| (before..before + tested.len()).contains(place);
+        let open = estimated.0.len() + usize::from(estimated.1 == TorquesTiming::Estimated);
+        let active = (0..values + open).filter(|place| !is_law(place)).collect();
+        let laws = tested.iter().enumerate();
+        let (mut causes, mut entrants): (Vec<Cause>, Vec<Entrant>) = laws
+            .map(|(i, law)| {
+                let entrant = Entrant {
+                    joint: Some(law.joint),
+                    columns: vec![before + i],
+                };
+                (Cause::Law(law.clone()), entrant)
+            })
+            .unzip();
+        for (i, &(channel, effect)) in effects.iter().enumerate().skip(open) {
+            match entrants.last_mut() {
+                Some(entrant) if effect.is_cosine() => entrant.columns.push(values + i),
+                _ => {
+                    let of_all = effect == Effect::TorquesDelay;
+                    causes.push(Cause::Effect(channel, effect));
+                    entrants.push(Entrant {
+                        joint: (!of_all).then_some(channels.all[channel].joint),
+                        columns: vec![values + i],
+                    });
+                }
             }
         }
+        let scales = Scales {
+            model: richer,
+            measurements,
+            theta: &theta,
+            period: self.excerpt.period(),
+        };
+        let found = winners(&evidence, active, &entrants).into_iter();
+        Some(
+            found
+                .map(|own| scales.undeclared(causes[own.effect].clone(), own, before))
+                .collect(),
+        )
     }
-    largest
+
+    /// Returns the parameters of a richer model at an end, and the indices of those that were refined.
+    fn in_model(&self, end: &End, richer: &Model) -> Option<(Vec<f64>, Vec<usize>)> {
+        let own = self.reading.model().parameters();
+        let place = |name: &str| richer.parameters().iter().position(|p| p.name == name);
+        let mut theta = vec![0.0; richer.parameters().len()];
+        for (parameter, value) in own.iter().zip(&end.refined.theta) {
+            if let Some(at) = place(&parameter.name) {
+                theta[at] = *value;
+            }
+        }
+        let free = (end.refined.free.iter()).map(|&index| place(&own[index].name));
+        Some((theta, free.collect::<Option<Vec<usize>>>()?))
+    }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// The scales of practical sizes.
+struct Scales<'a> {
+    model: &'a Model,
+    measurements: &'a Measurements,
+    theta: &'a [f64],
+    period: f64,
+}
 
-    #[test]
-    fn the_largest_move_by_a_significant_effect_counts() {
-        let effects = [
-            (3.3, vec![9.0, 9.0]),
-            (3.5, vec![-0.5, f64::NAN]),
-            (8.0, vec![0.2, 0.3]),
-            // Nothing determines this effect.
-            (f64::NAN, vec![9.0, 9.0]),
-        ];
-        let effects: Vec<(f64, &Vec<f64>)> = (effects.iter())
-            .map(|(size, moves)| (*size, moves))
-            .collect();
-        let found = largest_moves(4, &[1, 3], &effects);
-        assert_eq!(found, [0.0, 0.5, 0.0, 0.3]);
+impl Scales<'_> {
+    fn undeclared(&self, cause: Cause, own: Winner, free: usize) -> Undeclared {
+        Undeclared {
+            size: self.size(&cause, own.value.abs()),
+            cause,
+            value: own.value,
+            standard_error: own.standard_error,
+            moves: own.moves[..free].to_vec(),
+            gain: own.gain,
+        }
     }
 
-    /// Probability beyond z standard errors on both sides, by its asymptotic series.
-    fn beyond(z: f64) -> f64 {
-        (2.0 / std::f64::consts::PI).sqrt() * (-z * z / 2.0).exp() / z * (1.0 - 1.0 / (z * z))
+    /// Returns a value over the least practical size of its effect.
+    fn size(&self, cause: &Cause, value: f64) -> f64 {
+        let counts = |sensor: usize| {
+            let variance = self.measurements.sensors[sensor].noise.variance();
+            value / (LEAST_COUNTS * (12.0 * variance).sqrt())
+        };
+        match cause {
+            Cause::Law(law) => self.torque_of_law(law, value) / LEAST_TORQUE_SHARE,
+            Cause::Effect(_, effect) => match *effect {
+                Effect::SensorDelay(_) | Effect::TorqueDelay(_) | Effect::TorquesDelay => {
+                    value / (LEAST_DELAY_SAMPLES * self.period)
+                }
+                Effect::Saturation { .. } | Effect::Ripple { .. } => value / LEAST_TORQUE_SHARE,
+                Effect::Eccentricity { sensor, .. } => counts(sensor),
+                Effect::TransmissionError { link, .. } => {
+                    let sensors = self.measurements.sensors.iter();
+                    let of_link = |own: &[(usize, f64)]| own == [(link, 1.0)];
+                    let sensor = sensors.clone().position(|own| of_link(&own.coordinates));
+                    sensor.map_or(f64::INFINITY, counts)
+                }
+                Effect::Drift { row, viscous } => {
+                    let speed = self.speed(row);
+                    let share = viscous.abs() * speed / self.measurements.torque_scale[row];
+                    // Half of the change to each side of the mean.
+                    0.5 * value * share / LEAST_TORQUE_SHARE
+                }
+            },
+        }
     }
 
-    #[test]
-    fn more_tests_raise_no_more_alarms() {
-        let one = beyond(limit(1));
-        for tested in [2, 8, 60] {
-            let any = tested as f64 * beyond(limit(tested));
-            assert!((0.6..1.05).contains(&(any / one)), "{tested}: {any} {one}");
+    /// Returns the root mean square velocity of a coordinate with a sensor of its own, rad/s (m/s).
+    fn speed(&self, coordinate: usize) -> f64 {
+        let sensors = self.measurements.sensors.iter();
+        let own = sensors
+            .clone()
+            .position(|own| own.coordinates == [(coordinate, 1.0)]);
+        let segments = self.measurements.segments.iter();
+        own.map_or(0.0, |sensor| {
+            segments.fold(0.0, |most, segment| most.max(segment.speeds[sensor]))
+        })
+    }
+
+    /// Returns the torque of a law relative to the standard deviation of the joint's torque.
+    fn torque_of_law(&self, law: &Tested, value: f64) -> f64 {
+        let torque = self.measurements.torque_scale[self.model.torque_row(law.joint)];
+        let stiffness = self.model.index(JointParameter::Stiffness, law.joint);
+        let stiffness = stiffness.map_or(f64::INFINITY, |index| self.theta[index].abs());
+        match self.model.parameters()[law.parameter].joint {
+            Some((JointParameter::CubicStiffness, _)) => {
+                value * (torque / stiffness).powi(3) / torque
+            }
+            Some((JointParameter::Friction(_, Law::Load), _)) => value / stiffness,
+            _ => value / torque,
         }
     }
 }

@@ -1,9 +1,10 @@
-//! Unknowns of the refinement: parameters, offsets between encoders, effects of channels.
+//! Unknowns of the refinement: parameters, offsets between encoders, effects.
 
+use super::effects::Effect;
 use super::measurements::{Measurement, Measurements, Segment, Sensor};
 use super::residual_levels::ResidualLevel;
 use crate::estimate::estimators::prediction_error::state_layout::state_count;
-use crate::log::{Channels, Quantity, Signal};
+use crate::log::{Channels, Signal};
 use crate::model::{Model, Theta};
 use sprung_core::friction::Scale;
 use sprung_core::parameters::JointParameter;
@@ -65,39 +66,6 @@ pub(super) struct Prior {
     pub(super) at: usize,
     pub(super) mean: f64,
     pub(super) deviation: f64,
-}
-
-/// Effect of a channel that the filter does not model, only its derivative.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Effect {
-    /// Delay of a position sensor.
-    SensorDelay(usize),
-    /// Delay of the torque on a row.
-    TorqueDelay(usize),
-    /// Delay that all torques have together.
-    TorquesDelay,
-    /// Saturation of the torque on a row: `τ − s τ (τ/scale)²` acts instead of τ. The scale is the
-    /// standard deviation of the torque, N·m (N).
-    Saturation { row: usize, scale: f64 },
-    /// Eccentricity of the encoder of a revolute link: it reads `q + a sin q` or `q + a cos q`.
-    Eccentricity { sensor: usize, is_cosine: bool },
-}
-
-impl Effect {
-    /// Returns the function of the position that an eccentricity adds; other effects have none and
-    /// count as its sine.
-    pub(super) fn shape(self) -> &'static str {
-        match self {
-            Self::Eccentricity {
-                is_cosine: true, ..
-            } => "cosine",
-            Self::Eccentricity { .. }
-            | Self::SensorDelay(_)
-            | Self::TorqueDelay(_)
-            | Self::TorquesDelay
-            | Self::Saturation { .. } => "sine",
-        }
-    }
 }
 
 /// The unknowns: parameters that are not fixed, offsets, scales of friction laws, and effects of
@@ -190,56 +158,10 @@ impl Unknowns {
         }
     }
 
-    /// Returns the same unknowns with columns for the delay of each channel and that of all torques, the saturation of
-    /// each torque and the eccentricity of each link encoder. The columns of the delays to be estimated come first.
-    pub(super) fn with_effects(
-        mut self,
-        model: &Model,
-        channels: &Channels,
-        measurements: &Measurements,
-        (estimated, torques): (&[usize], TorquesTiming),
-    ) -> Self {
-        let delay = |i: usize| {
-            let channel = &channels.all[i];
-            if channel.quantity == Quantity::MotorTorque {
-                return Some((i, Effect::TorqueDelay(model.torque_row(channel.joint))));
-            }
-            let sensor = measurements.sensors.iter().position(|s| s.channel == i)?;
-            Some((i, Effect::SensorDelay(sensor)))
-        };
-        let first_torque = (channels.all.iter())
-            .position(|channel| channel.quantity == Quantity::MotorTorque)
-            .filter(|_| torques != TorquesTiming::Given);
-        let of_all = first_torque.map(|i| (i, Effect::TorquesDelay));
-        let others = (0..channels.all.len()).filter(|i| !estimated.contains(i));
-        let delays = (estimated.iter().copied().filter_map(delay))
-            .chain(of_all)
-            .chain(others.filter_map(delay));
-        let torques = (channels.all.iter().enumerate())
-            .filter(|(_, channel)| channel.quantity == Quantity::MotorTorque)
-            .map(|(i, channel)| {
-                let row = model.torque_row(channel.joint);
-                let scale = measurements.torque_scale[row];
-                (i, Effect::Saturation { row, scale })
-            });
-        let encoders = (measurements.sensors.iter().enumerate())
-            .filter(|(_, sensor)| {
-                let channel = &channels.all[sensor.channel];
-                let turns = channels.turns[channel.joint];
-                let is_link = channel.quantity.signal() == Signal::Link;
-                is_link && turns && sensor.coordinates == [(channel.joint, 1.0)]
-            })
-            .flat_map(|(i, sensor)| {
-                [false, true].map(|is_cosine| {
-                    let sensor_effect = Effect::Eccentricity {
-                        sensor: i,
-                        is_cosine,
-                    };
-                    (sensor.channel, sensor_effect)
-                })
-            });
-        self.effects = delays.chain(torques).chain(encoders).collect();
-        self
+    /// Returns the same unknowns with columns for effects, each with its channel. The columns of the delays to be estimated
+    /// come first.
+    pub(super) fn with_effects(self, effects: Vec<(usize, Effect)>) -> Self {
+        Self { effects, ..self }
     }
 
     /// Returns the effects that have columns, with their channels.
@@ -423,49 +345,26 @@ impl Unknowns {
         coordinates: &[(usize, f64)],
         x: &[f64],
     ) {
-        let (position, velocity) = x.split_at(x.len() / 2);
-        let sum =
-            |of: &[f64]| -> f64 { coordinates.iter().map(|&(c, weight)| weight * of[c]).sum() };
         if let Some(i) = self.offsets.iter().position(|o| o.sensor == sensor) {
             row[self.free.len() + i] -= 1.0;
         }
         for (i, (_, effect)) in self.effects.iter().enumerate() {
-            row[self.values() + i] += match *effect {
-                Effect::SensorDelay(own) if own == sensor => sum(velocity),
-                Effect::Eccentricity {
-                    sensor: own,
-                    is_cosine,
-                } if own == sensor => {
-                    let (sine, cosine) = sum(position).sin_cos();
-                    -if is_cosine { cosine } else { sine }
-                }
-                Effect::SensorDelay(_)
-                | Effect::TorqueDelay(_)
-                | Effect::TorquesDelay
-                | Effect::Saturation { .. }
-                | Effect::Eccentricity { .. } => 0.0,
-            };
+            row[self.values() + i] += effect.of_innovation(sensor, coordinates, x);
         }
     }
 
-    /// Adds the derivatives of the torque on a row by its delay and its saturation.
-    pub(super) fn torque(&self, columns: &mut [f64], segment: &Segment, k: usize, row: usize) {
-        let at = k * (segment.torque.len() / segment.samples()) + row;
+    /// Adds the derivatives of the torque on a row by the effects.
+    ///
+    /// - `x`: positions and velocities of all rows at the sample.
+    pub(super) fn torque(
+        &self,
+        columns: &mut [f64],
+        (segment, sample): (&Segment, usize),
+        row: usize,
+        x: &[f64],
+    ) {
         for (i, (_, effect)) in self.effects.iter().enumerate() {
-            columns[self.values() + i] += match *effect {
-                // The torque of a late channel is logged later, so its derivative by the delay is
-                // its rate.
-                Effect::TorqueDelay(own) if own == row => segment.torque_rate[at],
-                Effect::TorquesDelay => segment.torque_rate[at],
-                Effect::Saturation { row: own, scale } if own == row => {
-                    let torque = segment.torque[at];
-                    -torque * (torque / scale).powi(2)
-                }
-                Effect::SensorDelay(_)
-                | Effect::TorqueDelay(_)
-                | Effect::Saturation { .. }
-                | Effect::Eccentricity { .. } => 0.0,
-            };
+            columns[self.values() + i] += effect.of_torque((segment, sample), row, x);
         }
     }
 }

@@ -45,10 +45,11 @@ impl Filter<'_> {
 
     /// Writes the derivatives of the logged torques by z.
     fn differentiate_torques(&mut self, segment: &Segment, sample: usize) {
-        let columns = self.tangent.columns;
+        let (columns, rows) = (self.tangent.columns, self.dynamics.rows());
         self.tangent.torque.fill(0.0);
         for (row, own) in (self.tangent.torque.chunks_mut(columns.max(1))).enumerate() {
-            self.unknowns.torque(own, segment, sample, row);
+            let moving = &self.x[..2 * rows];
+            self.unknowns.torque(own, (segment, sample), row, moving);
         }
     }
 }

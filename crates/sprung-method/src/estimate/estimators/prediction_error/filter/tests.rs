@@ -230,6 +230,7 @@ impl Case {
                 sensors: sensors.collect(),
                 segments: Arc::new(vec![Segment {
                     burn_in: 0,
+                    span: [0.0, 1.0],
                     log: 0,
                     period: PERIOD,
                     torque_rate: vec![0.0; torque.len()],

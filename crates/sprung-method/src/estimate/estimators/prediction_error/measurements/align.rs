@@ -132,6 +132,7 @@ pub(super) fn align(
             log: raw.log,
             carried: carried.clone(),
             burn_in: stretch.burn_in,
+            span: [0.0, 1.0],
             period,
             torque: torque[of_rows.clone()].to_vec(),
             torque_rate: torque_rate[of_rows].to_vec(),

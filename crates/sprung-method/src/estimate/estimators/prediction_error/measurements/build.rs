@@ -47,6 +47,13 @@ pub(in super::super) fn build(
     if segments.is_empty() {
         return Ok(None);
     }
+    let all: usize = segments.iter().map(Segment::counted).sum();
+    let mut before = 0;
+    for segment in &mut segments {
+        let after = before + segment.counted();
+        segment.span = [before, after].map(|at| at as f64 / all as f64);
+        before = after;
+    }
     let speeds = joint_speeds(model, channels, &sensors, &segments);
     Ok(Some(Measurements {
         reversals: Reversals::new(model, &speeds),

@@ -19,6 +19,8 @@ pub(in super::super) struct Segment {
     pub(in super::super) burn_in: usize,
     /// Sampling period, s.
     pub(in super::super) period: f64,
+    /// Place of the first sample that counts among all samples that count, from 0 to 1, and that of the end.
+    pub(in super::super) span: [f64; 2],
     /// Torque on each row, N·m (N), \[samples × rows\].
     pub(in super::super) torque: Vec<f64>,
     /// Rate of the smoothed torque, N·m/s. Noise of an unsmoothed rate would look like information
@@ -44,6 +46,13 @@ impl Segment {
     /// Returns the number of samples.
     pub(in super::super) fn samples(&self) -> usize {
         self.first.len() - 1
+    }
+
+    /// Returns the place of a sample among all samples that count, from 0 to 1.
+    pub(in super::super) fn share(&self, sample: usize) -> f64 {
+        let [begin, end] = self.span;
+        let own = (sample as f64 - self.burn_in as f64) / self.counted().max(1) as f64;
+        begin + own * (end - begin)
     }
 
     /// Returns whether the measurements of a sample count.

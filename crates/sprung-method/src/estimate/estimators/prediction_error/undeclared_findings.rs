@@ -1,0 +1,201 @@
+//! Findings about effects that the model lacks.
+
+use super::effects::{Effect, Wave};
+use super::refined::Refined;
+use super::undeclared::{Cause, LEAST_TORQUE_SHARE, Undeclared};
+use crate::estimate::laws::Tested;
+use crate::estimate::statistics::CERTAIN_SIGMAS;
+use crate::finding::{Finding, Severity};
+use crate::log::Channels;
+use crate::model::{Model, short};
+use crate::numbers::{in_ms, in_percent};
+use crate::regression::Reading;
+
+/// Reports the effects that matter, in the order of their gains.
+pub(super) fn about_undeclared(
+    reading: &Reading,
+    refined: &Refined,
+    undeclared: &[Undeclared],
+) -> Vec<Finding> {
+    let about = About {
+        model: reading.model(),
+        channels: reading.channels(),
+        delays: reading.delays(),
+        refined,
+    };
+    (undeclared.iter())
+        .filter(|own| own.significance() > CERTAIN_SIGMAS && own.matters(refined))
+        .filter_map(|own| about.finding(own))
+        .collect()
+}
+
+struct About<'a> {
+    model: &'a Model,
+    channels: &'a Channels,
+    /// Delay of each channel that the refinement has used, s.
+    delays: &'a [f64],
+    refined: &'a Refined,
+}
+
+impl About<'_> {
+    fn finding(&self, own: &Undeclared) -> Option<Finding> {
+        let (index, moved) = own.largest_move(self.refined)?;
+        let severity = if moved > CERTAIN_SIGMAS {
+            Severity::Warning
+        } else {
+            Severity::Info
+        };
+        let name = &self.model.parameters()[index].name;
+        let moves = format!(
+            "With it {} would move by {moved:.1} of its standard errors",
+            short(name)
+        );
+        let finding = match &own.cause {
+            Cause::Law(law) => self.law(own, law, severity, &moves),
+            Cause::Effect(channel, effect) => {
+                self.effect(own, (*channel, *effect), severity, &moves)
+            }
+        };
+        Some(finding.about([name.clone()]))
+    }
+
+    fn law(&self, own: &Undeclared, law: &Tested, severity: Severity, moves: &str) -> Finding {
+        let (joint, of, word) = (&self.model.joints()[law.joint], law.of, law.law);
+        Finding::new(
+            severity,
+            "law-by-likelihood",
+            format!(
+                "{joint}: the likelihood asks for {of} \"{word}\", which the model lacks ({:.1} \
+                 standard errors from zero, {}). {moves}",
+                own.significance(),
+                of_torque(own.size),
+            ),
+            "add the law to the joint; the parameters of this joint contain the effect",
+        )
+    }
+
+    fn effect(
+        &self,
+        own: &Undeclared,
+        (channel, effect): (usize, Effect),
+        severity: Severity,
+        moves: &str,
+    ) -> Finding {
+        let column = &self.channels.all[channel].column;
+        let joint = &self.model.joints()[self.channels.all[channel].joint];
+        let (percent, error) = (in_percent(own.value), in_percent(own.standard_error));
+        let (code, text, remedy, unit) = match effect {
+            Effect::SensorDelay(_) | Effect::TorqueDelay(_) | Effect::TorquesDelay => {
+                return self.late(own, (channel, effect), severity, moves);
+            }
+            Effect::Saturation { .. } => (
+                "torque-saturates",
+                format!(
+                    "the acting torque grows {} than \"{column}\": at the standard deviation of the torque the \
+                     difference is {:.2} ± {error:.2} %, and it grows with the third power of the torque",
+                    if percent > 0.0 { "less" } else { "more" },
+                    percent.abs(),
+                ),
+                "measure the torque constant at several currents, or record a motion with smaller torques",
+                "",
+            ),
+            Effect::Eccentricity { .. } => (
+                "eccentric-encoder",
+                format!(
+                    "\"{column}\" deviates from the angle of the link by {:.3} ± {:.3} mrad once a turn, as an encoder \
+                     does whose disc is not centred",
+                    in_ms(own.value),
+                    in_ms(own.standard_error),
+                ),
+                "calibrate the encoder over a turn and correct its readings, or use two reading heads",
+                "rad",
+            ),
+            Effect::Ripple { wave, .. } => (
+                "torque-ripple",
+                format!(
+                    "{joint}: the motor torque has a ripple of {percent:.2} ± {error:.2} % of its standard deviation, {}",
+                    times(wave)
+                ),
+                "nothing in the log; compensate the ripple in the drive, or move faster, so that the spring does not \
+                 follow it",
+                "",
+            ),
+            Effect::TransmissionError { wave, .. } => (
+                "transmission-error",
+                format!(
+                    "{joint}: the gear has a transmission error of {:.4} ± {:.4} mrad, {}",
+                    in_ms(own.value),
+                    in_ms(own.standard_error),
+                    times(wave)
+                ),
+                "nothing in the log; measure the error of the gear at rest, and correct the motor positions by it",
+                "rad",
+            ),
+            Effect::Drift { .. } => (
+                "friction-drifts",
+                format!(
+                    "{joint}: the viscous friction of the motor changes by {percent:+.1} ± {error:.1} % from the beginning \
+                     to the end of the logs, as it does when a gear warms up"
+                ),
+                "run the robot warm before the log, or log the temperature and name it in [log] as a covariate",
+                "",
+            ),
+        };
+        let text = format!("by likelihood, {text}. {moves}");
+        Finding::new(severity, code, text, remedy).seen("", column, own.value, unit)
+    }
+
+    /// The hold-out that follows completes the name of the log.
+    fn late(
+        &self,
+        own: &Undeclared,
+        (channel, effect): (usize, Effect),
+        severity: Severity,
+        moves: &str,
+    ) -> Finding {
+        let column = &self.channels.all[channel].column;
+        let (before, after) = (self.delays[channel], self.delays[channel] + own.value);
+        let what = match effect {
+            Effect::TorquesDelay => "every motor torque".to_owned(),
+            _ => format!("\"{column}\""),
+        };
+        Finding::new(
+            severity,
+            "late-channel",
+            format!(
+                "by likelihood, {what} was recorded {} instead of {} (standard error {:.5} s, log-likelihood of blocks \
+                 that the estimate has not seen +{:.0}). {moves}",
+                when(after),
+                when(before),
+                own.standard_error,
+                own.gain
+            ),
+            &format!("set delay_s = {{ \"{column}\" = \"estimate\" }} in [log]"),
+        )
+        .seen("", column, after, "s")
+    }
+}
+
+/// Returns the size of an effect relative to the torque, in words.
+fn of_torque(size: f64) -> String {
+    format!(
+        "{:.1} % of the torque",
+        in_percent(size * LEAST_TORQUE_SHARE)
+    )
+}
+
+fn times(wave: Wave) -> String {
+    match wave.per_turn {
+        1 => "once per turn of the motor".to_owned(),
+        many => format!("{many} times per turn of the motor"),
+    }
+}
+
+/// Returns the delay in words.
+fn when(delay: f64) -> String {
+    match delay {
+        d if d > 0.0 => format!("{d:.5} s late"),
+        d if d < 0.0 => format!("{:.5} s early", -d),
+        _ => "on time".to_owned(),
+    }
+}

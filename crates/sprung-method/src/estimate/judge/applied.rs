@@ -1,0 +1,87 @@
+//! The list of changes that the log asked for and that were applied.
+
+use crate::description::Joint;
+use crate::estimate::estimators::prediction_error::Retiming;
+use crate::estimate::result::{Applied, LawsByHoldOut, Refinement};
+use crate::model::Model;
+use crate::numbers::in_ms;
+
+/// Setting that keeps to the description.
+const DECLARED: &str = "laws = \"declared\"";
+
+/// Returns the changes beyond the description that all estimators use.
+///
+/// - `retiming`: timing and sharpness that a first refinement found; `refined`: the refinement with them.
+/// - `laws`: laws by hold-out; `period`: sampling period, s.
+pub(in crate::estimate) fn applied(
+    model: &Model,
+    (retiming, refined): (Option<&Retiming>, Option<&Refinement>),
+    laws: Option<&LawsByHoldOut>,
+    period: f64,
+) -> Vec<Applied> {
+    let timing = retiming.and_then(|own| torque_timing(own, refined, period));
+    let sharpness = retiming.and_then(|own| sharpness(model, own, refined));
+    let laws = laws.into_iter().flat_map(of_laws);
+    timing.into_iter().chain(sharpness).chain(laws).collect()
+}
+
+/// The model holds a torque over the sampling period, so a torque without delay acts half a period after its stamp.
+fn torque_timing(own: &Retiming, refined: Option<&Refinement>, period: f64) -> Option<Applied> {
+    let torques = own.torques?;
+    let found = (torques.delay, torques.standard_error);
+    let (delay, error) = refined.and_then(|own| own.torques_delay_s).unwrap_or(found);
+    let acts = 0.5 * period - delay;
+    let when = if acts < 0.0 { "before" } else { "after" };
+    Some(Applied {
+        kind: "torque-timing".to_owned(),
+        what: format!(
+            "the motor torques act {:.3} ± {:.3} ms {when} their time stamps on average, not {:.3} ms after them as \
+             torques that are held until the next stamp",
+            in_ms(acts.abs()),
+            in_ms(error),
+            in_ms(0.5 * period),
+        ),
+        held_out: Some([torques.gain.without, torques.gain.with]),
+        forbidden_by: format!("delay_s of the torques in [log], or {DECLARED}"),
+    })
+}
+
+fn sharpness(model: &Model, own: &Retiming, refined: Option<&Refinement>) -> Option<Applied> {
+    if own.sharpness.is_empty() {
+        return None;
+    }
+    let values = refined.map_or(&[][..], |own| &own.sharpnesses);
+    let each: Vec<String> = (own.sharpness.iter())
+        .map(|&(joint, value)| {
+            let name = &model.joints()[joint];
+            let refined = values.iter().find(|own| own.joint == *name);
+            let value = refined.map_or(value, |own| own.sharpness);
+            format!("{value:.0} in {name}")
+        })
+        .collect();
+    Some(Applied {
+        kind: "coulomb-sharpness".to_owned(),
+        what: format!(
+            "the sharpness of Coulomb friction is not {:.0} s/rad (s/m) but {}",
+            Joint::USUAL_SHARPNESS,
+            each.join(", ")
+        ),
+        held_out: None,
+        forbidden_by: format!("coulomb_sharpness_s_per_rad of the joint, or {DECLARED}"),
+    })
+}
+
+fn of_laws(laws: &LawsByHoldOut) -> Vec<Applied> {
+    let mut without = laws.held_out;
+    let made = laws.rungs.iter().filter(|rung| rung.made);
+    made.map(|rung| Applied {
+        kind: "law".to_owned(),
+        what: format!("{}: {}", rung.joint, rung.words()),
+        held_out: Some([
+            std::mem::replace(&mut without, rung.held_out),
+            rung.held_out,
+        ]),
+        forbidden_by: DECLARED.to_owned(),
+    })
+    .collect()
+}
