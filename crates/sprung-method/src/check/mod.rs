@@ -26,6 +26,7 @@ mod refusal;
 mod relative;
 mod resolution;
 mod result;
+mod rivals;
 mod robot;
 mod run;
 mod scale;

@@ -94,7 +94,9 @@ impl<'a> WholeRobot<'a> {
             return about;
         }
         let (scales, known) = self.torque_scales();
-        let is_explained = (scales.iter()).any(|finding| finding.severity > Severity::Warning);
+        // The torque of a single joint competes with the other meanings of the columns.
+        let is_explained = self.scales.len() > 1
+            && (scales.iter()).any(|finding| finding.severity > Severity::Warning);
         if !is_explained {
             let order = self.order();
             if !order.is_empty() {
