@@ -5,6 +5,7 @@ use sprung_core::parameters::JointParameter;
 
 use super::context::{CheckContext, SIGNIFICANT_SIGMAS};
 use super::rivals::{BETTER_RESIDUAL_SHARE, Meaning, Winner};
+use super::scale::USUAL_RATIOS;
 use super::trial::Group;
 use crate::finding::{Finding, Severity};
 use crate::log::{Quantity, rounded, slope_remedy};
@@ -18,10 +19,7 @@ const FINE_SCAN: (i32, f64) = (4, 1.02);
 /// Smallest scale error that is reported.
 const MIN_SCALE: f64 = 1.25;
 
-/// Ratios of usual gears, and degrees per radian.
-const USUAL_RATIOS: [f64; 12] = [
-    30.0, 50.0, 51.0, DEGREES, 80.0, 81.0, 100.0, 101.0, 120.0, 121.0, 160.0, 161.0,
-];
+/// Degrees per radian.
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 
 /// A usual ratio is taken if it differs from the best one by less than this fraction, and its residual
@@ -216,7 +214,7 @@ impl CheckContext<'_> {
         let given = channels.all[motor].gear_ratio.map(f64::abs);
         let coarse = scan(about, COARSE_SCAN).filter_map(fitted).min_by(least)?;
         let fine = scan(coarse.0, FINE_SCAN).filter_map(fitted).min_by(least)?;
-        let (ratio, now) = (given.into_iter().chain(USUAL_RATIOS))
+        let (ratio, now) = (given.into_iter().chain(USUAL_RATIOS).chain([DEGREES]))
             .filter(|usual| (usual / fine.0).ln().abs() < NEAR_RATIO)
             .filter_map(fitted)
             .min_by(least)

@@ -17,6 +17,7 @@ mod degrees;
 mod examine;
 mod filters;
 mod frequencies;
+mod gears;
 mod joints;
 mod lines;
 mod offset;

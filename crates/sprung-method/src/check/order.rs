@@ -7,6 +7,7 @@ use super::scale::{Explanation, explanations};
 use super::trial::{Group, Trial, gain, is_certain, root_mean_square};
 use crate::finding::{Finding, Severity};
 use crate::log::{Quantity, rounded};
+use crate::prepare::RowFit;
 
 /// Conditions for the trials: mean logarithm by which all equations together leave more than each
 /// alone, and smallest unexplained part of the bodies' torque in a joint whose bodies matter.
@@ -90,7 +91,9 @@ impl WholeRobot<'_> {
 
     /// Findings: with columns of joints swapped, reversed or in another unit the equations of the robot
     /// fit. The changes compete; the best one speaks.
-    pub(super) fn order(&self) -> Vec<Finding> {
+    ///
+    /// - `fits`: fits of each joint's torque row.
+    pub(super) fn order(&self, fits: &[RowFit]) -> Vec<Finding> {
         let joints = self.context.reading.model().joint_count();
         let is_whole = joints > 1 && self.moving.len() == joints;
         if !(is_whole && self.is_long_enough() && self.is_suspicious()) {
@@ -102,6 +105,15 @@ impl WholeRobot<'_> {
         while changes.len() < joints && root_mean_square(&left) > WELL_EXPLAINED {
             let mut tried = self.tried(&trial, &left);
             tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+            let Some(most) = tried.first().map(|own| own.gain) else {
+                break;
+            };
+            tried.retain(|own| own.gain > most - SAME_GAIN);
+            // Torques of one joint too large look like those of the others too small.
+            if let Change::Scaled(..) = tried[0].change {
+                let off = |own: &Tried| self.off_nominal(&own.change, fits);
+                tried.sort_by(|a, b| off(a).total_cmp(&off(b)));
+            }
             let mut tried = tried.into_iter();
             let Some(best) = tried.next() else {
                 break;
@@ -109,10 +121,7 @@ impl WholeRobot<'_> {
             if best.gain <= 0.0 || !is_certain(&left, &best.left) {
                 break;
             }
-            equal = tried
-                .take_while(|own| own.gain > best.gain - SAME_GAIN)
-                .map(|own| own.change)
-                .collect();
+            equal = tried.map(|own| own.change).collect();
             changes.push(best.change);
             (trial, left) = (best.trial, best.left);
         }
@@ -136,6 +145,24 @@ impl WholeRobot<'_> {
             );
         }
         findings
+    }
+
+    /// Returns how far the parameters are from their nominal values with the torque of one joint
+    /// corrected, sum of logarithms; infinite for other changes.
+    fn off_nominal(&self, change: &Change, fits: &[RowFit]) -> f64 {
+        let Change::Scaled(joint, explanation) = change else {
+            return f64::INFINITY;
+        };
+        let off = self.moving.iter().filter_map(|&own| {
+            let ratio = self.over_nominal(own, &fits[own])?;
+            let factor = if own == *joint {
+                explanation.factors[0]
+            } else {
+                1.0
+            };
+            Some((ratio / factor).ln().abs())
+        });
+        off.sum()
     }
 
     /// Tries all changes of a reading.

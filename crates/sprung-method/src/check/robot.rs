@@ -98,7 +98,7 @@ impl<'a> WholeRobot<'a> {
         let is_explained = self.scales.len() > 1
             && (scales.iter()).any(|finding| finding.severity > Severity::Warning);
         if !is_explained {
-            let order = self.order();
+            let order = self.order(fits);
             if !order.is_empty() {
                 about.findings.extend(order);
                 about.explains_all = true;

@@ -4,6 +4,11 @@ use super::context::CheckContext;
 use crate::description::Joint;
 use crate::log::{Quantity, rounded};
 
+/// Ratios of usual gears.
+pub(super) const USUAL_RATIOS: [f64; 11] = [
+    30.0, 50.0, 51.0, 80.0, 81.0, 100.0, 101.0, 120.0, 121.0, 160.0, 161.0,
+];
+
 /// Factors of other units of one torque, beside mN·m, and their inverses.
 const POWERS_OF_TEN: [f64; 5] = [10.0, 100.0, 0.1, 0.01, 0.001];
 
