@@ -211,10 +211,18 @@ impl CheckContext<'_> {
         let least = |a: &(f64, MotorRowFit), b: &(f64, MotorRowFit)| {
             a.1.relative_residual.total_cmp(&b.1.relative_residual)
         };
-        let given = channels.all[motor].gear_ratio.map(f64::abs);
+        let own = &channels.all[motor];
+        let given = own.gear_ratio.map(f64::abs);
+        // Readings before the gearbox are divided by the given ratio already.
+        let divided = if own.before_gear {
+            given.unwrap_or(1.0)
+        } else {
+            1.0
+        };
         let coarse = scan(about, COARSE_SCAN).filter_map(fitted).min_by(least)?;
         let fine = scan(coarse.0, FINE_SCAN).filter_map(fitted).min_by(least)?;
         let (ratio, now) = (given.into_iter().chain(USUAL_RATIOS).chain([DEGREES]))
+            .map(|usual| usual / divided)
             .filter(|usual| (usual / fine.0).ln().abs() < NEAR_RATIO)
             .filter_map(fitted)
             .min_by(least)

@@ -58,9 +58,8 @@ impl WholeRobot<'_> {
             gain(&self.given_left, &certain.left)
         };
         let geared = self.geared();
-        let of_gears = (geared.as_ref()).map_or(f64::NEG_INFINITY, |own| {
-            gain(&self.given_left, &own.left)
-        });
+        let of_gears =
+            (geared.as_ref()).map_or(f64::NEG_INFINITY, |own| gain(&self.given_left, &own.left));
         let is_equal = (of_gears - degrees).abs() < SAME_GAIN;
         let by_equations = match geared {
             Some(geared) if of_gears > degrees => Some(self.by_gears(&geared, is_equal)),

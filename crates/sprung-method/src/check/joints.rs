@@ -97,8 +97,8 @@ pub(super) fn joints(
     findings.extend(context.scales_of_motors(&tested.unequal, &few));
     let winners = context.winners(&few, &doubtful, &shares);
     // The equations of the whole robot tell exchanged joints better than the motor rows.
-    let (swaps, own): (Vec<Winner>, Vec<Winner>) = (winners.into_iter())
-        .partition(|won| matches!(won.best.meaning, Meaning::Swapped(_)));
+    let (swaps, own): (Vec<Winner>, Vec<Winner>) =
+        (winners.into_iter()).partition(|won| matches!(won.best.meaning, Meaning::Swapped(_)));
     let mut reported: Vec<usize> = Vec::new();
     context.tell(&own, &few, &mut reported, &mut findings);
     reported.extend(context.torque_sensors(moving, &mut findings));
@@ -212,7 +212,9 @@ impl CheckContext<'_> {
     fn scales_of_motors(&self, joints: &[usize], before: &[RowFit]) -> Vec<Finding> {
         (joints.iter())
             .filter_map(|&joint| {
-                let (ratio, now) = self.motor_scale(joint, &before[joint])?;
+                // Below 1 the link position may be the wrong one; its range tells its unit.
+                let (ratio, now) =
+                    (self.motor_scale(joint, &before[joint])).filter(|(ratio, _)| *ratio > 1.0)?;
                 self.other_scale(joint, ratio, &now, &before[joint])
             })
             .collect()
@@ -339,11 +341,12 @@ impl CheckContext<'_> {
         possible.retain(|own| off(own) < NEAR_SCALE.ln());
         possible.sort_by(|a, b| off(a).total_cmp(&off(b)));
         let likely = if possible.is_empty() {
-            "It may have another unit, be of the other side of the gearbox, or hold raw counts".to_owned()
+            "It may have another unit, be of the other side of the gearbox, or hold raw counts"
+                .to_owned()
         } else {
-            let words = possible.iter().map(|own| {
-                format!("{} (factor {})", own.cause, rounded(own.factors[0]))
-            });
+            let words = possible
+                .iter()
+                .map(|own| format!("{} (factor {})", own.cause, rounded(own.factors[0])));
             words.collect::<Vec<String>>().join("; or: ")
         };
         Some(

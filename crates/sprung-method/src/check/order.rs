@@ -206,7 +206,11 @@ impl WholeRobot<'_> {
     fn words(&self, change: &Change) -> String {
         match change {
             Change::Swapped(group, one, two) => {
-                format!("Exchanging {} of {}", group.words(), self.names(&[*one, *two]))
+                format!(
+                    "Exchanging {} of {}",
+                    group.words(),
+                    self.names(&[*one, *two])
+                )
             }
             Change::Reversed(joint) => {
                 format!("Reversing all columns of {}", self.context.name(*joint))

@@ -73,8 +73,8 @@ impl CheckContext<'_> {
                 .find(|won| won.best.joints.iter().any(|own| rival.joints.contains(own)));
             match shared {
                 Some(won) => {
-                    let is_equal = rival.joints == won.best.joints
-                        && rival.gain > won.best.gain - SAME_GAIN;
+                    let is_equal =
+                        rival.joints == won.best.joints && rival.gain > won.best.gain - SAME_GAIN;
                     if is_equal {
                         won.equal.push(rival.meaning);
                     }
