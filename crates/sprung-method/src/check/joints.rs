@@ -89,19 +89,12 @@ pub(super) fn joints(
     let mut findings: Vec<Finding> = (all.iter())
         .filter_map(|&joint| context.zeros_apart(joint))
         .collect();
-    let doubtful: Vec<usize> = (moving.iter().copied())
-        .filter(|&joint| weak.contains(&joint) || context.encoders_oppose(joint))
-        .collect();
-    let compared = [&doubtful[..], &tested.unequal].concat();
-    let few = context.compared(&fits, &compared);
-    findings.extend(context.scales_of_motors(&tested.unequal, &few));
-    let winners = context.winners(&few, &doubtful, &shares);
-    // The equations of the whole robot tell exchanged joints better than the motor rows.
-    let (swaps, own): (Vec<Winner>, Vec<Winner>) =
-        (winners.into_iter()).partition(|won| matches!(won.best.meaning, Meaning::Swapped(_)));
-    let mut reported: Vec<usize> = Vec::new();
-    context.tell(&own, &few, &mut reported, &mut findings);
-    reported.extend(context.torque_sensors(moving, &mut findings));
+    let ByRows {
+        few,
+        swaps,
+        mut reported,
+        rescaled,
+    } = context.by_rows(&fits, &weak, tested, &shares, &mut findings);
     let whole = if reported.is_empty() && is_sound {
         WholeRobot::new(&context, moving)
     } else {
@@ -113,7 +106,7 @@ pub(super) fn joints(
         reported.extend(&all);
     }
     context.tell(&swaps, &few, &mut reported, &mut findings);
-    for &joint in moving {
+    for &joint in moving.iter().filter(|joint| !rescaled.contains(joint)) {
         if let Some(finding) = context.reversed(joint, &fits[joint]) {
             findings.push(finding);
             reported.push(joint);
@@ -188,7 +181,54 @@ fn figures(
         .collect()
 }
 
+/// What motor rows and torque sensors tell about the meaning of columns.
+struct ByRows {
+    /// Fits of few samples.
+    few: Vec<RowFit>,
+    /// Exchanged joints, which the equations of the whole robot tell better.
+    swaps: Vec<Winner>,
+    reported: Vec<usize>,
+    /// Joints whose motor torque has another scale by the torque sensors.
+    rescaled: Vec<usize>,
+}
+
 impl CheckContext<'_> {
+    /// Tries other meanings of columns with the motor rows, and adds findings.
+    fn by_rows(
+        &self,
+        fits: &[RowFit],
+        weak: &[usize],
+        tested: &Tested,
+        shares: &[f64],
+        findings: &mut Vec<Finding>,
+    ) -> ByRows {
+        let moving = &tested.moving[..];
+        let doubtful: Vec<usize> = (moving.iter().copied())
+            .filter(|&joint| weak.contains(&joint) || self.encoders_oppose(joint))
+            .collect();
+        let few = self.compared(fits, &[&doubtful[..], &tested.unequal].concat());
+        findings.extend(self.scales_of_motors(&tested.unequal, &few));
+        let winners = self.winners(&few, &doubtful, shares);
+        let (swaps, own): (Vec<Winner>, Vec<Winner>) =
+            (winners.into_iter()).partition(|won| matches!(won.best.meaning, Meaning::Swapped(_)));
+        let mut reported: Vec<usize> = Vec::new();
+        self.tell(&own, &few, &mut reported, findings);
+        let by_sensors = self.torque_sensors(moving, findings);
+        reported.extend(&by_sensors);
+        // Friction of a torque of another scale is small beside that of the sensor, so its sign is open.
+        let rescaled = if findings.iter().any(|own| own.code == "torque-scale") {
+            by_sensors
+        } else {
+            Vec::new()
+        };
+        ByRows {
+            few,
+            swaps,
+            reported,
+            rescaled,
+        }
+    }
+
     /// Adds findings about other meanings of columns, of joints without a finding.
     fn tell(
         &self,

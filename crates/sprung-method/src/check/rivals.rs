@@ -113,7 +113,7 @@ impl CheckContext<'_> {
                 Some(rival(meaning, &[one], fits, now?)).filter(|own| own.is_better(fits))
             }));
             for &two in &doubtful[k + 1..] {
-                rivals.extend(Quantity::all().into_iter().filter_map(|quantity| {
+                rivals.extend(Quantity::all().filter_map(|quantity| {
                     let swapped = channels.swapped(quantity, one, two)?;
                     let now = self.with(&swapped, &[one, two])?;
                     Some(rival(Meaning::Swapped(quantity), &[one, two], fits, now))

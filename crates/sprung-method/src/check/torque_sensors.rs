@@ -255,14 +255,20 @@ impl CheckContext<'_> {
             .filter(|own| off(own) < SAME_SCALE.ln())
             .min_by(|a, b| off(a).total_cmp(&off(b)));
         let is_gear = inverse < GEARS.0.recip() && inverse > GEARS.1.recip();
-        let cause = match &own {
-            Some(own) => own.cause.clone(),
-            None if is_gear => format!(
+        let joint = self.experiment.robot.joint.get(fit.joint);
+        let is_open = is_gear && joint.is_none_or(|joint| joint.gear_ratio.is_none());
+        let gear = is_open.then(|| {
+            format!(
                 "The torques are probably those of the motors before a gearbox of about {}: set gear_ratio of \
                  the joint and motor_torque_side = \"motor\" in [log]",
                 rounded(inverse.recip())
-            ),
-            None => return None,
+            )
+        });
+        let cause = match (&own, gear) {
+            (Some(own), None) => own.cause.clone(),
+            (None, Some(gear)) => gear,
+            (Some(own), Some(gear)) => format!("{gear}; or: {} ({})", own.cause, own.line),
+            (None, None) => return None,
         };
         let finding = Finding::new(
             Severity::Error,
@@ -276,7 +282,8 @@ impl CheckContext<'_> {
             "give the unit and the side of the motor torque; if it is right, give the torque sensor its gain",
         )
         .seen(self.file, motor, inverse, "");
-        Some(match own {
+        // Without the gear ratio two causes remain, and the line of one would be wrong for the other.
+        Some(match own.filter(|_| !is_open) {
             Some(own) => finding.mended_by(own.table, &own.line),
             None => finding,
         })
