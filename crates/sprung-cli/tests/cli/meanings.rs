@@ -308,6 +308,39 @@ fn joints_in_the_order_of_the_alphabet_are_refused() {
 }
 
 #[test]
+fn one_torque_in_another_unit_is_no_swap() {
+    for (column, by, gain) in [(6, 100.0, "0.01"), (7, 1e3, "0.001"), (7, 0.01, "100")] {
+        let case = scaled(recorded(), &[column], by);
+        let line = format!("[log] gain = {{ \"tau{}\" = {gain} }}", column - 4);
+        let (_, findings) = check(&case, &[]);
+        assert_eq!(findings[0]["code"], "torque-scale", "{findings:#?}");
+        let settings: Vec<&Value> = findings.iter().map(|own| &own["setting"]).collect();
+        assert_eq!(settings[0].as_str(), Some(&*line), "{findings:#?}");
+        let set = format!("log.gain={{tau{}={gain}}}", column - 4);
+        says_nothing(&case, &["--set", &set]);
+    }
+}
+
+#[test]
+fn a_missing_gear_ratio_is_no_degrees() {
+    let of_gears = |gears: [f64; 4]| {
+        (POSITIONS.iter().zip(gears)).fold(recorded(), |case, (&column, gear)| {
+            scaled(case, &[column], gear)
+        })
+    };
+    let case = of_gears(GEARS);
+    let line = "[log] motor_position_side = \"motor\"";
+    let words = "the positions are those of the motors before the gearbox";
+    says(
+        &case,
+        ("error", "motor-side-positions"),
+        &[words],
+        Some(line),
+    );
+    says_nothing(&case, &["--set", "log.motor_position_side=motor"]);
+}
+
+#[test]
 fn joints_that_turn_the_other_way_are_refused() {
     let case = scaled(recorded(), &[3, 7], -1.0);
     let line = "[log] sign = { \"q3\" = -1, \"tau3\" = -1 }";

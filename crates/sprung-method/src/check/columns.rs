@@ -1,161 +1,155 @@
-//! Other meanings of the columns that would explain a joint better: link and motor exchanged,
+//! Findings about other meanings of the columns of a joint: link and motor exchanged, columns of two
 //! joints swapped, signs reversed, another scale.
 
 use sprung_core::parameters::JointParameter;
 
 use super::context::{CheckContext, SIGNIFICANT_SIGMAS};
+use super::rivals::{BETTER_RESIDUAL_SHARE, Meaning, Winner};
+use super::scale::USUAL_RATIOS;
+use super::trial::Group;
 use crate::finding::{Finding, Severity};
-use crate::log::{Channels, Quantity, slope_remedy};
+use crate::log::{Quantity, rounded, slope_remedy};
 use crate::prepare::{MotorRowFit, RowFit, fit_rows};
 
-/// Another meaning of the columns is reported if it reduces the residual below this fraction.
-const BETTER_RESIDUAL_SHARE: f64 = 0.9;
-
-/// Scales of a motor position in the scan about the ratio of standard deviations: their number on
-/// each side, and the ratio of neighbours.
-const SCALES_EACH_SIDE: i32 = 6;
-const SCALE_RATIO: f64 = 1.1;
+/// Scales of a motor position in the scan about the ratio of standard deviations: number on each side,
+/// and ratio of neighbours, of a coarse and of a fine scan.
+const COARSE_SCAN: (i32, f64) = (12, 1.1);
+const FINE_SCAN: (i32, f64) = (4, 1.02);
 
 /// Smallest scale error that is reported.
 const MIN_SCALE: f64 = 1.25;
 
+/// Degrees per radian.
+const DEGREES: f64 = 180.0 / std::f64::consts::PI;
+
+/// A usual ratio is taken if it differs from the best one by less than this fraction, and its residual
+/// is at most this many times that of the best.
+const NEAR_RATIO: f64 = 0.06;
+const NEAR_RESIDUAL: f64 = 1.1;
+
+/// Ratio from which on two encoders of a joint have different units.
+const OTHER_UNIT: f64 = DEGREES / 3.0;
+
 impl CheckContext<'_> {
-    /// Returns the fits with which the trials of this file are compared: those of few samples, as in
-    /// the trials, or the given ones if there is nothing to try.
+    /// Returns the fits with which the trials of other meanings are compared: those of few samples, as
+    /// in the trials, or the given ones if there is nothing to try.
     pub(super) fn compared(&self, fits: &[RowFit], weak: &[usize]) -> Vec<RowFit> {
         let all: Vec<usize> = (0..fits.len()).collect();
         let few = (!weak.is_empty()).then(|| fit_rows(&self.few, self.reading, &all));
         few.flatten().unwrap_or_else(|| fits.to_vec())
     }
 
-    /// Fits the torque rows of some joints with other meanings of the columns.
-    fn with(&self, channels: &Channels, joints: &[usize]) -> Option<Vec<MotorRowFit>> {
-        let reading = self.reading.with_channels(channels.clone());
-        let fits = fit_rows(&self.few, &reading, joints)?;
-        Some(fits.iter().map(|fit| fit.short(reading.model())).collect())
-    }
-
-    /// Returns joints with apparently exchanged link and motor columns, and adds findings about
-    /// them.
-    pub(super) fn exchanged(
-        &self,
-        fits: &[RowFit],
-        weak: &[usize],
-        findings: &mut Vec<Finding>,
-    ) -> Vec<usize> {
-        let channels = self.reading.channels();
-        let mut reported = Vec::new();
-        let exchanged = weak.iter().fold(channels.clone(), |channels, &joint| {
-            channels.exchanged(joint).unwrap_or(channels)
-        });
-        if exchanged == *channels {
-            return reported;
-        }
-        let now = self.with(&exchanged, weak).unwrap_or_default();
-        for (&joint, fit) in weak.iter().zip(&now) {
-            let better = fit.plausible
-                && fit.relative_residual < BETTER_RESIDUAL_SHARE * fits[joint].relative_residual()
-                && channels.exchanged(joint).is_some();
-            if !better {
-                continue;
+    /// Finding: another meaning of the columns explains the torque.
+    ///
+    /// - `before`: fits with the columns as described.
+    pub(super) fn other_meaning(&self, won: &Winner, before: &[RowFit]) -> Option<Finding> {
+        let joint = *won.best.joints.first()?;
+        let fit = won.best.fits.first()?;
+        let mut finding = match won.best.meaning {
+            Meaning::Exchanged => self.exchange(joint, fit),
+            Meaning::LinkSign => self.opposite(joint, self.link(joint), fit, &before[joint]),
+            Meaning::MotorSign => {
+                let motor = self.column(&[Quantity::MotorPosition], joint);
+                self.opposite(joint, motor, fit, &before[joint])
             }
-            reported.push(joint);
-            let (link, motor) = (
-                self.link(joint),
-                self.column(&[Quantity::MotorPosition], joint),
-            );
-            let lines = channels
-                .exchanged(joint)
-                .map_or_else(String::new, |now| self.column_lines(&now));
-            findings.push(
-                Finding::new(
-                    Severity::Error,
-                    "exchanged-columns",
-                    format!(
-                        "{}: with link and motor position exchanged the motor row explains {:.0} % \
-                         of the torque and every parameter is positive (stiffness {:.4} N·m/rad): \
-                         the columns look swapped",
-                        self.name(joint),
-                        100.0 * (1.0 - fit.relative_residual.powi(2)),
-                        fit.stiffness.unwrap_or_default()
-                    ),
-                    &format!(
-                        "exchange \"{link}\" and \"{motor}\" under link_position_rad and \
-                         motor_position_rad"
-                    ),
-                )
-                .about(self.about_stiffness(joint))
-                .seen(self.file, link, fit.relative_residual, "")
-                .mended_by("[log]", &lines),
+            Meaning::MotorScale(ratio) => self.other_scale(joint, ratio, fit, &before[joint])?,
+            Meaning::Swapped(quantity) => {
+                let two = *won.best.joints.get(1)?;
+                self.swap(quantity, [joint, two], before, &won.best.fits)?
+            }
+        };
+        if !won.equal.is_empty() {
+            let others: Vec<String> = (won.equal.iter())
+                .map(|&meaning| self.words(meaning, joint))
+                .collect();
+            finding.text = format!(
+                "{}. The motor row is explained equally well by {}",
+                finding.text,
+                others.join(", or by ")
             );
         }
-        reported
+        Some(finding)
     }
 
-    /// Adds findings about pairs of joints with apparently swapped columns of one quantity.
-    pub(super) fn swapped(
-        &self,
-        fits: &[RowFit],
-        weak: &[usize],
-        reported: &mut Vec<usize>,
-        findings: &mut Vec<Finding>,
-    ) {
-        let channels = self.reading.channels();
-        for (k, &one) in weak.iter().enumerate() {
-            for &two in &weak[k + 1..] {
-                for quantity in Quantity::all() {
-                    if reported.contains(&one) || reported.contains(&two) {
-                        continue;
-                    }
-                    let Some(swapped) = channels.swapped(quantity, one, two) else {
-                        continue;
-                    };
-                    let Some(now) = self.with(&swapped, &[one, two]) else {
-                        continue;
-                    };
-                    let better = |(fit, &joint): (&MotorRowFit, &usize)| {
-                        let before = fits[joint].relative_residual();
-                        fit.plausible && fit.relative_residual < BETTER_RESIDUAL_SHARE * before
-                    };
-                    if now.iter().zip(&[one, two]).all(better) {
-                        reported.extend([one, two]);
-                        let line = self.column_lines(&swapped);
-                        let finding = self.swap(quantity, one, two, fits, &now);
-                        findings.push(finding.mended_by("[log]", &line));
-                    }
-                }
+    /// Returns another meaning of the columns of a joint in words.
+    fn words(&self, meaning: Meaning, joint: usize) -> String {
+        let motor = self.column(&[Quantity::MotorPosition], joint);
+        match meaning {
+            Meaning::Exchanged => "exchanged link and motor position".to_owned(),
+            Meaning::LinkSign => format!("sign = {{ \"{}\" = -1 }}", self.link(joint)),
+            Meaning::MotorSign => format!("sign = {{ \"{motor}\" = -1 }}"),
+            Meaning::MotorScale(ratio) => {
+                format!("\"{motor}\" divided by {}", rounded(ratio))
             }
+            Meaning::Swapped(quantity) => format!("the other order of {}", group(quantity).words()),
         }
+    }
+
+    fn exchange(&self, joint: usize, fit: &MotorRowFit) -> Finding {
+        let (link, motor) = (
+            self.link(joint),
+            self.column(&[Quantity::MotorPosition], joint),
+        );
+        let lines = (self.reading.channels().exchanged(joint))
+            .map_or_else(String::new, |now| self.column_lines(&now));
+        Finding::new(
+            Severity::Error,
+            "exchanged-columns",
+            format!(
+                "{}: with link and motor position exchanged the motor row explains {:.0} % of the torque and \
+                 every parameter is positive (stiffness {:.4} N·m/rad): the columns look swapped",
+                self.name(joint),
+                100.0 * (1.0 - fit.relative_residual.powi(2)),
+                fit.stiffness.unwrap_or_default()
+            ),
+            &format!(
+                "exchange \"{link}\" and \"{motor}\" under link_position_rad and motor_position_rad"
+            ),
+        )
+        .about(self.about_stiffness(joint))
+        .seen(self.file, link, fit.relative_residual, "")
+        .mended_by("[log]", &lines)
     }
 
     /// - `after`: fits of both joints with the columns swapped.
     fn swap(
         &self,
         quantity: Quantity,
-        one: usize,
-        two: usize,
+        [one, two]: [usize; 2],
         before: &[RowFit],
         after: &[MotorRowFit],
-    ) -> Finding {
-        let (a, b) = (self.column(&[quantity], one), self.column(&[quantity], two));
+    ) -> Option<Finding> {
+        let swapped = self.reading.channels().swapped(quantity, one, two)?;
         let percent = |residual: f64| 100.0 * (1.0 - residual.powi(2)).max(0.0);
-        Finding::new(
+        let [first, second] = after else {
+            return None;
+        };
+        let finding = Finding::new(
             Severity::Error,
             "swapped-joints",
             format!(
-                "{} and {}: with \"{a}\" and \"{b}\" swapped the motor rows explain {:.0} % and {:.0} \
-                 % of their torque instead of {:.0} % and {:.0} %, and every parameter is positive: \
-                 the columns belong to the other joint",
+                "{} of {} and {} are swapped: with them exchanged, the motor rows explain {:.0} % and {:.0} % of \
+                 their torque instead of {:.0} % and {:.0} %, and every parameter is positive",
+                group(quantity).words(),
                 self.name(one),
                 self.name(two),
-                percent(after[0].relative_residual),
-                percent(after[1].relative_residual),
+                percent(first.relative_residual),
+                percent(second.relative_residual),
                 percent(before[one].relative_residual()),
                 percent(before[two].relative_residual()),
             ),
-            "give the columns in the order of the joints",
+            "give the columns in the order of the [[robot.joint]] blocks",
+        );
+        Some(
+            finding
+                .seen(
+                    self.file,
+                    self.column(&[quantity], one),
+                    first.relative_residual,
+                    "",
+                )
+                .mended_by("[log]", &self.column_lines(&swapped)),
         )
-        .seen(self.file, a, after[0].relative_residual, "")
     }
 
     /// Finding: the torque brakes where it should drive.
@@ -176,114 +170,142 @@ impl CheckContext<'_> {
         Some(reversed_torque(self.name(joint), torque).seen(self.file, torque, signed[0].1, ""))
     }
 
-    /// Fits the torque row of a joint with one column multiplied by `by`.
-    fn scaled(&self, quantities: &[Quantity], joint: usize, by: f64) -> Option<MotorRowFit> {
-        let channel = (quantities.iter())
-            .find_map(|&quantity| self.reading.channels().index(quantity, joint))?;
-        let excerpt = self.few.scaled(channel, by);
-        let fits = fit_rows(&excerpt, self.reading, &[joint])?;
-        Some(fits.first()?.short(self.reading.model()))
-    }
-
     /// Finding: by the equations, link and motor position have opposite directions.
-    pub(super) fn opposite(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
-        let before = fit.relative_residual();
-        let (link, motor) = (
-            self.link(joint),
-            self.column(&[Quantity::MotorPosition], joint),
-        );
-        if link.is_empty() {
-            return None;
-        }
-        // The fit of the torque shows which of the two columns is reversed.
-        let (wrong, turned) = [
-            (link, Quantity::LinkPosition),
-            (motor, Quantity::MotorPosition),
-        ]
-        .into_iter()
-        .filter_map(|(column, quantity)| Some((column, self.scaled(&[quantity], joint, -1.0)?)))
-        .filter(|(_, fit)| fit.plausible && fit.relative_residual < BETTER_RESIDUAL_SHARE * before)
-        .min_by(|(_, a), (_, b)| a.relative_residual.total_cmp(&b.relative_residual))?;
-        Some(
-            Finding::new(
-                Severity::Error,
-                "opposite-signs",
-                format!(
-                    "{}: \"{motor}\" and \"{link}\" have opposite directions: with the sign of \
-                     \"{wrong}\" reversed the motor row leaves {:.1} % of the torque unexplained instead \
-                     of {:.1} %, and every parameter is positive",
-                    self.name(joint),
-                    100.0 * turned.relative_residual,
-                    100.0 * before
-                ),
-                &format!(
-                    "set sign = {{ \"{wrong}\" = -1 }} in [log]"
-                ),
-            )
-            .seen(self.file, wrong, turned.relative_residual, "")
-            .mended_by("[log]", &format!("sign = {{ \"{wrong}\" = -1 }}")),
+    ///
+    /// - `wrong`: the reversed column.
+    fn opposite(&self, joint: usize, wrong: &str, now: &MotorRowFit, before: &RowFit) -> Finding {
+        let motor = self.column(&[Quantity::MotorPosition], joint);
+        let line = format!("sign = {{ \"{wrong}\" = -1 }}");
+        Finding::new(
+            Severity::Error,
+            "opposite-signs",
+            format!(
+                "{}: \"{motor}\" and \"{}\" have opposite directions: with the sign of \"{wrong}\" reversed \
+                 the motor row leaves {:.1} % of the torque unexplained instead of {:.1} %, and every parameter \
+                 is positive",
+                self.name(joint),
+                self.link(joint),
+                100.0 * now.relative_residual,
+                100.0 * before.relative_residual()
+            ),
+            &format!("set {line} in [log]"),
         )
+        .seen(self.file, wrong, now.relative_residual, "")
+        .mended_by("[log]", &line)
     }
 
-    /// Finding: by the equations, the motor position has another scale than the link position.
-    pub(super) fn other_scale(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
+    /// Returns the ratio by which the motor position of a joint moves too far by the motor row, with the
+    /// fit on the link's scale; `None` if its scale is right or no scale explains the torque.
+    pub(super) fn motor_scale(&self, joint: usize, fit: &RowFit) -> Option<(f64, MotorRowFit)> {
         let channels = self.reading.channels();
         let motor = channels.index(Quantity::MotorPosition, joint)?;
         let link = channels.index(Quantity::LinkPosition, joint)?;
-        let deviation = |channel: usize| {
-            let (mut n, mut sum, mut squares) = (0.0, 0.0, 0.0);
-            let first = self.excerpt.channel(channel).next().unwrap_or(0.0);
-            for value in self.excerpt.channel(channel) {
-                n += 1.0;
-                sum += value - first;
-                squares += (value - first).powi(2);
-            }
-            (squares / n - (sum / n).powi(2)).max(0.0).sqrt()
-        };
-        let about = deviation(motor) / deviation(link);
+        let about = self.deviation(motor) / self.deviation(link);
         if !(about.is_finite() && about > 0.0) {
             return None;
         }
-        let mut best: Option<(f64, MotorRowFit)> = None;
-        for k in -SCALES_EACH_SIDE..=SCALES_EACH_SIDE {
-            let ratio = about * SCALE_RATIO.powi(k);
-            let Some(now) = self.scaled(&[Quantity::MotorPosition], joint, 1.0 / ratio) else {
-                continue;
-            };
-            let better =
-                best.is_none_or(|(_, before)| now.relative_residual < before.relative_residual);
-            if now.plausible && better {
-                best = Some((ratio, now));
-            }
+        let fitted = |ratio: f64| {
+            let now = self.scaled(&[Quantity::MotorPosition], joint, ratio.recip())?;
+            now.plausible.then_some((ratio, now))
+        };
+        let least = |a: &(f64, MotorRowFit), b: &(f64, MotorRowFit)| {
+            a.1.relative_residual.total_cmp(&b.1.relative_residual)
+        };
+        let own = &channels.all[motor];
+        let given = own.gear_ratio.map(f64::abs);
+        // Readings before the gearbox are divided by the given ratio already.
+        let divided = if own.before_gear {
+            given.unwrap_or(1.0)
+        } else {
+            1.0
+        };
+        let coarse = scan(about, COARSE_SCAN).filter_map(fitted).min_by(least)?;
+        let fine = scan(coarse.0, FINE_SCAN).filter_map(fitted).min_by(least)?;
+        let (ratio, now) = (given.into_iter().chain(USUAL_RATIOS).chain([DEGREES]))
+            .map(|usual| usual / divided)
+            .filter(|usual| (usual / fine.0).ln().abs() < NEAR_RATIO)
+            .filter_map(fitted)
+            .min_by(least)
+            .filter(|(_, now)| now.relative_residual < NEAR_RESIDUAL * fine.1.relative_residual)
+            .unwrap_or(fine);
+        let is_better = now.relative_residual < BETTER_RESIDUAL_SHARE * fit.relative_residual();
+        (is_better && ratio.ln().abs() > MIN_SCALE.ln()).then_some((ratio, now))
+    }
+
+    /// Returns the standard deviation of a channel.
+    fn deviation(&self, channel: usize) -> f64 {
+        let (mut n, mut sum, mut squares) = (0.0, 0.0, 0.0);
+        let first = self.excerpt.channel(channel).next().unwrap_or(0.0);
+        for value in self.excerpt.channel(channel) {
+            n += 1.0;
+            sum += value - first;
+            squares += (value - first).powi(2);
         }
-        let (ratio, now) = best?;
-        let before = fit.relative_residual();
-        if now.relative_residual > BETTER_RESIDUAL_SHARE * before
-            || ratio.ln().abs() < MIN_SCALE.ln()
-        {
-            return None;
-        }
-        let remedy = slope_remedy(&channels.all[motor], &channels.all[link], ratio);
+        (squares / n - (sum / n).powi(2)).max(0.0).sqrt()
+    }
+
+    /// Finding: by the equations, the motor position has another scale than the link position.
+    pub(super) fn other_scale(
+        &self,
+        joint: usize,
+        ratio: f64,
+        now: &MotorRowFit,
+        before: &RowFit,
+    ) -> Option<Finding> {
+        let channels = self.reading.channels();
+        let motor = channels.index(Quantity::MotorPosition, joint)?;
+        let link = channels.index(Quantity::LinkPosition, joint)?;
         let column = &channels.all[motor].column;
+        let is_degrees = channels.all[motor].is_in_radians() && (ratio / DEGREES).ln().abs() < 1e-9;
+        let (table, line, words, cause) = if is_degrees {
+            let line = format!("gain = {{ \"{column}\" = {} }}", rounded(DEGREES.recip()));
+            let words = format!("give \"{column}\" as motor_position_deg, or set {line} in [log]");
+            ("[log]", line, words, "it holds degrees")
+        } else {
+            let remedy = slope_remedy(&channels.all[motor], &channels.all[link], ratio);
+            let cause = if ratio > OTHER_UNIT {
+                "it was recorded on the motor side of the gearbox"
+            } else {
+                "a gear ratio, a number of counts per turn or a unit is wrong"
+            };
+            (remedy.table, remedy.line, remedy.words, cause)
+        };
+        let code = if ratio > OTHER_UNIT {
+            "units-disagree"
+        } else {
+            "slope-not-one"
+        };
         Some(
             Finding::new(
                 Severity::Error,
-                "slope-not-one",
+                code,
                 format!(
-                    "{}: \"{column}\" moves about {ratio:.3} times as far as \"{}\": on the link's scale \
-                     the motor row leaves {:.1} % of the torque unexplained instead of {:.1} %; a gear \
-                     ratio, a number of counts per turn or a unit is wrong",
+                    "{}: \"{column}\" moves about {ratio:.3} times as far as \"{}\": on the link's scale the \
+                     motor row leaves {:.1} % of the torque unexplained instead of {:.1} %; {cause}",
                     self.name(joint),
                     self.link(joint),
                     100.0 * now.relative_residual,
-                    100.0 * before
+                    100.0 * before.relative_residual()
                 ),
-                &remedy.words,
+                &words,
             )
             .seen(self.file, column, ratio, "rad/rad")
-            .mended_by(remedy.table, &remedy.line),
+            .mended_by(table, &line),
         )
     }
+}
+
+/// Returns the scales of a scan.
+fn scan(about: f64, (each_side, step): (i32, f64)) -> impl Iterator<Item = f64> {
+    (-each_side..=each_side).map(move |k| about * step.powi(k))
+}
+
+/// Returns the group of columns to which a quantity belongs.
+fn group(quantity: Quantity) -> Group {
+    [Group::Links, Group::Motors]
+        .into_iter()
+        .find(|group| group.contains(quantity))
+        .unwrap_or(Group::Torques)
 }
 
 /// Returns the finding about a reversed torque: stiffness and all friction are negative.

@@ -16,6 +16,9 @@ use crate::prepare::RowFit;
 const FURTHER_GAIN: f64 = 1.0;
 const CERTAIN_LOSS: f64 = -0.3;
 
+/// Difference of gains below which degrees and a missing gear ratio explain a log equally well.
+const SAME_GAIN: f64 = 0.25;
+
 /// Largest factor between the nominal values and those of the log in the right unit.
 const NOMINAL_FACTOR: f64 = 6.0;
 
@@ -49,8 +52,22 @@ impl WholeRobot<'_> {
             return about;
         }
         let certain = self.certain_degrees(&wide);
-        if !certain.joints.is_empty() {
-            about.findings.push(self.by_equations(&certain));
+        let degrees = if certain.joints.is_empty() {
+            f64::NEG_INFINITY
+        } else {
+            gain(&self.given_left, &certain.left)
+        };
+        let geared = self.geared();
+        let of_gears =
+            (geared.as_ref()).map_or(f64::NEG_INFINITY, |own| gain(&self.given_left, &own.left));
+        let is_equal = (of_gears - degrees).abs() < SAME_GAIN;
+        let by_equations = match geared {
+            Some(geared) if of_gears > degrees => Some(self.by_gears(&geared, is_equal)),
+            _ if degrees.is_finite() => Some(self.by_equations(&certain, is_equal)),
+            _ => None,
+        };
+        if let Some(finding) = by_equations {
+            about.findings.push(finding);
             about.explains_all = true;
             return about;
         }
@@ -134,10 +151,15 @@ impl WholeRobot<'_> {
     }
 
     /// Finding: the equations of the robot fit if the positions are degrees.
-    fn by_equations(&self, certain: &CertainDegrees) -> Finding {
+    fn by_equations(&self, certain: &CertainDegrees, is_equal: bool) -> Finding {
+        let or = if is_equal {
+            "; a motor position before the gearbox explains the log equally well"
+        } else {
+            ""
+        };
         let text = format!(
             "{}: the positions are degrees, not radians. If sprung reads them as degrees, the equations of \
-             the robot leave {} of the links' torques unexplained instead of {} (root mean squares); {}",
+             the robot leave {} of the links' torques unexplained instead of {} (root mean squares); {}{or}",
             self.names(&certain.joints),
             percent(&certain.left),
             percent(&self.given_left),
@@ -164,7 +186,8 @@ impl WholeRobot<'_> {
             (
                 Severity::Serious,
                 format!(
-                    "; a torque that was recorded before the gearbox (gear_ratio = {}) looks the same",
+                    "; positions or torques that were recorded before the gearbox (gear_ratio = {}) look the \
+                     same (motor_position_side or motor_torque_side = \"motor\" in [log])",
                     gears[0]
                 ),
             )
@@ -176,7 +199,12 @@ impl WholeRobot<'_> {
             ratios.join(", "),
             self.context.widest(&joints)
         );
-        self.context.degrees_finding(severity, text, &joints)
+        let mut finding = self.context.degrees_finding(severity, text, &joints);
+        // Two causes remain, and the line of one would be wrong for the other.
+        if !gears.is_empty() {
+            finding.setting = None;
+        }
+        finding
     }
 
     /// Finding: nothing but range and speed tell the unit.
@@ -241,7 +269,7 @@ impl WholeRobot<'_> {
 
     /// Returns the geometric mean of the values of a joint over their nominal values, of the
     /// parameters that degrees change; `None` without nominal values.
-    fn over_nominal(&self, joint: usize, fit: &RowFit) -> Option<f64> {
+    pub(super) fn over_nominal(&self, joint: usize, fit: &RowFit) -> Option<f64> {
         let model = self.context.reading.model();
         let of_joint = fit.values().filter_map(|(column, value)| {
             let parameter = &model.parameters()[column];
@@ -302,7 +330,7 @@ impl CheckContext<'_> {
             .filter_map(move |quantity| self.reading.channels().index(quantity, joint))
     }
 
-    fn is_said_in_radians(&self, joint: usize) -> bool {
+    pub(super) fn is_said_in_radians(&self, joint: usize) -> bool {
         let channels = self.reading.channels();
         channels.turns[joint]
             && (self.positions(joint)).all(|channel| channels.all[channel].is_in_radians())
@@ -314,14 +342,14 @@ impl CheckContext<'_> {
             && (self.positions(joint)).all(|channel| channels.all[channel].is_in_degrees())
     }
 
-    fn position_column(&self, joint: usize) -> &str {
+    pub(super) fn position_column(&self, joint: usize) -> &str {
         let channel = self.reading.channels().telling(Signal::Motor, joint);
         channel.map_or("", |channel| &self.reading.channels().all[channel].column)
     }
 
     /// Returns the largest range of the positions of a joint, rad; zero for motors before a coupled
     /// transmission, which may turn many times.
-    fn range(&self, joint: usize) -> f64 {
+    pub(super) fn range(&self, joint: usize) -> f64 {
         let channels = self.reading.channels();
         let coupled = channels.position_mix.is_some();
         (self.positions(joint))
@@ -351,7 +379,7 @@ impl CheckContext<'_> {
     }
 
     /// Returns the widest range of joints in words.
-    fn widest(&self, joints: &[usize]) -> String {
+    pub(super) fn widest(&self, joints: &[usize]) -> String {
         let widest = (joints.iter().copied())
             .max_by(|&a, &b| self.range(a).total_cmp(&self.range(b)))
             .unwrap_or_default();

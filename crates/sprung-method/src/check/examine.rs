@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::filters::filters;
 use super::frequencies::one_frequency;
-use super::joints::joints as examine_joints;
+use super::joints::{Tested, joints as examine_joints};
 use super::result::JointFigures;
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, LOOKS_LIKE_DEGREES, Summary, Timing, check_timing};
@@ -18,6 +18,9 @@ const NOTED_JITTER_SHARE: f64 = 0.01;
 /// Codes of faults that wrong kinematics may cause.
 const MAY_FOLLOW_FROM_KINEMATICS: [&str; 3] =
     ["delayed-channel", "torque-scale", "torque-unexplained"];
+
+/// Codes of findings about the scales of the two encoders of a joint.
+const SCALES_OF_ENCODERS: [&str; 2] = ["units-disagree", "slope-not-one"];
 
 /// Result of [`examine`].
 #[derive(Clone, Debug, Default)]
@@ -80,22 +83,31 @@ pub fn examine(prepared: &Prepared, logs: &[OfLog]) -> Examination {
     let mut joints = Vec::new();
     if let (Some(name), Some(first)) = (prepared.names().first(), logs.first()) {
         let reading = prepared.examined();
-        let moving: Vec<usize> = (0..model.joint_count())
+        let (wrong, moving): (Vec<usize>, Vec<usize>) = (0..model.joint_count())
             .filter(|&joint| first.moves[joint])
-            .filter(|&joint| !is_wrong(&findings, channels, joint))
-            .collect();
+            .partition(|&joint| is_wrong(&findings, channels, joint));
+        let tested = Tested {
+            unequal: (wrong.into_iter())
+                .filter(|&joint| is_of_scale(&findings, channels, joint))
+                .collect(),
+            moving,
+        };
+        let moving = &tested.moving[..];
         let is_sound = (findings.iter()).all(|finding| finding.severity < Severity::Error);
         let experiment = prepared.experiment();
-        match examine_joints(experiment, &reading, excerpt, name, &moving, is_sound) {
+        match examine_joints(experiment, &reading, excerpt, name, &tested, is_sound) {
             Some(examined) => {
                 // The equations tell the unit of the positions, which their range alone does not.
                 findings.retain(|found| found.code != LOOKS_LIKE_DEGREES);
-                findings.extend(filters(&reading, excerpt, name, &moving));
+                findings.extend(filters(&reading, excerpt, name, moving));
                 findings.extend(one_frequency(&reading, excerpt, name));
                 // The equations determine signs and scales more reliably than correlations.
                 let again = |found: &Finding| {
-                    (examined.findings.iter())
-                        .any(|other| other.code == found.code && same_joint(found, other, channels))
+                    (examined.findings.iter()).any(|other| {
+                        let same = other.code == found.code
+                            || [other, found].iter().all(|own| is_about_scale(own));
+                        same && same_joint(found, other, channels)
+                    })
                 };
                 findings.retain(|found| !again(found));
                 findings.extend(examined.findings);
@@ -137,6 +149,18 @@ fn moves(channels: &Channels, summary: &Summary, joint: usize) -> bool {
                 .extent(i)
                 .is_some_and(|extent| !extent.is_constant())
         })
+}
+
+/// Returns whether a finding is about the scales of the two encoders of a joint.
+fn is_about_scale(finding: &Finding) -> bool {
+    SCALES_OF_ENCODERS.contains(&finding.code.as_str())
+}
+
+/// Returns whether all errors of a joint are about the scales of its encoders.
+fn is_of_scale(findings: &[Finding], channels: &Channels, joint: usize) -> bool {
+    let (scale, others): (Vec<Finding>, Vec<Finding>) =
+        findings.iter().cloned().partition(is_about_scale);
+    is_wrong(&scale, channels, joint) && !is_wrong(&others, channels, joint)
 }
 
 /// Returns whether a column of a joint has an error; findings from the joint's equations would be

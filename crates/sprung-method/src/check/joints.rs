@@ -6,10 +6,12 @@ use super::offset::Offset;
 use super::relative::{ChannelDelay, RelativeDelays, relative_delays};
 use super::resolution::{UNEXPLAINED, beyond_resolution, transition_shares};
 use super::result::{DELAYED_CHANNEL, DelayFigures, JointFigures};
+use super::rivals::{Meaning, Winner};
 use super::robot::{AboutRobot, WholeRobot};
+use super::scale::{Explanation, explanations};
 use crate::description::Experiment;
 use crate::finding::{Finding, Severity};
-use crate::log::Quantity;
+use crate::log::{Quantity, rounded};
 use crate::prepare::{DelayGain, Excerpt, RowFit, fit_rows, independent};
 use crate::regression::Reading;
 
@@ -26,6 +28,10 @@ const MIN_DELAY_RESIDUAL: f64 = 0.01;
 /// torque is doubtful.
 const SUSPICIOUS_SCALE: f64 = 6.0;
 
+/// Largest factor between this ratio and that of an explanation. Neighbours among the powers of ten are
+/// 10 apart.
+const NEAR_SCALE: f64 = 3.0;
+
 /// Findings about the joints of a log, with figures.
 pub(super) struct Examined {
     pub(super) findings: Vec<Finding>,
@@ -34,9 +40,17 @@ pub(super) struct Examined {
     pub(super) kinematics: Option<Finding>,
 }
 
+/// Joints that a log allows to test.
+pub(super) struct Tested {
+    /// Joints that move and whose columns are not wrong by themselves.
+    pub(super) moving: Vec<usize>,
+    /// Joints whose encoders have different scales; the motor row tells the ratio.
+    pub(super) unequal: Vec<usize>,
+}
+
 /// Examines the torque rows at the beginning of a log.
 ///
-/// - `moving`: joints that move; other joints give no information.
+/// - `tested`: which joints give information.
 /// - `is_sound`: whether no column is wrong by itself, so that the equations of the whole robot hold.
 ///
 /// Returns `None` if the excerpt is too short for the filters.
@@ -45,9 +59,10 @@ pub(super) fn joints(
     reading: &Reading,
     excerpt: &Excerpt,
     file: &str,
-    moving: &[usize],
+    tested: &Tested,
     is_sound: bool,
 ) -> Option<Examined> {
+    let moving = &tested.moving[..];
     let context = CheckContext {
         experiment,
         reading,
@@ -74,9 +89,12 @@ pub(super) fn joints(
     let mut findings: Vec<Finding> = (all.iter())
         .filter_map(|&joint| context.zeros_apart(joint))
         .collect();
-    let few = context.compared(&fits, &weak);
-    let mut reported = context.exchanged(&few, &weak, &mut findings);
-    reported.extend(context.torque_sensors(moving, &mut findings));
+    let ByRows {
+        few,
+        swaps,
+        mut reported,
+        rescaled,
+    } = context.by_rows(&fits, &weak, tested, &shares, &mut findings);
     let whole = if reported.is_empty() && is_sound {
         WholeRobot::new(&context, moving)
     } else {
@@ -87,19 +105,8 @@ pub(super) fn joints(
     if about.explains_all {
         reported.extend(&all);
     }
-    context.swapped(&few, &weak, &mut reported, &mut findings);
-    for &joint in &weak {
-        if reported.contains(&joint) {
-            continue;
-        }
-        let better = (context.opposite(joint, &few[joint]))
-            .or_else(|| context.other_scale(joint, &few[joint]));
-        if let Some(finding) = better {
-            findings.push(finding);
-            reported.push(joint);
-        }
-    }
-    for &joint in moving {
+    context.tell(&swaps, &few, &mut reported, &mut findings);
+    for &joint in moving.iter().filter(|joint| !rescaled.contains(joint)) {
         if let Some(finding) = context.reversed(joint, &fits[joint]) {
             findings.push(finding);
             reported.push(joint);
@@ -174,7 +181,85 @@ fn figures(
         .collect()
 }
 
+/// What motor rows and torque sensors tell about the meaning of columns.
+struct ByRows {
+    /// Fits of few samples.
+    few: Vec<RowFit>,
+    /// Exchanged joints, which the equations of the whole robot tell better.
+    swaps: Vec<Winner>,
+    reported: Vec<usize>,
+    /// Joints whose motor torque has another scale by the torque sensors.
+    rescaled: Vec<usize>,
+}
+
 impl CheckContext<'_> {
+    /// Tries other meanings of columns with the motor rows, and adds findings.
+    fn by_rows(
+        &self,
+        fits: &[RowFit],
+        weak: &[usize],
+        tested: &Tested,
+        shares: &[f64],
+        findings: &mut Vec<Finding>,
+    ) -> ByRows {
+        let moving = &tested.moving[..];
+        let doubtful: Vec<usize> = (moving.iter().copied())
+            .filter(|&joint| weak.contains(&joint) || self.encoders_oppose(joint))
+            .collect();
+        let few = self.compared(fits, &[&doubtful[..], &tested.unequal].concat());
+        findings.extend(self.scales_of_motors(&tested.unequal, &few));
+        let winners = self.winners(&few, &doubtful, shares);
+        let (swaps, own): (Vec<Winner>, Vec<Winner>) =
+            (winners.into_iter()).partition(|won| matches!(won.best.meaning, Meaning::Swapped(_)));
+        let mut reported: Vec<usize> = Vec::new();
+        self.tell(&own, &few, &mut reported, findings);
+        let by_sensors = self.torque_sensors(moving, findings);
+        reported.extend(&by_sensors);
+        // Friction of a torque of another scale is small beside that of the sensor, so its sign is open.
+        let rescaled = if findings.iter().any(|own| own.code == "torque-scale") {
+            by_sensors
+        } else {
+            Vec::new()
+        };
+        ByRows {
+            few,
+            swaps,
+            reported,
+            rescaled,
+        }
+    }
+
+    /// Adds findings about other meanings of columns, of joints without a finding.
+    fn tell(
+        &self,
+        winners: &[Winner],
+        before: &[RowFit],
+        reported: &mut Vec<usize>,
+        findings: &mut Vec<Finding>,
+    ) {
+        for won in winners {
+            if won.best.joints.iter().any(|joint| reported.contains(joint)) {
+                continue;
+            }
+            if let Some(finding) = self.other_meaning(won, before) {
+                findings.push(finding);
+                reported.extend(&won.best.joints);
+            }
+        }
+    }
+
+    /// Returns findings about motor positions of another scale than the link positions.
+    fn scales_of_motors(&self, joints: &[usize], before: &[RowFit]) -> Vec<Finding> {
+        (joints.iter())
+            .filter_map(|&joint| {
+                // Below 1 the link position may be the wrong one; its range tells its unit.
+                let (ratio, now) =
+                    (self.motor_scale(joint, &before[joint])).filter(|(ratio, _)| *ratio > 1.0)?;
+                self.other_scale(joint, ratio, &now, &before[joint])
+            })
+            .collect()
+    }
+
     fn delayed(&self, found: &RelativeDelays) -> Option<Finding> {
         let [without, with] = found.residual;
         let ChannelDelay {
@@ -291,25 +376,18 @@ impl CheckContext<'_> {
             return None;
         }
         let torque = self.column(&[Quantity::MotorTorque], joint);
-        let constant = (self.experiment.robot.joint.get(joint))
-            .and_then(|joint| joint.torque_constant_nm_per_a)
-            .filter(|constant| (middle * constant).ln().abs() < 2_f64.ln());
-        let (likely, line) = match constant {
-            _ if (300.0..3000.0).contains(&middle) => (
-                "millinewton metres".to_owned(),
-                format!("motor_torque = {{ column = \"{torque}\", unit = \"mN·m\" }}"),
-            ),
-            Some(constant) => (
-                format!("a current (torque constant {constant} N·m/A)"),
-                format!("motor_current_a = [\"{torque}\"]"),
-            ),
-            None => (
-                "another unit, the other side of the gearbox, or raw counts".to_owned(),
-                format!(
-                    "motor_torque = {{ column = \"{torque}\", unit = \"N·m\", gain = {:.4} }}",
-                    1.0 / middle
-                ),
-            ),
+        let off = |own: &Explanation| (middle / own.factors[0]).ln().abs();
+        let mut possible = explanations(self, &[joint]);
+        possible.retain(|own| off(own) < NEAR_SCALE.ln());
+        possible.sort_by(|a, b| off(a).total_cmp(&off(b)));
+        let likely = if possible.is_empty() {
+            "It may have another unit, be of the other side of the gearbox, or hold raw counts"
+                .to_owned()
+        } else {
+            let words = possible
+                .iter()
+                .map(|own| format!("{} (factor {})", own.cause, rounded(own.factors[0])));
+            words.collect::<Vec<String>>().join("; or: ")
         };
         Some(
             Finding::new(
@@ -318,15 +396,18 @@ impl CheckContext<'_> {
                 "torque-scale",
                 format!(
                     "{}: stiffness, inertia and friction are about {middle:.3} times their nominal \
-                     values, all in one direction ({least:.3} to {most:.3}): \"{torque}\" looks like \
+                     values, all in one direction ({least:.3} to {most:.3}). \"{torque}\" does not fit: \
                      {likely}, or the positions have another unit",
                     self.name(joint)
                 ),
                 "give the unit and the side of the torque, or correct the nominal values",
             )
-            .seen(self.file, torque, middle, "")
-            .mended_by("[log]", &line),
+            .seen(self.file, torque, middle, ""),
         )
+        .map(|finding| match possible.first() {
+            Some(own) => finding.mended_by(own.table, &own.line),
+            None => finding,
+        })
     }
 
     /// Finding: the motion determines friction only.

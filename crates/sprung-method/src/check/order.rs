@@ -1,11 +1,13 @@
-//! Tests whether the columns of joints are swapped, or joints turn in the other direction, with the
-//! equations of the whole robot.
+//! Tries other meanings of the columns with the equations of the whole robot: columns of two joints
+//! swapped, joints that turn in the other direction, torques in another unit.
 
 use super::resolution::UNEXPLAINED;
 use super::robot::{WholeRobot, listed, percent};
+use super::scale::{Explanation, explanations};
 use super::trial::{Group, Trial, gain, is_certain, root_mean_square};
 use crate::finding::{Finding, Severity};
-use crate::log::Quantity;
+use crate::log::{Quantity, rounded};
+use crate::prepare::RowFit;
 
 /// Conditions for the trials: mean logarithm by which all equations together leave more than each
 /// alone, and smallest unexplained part of the bodies' torque in a joint whose bodies matter.
@@ -19,20 +21,44 @@ const SAMPLES_PER_UNKNOWN: f64 = 5.0;
 /// Unexplained part of the links' torques at which a search ends, root mean square.
 const WELL_EXPLAINED: f64 = 0.02;
 
+/// Difference of gains (sums of logarithms) below which two changes explain a log equally well.
+const SAME_GAIN: f64 = 0.25;
+
 /// A change of the columns' meaning.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 enum Change {
+    /// The columns of a group of two joints are exchanged.
     Swapped(Group, usize, usize),
+    /// All columns of a joint have the other sign.
     Reversed(usize),
+    /// The torque of a joint is wrong by the factor of an explanation.
+    Scaled(usize, Explanation),
+    /// The torques of all joints are wrong by the factors of an explanation.
+    AllScaled(Explanation),
 }
 
 impl Change {
-    fn made(self, trial: &Trial) -> Option<Trial> {
+    fn made(&self, trial: &Trial, joints: &[usize]) -> Option<Trial> {
         match self {
-            Self::Swapped(group, one, two) => trial.swapped(group, one, two),
-            Self::Reversed(joint) => Some(trial.reversed(joint)),
+            Self::Swapped(group, one, two) => trial.swapped(*group, *one, *two),
+            Self::Reversed(joint) => Some(trial.reversed(*joint)),
+            Self::Scaled(joint, own) => Some(trial.with_torque(*joint, own.factors[0].recip())),
+            Self::AllScaled(own) => {
+                let factors = joints.iter().zip(&own.factors);
+                Some(factors.fold(trial.clone(), |trial, (&joint, factor)| {
+                    trial.with_torque(joint, factor.recip())
+                }))
+            }
         }
     }
+}
+
+/// A change that was tried.
+struct Tried {
+    change: Change,
+    gain: f64,
+    trial: Trial,
+    left: Vec<f64>,
 }
 
 impl WholeRobot<'_> {
@@ -63,8 +89,11 @@ impl WholeRobot<'_> {
         self.context.independent * self.moving.len() as f64 > SAMPLES_PER_UNKNOWN * unknowns
     }
 
-    /// Findings: with columns of joints swapped or reversed the equations of the robot fit.
-    pub(super) fn order(&self) -> Vec<Finding> {
+    /// Findings: with columns of joints swapped, reversed or in another unit the equations of the robot
+    /// fit. The changes compete; the best one speaks.
+    ///
+    /// - `fits`: fits of each joint's torque row.
+    pub(super) fn order(&self, fits: &[RowFit]) -> Vec<Finding> {
         let joints = self.context.reading.model().joint_count();
         let is_whole = joints > 1 && self.moving.len() == joints;
         if !(is_whole && self.is_long_enough() && self.is_suspicious()) {
@@ -72,29 +101,84 @@ impl WholeRobot<'_> {
         }
         let (mut trial, mut left) = (self.given.clone(), self.given_left.clone());
         let mut changes: Vec<Change> = Vec::new();
+        let mut equal: Vec<Change> = Vec::new();
         while changes.len() < joints && root_mean_square(&left) > WELL_EXPLAINED {
-            let best = (self.possible_changes(joints).into_iter())
-                .filter_map(|change| {
-                    let changed = change.made(&trial)?;
-                    let now = self.left(&changed)?;
-                    Some((gain(&left, &now), change, changed, now))
-                })
-                .max_by(|a, b| a.0.total_cmp(&b.0));
-            let Some((gain, change, changed, now)) = best else {
+            let mut tried = self.tried(&trial, &left);
+            tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+            let Some(most) = tried.first().map(|own| own.gain) else {
                 break;
             };
-            if gain <= 0.0 || !is_certain(&left, &now) {
+            tried.retain(|own| own.gain > most - SAME_GAIN);
+            // Torques of one joint too large look like those of the others too small.
+            if let Change::Scaled(..) = tried[0].change {
+                let off = |own: &Tried| self.off_nominal(&own.change, fits);
+                tried.sort_by(|a, b| off(a).total_cmp(&off(b)));
+            }
+            let mut tried = tried.into_iter();
+            let Some(best) = tried.next() else {
+                break;
+            };
+            if best.gain <= 0.0 || !is_certain(&left, &best.left) {
                 break;
             }
-            changes.push(change);
-            (trial, left) = (changed, now);
+            equal = tried.map(|own| own.change).collect();
+            changes.push(best.change);
+            (trial, left) = (best.trial, best.left);
         }
-        if root_mean_square(&left) > UNEXPLAINED {
+        let of_all = |change: &Change| matches!(change, Change::AllScaled(_));
+        if root_mean_square(&left) > UNEXPLAINED || changes.iter().any(of_all) {
             return Vec::new();
         }
-        self.swaps(&changes, &trial, &left)
-            .into_iter()
+        if changes.len() > 1 {
+            equal.clear();
+        }
+        let mut findings: Vec<Finding> = (self.swaps(&changes, &trial, &left).into_iter())
             .chain(self.reversals(&changes, &left))
+            .chain(self.scales_of_torques(&changes, &left))
+            .collect();
+        if let (Some(first), false) = (findings.first_mut(), equal.is_empty()) {
+            let others = equal.iter().map(|change| self.words(change));
+            first.text = format!(
+                "{}. {} explains the log equally well",
+                first.text,
+                others.collect::<Vec<String>>().join("; or: ")
+            );
+        }
+        findings
+    }
+
+    /// Returns how far the parameters are from their nominal values with the torque of one joint
+    /// corrected, sum of logarithms; infinite for other changes.
+    fn off_nominal(&self, change: &Change, fits: &[RowFit]) -> f64 {
+        let Change::Scaled(joint, explanation) = change else {
+            return f64::INFINITY;
+        };
+        let off = self.moving.iter().filter_map(|&own| {
+            let ratio = self.over_nominal(own, &fits[own])?;
+            let factor = if own == *joint {
+                explanation.factors[0]
+            } else {
+                1.0
+            };
+            Some((ratio / factor).ln().abs())
+        });
+        off.sum()
+    }
+
+    /// Tries all changes of a reading.
+    fn tried(&self, trial: &Trial, left: &[f64]) -> Vec<Tried> {
+        let joints = self.context.reading.model().joint_count();
+        (self.possible_changes(joints).into_iter())
+            .filter_map(|change| {
+                let changed = change.made(trial, self.moving)?;
+                let now = self.left(&changed)?;
+                Some(Tried {
+                    gain: gain(left, &now),
+                    change,
+                    trial: changed,
+                    left: now,
+                })
+            })
             .collect()
     }
 
@@ -105,23 +189,45 @@ impl WholeRobot<'_> {
             for two in (one + 1..joints).filter(|&two| kind(one) == kind(two)) {
                 all.extend(Group::ALL.map(|group| Change::Swapped(group, one, two)));
             }
+            let own = explanations(self.context, &[one]);
+            all.extend(own.into_iter().map(|own| Change::Scaled(one, own)));
         }
+        // The same factor in all joints changes no residual.
+        let differs = |own: &Explanation| {
+            let first = own.factors[0];
+            (own.factors.iter()).any(|factor| (factor / first).ln().abs() > f64::EPSILON)
+        };
+        let of_all = explanations(self.context, self.moving);
+        all.extend(of_all.into_iter().filter(differs).map(Change::AllScaled));
         all
+    }
+
+    /// Returns a change in words, with its line.
+    fn words(&self, change: &Change) -> String {
+        match change {
+            Change::Swapped(group, one, two) => {
+                format!(
+                    "Exchanging {} of {}",
+                    group.words(),
+                    self.names(&[*one, *two])
+                )
+            }
+            Change::Reversed(joint) => {
+                format!("Reversing all columns of {}", self.context.name(*joint))
+            }
+            Change::Scaled(_, own) | Change::AllScaled(own) => format!("The line {}", own.line),
+        }
     }
 
     fn swaps(&self, changes: &[Change], trial: &Trial, left: &[f64]) -> Option<Finding> {
         let swaps: Vec<String> = (changes.iter())
-            .filter_map(|change| match *change {
+            .filter_map(|change| match change {
                 Change::Swapped(group, one, two) => Some(format!(
                     "{} of {}",
-                    match group {
-                        Group::All => "the columns",
-                        Group::Positions => "the positions",
-                        Group::Torques => "the torques",
-                    },
-                    self.names(&[one, two])
+                    group.words(),
+                    self.names(&[*one, *two])
                 )),
-                Change::Reversed(_) => None,
+                Change::Reversed(_) | Change::Scaled(..) | Change::AllScaled(_) => None,
             })
             .collect();
         if swaps.is_empty() {
@@ -130,7 +236,7 @@ impl WholeRobot<'_> {
         let lines = self.context.column_lines(&trial.channels);
         let first = (changes.iter()).find_map(|change| match *change {
             Change::Swapped(_, one, _) => Some(one),
-            Change::Reversed(_) => None,
+            Change::Reversed(_) | Change::Scaled(..) | Change::AllScaled(_) => None,
         })?;
         let column = self.context.column(&[Quantity::MotorTorque], first);
         Some(
@@ -161,7 +267,7 @@ impl WholeRobot<'_> {
         let mut joints: Vec<usize> = (changes.iter())
             .filter_map(|change| match change {
                 Change::Reversed(joint) => Some(*joint),
-                Change::Swapped(..) => None,
+                Change::Swapped(..) | Change::Scaled(..) | Change::AllScaled(_) => None,
             })
             .collect();
         joints.sort_unstable();
@@ -197,5 +303,41 @@ impl WholeRobot<'_> {
             )
             .mended_by("[log]", &line),
         )
+    }
+
+    /// Findings: the torque of a joint has another unit or is of the other side of the gearbox.
+    fn scales_of_torques(&self, changes: &[Change], left: &[f64]) -> Vec<Finding> {
+        let finding = |joint: usize, own: &Explanation| {
+            let column = self.context.column(&[Quantity::MotorTorque], joint);
+            let factor = own.factors[0];
+            let (size, times) = if factor > 1.0 {
+                ("large", factor)
+            } else {
+                ("small", factor.recip())
+            };
+            Finding::new(
+                Severity::Error,
+                "torque-scale",
+                format!(
+                    "{}: \"{column}\" is {} times too {size}. With this torque corrected, the equations of \
+                     the robot leave {} of the links' torques unexplained instead of {} (root mean \
+                     squares). {}",
+                    self.context.name(joint),
+                    rounded(times),
+                    percent(left),
+                    percent(&self.given_left),
+                    own.cause
+                ),
+                &format!("set {} in [log], or give the column its unit", own.line),
+            )
+            .seen(self.context.file, column, factor, "")
+            .mended_by(own.table, &own.line)
+        };
+        (changes.iter())
+            .filter_map(|change| match change {
+                Change::Scaled(joint, own) => Some(finding(*joint, own)),
+                Change::Swapped(..) | Change::Reversed(_) | Change::AllScaled(_) => None,
+            })
+            .collect()
     }
 }

@@ -94,9 +94,11 @@ impl<'a> WholeRobot<'a> {
             return about;
         }
         let (scales, known) = self.torque_scales();
-        let is_explained = (scales.iter()).any(|finding| finding.severity > Severity::Warning);
+        // The torque of a single joint competes with the other meanings of the columns.
+        let is_explained = self.scales.len() > 1
+            && (scales.iter()).any(|finding| finding.severity > Severity::Warning);
         if !is_explained {
-            let order = self.order();
+            let order = self.order(fits);
             if !order.is_empty() {
                 about.findings.extend(order);
                 about.explains_all = true;

@@ -2,9 +2,18 @@
 
 use super::context::CheckContext;
 use crate::description::Joint;
-use crate::log::Quantity;
+use crate::log::{Quantity, rounded};
+
+/// Ratios of usual gears.
+pub(super) const USUAL_RATIOS: [f64; 11] = [
+    30.0, 50.0, 51.0, 80.0, 81.0, 100.0, 101.0, 120.0, 121.0, 160.0, 161.0,
+];
+
+/// Factors of other units of one torque, beside mN·m, and their inverses.
+const POWERS_OF_TEN: [f64; 5] = [10.0, 100.0, 0.1, 0.01, 0.001];
 
 /// A mistake in the description of the torques.
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Explanation {
     /// Factor by which the torques of each joint are wrong.
     pub(super) factors: Vec<f64>,
@@ -19,6 +28,7 @@ pub(super) struct Explanation {
 /// Returns the mistakes that are possible for some joints.
 pub(super) fn explanations(context: &CheckContext<'_>, joints: &[usize]) -> Vec<Explanation> {
     let robot = &context.experiment.robot;
+    let robot_joints = context.reading.model().joint_count();
     let key = context.key(Quantity::MotorTorque);
     let columns = context.column_list(Quantity::MotorTorque);
     let is_current = key.starts_with("motor_current");
@@ -103,7 +113,31 @@ pub(super) fn explanations(context: &CheckContext<'_>, joints: &[usize]) -> Vec<
             line: format!("{key} = {columns}"),
         });
     }
+    if let [joint] = joints
+        && robot_joints > 1
+    {
+        found.extend(POWERS_OF_TEN.map(|factor| Explanation {
+            factors: vec![factor],
+            cause: "The readings have probably another unit, by a power of ten".to_owned(),
+            table: "[log]",
+            line: String::new(),
+        }));
+        for own in &mut found {
+            (own.table, own.line) = ("[log]", gain_line(context, *joint, own.factors[0]));
+        }
+    }
     found
+}
+
+/// Returns the line that corrects the torque of one joint.
+///
+/// - `factor`: factor by which the torque is wrong.
+pub(super) fn gain_line(context: &CheckContext<'_>, joint: usize, factor: f64) -> String {
+    format!(
+        "gain = {{ \"{}\" = {} }}",
+        context.column(&[Quantity::MotorTorque], joint),
+        rounded(factor.recip())
+    )
 }
 
 /// Returns table and key that tell the side of the gearbox of the torques.

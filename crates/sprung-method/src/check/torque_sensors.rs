@@ -11,8 +11,9 @@
 use sprung_core::parameters::JointParameter;
 
 use super::context::{CheckContext, SIGNIFICANT_SIGMAS};
+use super::scale::{Explanation, explanations};
 use crate::finding::{Finding, Severity};
-use crate::log::{Quantity, Signal};
+use crate::log::{Quantity, Signal, rounded};
 use crate::numbers::Shown;
 use crate::regression::{Probe, Reduction, SystemPart, solve};
 
@@ -25,6 +26,14 @@ const MIN_CROSS_TALK: f64 = 0.02;
 /// Part of the squared residual that the sensors' columns must remove together. A missing friction law
 /// changes a gain too, but hardly the residual.
 const MIN_IMPROVEMENT: f64 = 0.15;
+
+/// Factor between motor torque and sensor that no sensor has, and largest factor between it and an
+/// explanation. Friction and rotor make it inaccurate.
+const FAR_SCALE: f64 = 5.0;
+const SAME_SCALE: f64 = 2.5;
+
+/// Smallest and largest ratio of a gearbox.
+const GEARS: (f64, f64) = (10.0, 340.0);
 
 /// The columns of sensors in the motor row of a joint.
 struct SensorFit {
@@ -55,7 +64,12 @@ impl CheckContext<'_> {
             .filter(|&joint| channels.telling(Signal::Spring, joint).is_some())
             .collect();
         let mut wrong = Vec::new();
-        for fit in self.sensor_fits(&joints).unwrap_or_default() {
+        let fits = self.sensor_fits(&joints).unwrap_or_default();
+        if let Some(finding) = self.motor_torques_of_all(&fits) {
+            findings.push(finding);
+            return joints;
+        }
+        for fit in fits {
             let by_scale = self.sensor_scale(&fit);
             let of_gain = !by_scale.is_empty();
             let faults = if of_gain {
@@ -174,6 +188,9 @@ impl CheckContext<'_> {
                 .mended_by("[log]", &format!("sign = {{ \"{column}\" = -1 }}")),
             ];
         }
+        if let Some(finding) = self.motor_torque_of(fit) {
+            return vec![finding];
+        }
         vec![
             Finding::new(
                 Severity::Warning,
@@ -190,6 +207,86 @@ impl CheckContext<'_> {
             .seen(self.file, column, gain, "")
             .mended_by("[log]", &format!("gain = {{ \"{column}\" = {inverse:.4} }}")),
         ]
+    }
+
+    /// Finding: all motor torques are wrong by the factors of one mistake, rather than all sensors.
+    fn motor_torques_of_all(&self, fits: &[SensorFit]) -> Option<Finding> {
+        let joints: Vec<usize> = fits.iter().map(|fit| fit.joint).collect();
+        let first = fits.first()?;
+        let is_far = |fit: &SensorFit| fit.inverse_gain.0.ln().abs() > FAR_SCALE.ln();
+        if joints.len() != self.reading.model().joint_count() || !fits.iter().all(is_far) {
+            return None;
+        }
+        let own = (explanations(self, &joints).into_iter()).find(|own| {
+            (fits.iter().zip(&own.factors))
+                .all(|(fit, factor)| (fit.inverse_gain.0 / factor).ln().abs() < SAME_SCALE.ln())
+        })?;
+        let factors: Vec<String> = (fits.iter())
+            .map(|fit| format!("{} {}", self.name(fit.joint), rounded(fit.inverse_gain.0)))
+            .collect();
+        let column = self.column(&[Quantity::MotorTorque], first.joint);
+        Some(
+            Finding::new(
+                Severity::Error,
+                "torque-scale",
+                format!(
+                    "the motor torques do not match the joint torque sensors (motor torque over what the \
+                     sensors ask for: {}). {}",
+                    factors.join(", "),
+                    own.cause
+                ),
+                &format!("set {} in {}", own.line, own.table),
+            )
+            .seen(self.file, column, first.inverse_gain.0, "")
+            .mended_by(own.table, &own.line),
+        )
+    }
+
+    /// Finding: the motor torque of a joint has another scale, by a factor that no sensor has.
+    fn motor_torque_of(&self, fit: &SensorFit) -> Option<Finding> {
+        let (inverse, _) = fit.inverse_gain;
+        if inverse.ln().abs() < FAR_SCALE.ln() {
+            return None;
+        }
+        let motor = self.column(&[Quantity::MotorTorque], fit.joint);
+        let sensor = self.column(&[Quantity::JointTorque], fit.joint);
+        let off = |own: &Explanation| (inverse / own.factors[0]).ln().abs();
+        let own = (explanations(self, &[fit.joint]).into_iter())
+            .filter(|own| off(own) < SAME_SCALE.ln())
+            .min_by(|a, b| off(a).total_cmp(&off(b)));
+        let is_gear = inverse < GEARS.0.recip() && inverse > GEARS.1.recip();
+        let joint = self.experiment.robot.joint.get(fit.joint);
+        let is_open = is_gear && joint.is_none_or(|joint| joint.gear_ratio.is_none());
+        let gear = is_open.then(|| {
+            format!(
+                "The torques are probably those of the motors before a gearbox of about {}: set gear_ratio of \
+                 the joint and motor_torque_side = \"motor\" in [log]",
+                rounded(inverse.recip())
+            )
+        });
+        let cause = match (&own, gear) {
+            (Some(own), None) => own.cause.clone(),
+            (None, Some(gear)) => gear,
+            (Some(own), Some(gear)) => format!("{gear}; or: {} ({})", own.cause, own.line),
+            (None, None) => return None,
+        };
+        let finding = Finding::new(
+            Severity::Error,
+            "torque-scale",
+            format!(
+                "{}: \"{motor}\" is {} times what \"{sensor}\" asks for, a factor that no torque sensor has. \
+                 {cause}",
+                self.name(fit.joint),
+                rounded(inverse)
+            ),
+            "give the unit and the side of the motor torque; if it is right, give the torque sensor its gain",
+        )
+        .seen(self.file, motor, inverse, "");
+        // Without the gear ratio two causes remain, and the line of one would be wrong for the other.
+        Some(match own.filter(|_| !is_open) {
+            Some(own) => finding.mended_by(own.table, &own.line),
+            None => finding,
+        })
     }
 
     /// Findings: the reading contains torques of other joints.

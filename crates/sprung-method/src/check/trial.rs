@@ -20,18 +20,42 @@ pub(super) enum Group {
     All,
     /// The positions.
     Positions,
+    /// The positions of the links.
+    Links,
+    /// The positions of the motors.
+    Motors,
     /// The torques.
     Torques,
 }
 
 impl Group {
-    pub(super) const ALL: [Self; 3] = [Self::All, Self::Positions, Self::Torques];
+    pub(super) const ALL: [Self; 5] = [
+        Self::All,
+        Self::Positions,
+        Self::Links,
+        Self::Motors,
+        Self::Torques,
+    ];
 
     pub(super) fn contains(self, quantity: Quantity) -> bool {
+        let is_motor = quantity == Quantity::MotorPosition;
         match self {
             Self::All => true,
             Self::Positions => quantity.is_position(),
+            Self::Links => quantity.is_position() && !is_motor,
+            Self::Motors => is_motor,
             Self::Torques => !quantity.is_position(),
+        }
+    }
+
+    /// Returns the columns of the group in words.
+    pub(super) fn words(self) -> &'static str {
+        match self {
+            Self::All => "the columns",
+            Self::Positions => "the positions",
+            Self::Links => "the link positions",
+            Self::Motors => "the motor positions",
+            Self::Torques => "the torques",
         }
     }
 }
@@ -39,18 +63,23 @@ impl Group {
 impl Trial {
     /// Returns the trial with all positions of a joint multiplied by a factor.
     pub(super) fn with_positions(&self, joint: usize, by: f64) -> Self {
-        self.scaled(joint, by, Group::Positions)
+        self.scaled(joint, by, |quantity| Group::Positions.contains(quantity))
+    }
+
+    /// Returns the trial with the motor torque of a joint multiplied by a factor.
+    pub(super) fn with_torque(&self, joint: usize, by: f64) -> Self {
+        self.scaled(joint, by, |quantity| quantity == Quantity::MotorTorque)
     }
 
     /// Returns the trial with the signs of all columns of a joint reversed.
     pub(super) fn reversed(&self, joint: usize) -> Self {
-        self.scaled(joint, -1.0, Group::All)
+        self.scaled(joint, -1.0, |_| true)
     }
 
-    fn scaled(&self, joint: usize, by: f64, group: Group) -> Self {
+    fn scaled(&self, joint: usize, by: f64, is_meant: impl Fn(Quantity) -> bool) -> Self {
         let mut trial = self.clone();
         for (i, channel) in self.channels.all.iter().enumerate() {
-            if channel.joint == joint && group.contains(channel.quantity) {
+            if channel.joint == joint && is_meant(channel.quantity) {
                 trial.excerpt = trial.excerpt.scaled(i, by);
             }
         }

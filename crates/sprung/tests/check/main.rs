@@ -91,6 +91,22 @@ fn an_encoder_that_lost_its_zero_is_noted() {
     assert!((evidence.value + 1.5).abs() < 5e-3, "{evidence:?}");
 }
 
+#[test]
+fn a_motor_that_counts_back_is_named_with_its_line() {
+    let demo = Demo::new();
+    for (column, name) in [(2, "phi1_rad"), (3, "phi2_rad")] {
+        let mut table = demo.table(1, 1.0);
+        table.columns[column]
+            .iter_mut()
+            .for_each(|phi| *phi = -*phi);
+        let report = report(&demo.experiment, &table);
+        let first = &report.findings[0];
+        assert_eq!(first.code, "opposite-signs", "{:#?}", report.findings);
+        let line = format!("[log] sign = {{ \"{name}\" = -1 }}");
+        assert_eq!(first.setting.as_deref(), Some(&*line));
+    }
+}
+
 /// A fault and the report of the check.
 struct Checked {
     kind: &'static Kind,

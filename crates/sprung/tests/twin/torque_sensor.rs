@@ -4,7 +4,7 @@
 //! docs/how-to/torque-sensor.md.
 
 use sprung::check::check;
-use sprung::description::{Estimator, Simulate};
+use sprung::description::{Estimator, OnCheckError, Simulate};
 use sprung::estimate::EstimateResult;
 use sprung::finding::{Finding, Severity};
 use sprung::progress::Unheard;
@@ -164,5 +164,30 @@ fn faulty_sensors_are_named_with_the_line_that_mends() {
         assert_eq!(own.severity, severity, "{code}");
         let setting = own.setting.clone().unwrap_or_default();
         assert!(setting.contains(line), "{code}: {setting}");
+    }
+}
+
+#[test]
+fn motor_torques_in_another_unit_are_no_gain_of_a_sensor() {
+    let found = findings(|settings| settings.joint_torque_matrix = matrix(1, 1, 100.0));
+    let own = &found[0];
+    assert_eq!(own.code, "torque-scale", "{found:#?}");
+    assert!(own.text.contains("\"tau2_nm\""), "{own:?}");
+    let scale = (found.iter()).find(|own| own.code == "joint-torque-scale");
+    assert!(scale.is_none(), "{found:#?}");
+}
+
+#[test]
+fn a_delay_of_an_arm_without_link_encoders_names_a_column() {
+    let mut arm = without_links(Estimator::LeastSquares);
+    arm.experiment.identify.on_check_error = OnCheckError::GoOn;
+    let found = arm.identify(&arm.log(|settings| {
+        noisy(settings);
+        settings.duration_s = 4.0;
+        settings.joint_torque_matrix = matrix(1, 1, -1.0);
+    }));
+    let result = &found.identification.results[0];
+    for finding in result.warnings.iter().chain(&found.identification.findings) {
+        assert!(!finding.remedy.contains("\"\""), "{finding:?}");
     }
 }

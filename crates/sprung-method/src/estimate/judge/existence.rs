@@ -78,10 +78,9 @@ fn of_joint(
     channels: &Channels,
 ) -> Vec<Finding> {
     let column = |signal: Signal| {
-        let channel = channels.telling(signal, joint);
-        channel.map_or("", |i| channels.all[i].column.as_str())
+        let channel = channels.telling(signal, joint)?;
+        Some(channels.all[channel].column.as_str())
     };
-    let link = column(Signal::Link);
     if let Some(row) = motor_row(model, result, joint)
         && (row.parameters.iter())
             .filter(|p| {
@@ -90,7 +89,8 @@ fn of_joint(
             .all(negative)
     {
         let names = row.parameters.iter().map(|p| p.name.clone());
-        return vec![reversed_torque(name, column(Signal::Torque)).about(names)];
+        let torque = column(Signal::Torque).unwrap_or_default();
+        return vec![reversed_torque(name, torque).about(names)];
     }
     let wrong = |kind: JointParameter| {
         let own = of(model, result, kind, joint)?;
@@ -108,11 +108,15 @@ fn of_joint(
              delayed against the others, or a sign is wrong",
             stiffness.unit
         );
+        // A joint with a torque sensor may lack the link position.
+        let columns: Vec<String> = [Signal::Link, Signal::Spring, Signal::Motor, Signal::Torque]
+            .into_iter()
+            .filter_map(|signal| column(signal).map(|name| format!("\"{name}\"")))
+            .collect();
+        let first = columns.first().cloned().unwrap_or_default();
         let remedy = format!(
-            "check signs and delays of \"{link}\", \"{}\" and \"{}\"; set delay_s = {{ \"{link}\" = \"estimate\" }} in \
-             [log]",
-            column(Signal::Motor),
-            column(Signal::Torque),
+            "check signs and delays of {}; set delay_s = {{ {first} = \"estimate\" }} in [log]",
+            columns.join(", ")
         );
         let finding = Finding::new(Severity::Serious, IMPOSSIBLE, text, &remedy);
         findings.push(finding.about([stiffness.name.clone()]));
