@@ -34,6 +34,7 @@ mod robot;
 mod run;
 mod servo;
 mod template;
+mod torque_hold;
 mod tree;
 mod types;
 mod unfilled;
@@ -72,6 +73,7 @@ pub use run::{Controller, ControllerKind, Feedforward, Reference, Simulate, Sine
 pub use servo::ServoDrive;
 pub use template::{Chosen, ChosenJoint, ChosenLine, JointOfStart, quoted};
 pub use template::{Start, StartError, template};
+pub use torque_hold::{TorqueHold, TorqueReading};
 pub use unfilled::FILL_IN;
 pub use units::Dimension;
 pub use units::Unit;

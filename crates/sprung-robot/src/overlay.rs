@@ -95,6 +95,7 @@ impl Log {
             }
         }
         replace!(time_s, time_ms, time_us, time_ns, time, period_s, sampling);
+        replace!(torque, controller_period_s);
         log.file = over.file.clone().or(log.file);
         log.csv = over.csv.clone().or(log.csv);
         log.nan = over.nan.or(log.nan);

@@ -92,9 +92,9 @@ pub mod description {
         Identify, InitialMomentum, Joint, Kinematics, Language, Laws, Log, MissingValues,
         NamedFiles, NoShape, Nominal, NotSupported, OnCheckError, OwnCall, Payload, PerJoint,
         Physical, Prior, Reference, Robot, SamplingTimes, ServoDrive, Shape, Side, Simulate, Sine,
-        SpringTerm, Start, StartError, StartName, StartsAt, Transmission, Tree, TreeJoint, Unit,
-        Urdf, UrdfError, UrdfJoint, Validate, Weights, Window, no_files, read, schema, template,
-        what_works,
+        SpringTerm, Start, StartError, StartName, StartsAt, TorqueHold, TorqueReading,
+        Transmission, Tree, TreeJoint, Unit, Urdf, UrdfError, UrdfJoint, Validate, Weights, Window,
+        no_files, read, schema, template, what_works,
     };
 }
 

@@ -68,8 +68,8 @@ use measurements::{Extent, samples_in};
 use missing_laws::MissingLaw;
 use refine::{Refinery, Start};
 use refined::Refined;
-use retiming::timing_of;
 pub(in crate::estimate) use retiming::{Retiming, Timing};
+use retiming::{contradicted, timing_of};
 use rung::Rung;
 use start_levels::TorqueNoise;
 use status::Status;
@@ -152,6 +152,7 @@ pub(in crate::estimate) fn prediction_error(
     if let Some(refined) = shown.as_ref().and_then(Tried::refined) {
         let mut own = about(reading, excerpt.period(), refined);
         own.extend(laws_by_likelihood(model, refined, &missing));
+        own.extend(contradicted(reading, excerpt, refined));
         if !refined.converged() {
             // At other values than the likeliest ones, every effect seems to be missing.
             own.iter_mut().for_each(Finding::note);
@@ -247,7 +248,7 @@ fn start<'a>(reading: &Reading, before: &Before<'_>, theta: &'a [f64]) -> Start<
     Start {
         theta,
         free,
-        torque_noise: TorqueNoise::of(channels),
+        torque_noise: TorqueNoise::of(channels, before.excerpt.period()),
         torques: match before.timing {
             Timing::Found(own) if own.torques.is_some() => TorquesTiming::Estimated,
             Timing::Found(_) | Timing::Open => timing_of(channels),
