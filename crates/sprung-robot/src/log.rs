@@ -8,7 +8,8 @@ use serde::Deserialize;
 use super::choice::choose;
 use super::columns::{Column, ColumnName, Columns};
 use super::covariates::CovariateColumns;
-use super::factor::{Delay, Factor};
+use super::delays::DelaysOfLog;
+use super::factor::Factor;
 use super::robot::Side;
 use super::torque_hold::TorqueReading;
 use super::window::{FilePart, OneOrManyFiles, files};
@@ -154,9 +155,10 @@ pub struct Log {
     /// Columns of covariates of friction.
     #[serde(flatten)]
     pub covariates: CovariateColumns,
-    /// Delay of a column against the others, s, by column: `{ column = 0.15 }`; or `"estimate"`.
+    /// Delay of a column against the others, s, by column: `{ column = 0.15 }`, or `{ column = "estimate" }`. `"estimate"`
+    /// in place of the table estimates the delays of all link positions and torques against the motor positions.
     #[serde(default)]
-    pub delay_s: BTreeMap<String, Delay>,
+    pub delay_s: DelaysOfLog,
     /// Sign by column, 1 or -1; or `"estimate"`.
     #[serde(default)]
     pub sign: BTreeMap<String, Factor>,

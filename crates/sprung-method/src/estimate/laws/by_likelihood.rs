@@ -133,7 +133,9 @@ pub(in crate::estimate) fn open_delays(
         laws_of(experiment, *joint) == Laws::Auto && own.all(|channel| channel.delay.is_none())
     };
     let given = experiment.log.as_ref().map(|log| &log.delay_s);
-    let is_given = |column: &String| given.is_some_and(|given| given.contains_key(column));
+    let is_given = |column: &String| {
+        given.is_some_and(|given| given.estimates_all() || given.contains_key(column))
+    };
     if !(experiment.identify.estimator).contains(&Estimator::PredictionError) {
         return Vec::new();
     }

@@ -152,12 +152,13 @@ pub(in crate::estimate) fn prediction_error(
     if let Some(refined) = shown.as_ref().and_then(Tried::refined) {
         let mut own = about(reading, excerpt.period(), refined);
         own.extend(laws_by_likelihood(model, refined, &missing));
-        own.extend(contradicted(reading, excerpt, refined));
-        if !refined.converged() {
-            // At other values than the likeliest ones, every effect seems to be missing.
+        let contradicted = contradicted(reading, excerpt, refined);
+        if !refined.converged() || contradicted.is_some() {
+            // At other values than the likeliest ones, or with a wrong timing, every effect seems to be missing.
             own.iter_mut().for_each(Finding::note);
         }
         findings.extend(own);
+        findings.extend(contradicted.filter(|_| refined.converged()));
     }
     let refinement =
         (shown.as_ref()).and_then(|shown| describe(model, reading.channels(), shown, &status));
