@@ -56,3 +56,24 @@ fn a_hold_that_the_log_contradicts_is_a_warning_with_both_likelihoods() {
         assert!(text.contains(fragment), "{text}");
     }
 }
+
+#[test]
+fn all_delays_are_opened_by_one_word_and_none_without_a_reference() {
+    let (code, json) = case(Case::new(), 1, "delay_s = \"estimate\"").results(&["--quiet"]);
+    assert_eq!(code, 0);
+    let opened: Vec<&String> = json["log"]["delay_s"].as_object().unwrap().keys().collect();
+    assert_eq!(opened, ["q1_rad", "q2_rad", "tau1_nm", "tau2_nm"]);
+    case(
+        Case::new(),
+        1,
+        "delay_s = { q1_rad = \"estimate\", phi1_rad = \"estimate\", tau1_nm = \"estimate\" }",
+    )
+    .fails(
+        2,
+        &[
+            "delay_s asks to estimate all channels of joint1",
+            "leave one of them out",
+        ],
+    );
+    case(Case::new(), 1, "delay_s = \"guess\"").fails(2, &["line", "unknown delay \"guess\""]);
+}
