@@ -5,8 +5,8 @@ use sprung_core::parameters::JointParameter;
 
 use super::context::{CheckContext, SIGNIFICANT_SIGMAS};
 use crate::finding::{Finding, Severity};
-use crate::log::{Channels, Quantity, slope_remedy};
-use crate::prepare::{MotorRowFit, RowFit, fit_rows};
+use crate::log::{Channels, Quantity, Signal, slope_remedy};
+use crate::prepare::{DelayEstimate, Excerpt, MotorRowFit, RowFit, estimate_delays, fit_rows};
 
 /// Another meaning of the columns is reported if it reduces the residual below this fraction.
 const BETTER_RESIDUAL_SHARE: f64 = 0.9;
@@ -197,11 +197,14 @@ impl CheckContext<'_> {
         }
         // The fit of the torque shows which of the two columns is reversed.
         let (wrong, turned) = [
-            (link, Quantity::LinkPosition),
-            (motor, Quantity::MotorPosition),
+            (
+                link,
+                &[Quantity::LinkPosition, Quantity::LinkDeflection][..],
+            ),
+            (motor, &[Quantity::MotorPosition][..]),
         ]
         .into_iter()
-        .filter_map(|(column, quantity)| Some((column, self.scaled(&[quantity], joint, -1.0)?)))
+        .filter_map(|(column, quantities)| Some((column, self.scaled(quantities, joint, -1.0)?)))
         .filter(|(_, fit)| fit.plausible && fit.relative_residual < BETTER_RESIDUAL_SHARE * before)
         .min_by(|(_, a), (_, b)| a.relative_residual.total_cmp(&b.relative_residual))?;
         Some(
@@ -223,6 +226,45 @@ impl CheckContext<'_> {
             .seen(self.file, wrong, turned.relative_residual, "")
             .mended_by("[log]", &format!("sign = {{ \"{wrong}\" = -1 }}")),
         )
+    }
+
+    /// Finding: a position has the wrong sign and is late, and either of both alone explains the torque worse.
+    pub(super) fn opposite_and_late(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
+        let channels = self.reading.channels();
+        let of = |signal: Signal| channels.telling(signal, joint);
+        let (link, motor, torque) = (of(Signal::Link)?, of(Signal::Motor)?, of(Signal::Torque)?);
+        if [link, motor, torque].map(|i| channels.all[i].delay) != [None; 3] {
+            return None;
+        }
+        let late = |excerpt: &Excerpt, channel: usize| {
+            let found = estimate_delays(excerpt, self.reading, &[channel])?.pop()?;
+            (found.found && found.with.plausible).then_some(found)
+        };
+        let residual = |own: &DelayEstimate| own.with.relative_residual;
+        let by_delay = [link, motor, torque]
+            .into_iter()
+            .filter_map(|i| late(self.excerpt, i));
+        let before = fit.relative_residual();
+        let least = by_delay.map(|own| residual(&own)).fold(before, f64::min);
+        let turned = [link, motor]
+            .into_iter()
+            .filter_map(|i| late(&self.excerpt.scaled(i, -1.0), i));
+        let own = (turned.filter(|own| residual(own) < BETTER_RESIDUAL_SHARE * least))
+            .min_by(|a, b| residual(a).total_cmp(&residual(b)))?;
+        let (column, delay) = (&channels.all[own.channel].column, own.delay);
+        let lines =
+            format!("sign = {{ \"{column}\" = -1 }}\ndelay_s = {{ \"{column}\" = \"estimate\" }}");
+        let text = format!(
+            "{}: \"{column}\" has the wrong direction and was recorded {delay:.3} s late (standard error {:.3} s): with both \
+             the motor row leaves {:.1} % of the torque unexplained instead of {:.1} %, and every parameter is positive",
+            self.name(joint),
+            own.standard_error,
+            100.0 * residual(&own),
+            100.0 * before
+        );
+        let remedy = format!("set in [log] {}", lines.replace('\n', " and "));
+        let finding = Finding::new(Severity::Error, "opposite-signs", text, &remedy);
+        Some((finding.seen(self.file, column, residual(&own), "")).mended_by("[log]", &lines))
     }
 
     /// Finding: by the equations, the motor position has another scale than the link position.

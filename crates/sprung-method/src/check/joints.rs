@@ -93,7 +93,8 @@ pub(super) fn joints(
             continue;
         }
         let better = (context.opposite(joint, &few[joint]))
-            .or_else(|| context.other_scale(joint, &few[joint]));
+            .or_else(|| context.other_scale(joint, &few[joint]))
+            .or_else(|| context.opposite_and_late(joint, &fits[joint]));
         if let Some(finding) = better {
             findings.push(finding);
             reported.push(joint);
