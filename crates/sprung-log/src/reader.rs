@@ -14,7 +14,7 @@ use crate::columns::channels::Channels;
 use crate::columns::follow::Follower;
 use crate::columns::origin::{Pick, Start, Stream, TimeOrigin};
 use crate::columns::rows::{Rows, TimeOfRows, Tolerance};
-use crate::description::{ColumnName, Window};
+use crate::description::{ColumnName, TorqueHold, Window};
 
 /// A log that is read block by block.
 pub struct LogReader {
@@ -32,6 +32,8 @@ pub struct LogReader {
     left_out: LeftOut,
     meter: Meter,
     file: String,
+    // Until it is compared with the period of the log.
+    torque_hold: Option<TorqueHold>,
     // Name in the file of the column of each channel.
     names: Vec<String>,
 }
@@ -113,6 +115,7 @@ impl LogReader {
             left_out: LeftOut::default(),
             meter,
             file: file.to_owned(),
+            torque_hold: channels.torque_hold,
             names,
         })
     }
@@ -128,7 +131,7 @@ impl LogReader {
     /// # Errors
     ///
     /// [`LogError`] with place, column and value of the first bad reading, or with the place where
-    /// the time does not increase.
+    /// the time does not increase, or with the period if that of the controller does not suit it.
     pub fn read(&mut self, block: &mut LogBlock) -> Result<bool, LogError> {
         block.clear();
         while block.len() < BLOCK {
@@ -142,6 +145,12 @@ impl LogReader {
                 break;
             }
             self.follow(begin, block)?;
+        }
+        let period = self.grid.timing().period;
+        if let Some(message) = self.torque_hold.take().and_then(|own| own.conflict(period)) {
+            return Err(LogError::Implausible {
+                message: format!("{}: {message}", self.file),
+            });
         }
         Ok(!block.is_empty())
     }

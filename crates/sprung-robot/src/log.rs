@@ -8,8 +8,10 @@ use serde::Deserialize;
 use super::choice::choose;
 use super::columns::{Column, ColumnName, Columns};
 use super::covariates::CovariateColumns;
-use super::factor::{Delay, Factor};
+use super::delays::DelaysOfLog;
+use super::factor::Factor;
 use super::robot::Side;
+use super::torque_hold::TorqueReading;
 use super::window::{FilePart, OneOrManyFiles, files};
 
 /// A log and the meaning of its columns. A list has one column per joint; with `_rad` or `_deg` one
@@ -80,6 +82,16 @@ pub struct Log {
     /// otherwise they are measurements with noise.
     #[serde(default)]
     pub motor_torque_exact: bool,
+    /// What the logged torques are. `"held"`: a torque acts from its time stamp on, for one period of the controller, as
+    /// the command of a controller does. `"mean"`: the mean over one period of the controller, in the middle of which is
+    /// the time stamp. `"instantaneous"`: the torque at the time stamp. A torque that is recorded later than this has a
+    /// delay (`delay_s`). If absent, the refinement finds when the torques act; least squares alone takes each torque to act
+    /// until the next time stamp.
+    pub torque: Option<TorqueReading>,
+    /// Period of the controller that holds the torques, s: a multiple or a fraction 1/n of the period of the log, which is
+    /// its value if absent. If it is shorter, the log has the torques between its samples only on average; the refinement
+    /// takes the rest for noise of the torques.
+    pub controller_period_s: Option<f64>,
     /// Columns of the motor torques or forces, each with its unit.
     pub motor_torque: Option<Columns>,
     /// Side of the gearbox on which the motor torques were recorded.
@@ -143,9 +155,10 @@ pub struct Log {
     /// Columns of covariates of friction.
     #[serde(flatten)]
     pub covariates: CovariateColumns,
-    /// Delay of a column against the others, s, by column: `{ column = 0.15 }`; or `"estimate"`.
+    /// Delay of a column against the others, s, by column: `{ column = 0.15 }`, or `{ column = "estimate" }`. `"estimate"`
+    /// in place of the table estimates the delays of all link positions and torques against the motor positions.
     #[serde(default)]
-    pub delay_s: BTreeMap<String, Delay>,
+    pub delay_s: DelaysOfLog,
     /// Sign by column, 1 or -1; or `"estimate"`.
     #[serde(default)]
     pub sign: BTreeMap<String, Factor>,

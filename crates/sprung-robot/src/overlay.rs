@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 
+use super::delays::DelaysOfLog;
 use super::log::Log;
 use super::quantities::{Joints, Key, Signal};
 use super::robot::Robot;
@@ -95,6 +96,7 @@ impl Log {
             }
         }
         replace!(time_s, time_ms, time_us, time_ns, time, period_s, sampling);
+        replace!(torque, controller_period_s);
         log.file = over.file.clone().or(log.file);
         log.csv = over.csv.clone().or(log.csv);
         log.nan = over.nan.or(log.nan);
@@ -102,7 +104,9 @@ impl Log {
         log.motor_torque_side = over.motor_torque_side.or(log.motor_torque_side);
         log.motor_torque_exact |= over.motor_torque_exact;
         let columns = (self.labelled(robot), over.labelled(robot));
-        log.delay_s = moved(&self.delay_s, &over.delay_s, &columns);
+        let estimates_all = self.delay_s.estimates_all() || over.delay_s.estimates_all();
+        let delays = moved(&self.delay_s, &over.delay_s, &columns);
+        log.delay_s = DelaysOfLog::new(delays, estimates_all);
         log.sign = moved(&self.sign, &over.sign, &columns);
         log.gain = moved(&self.gain, &over.gain, &columns);
         log

@@ -87,14 +87,14 @@ pub mod description {
     #[doc(inline)]
     pub use sprung_robot::{
         Column, ColumnName, Columns, Constraints, Controller, ControllerKind, CsvForm, Cutoff,
-        Delay, DescriptionError, DhJoint, DiscretizationName, Distance, EncoderOffset, Estimator,
-        Experiment, FILL_IN, Factor, Feedforward, FilePart, FrictionCovariates, FrictionLaw,
-        Identify, InitialMomentum, Joint, Kinematics, Language, Laws, Log, MissingValues,
-        NamedFiles, NoShape, Nominal, NotSupported, OnCheckError, OwnCall, Payload, PerJoint,
-        Physical, Prior, Reference, Robot, SamplingTimes, ServoDrive, Shape, Side, Simulate, Sine,
-        SpringTerm, Start, StartError, StartName, StartsAt, Transmission, Tree, TreeJoint, Unit,
-        Urdf, UrdfError, UrdfJoint, Validate, Weights, Window, no_files, read, schema, template,
-        what_works,
+        Delay, DelaysOfLog, DescriptionError, DhJoint, DiscretizationName, Distance, EncoderOffset,
+        Estimator, Experiment, FILL_IN, Factor, Feedforward, FilePart, FrictionCovariates,
+        FrictionLaw, Identify, InitialMomentum, Joint, Kinematics, Language, Laws, Log,
+        MissingValues, NamedFiles, NoShape, Nominal, NotSupported, OnCheckError, OwnCall, Payload,
+        PerJoint, Physical, Prior, Reference, Robot, SamplingTimes, ServoDrive, Shape, Side,
+        Simulate, Sine, SpringTerm, Start, StartError, StartName, StartsAt, TorqueHold,
+        TorqueReading, Transmission, Tree, TreeJoint, Unit, Urdf, UrdfError, UrdfJoint, Validate,
+        Weights, Window, no_files, read, schema, template, what_works,
     };
 }
 

@@ -245,3 +245,29 @@ fn overrides_reach_into_lists_by_name_or_index() {
         );
     }
 }
+
+/// A line of `[log]` of the demo, whose period is 1 ms, and the message about it.
+#[test]
+fn a_wrong_timing_of_the_torques_is_refused() {
+    let fails = |line: &str, fragments: &[&str]| {
+        let time = "time_s             = \"t_s\"";
+        Case::new()
+            .replace(time, &format!("{time}\n{line}"))
+            .fails(2, fragments);
+    };
+    fails(
+        "torque = \"hold\"",
+        &["line", "unknown torque \"hold\"; did you mean \"held\"?"],
+    );
+    fails(
+        "torque = \"held\"\ncontroller_period_s = -0.001",
+        &["line", "controller_period_s = -0.001 must be positive"],
+    );
+    fails(
+        "controller_period_s = 0.001",
+        &[
+            "line",
+            "add torque = \"held\", \"mean\" or \"instantaneous\"",
+        ],
+    );
+}

@@ -313,3 +313,22 @@ fn results_of_a_joint_that_stands_still_can_be_validated() {
         "{message}"
     );
 }
+
+/// The log of the demo has a period of 1 ms.
+#[test]
+fn a_period_of_the_controller_that_does_not_suit_the_log_is_refused() {
+    Case::new()
+        .replace(
+            "time_s             = \"t_s\"",
+            "time_s = \"t_s\"\ntorque = \"held\"\ncontroller_period_s = 0.0007",
+        )
+        .fails(
+            3,
+            &[
+                "identification.csv",
+                "controller_period_s is 0.7000 ms",
+                "the period of the log, 1.0000 ms",
+                "correct controller_period_s in [log]",
+            ],
+        );
+}

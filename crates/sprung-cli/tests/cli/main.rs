@@ -36,5 +36,6 @@ mod robots;
 mod servo;
 mod seven_joints;
 mod terminal;
+mod timing;
 mod trust;
 mod verdict;

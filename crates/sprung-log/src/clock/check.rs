@@ -2,9 +2,10 @@
 
 use super::cycle::JITTER_LIMIT;
 use super::timing::{Count, Evidence, Sampling, Timing};
+use crate::columns::channel::Channel;
 use crate::columns::channels::Channels;
 use crate::columns::origin::TimeOrigin;
-use crate::description::ColumnName;
+use crate::description::{ColumnName, Delay};
 use crate::finding::{Finding, Severity};
 
 /// Fraction of the samples above which a count is a warning.
@@ -233,10 +234,15 @@ fn uneven(file: &str, channels: &Channels, timing: &Timing) -> Option<Finding> {
             "uneven-sampling",
             format!(
                 "{steps}, and the positions do not show whether samples were taken at these times; \
-                 sprung treats them as {}. {outcome}",
+                 sprung treats them as {}. {outcome}{}",
                 match sampling {
                     Sampling::AsStamped => "taken when stamped",
                     Sampling::Even | Sampling::OnCycle(_) => "evenly spaced",
+                },
+                if has_one_reference(channels) {
+                    ". delay_s opens all channels of a joint but one, so their delays contain the errors of these times"
+                } else {
+                    ""
                 }
             ),
             "set in [log] sampling = \"as-stamped\", or \"even\" if stamps are rounded or late",
@@ -268,6 +274,18 @@ fn uneven(file: &str, channels: &Channels, timing: &Timing) -> Option<Finding> {
         ),
         &format!("no action is needed; {line} in [log] would declare it"),
     )))
+}
+
+/// Returns whether a description opens the delays of all channels of a joint but one, and of at least two.
+fn has_one_reference(channels: &Channels) -> bool {
+    (0..channels.turns.len()).any(|joint| {
+        let is_open = |own: &Channel| own.delay == Some(Delay::Estimate);
+        let own: Vec<bool> = (channels.all.iter())
+            .filter(|own| own.joint == joint)
+            .map(is_open)
+            .collect();
+        own.len() > 2 && own.iter().filter(|open| !**open).count() == 1
+    })
 }
 
 /// Returns a text about the evidence.
@@ -334,6 +352,26 @@ mod tests {
         assert_eq!(finding.code, "window-beyond-log");
         assert!(finding.text.contains("ends 59 s after"), "{}", finding.text);
         assert_eq!(beyond("run.csv (to 1 s)", &timing(1e-3)), None);
+    }
+
+    #[test]
+    fn delays_of_all_channels_rest_on_uneven_stamps() {
+        let timing = Timing {
+            period: 2e-3,
+            jitter: 0.4,
+            sampling: Some(Sampling::AsStamped),
+            evidence: Some(evidence(false)),
+            ..Timing::default()
+        };
+        let words = "contain the errors of these times";
+        let mut channels = channels();
+        for (open, is_told) in [(0, false), (1, false), (2, true)] {
+            for own in channels.all.iter_mut().take(open) {
+                own.delay = Some(Delay::Estimate);
+            }
+            let finding = uneven("log.csv", &channels, &timing).unwrap();
+            assert_eq!(finding.text.contains(words), is_told, "{}", finding.text);
+        }
     }
 
     #[test]

@@ -11,7 +11,8 @@ use super::origin::{Stream, TimeOrigin};
 use super::time::{sampling, time};
 use crate::clock::timing::Sampling;
 use crate::description::{
-    CsvForm, Instrumentation, Key, Log, MissingValues, Quantity, Robot, Scaling, Side, Signal, Unit,
+    CsvForm, Instrumentation, Key, Log, MissingValues, Quantity, Robot, Scaling, Side, Signal,
+    TorqueHold, Unit,
 };
 
 /// The channels of a log: link positions, motor positions and motor torques, joint by joint.
@@ -35,6 +36,8 @@ pub struct Channels {
     pub all: Vec<Channel>,
     /// Whether the torques acted exactly as logged, for example commands without noise.
     pub exact_torque: bool,
+    /// The time for which the torques act, if the description gives it.
+    pub torque_hold: Option<TorqueHold>,
     /// The instruments of the joints.
     pub instruments: Instrumentation,
     /// The sensors of motion on the links, if the log has any.
@@ -130,6 +133,7 @@ impl Channels {
             nan: log.nan.unwrap_or_default(),
             all,
             exact_torque: log.motor_torque_exact,
+            torque_hold: TorqueHold::of(log),
             turns: (0..robot.joint.len())
                 .map(|i| robot.kind(i) == JointKind::Revolute)
                 .collect(),
@@ -171,6 +175,20 @@ impl Channels {
         let signal = Signal::Covariate(covariate);
         (self.telling(signal, joint))
             .or_else(|| (self.all.iter()).position(|c| c.quantity.signal() == signal))
+    }
+
+    /// Returns the delay of each channel behind torques that are held from their time stamp to the next one, s.
+    ///
+    /// - `delays`: of the channels behind what the description says about them, s; `period`: of the log, s.
+    #[must_use]
+    pub fn acting_delays(&self, delays: &[f64], period: f64) -> Vec<f64> {
+        let of_torques = self.torque_hold.map_or(0.0, |own| own.delay(period));
+        (self.all.iter().zip(delays))
+            .map(|(channel, delay)| match channel.quantity.signal() {
+                Signal::Torque => delay + of_torques,
+                _ => *delay,
+            })
+            .collect()
     }
 
     /// Returns the channels with link and motor columns of a joint exchanged, to test whether they

@@ -51,6 +51,9 @@ fn lone_positions(robot: &Robot, log: &Log) -> Result<Vec<Channel>, ChannelError
     }
     for channel in &mut all {
         channel.quantity = Quantity::MotorPosition;
+        if log.delay_s.estimates_all() {
+            channel.delay = None;
+        }
     }
     Ok(all)
 }
@@ -163,7 +166,7 @@ fn channel(
         * number(&column.sign).unwrap_or(1.0)
         * sign.known().unwrap_or(1.0)
         * gain.known().unwrap_or(1.0);
-    let delay = log.delay_s.get(&label).or_else(|| log.delay_s.get(&common));
+    let delay = log.delay_s.of([&label, &common], key.signal());
     Some(Channel {
         origin: Origin {
             stream: Stream::of(column),
@@ -181,7 +184,7 @@ fn channel(
         gear_ratio: None,
         before_gear: false,
         counts_per_turn: number(&column.counts_per_turn),
-        delay: delay.copied(),
+        delay,
         open_sign: sign == Factor::Estimate,
         open_gain: gain == Factor::Estimate,
     })

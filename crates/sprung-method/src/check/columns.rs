@@ -8,8 +8,8 @@ use super::rivals::{BETTER_RESIDUAL_SHARE, Meaning, Winner};
 use super::scale::USUAL_RATIOS;
 use super::trial::Group;
 use crate::finding::{Finding, Severity};
-use crate::log::{Quantity, rounded, slope_remedy};
-use crate::prepare::{MotorRowFit, RowFit, fit_rows};
+use crate::log::{Quantity, Signal, rounded, slope_remedy};
+use crate::prepare::{DelayEstimate, Excerpt, MotorRowFit, RowFit, estimate_delays, fit_rows};
 
 /// Scales of a motor position in the scan about the ratio of standard deviations: number on each side,
 /// and ratio of neighbours, of a coarse and of a fine scan.
@@ -192,6 +192,45 @@ impl CheckContext<'_> {
         )
         .seen(self.file, wrong, now.relative_residual, "")
         .mended_by("[log]", &line)
+    }
+
+    /// Finding: a position has the wrong sign and is late, and either of both alone explains the torque worse.
+    pub(super) fn opposite_and_late(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
+        let channels = self.reading.channels();
+        let of = |signal: Signal| channels.telling(signal, joint);
+        let (link, motor, torque) = (of(Signal::Link)?, of(Signal::Motor)?, of(Signal::Torque)?);
+        if [link, motor, torque].map(|i| channels.all[i].delay) != [None; 3] {
+            return None;
+        }
+        let late = |excerpt: &Excerpt, channel: usize| {
+            let found = estimate_delays(excerpt, self.reading, &[channel])?.pop()?;
+            (found.found && found.with.plausible).then_some(found)
+        };
+        let residual = |own: &DelayEstimate| own.with.relative_residual;
+        let by_delay = [link, motor, torque]
+            .into_iter()
+            .filter_map(|i| late(self.excerpt, i));
+        let before = fit.relative_residual();
+        let least = by_delay.map(|own| residual(&own)).fold(before, f64::min);
+        let turned = [link, motor]
+            .into_iter()
+            .filter_map(|i| late(&self.excerpt.scaled(i, -1.0), i));
+        let own = (turned.filter(|own| residual(own) < BETTER_RESIDUAL_SHARE * least))
+            .min_by(|a, b| residual(a).total_cmp(&residual(b)))?;
+        let (column, delay) = (&channels.all[own.channel].column, own.delay);
+        let lines =
+            format!("sign = {{ \"{column}\" = -1 }}\ndelay_s = {{ \"{column}\" = \"estimate\" }}");
+        let text = format!(
+            "{}: \"{column}\" has the wrong direction and was recorded {delay:.3} s late (standard error {:.3} s): with both \
+             the motor row leaves {:.1} % of the torque unexplained instead of {:.1} %, and every parameter is positive",
+            self.name(joint),
+            own.standard_error,
+            100.0 * residual(&own),
+            100.0 * before
+        );
+        let remedy = format!("set in [log] {}", lines.replace('\n', " and "));
+        let finding = Finding::new(Severity::Error, "opposite-signs", text, &remedy);
+        Some((finding.seen(self.file, column, residual(&own), "")).mended_by("[log]", &lines))
     }
 
     /// Returns the ratio by which the motor position of a joint moves too far by the motor row, with the

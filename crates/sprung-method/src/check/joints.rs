@@ -106,6 +106,14 @@ pub(super) fn joints(
         reported.extend(&all);
     }
     context.tell(&swaps, &few, &mut reported, &mut findings);
+    for &joint in &weak {
+        if !reported.contains(&joint)
+            && let Some(finding) = context.opposite_and_late(joint, &fits[joint])
+        {
+            findings.push(finding);
+            reported.push(joint);
+        }
+    }
     for &joint in moving.iter().filter(|joint| !rescaled.contains(joint)) {
         if let Some(finding) = context.reversed(joint, &fits[joint]) {
             findings.push(finding);

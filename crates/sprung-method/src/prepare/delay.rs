@@ -13,6 +13,9 @@ const LATEST_S: f64 = 0.5;
 const COARSE_STEP_S: f64 = 0.01;
 const SAMPLES_PER_COARSE_STEP: f64 = 2.5;
 
+/// Turns of the channels of a joint. A delay of one channel moves the estimate of another by a part of it.
+const TURNS: usize = 3;
+
 /// An estimate of a delay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct DelayEstimate {
@@ -31,6 +34,47 @@ pub(crate) struct DelayEstimate {
     pub with: MotorRowFit,
 }
 
+/// Estimates the delays of any channels by the smallest residual of the motor torque. Channels of one joint take turns, each
+/// with the last estimates of the others.
+///
+/// - `wanted`: indices of channels.
+///
+/// Returns `None` if the excerpt is too short.
+#[must_use]
+pub(crate) fn estimate_delays(
+    excerpt: &Excerpt,
+    reading: &Reading,
+    wanted: &[usize],
+) -> Option<Vec<DelayEstimate>> {
+    let joint = |i: usize| reading.channels().all[i].joint;
+    let mut turns: Vec<Vec<usize>> = Vec::new();
+    for &channel in wanted {
+        let turn =
+            (turns.iter_mut()).find(|turn| turn.iter().all(|&own| joint(own) != joint(channel)));
+        match turn {
+            Some(turn) => turn.push(channel),
+            None => turns.push(vec![channel]),
+        }
+    }
+    let rounds = if turns.len() > 1 { TURNS } else { 1 };
+    let mut reading = reading.clone();
+    let mut found = Vec::new();
+    for _ in 0..rounds {
+        found.clear();
+        for turn in &turns {
+            let own = estimate_in_turn(excerpt, &reading, turn)?;
+            let mut delays = reading.delays().to_vec();
+            for estimate in &own {
+                delays[estimate.channel] = if estimate.found { estimate.delay } else { 0.0 };
+            }
+            reading = reading.with_delays(&delays);
+            found.extend(own);
+        }
+    }
+    found.sort_by_key(|own| own.channel);
+    Some(found)
+}
+
 /// Estimates the delays of some channels by the smallest residual of the motor torque.
 ///
 /// - `wanted`: indices of channels, at most one per joint.
@@ -43,7 +87,7 @@ pub(crate) struct DelayEstimate {
 ///
 /// Returns `None` if the excerpt is too short.
 #[must_use]
-pub(crate) fn estimate_delays(
+fn estimate_in_turn(
     excerpt: &Excerpt,
     reading: &Reading,
     wanted: &[usize],

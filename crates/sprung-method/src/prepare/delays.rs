@@ -5,7 +5,7 @@ use super::excerpt::Excerpt;
 use super::held_out::{DelayGain, held_out_at};
 use crate::description::{Delay, Estimator};
 use crate::finding::{Finding, Severity};
-use crate::log::Channels;
+use crate::log::{Channels, Signal};
 use crate::regression::Reading;
 
 /// Two estimates of a delay are reported as different beyond this number of standard errors.
@@ -220,7 +220,7 @@ impl Delays {
     ///
     /// # Errors
     ///
-    /// [`DelayError`] if the log is too short, or if two channels of one joint are to be estimated.
+    /// [`DelayError`] if the log is too short, or if all channels of one joint are to be estimated.
     pub fn new(reading: &Reading, excerpt: &Excerpt, file: &str) -> Result<Self, DelayError> {
         let (channels, model) = (reading.channels(), reading.model());
         let wanted: Vec<usize> = (0..channels.all.len())
@@ -228,14 +228,12 @@ impl Delays {
             .collect();
         let mut found = Vec::new();
         if !wanted.is_empty() {
-            for (joint, name) in model.joints().iter().enumerate() {
-                let mine = wanted.iter().filter(|&&i| channels.all[i].joint == joint);
-                if mine.count() > 1 {
-                    return Err(DelayError(format!(
-                        "delay_s asks to estimate two channels of {name}; only delays between \
-                         channels show in a log, so estimate one of them"
-                    )));
-                }
+            if let Some(joint) = joint_without_reference(channels, model.joints().len()) {
+                return Err(DelayError(format!(
+                    "delay_s asks to estimate all channels of {}; only delays between channels show in a log, so leave \
+                     one of them out, or write delay_s = \"estimate\", which keeps the motor positions",
+                    model.joints()[joint]
+                )));
             }
             let search = estimate_delays(excerpt, reading, &wanted);
             found = search.ok_or_else(|| {
@@ -347,6 +345,17 @@ impl Delays {
         };
         self.estimates.iter().map(finding).collect()
     }
+}
+
+/// Returns a joint of which all channels are to be estimated.
+fn joint_without_reference(channels: &Channels, joints: usize) -> Option<usize> {
+    let is_covariate = |signal: Signal| matches!(signal, Signal::Covariate(_));
+    (0..joints).find(|&joint| {
+        let own = (channels.all.iter())
+            .filter(|own| own.joint == joint && !is_covariate(own.quantity.signal()));
+        let is_open: Vec<bool> = own.map(|own| own.delay == Some(Delay::Estimate)).collect();
+        !is_open.is_empty() && is_open.iter().all(|open| *open)
+    })
 }
 
 #[cfg(test)]

@@ -15,6 +15,8 @@ pub struct Excerpt {
     samples: usize,
     limit: usize,
     period: f64,
+    // Period of the log, s; shorter than that of an excerpt with fewer samples.
+    of_log: f64,
 }
 
 impl Excerpt {
@@ -26,6 +28,7 @@ impl Excerpt {
             samples: 0,
             limit: EXCERPT_SAMPLES / joints.max(2),
             period,
+            of_log: period,
         }
     }
 
@@ -67,6 +70,7 @@ impl Excerpt {
             samples: 0,
             limit: self.limit.div_ceil(factor),
             period: self.period * factor as f64,
+            of_log: self.of_log,
         }
     }
 
@@ -131,6 +135,7 @@ impl Excerpt {
     /// do not fit its period.
     #[must_use]
     pub(crate) fn smoothed(&self, reading: &Reading) -> Option<Smoothed> {
+        let reading = &reading.thinned(self.of_log, self.period);
         let stretches = signals(reading, self.period, &self.blocks).ok()?;
         Some(Smoothed::new(self.period, stretches))
     }

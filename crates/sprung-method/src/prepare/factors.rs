@@ -158,8 +158,8 @@ fn reading_while_open(
     file: &str,
 ) -> Result<Reading, FactorError> {
     let (reading, _) = as_given(model, &experiment.identify, channels, excerpt);
-    // Delays cannot be estimated with a wrong sign. Gains need them, because a delay may change a
-    // gain.
+    // A delay depends on the sign, so each sign is tried with its own delay. Gains need the delays, because a delay may
+    // change a gain.
     if channels.all.iter().any(|channel| channel.open_sign) {
         return Ok(reading);
     }

@@ -31,7 +31,7 @@ mod weights;
 
 pub(crate) use as_given::as_given;
 pub(crate) use cutoff::{choose_cutoff, limit_by_rate};
-pub(crate) use delay::estimate_delays;
+pub(crate) use delay::{DelayEstimate, estimate_delays};
 pub(crate) use delays::{DelayByLikelihood, Likely, VelocityByLikelihood};
 pub use delays::{DelayError, Delays};
 pub(crate) use excerpt::Excerpt;

@@ -2,9 +2,11 @@
 
 use sprung_core::parameters::JointParameter;
 
+use super::delay::estimate_delays;
 use super::excerpt::Excerpt;
 use super::found::FoundSign;
 use super::row::{RowFit, fit_rows, independent};
+use crate::description::Delay;
 use crate::log::{Channels, Quantity};
 use crate::regression::Reading;
 
@@ -88,7 +90,7 @@ fn decide(
             for (&channel, _) in wanted.iter().zip(&turned).filter(|(_, turned)| **turned) {
                 tried = tried.scaled(channel, -1.0);
             }
-            let fits = fit_rows(&tried, reading, rows)?;
+            let fits = fit_rows(&tried, &with_open_delays(&tried, reading, rows), rows)?;
             let score = fits.iter().map(|fit| score(fit, reading, number)).sum();
             Some(Trial {
                 turned,
@@ -137,6 +139,26 @@ fn decide(
             })
         })
         .collect()
+}
+
+/// Returns a reading with the delays that some joints' rows leave open: each choice of signs is tried with its best delays.
+fn with_open_delays(excerpt: &Excerpt, reading: &Reading, rows: &[usize]) -> Reading {
+    let all = reading.channels().all.iter().enumerate();
+    let open: Vec<usize> = all
+        .filter(|(_, own)| own.delay == Some(Delay::Estimate) && rows.contains(&own.joint))
+        .map(|(i, _)| i)
+        .collect();
+    let mut delays = reading.delays().to_vec();
+    if !open.is_empty() {
+        for own in (estimate_delays(excerpt, reading, &open)
+            .into_iter()
+            .flatten())
+        .filter(|own| own.found)
+        {
+            delays[own.channel] = own.delay;
+        }
+    }
+    reading.with_delays(&delays)
 }
 
 /// Logarithm of the likelihood of a row's residual, plus that of the probability that its physical

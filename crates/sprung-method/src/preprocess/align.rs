@@ -78,7 +78,7 @@ impl Aligner {
     /// - `delays`: delay of each channel behind the event, s, in the order of [`Channels::all`].
     /// - `compliances`: of the joints with torque sensor, \[n\], rad/(N·m) (m/N); `period`: T, s.
     ///
-    /// Cubics interpolate delays that are not whole numbers of samples.
+    /// Cubics interpolate delays that are not whole numbers of samples. Torques act from a sample to the next.
     #[must_use]
     pub(crate) fn new(
         channels: &Channels,
@@ -86,6 +86,7 @@ impl Aligner {
         compliances: &[f64],
         period: f64,
     ) -> Self {
+        let delays = &channels.acting_delays(delays, period);
         let earliest = delays.iter().copied().fold(0.0, f64::min);
         let mut leads: Vec<Lead> = delays
             .iter()
@@ -126,12 +127,12 @@ impl Aligner {
         }
     }
 
-    /// Returns an aligner for the torques that act from a sample of the log to the next, and for the covariates at
-    /// these samples. It leaves out all other channels, but loses the samples at the ends that they need.
+    /// Returns an aligner for torques and covariates only. It loses the samples at the ends that other channels need.
     ///
     /// - `delays`: delay of each channel behind the event, s, in the order of [`Channels::all`]; `period`: T, s.
     #[must_use]
     pub(crate) fn at_samples(channels: &Channels, delays: &[f64], period: f64) -> Self {
+        let delays = &channels.acting_delays(delays, period);
         let earliest = delays.iter().copied().fold(0.0, f64::min);
         let first = (-earliest / period).ceil() * period;
         let lead = |delay: &f64| (delay + first) / period;
@@ -387,6 +388,7 @@ mod tests {
             nan: crate::description::MissingValues::Refuse,
             all,
             exact_torque: false,
+            torque_hold: None,
             instruments: Instrumentation::of(vec![Instrument::Link; JOINTS]),
             inertial: None,
             turns: vec![true; JOINTS],

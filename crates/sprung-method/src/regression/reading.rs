@@ -155,6 +155,20 @@ impl Reading {
         }
     }
 
+    /// Returns a copy for samples of a longer period, whose torques are means of those of a log: they act with the delay of
+    /// the log's torques.
+    ///
+    /// - `of_log`, `period`: of the log and of the samples, s.
+    #[must_use]
+    pub fn thinned(&self, of_log: f64, period: f64) -> Self {
+        let acting = |period| self.channels.acting_delays(&self.delays, period);
+        let changes = acting(of_log).into_iter().zip(acting(period));
+        let delays: Vec<f64> = (self.delays.iter().zip(changes))
+            .map(|(delay, (own, longer))| delay + (own - longer))
+            .collect();
+        self.with_delays(&delays)
+    }
+
     /// Returns a copy with weights of the samples.
     #[must_use]
     pub fn with_weights(&self, weights: TransitionWeights) -> Self {

@@ -27,6 +27,17 @@ pub enum RecordError {
         /// Name of the column.
         column: String,
     },
+    /// The log has other torques than the twin, which records the torque that acts until the next sample.
+    #[error(
+        "[log] gives {words}, but the twin records the torque that acts until its next sample, {period} s later; remove \
+         torque and controller_period_s"
+    )]
+    OtherTorques {
+        /// Lines of the description.
+        words: String,
+        /// Period of the twin's log, s.
+        period: f64,
+    },
     /// The log cannot be written.
     #[error("cannot write the log: {0}")]
     Write(#[from] std::io::Error),
@@ -58,13 +69,20 @@ pub fn record(
             column: channel.column.clone(),
         });
     }
+    let period = setup.settings.period_s;
+    if let Some(hold) = channels.torque_hold
+        && hold.delay(period) > 0.0
+    {
+        return Err(RecordError::OtherTorques {
+            words: hold.words(),
+            period,
+        });
+    }
     let mut twin = Twin::new(setup)?;
     let sensors = channels.inertial.as_ref();
     let mut sensors = sensors.map(|own| InertialSensorsOfTwin::new(own, setup.settings));
     let mut log = LogWriter::new(write, channels)?;
-    let samples = (setup.settings.duration_s / setup.settings.period_s)
-        .round()
-        .max(1.0) as u64;
+    let samples = (setup.settings.duration_s / period).round().max(1.0) as u64;
     for k in 1..=samples {
         let sample = twin.sample()?;
         let [q, dq, ddq] = &sample.motion;

@@ -178,7 +178,7 @@ fn check_by_column(log: &Log, path: &[&str], labels: &[String]) -> Result<(), Fa
             ));
         }
     }
-    for (name, delay) in &log.delay_s {
+    for (name, delay) in log.delay_s.iter() {
         if let Delay::Known(value) = delay
             && (value.is_nan() || value.abs() > MAX_DELAY_S)
         {

@@ -70,8 +70,9 @@ pub(super) fn check_servo(file: &ExperimentFile) -> Result<(), Fault> {
 fn estimates(log: &Log) -> Option<(&'static str, String)> {
     let open =
         |(name, factor): (&String, &Factor)| (*factor == Factor::Estimate).then(|| name.clone());
+    let all = || (log.delay_s.estimates_all()).then(String::new);
     let tables = [
-        ("delay_s", log.delay_s.keys().next().cloned()),
+        ("delay_s", (log.delay_s.keys().next().cloned()).or_else(all)),
         ("sign", log.sign.iter().find_map(open)),
         ("gain", log.gain.iter().find_map(open)),
     ];

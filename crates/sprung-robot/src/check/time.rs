@@ -40,6 +40,7 @@ pub(super) fn check_time(log: &Log, path: &[&str]) -> Result<(), Fault> {
             ),
         ));
     }
+    check_controller_period(log, path)?;
     let Some(time) = &log.time else { return Ok(()) };
     let at = [path, &["time"]].concat();
     let dimension = time.unit.map(Unit::dimension);
@@ -69,6 +70,32 @@ pub(super) fn check_time(log: &Log, path: &[&str]) -> Result<(), Fault> {
             .any(|column| matches!(column, PerJoint::One(name) if name.is_pattern()))
     {
         return Err(fault(&at, "time is one column; name it"));
+    }
+    Ok(())
+}
+
+/// Checks the period of the controller. Each log is compared with it when it is read.
+fn check_controller_period(log: &Log, path: &[&str]) -> Result<(), Fault> {
+    let Some(period) = log.controller_period_s else {
+        return Ok(());
+    };
+    let at = [path, &["controller_period_s"]].concat();
+    if !(period.is_finite() && period > 0.0) {
+        return Err(fault(
+            &at,
+            format!(
+                "controller_period_s = {period} must be positive; give the time for which the controller holds a torque, s"
+            ),
+        ));
+    }
+    if log.torque.is_none() {
+        return Err(fault(
+            &at,
+            format!(
+                "controller_period_s = {period} says how long a torque is held, but not what the log has; add torque = \
+                 \"held\", \"mean\" or \"instantaneous\""
+            ),
+        ));
     }
     Ok(())
 }

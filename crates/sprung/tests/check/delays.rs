@@ -8,15 +8,20 @@ use sprung::progress::Unheard;
 use super::in_memory::with_source;
 use super::twin::Demo;
 
-/// Identifies a log of the twin in which a column is late by a number of samples.
-fn late(column: usize, name: &str, samples: usize) -> Identification {
+/// Identifies a log of the twin in which columns are late by a number of samples.
+///
+/// - `late`: each column, its name and the samples.
+fn late(late: &[(usize, &str, usize)]) -> Identification {
     let demo = Demo::new();
     let mut experiment = demo.experiment.clone();
     experiment.identify.estimator = vec![Estimator::PredictionError];
     let log = experiment.log.as_mut().unwrap();
-    log.delay_s.insert(name.to_owned(), Delay::Estimate);
+    let mut table = demo.table(2000, 1.0);
+    for &(column, name, samples) in late {
+        log.delay_s.insert(name.to_owned(), Delay::Estimate);
+        table = table.delayed(column, samples);
+    }
     let model = Model::new(&experiment).unwrap();
-    let mut table = demo.table(2000, 1.0).delayed(column, samples);
     // Half of the log: a search takes several seconds of processor time. The benchmark `delays` has whole logs.
     table.time.truncate(5000);
     for own in &mut table.columns {
@@ -31,7 +36,7 @@ fn late(column: usize, name: &str, samples: usize) -> Identification {
 #[test]
 fn delays_of_a_link_are_found() {
     for (column, name, samples) in [(1, "q2_rad", 20), (0, "q1_rad", 0)] {
-        let found = late(column, name, samples);
+        let found = late(&[(column, name, samples)]);
         let used = found.log.delay_s[name];
         let off = used.value - 1e-3 * samples as f64;
         // Measured at most 4.7e-6 s in a whole log, with a standard error of 1.1e-5 s; the limits allow factors of ten and nine.
@@ -45,5 +50,20 @@ fn delays_of_a_link_are_found() {
         let codes: Vec<&str> = found.findings.iter().map(|f| f.code.as_str()).collect();
         assert!(codes.contains(&"delay-estimated"), "{codes:?}");
         assert!(!codes.contains(&"delay-not-found"), "{codes:?}");
+    }
+}
+
+#[test]
+fn two_delays_of_one_joint_are_found() {
+    let found = late(&[(0, "q1_rad", 12), (4, "tau1_nm", 7)]);
+    for (name, delay) in [("q1_rad", 12e-3), ("tau1_nm", 7e-3)] {
+        let used = found.log.delay_s[name];
+        println!("{name} {used:?}");
+        let error = used.standard_error.unwrap();
+        assert!(
+            (used.value - delay).abs() < 5.0 * error.max(1e-5),
+            "{name} {used:?}"
+        );
+        assert!(error < 1e-3, "{name} {used:?}");
     }
 }

@@ -1,6 +1,6 @@
 //! Estimated signs and gains.
 
-use sprung::description::{Experiment, Factor};
+use sprung::description::{Delay, Experiment, Factor};
 use sprung::estimate::identify;
 use sprung::model::Model;
 use sprung::progress::Unheard;
@@ -63,6 +63,24 @@ fn signs_of_every_column_are_found() {
     let found = find(&two, &times(&table, 1, -1.0)).unwrap();
     let values: Vec<f64> = found.signs.iter().map(|sign| sign.value).collect();
     assert_eq!(values, [1.0, -1.0]);
+}
+
+#[test]
+fn a_sign_is_found_together_with_a_delay() {
+    let demo = Demo::new();
+    let table = demo.table(1, 1.0);
+    for (column, name) in COLUMNS.into_iter().enumerate() {
+        let mut experiment = asked(&demo.experiment, &[name], &[]);
+        let log = experiment.log.as_mut().unwrap();
+        log.delay_s.insert(name.to_owned(), Delay::Estimate);
+        let late = table.delayed(column, 40);
+        for sign in [1.0, -1.0] {
+            let found = find(&experiment, &times(&late, column, sign)).unwrap();
+            let own = &found.signs[0];
+            println!("{name} {}", own.log_likelihood);
+            assert_eq!(own.value, sign, "{own:?}");
+        }
+    }
 }
 
 #[test]

@@ -77,10 +77,6 @@ fn of_joint(
     (joint, name): (usize, &str),
     channels: &Channels,
 ) -> Vec<Finding> {
-    let column = |signal: Signal| {
-        let channel = channels.telling(signal, joint)?;
-        Some(channels.all[channel].column.as_str())
-    };
     if let Some(row) = motor_row(model, result, joint)
         && (row.parameters.iter())
             .filter(|p| {
@@ -89,8 +85,8 @@ fn of_joint(
             .all(negative)
     {
         let names = row.parameters.iter().map(|p| p.name.clone());
-        let torque = column(Signal::Torque).unwrap_or_default();
-        return vec![reversed_torque(name, torque).about(names)];
+        let torque = columns(channels, joint, &[Signal::Torque]).join("");
+        return vec![reversed_torque(name, &torque).about(names)];
     }
     let wrong = |kind: JointParameter| {
         let own = of(model, result, kind, joint)?;
@@ -108,17 +104,12 @@ fn of_joint(
              delayed against the others, or a sign is wrong",
             stiffness.unit
         );
-        // A joint with a torque sensor may lack the link position.
-        let columns: Vec<String> = [Signal::Link, Signal::Spring, Signal::Motor, Signal::Torque]
-            .into_iter()
-            .filter_map(|signal| column(signal).map(|name| format!("\"{name}\"")))
-            .collect();
-        let first = columns.first().cloned().unwrap_or_default();
-        let remedy = format!(
-            "check signs and delays of {}; set delay_s = {{ {first} = \"estimate\" }} in [log]",
-            columns.join(", ")
+        let finding = Finding::new(
+            Severity::Serious,
+            IMPOSSIBLE,
+            text,
+            &remedy_of_spring(channels, joint),
         );
-        let finding = Finding::new(Severity::Serious, IMPOSSIBLE, text, &remedy);
         findings.push(finding.about([stiffness.name.clone()]));
     }
     if let Some((rotor, value)) = wrong(JointParameter::RotorInertia) {
@@ -133,6 +124,27 @@ fn of_joint(
         findings.push(finding.about([rotor.name.clone()]));
     }
     findings
+}
+
+/// Returns the columns of some signals of a joint, as far as the log has them.
+fn columns<'a>(channels: &'a Channels, joint: usize, signals: &[Signal]) -> Vec<&'a str> {
+    (signals.iter())
+        .filter_map(|&signal| channels.telling(signal, joint))
+        .map(|i| channels.all[i].column.as_str())
+        .collect()
+}
+
+/// Returns what to do about a spring that cannot exist. A joint with a torque sensor may have no link encoder.
+fn remedy_of_spring(channels: &Channels, joint: usize) -> String {
+    let signals = [Signal::Link, Signal::Spring, Signal::Motor, Signal::Torque];
+    let columns = columns(channels, joint, &signals);
+    let all: Vec<String> = (columns.iter())
+        .map(|column| format!("\"{column}\""))
+        .collect();
+    let estimate = all.first().map_or_else(String::new, |first| {
+        format!("; set delay_s = {{ {first} = \"estimate\" }} in [log]")
+    });
+    format!("check signs and delays of {}{estimate}", all.join(", "))
 }
 
 /// Reports parameters that only the constraints keep possible, with the price on held-out parts of the logs.
@@ -357,6 +369,28 @@ fn mass_matrix(error: &ModelError, distance: Option<f64>, least: Option<(f64, f6
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::description::{no_files, read};
+
+    #[test]
+    fn the_remedy_of_a_spring_names_columns_that_the_log_has() {
+        let robot = "format = 1\n[robot]\nname = \"arm\"\nkinematics = \"planar-2r\"\n[[robot.joint]]\nname = \"joint1\"\n\
+                     [[robot.joint]]\nname = \"joint2\"\n[log]\nperiod_s = 0.001\nmotor_position_rad = [\"p1\", \"p2\"]\n\
+                     motor_torque_nm = [\"tau1\", \"tau2\"]\n";
+        let remedy = |lines: &str| {
+            let text = format!("{robot}{lines}\n");
+            let experiment = read("experiment.toml", &text, &[], &mut no_files).unwrap();
+            let log = experiment.log.as_ref().unwrap();
+            remedy_of_spring(&Channels::new(&experiment.robot, log).unwrap(), 1)
+        };
+        assert_eq!(
+            remedy("joint_torque_nm = [\"s1\", \"s2\"]"),
+            "check signs and delays of \"s2\", \"p2\", \"tau2\"; set delay_s = { \"s2\" = \"estimate\" } in [log]"
+        );
+        assert_eq!(
+            remedy("link_position_rad = [\"q1\", \"q2\"]"),
+            "check signs and delays of \"q2\", \"p2\", \"tau2\"; set delay_s = { \"q2\" = \"estimate\" } in [log]"
+        );
+    }
 
     #[test]
     fn errors_that_contain_possible_bodies_make_a_note() {

@@ -9,7 +9,7 @@
 //! Rao, Proc. Camb. Phil. Soc. 1948: the score test, also called the Lagrange multiplier test.
 
 use super::filter::NormalEquations;
-use super::sandwich::{Influence, widening};
+use super::sandwich::widening_of;
 use super::solve::covariance;
 use super::vector::dot;
 use crate::estimate::statistics::{MAX_ITERATIONS, SIGNIFICANT_SIGMAS, between_parts};
@@ -37,7 +37,7 @@ pub(super) struct Evidence<'a> {
     pub(super) normal: &'a NormalEquations,
     /// Gradients after growing parts of equal length, \[parts × columns\].
     pub(super) gradients: &'a [Vec<f64>],
-    /// Normal equations of blocks of the log.
+    /// Normal equations of blocks of the log, without the priors.
     pub(super) blocks: &'a [&'a NormalEquations],
     /// s.
     pub(super) duration: f64,
@@ -148,21 +148,13 @@ impl<'a> Field<'a> {
         let normal = self.evidence.normal;
         let information = direction.information;
         let value = -dot(&direction.row, &normal.gradient) / information;
-        let influence = Influence {
-            row: direction.row.iter().map(|own| own / information).collect(),
-            variance: information.recip(),
-        };
-        let widening = widening(
-            &[&influence],
-            self.evidence.gradients,
-            self.evidence.duration,
-        )[0];
         let blocks: Vec<(f64, f64)> = (self.evidence.blocks.iter())
             .map(|block| {
                 let score = -dot(&direction.row, &block.gradient);
                 (score, block.quadratic(&direction.row))
             })
             .collect();
+        let widening = self.widening(&direction, value, &blocks);
         let of_blocks: Vec<(f64, f64)> = (blocks.iter())
             .filter(|(_, information)| *information > 0.0)
             .map(|(score, information)| (score / information, widening / information.sqrt()))
@@ -172,10 +164,42 @@ impl<'a> Field<'a> {
         (gain > 0.0 && value.is_finite()).then(|| Winner {
             effect,
             value,
-            standard_error: (widening * influence.variance.sqrt()).hypot(between),
+            standard_error: (widening / information.sqrt()).hypot(between),
             moves: direction.row.iter().map(|own| own * value).collect(),
             gain,
         })
+    }
+
+    /// Returns the factor of the standard error by the scatter of the score that is left with the effect.
+    ///
+    /// - `blocks`: score and information of each block.
+    fn widening(&self, direction: &Direction, value: f64, blocks: &[(f64, f64)]) -> f64 {
+        let gradients = self.evidence.gradients;
+        // Information up to the end of each block, and between the ends by interpolation.
+        let mut ends = vec![0.0];
+        for (_, information) in blocks {
+            ends.push(ends[ends.len() - 1] + information);
+        }
+        let up_to = |share: f64| {
+            let at = share * blocks.len() as f64;
+            let block = (at as usize).min(blocks.len().saturating_sub(1));
+            let part = at - block as f64;
+            match ends.get(block..block + 2) {
+                Some([begin, end]) => begin + part * (end - begin),
+                _ => 0.0,
+            }
+        };
+        let growing: Vec<f64> = (gradients.iter().enumerate())
+            .map(|(part, gradient)| {
+                let share = (part + 1) as f64 / gradients.len() as f64;
+                (dot(&direction.row, gradient) + up_to(share) * value) / direction.information
+            })
+            .collect();
+        widening_of(
+            &growing,
+            direction.information.recip(),
+            self.evidence.duration,
+        )
     }
 
     /// Returns the direction of a column, along which the active unknowns follow; `None` if the log does not

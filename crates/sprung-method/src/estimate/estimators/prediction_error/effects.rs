@@ -43,6 +43,8 @@ pub(super) enum Effect {
         row: usize,
         /// N·m·s/rad (N·s/m).
         viscous: f64,
+        /// Index of the viscous friction in theta.
+        parameter: usize,
     },
 }
 
@@ -156,9 +158,9 @@ impl Effect {
                 let torque = stiffness * wave.mean(segment.period, x);
                 if row == link { torque } else { -torque }
             }
-            Self::Drift { row: own, viscous } if own == row => {
-                -viscous * x[x.len() / 2 + row] * (segment.share(sample) - 0.5)
-            }
+            Self::Drift {
+                row: own, viscous, ..
+            } if own == row => -viscous * x[x.len() / 2 + row] * (segment.share(sample) - 0.5),
             _ => 0.0,
         }
     }
@@ -228,7 +230,6 @@ pub(super) fn of_drives(
     if experiment.robot.transmission_matrix.is_some() {
         return all;
     }
-    let value = |kind, joint| model.index(kind, joint).map(|index| theta[index]);
     for (i, channel) in channels.all.iter().enumerate() {
         if channel.quantity != Quantity::MotorTorque {
             continue;
@@ -236,8 +237,14 @@ pub(super) fn of_drives(
         let joint = channel.joint;
         let row = model.torque_row(joint);
         let scale = measurements.torque_scale[row];
-        if let Some(viscous) = value(JointParameter::Friction(Side::Motor, Law::Viscous), joint) {
-            all.push((i, Effect::Drift { row, viscous }));
+        let viscous = JointParameter::Friction(Side::Motor, Law::Viscous);
+        if let Some(parameter) = model.index(viscous, joint) {
+            let drift = Effect::Drift {
+                row,
+                viscous: theta[parameter],
+                parameter,
+            };
+            all.push((i, drift));
         }
         let gear_ratio = experiment.robot.joint[joint].gear_ratio;
         let Some(turns) = gear_ratio.filter(|_| channels.turns[joint]) else {
@@ -254,7 +261,10 @@ pub(super) fn of_drives(
         };
         let ripples = RIPPLES.into_iter().flat_map(waves);
         all.extend(ripples.map(|wave| (i, Effect::Ripple { row, scale, wave })));
-        if let Some(stiffness) = value(JointParameter::Stiffness, joint).filter(|_| row != joint) {
+        if let Some(index) = model.index(JointParameter::Stiffness, joint)
+            && row != joint
+        {
+            let stiffness = theta[index];
             let errors = TRANSMISSION_ERRORS.into_iter().flat_map(waves);
             let of_wave = |wave| Effect::TransmissionError {
                 link: joint,

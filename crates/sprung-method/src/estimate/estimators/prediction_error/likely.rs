@@ -200,7 +200,7 @@ impl Search<'_, '_, '_> {
         let start = Start {
             theta: &fitted.theta,
             free: free.collect(),
-            torque_noise: TorqueNoise::of(reading.channels()),
+            torque_noise: TorqueNoise::of(reading.channels(), self.excerpt.period()),
             torques: TorquesTiming::Given,
             delays: self.estimated.to_vec(),
         };

@@ -68,8 +68,8 @@ pub(in crate::estimate) use likely::likely;
 use measurements::{Extent, samples_in};
 use refine::{Refinery, Start};
 use refined::Refined;
-use retiming::timing_of;
 pub(in crate::estimate) use retiming::{Retiming, Timing};
+use retiming::{contradicted, timing_of};
 use rung::Rung;
 use start_levels::TorqueNoise;
 use status::Status;
@@ -155,11 +155,13 @@ pub(in crate::estimate) fn prediction_error(
     if let Some(refined) = shown.as_ref().and_then(Tried::refined) {
         let mut own = about_undeclared(reading, refined, &missing);
         own.extend(about(reading, refined));
-        if !refined.converged() {
-            // At other values than the likeliest ones, every effect seems to be missing.
+        let contradicted = contradicted(reading, excerpt, refined);
+        if !refined.converged() || contradicted.is_some() {
+            // At other values than the likeliest ones, or with a wrong timing, every effect seems to be missing.
             own.iter_mut().for_each(Finding::note);
         }
         findings.extend(own);
+        findings.extend(contradicted.filter(|_| refined.converged()));
     }
     let refinement =
         (shown.as_ref()).and_then(|shown| describe(model, reading.channels(), shown, &status));
@@ -233,7 +235,7 @@ fn start<'a>(reading: &Reading, before: &Before<'_>, theta: &'a [f64]) -> Start<
     Start {
         theta,
         free,
-        torque_noise: TorqueNoise::of(channels),
+        torque_noise: TorqueNoise::of(channels, before.excerpt.period()),
         torques: match before.timing {
             Timing::Found(own) if own.torques.is_some() => TorquesTiming::Estimated,
             Timing::Found(_) | Timing::Open => timing_of(channels),

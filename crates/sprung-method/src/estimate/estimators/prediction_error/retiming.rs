@@ -1,16 +1,20 @@
 //! The timing of the torques and the sharpness of Coulomb friction, as far as the likelihood asks for others than the
 //! preparation has used.
 
+use super::channel_updates::ChannelUpdate;
 use super::effects::Effect;
 use super::refine::{End, Refinery};
+use super::refined::Refined;
 use super::rung::Rung;
 use super::undeclared::Cause;
 use super::unknowns::TorquesTiming;
-use crate::description::Experiment;
+use crate::description::{Delay, Experiment};
 use crate::estimate::statistics::{CERTAIN_SIGMAS, MIN_DELAY_SAMPLES};
+use crate::finding::{Finding, Severity};
 use crate::log::{Channels, Quantity};
 use crate::model::Model;
-use crate::prepare::DelayGain;
+use crate::numbers::in_ms;
+use crate::prepare::{DelayGain, Excerpt};
 use crate::regression::{PassError, Reading};
 use sprung_core::friction::Scale;
 
@@ -94,10 +98,17 @@ impl Retiming {
     }
 }
 
-/// Returns the treatment of the delay of all torques.
+/// Returns the treatment of the delay of all torques. One that the description gives is tested with the meaning of the
+/// torques.
 pub(super) fn timing_of(channels: &Channels) -> TorquesTiming {
     let mut torques = (channels.all.iter()).filter(|own| own.quantity == Quantity::MotorTorque);
-    if torques.any(|own| own.delay.is_some()) {
+    let is_declared = channels.torque_hold.is_some();
+    let is_given = torques.any(|own| match own.delay {
+        Some(Delay::Known(_)) => !is_declared,
+        Some(Delay::Estimate) => true,
+        None => false,
+    });
+    if is_given {
         TorquesTiming::Given
     } else {
         TorquesTiming::Tested
@@ -134,11 +145,10 @@ impl Refinery<'_> {
     fn torques_delay(&self, end: &End, sharpness: &[(usize, f64)]) -> Option<TorquesDelay> {
         let own = end.refined.torques_delay.as_ref()?;
         let period = self.excerpt.period();
-        let size = own.correction.abs();
-        let is_likely = own.significance() > CERTAIN_SIGMAS
-            && size > MIN_DELAY_SAMPLES * period
-            && size < LONGEST_SAMPLES * period;
-        if !is_likely || self.start.torques != TorquesTiming::Tested {
+        let is_open = self.start.torques == TorquesTiming::Tested
+            && self.reading.channels().torque_hold.is_none();
+        let is_likely = is_certain(own, period) && own.correction.abs() < LONGEST_SAMPLES * period;
+        if !(is_open && is_likely) {
             return None;
         }
         let reading = self
@@ -153,6 +163,55 @@ impl Refinery<'_> {
             gain,
         })
     }
+}
+
+/// Returns whether a correction of the delay of all torques is no chance.
+fn is_certain(own: &ChannelUpdate, period: f64) -> bool {
+    own.significance() > CERTAIN_SIGMAS && own.correction.abs() > MIN_DELAY_SAMPLES * period
+}
+
+/// Reports that the torques of a log act at another time than the description says.
+pub(super) fn contradicted(
+    reading: &Reading,
+    excerpt: &Excerpt,
+    refined: &Refined,
+) -> Option<Finding> {
+    let hold = reading.channels().torque_hold?;
+    let period = excerpt.period();
+    let own =
+        (refined.torques_delay.as_ref()).filter(|own| !own.estimated && is_certain(own, period))?;
+    let acts = 0.5 * period - hold.delay(period) - own.assumed;
+    let gain = DelayGain::between(excerpt, reading, &delayed(reading, own.correction));
+    let held_out = gain.map_or_else(String::new, |gain| {
+        format!(
+            "; the held-out error of the filtered torque goes {}",
+            gain.words()
+        )
+    });
+    let likelihood = -refined.loss;
+    let text = format!(
+        "[log] says that the motor torques act on average {} their time stamps ({}); by likelihood they act {} them \
+         (standard error {:.3} ms). The log-likelihood is {likelihood:.0} as declared and {:.0} with this timing{held_out}",
+        when(acts),
+        hold.words(),
+        when(acts - own.correction),
+        in_ms(own.standard_error),
+        likelihood + 0.5 * own.significance().powi(2),
+    );
+    let remedy = "correct torque and controller_period_s in [log]; if the log has a torque one period of the controller late, \
+                  give this period as delay_s of each torque; or remove both, then sprung finds the timing";
+    Some(Finding::new(
+        Severity::Warning,
+        "torque-timing-contradicted",
+        text,
+        remedy,
+    ))
+}
+
+/// Returns a time relative to a time stamp as words: `0.500 ms after`.
+fn when(seconds: f64) -> String {
+    let side = if seconds < 0.0 { "before" } else { "after" };
+    format!("{:.3} ms {side}", in_ms(seconds.abs()))
 }
 
 /// Returns a model with another sharpness of Coulomb friction of some joints.

@@ -35,23 +35,29 @@ pub(super) fn widening(
     gradients: &[Vec<f64>],
     duration: f64,
 ) -> Vec<f64> {
-    let mut widest = vec![1.0_f64; influences.len()];
-    let parts = gradients.len();
-    let Some(whole) = gradients.last() else {
-        return widest;
+    let of_number = |own: &&Influence| {
+        let score: Vec<f64> = gradients.iter().map(|part| dot(&own.row, part)).collect();
+        let Some(whole) = score.last().copied() else {
+            return 1.0;
+        };
+        let share = |part: usize| (part + 1) as f64 / score.len() as f64;
+        let centred = score.iter().enumerate();
+        let centred: Vec<f64> = centred
+            .map(|(part, own)| own - share(part) * whole)
+            .collect();
+        widening_of(&centred, own.variance, duration)
     };
-    // The influence of each growing part on the numbers, centred.
-    let scores: Vec<f64> = influences.iter().map(|own| dot(&own.row, whole)).collect();
-    let growing: Vec<Vec<f64>> = (0..=parts)
-        .map(|part| {
-            let share = part as f64 / parts as f64;
-            let own = |(own, whole): (&&Influence, &f64)| match part.checked_sub(1) {
-                Some(last) => dot(&own.row, &gradients[last]) - share * whole,
-                None => 0.0,
-            };
-            influences.iter().zip(&scores).map(own).collect()
-        })
-        .collect();
+    influences.iter().map(of_number).collect()
+}
+
+/// Returns the factor of the standard error of one number.
+///
+/// - `growing`: influence of growing parts of equal length on the number, without its mean; the last one is zero.
+/// - `variance`: of the number by the information; `duration`: length of the log, s.
+pub(super) fn widening_of(growing: &[f64], variance: f64, duration: f64) -> f64 {
+    let parts = growing.len();
+    let up_to = |part: usize| part.checked_sub(1).map_or(0.0, |last| growing[last]);
+    let mut widest = 1.0_f64;
     for stretch in STRETCHES_S {
         let length = (stretch / duration * parts as f64).round() as usize;
         // Fewer stretches give a poor variance.
@@ -62,12 +68,10 @@ pub(super) fn widening(
         // Centring removes a part of the variance, the same as of a mean.
         let share = length as f64 / parts as f64;
         let scale = parts as f64 / (stretches * length) as f64 / (1.0 - share);
-        for (i, widest) in widest.iter_mut().enumerate() {
-            let sum: f64 = (0..stretches)
-                .map(|from| (growing[from + length][i] - growing[from][i]).powi(2))
-                .sum();
-            *widest = widest.max((scale * sum / influences[i].variance).sqrt());
-        }
+        let sum: f64 = (0..stretches)
+            .map(|from| (up_to(from + length) - up_to(from)).powi(2))
+            .sum();
+        widest = widest.max((scale * sum / variance).sqrt());
     }
     widest
 }

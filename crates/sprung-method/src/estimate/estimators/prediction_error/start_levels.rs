@@ -43,9 +43,13 @@ impl TorqueNoise {
         }
     }
 
-    /// Returns the accuracy that the description of the columns states.
-    pub(super) fn of(channels: &Channels) -> Self {
-        if channels.exact_torque {
+    /// Returns the accuracy that the description of the columns states. Of torques that a controller holds for a shorter
+    /// time than the period of the log, the log lacks all but one in a period.
+    ///
+    /// - `period`: of the log, s.
+    pub(super) fn of(channels: &Channels, period: f64) -> Self {
+        let lacks_torques = (channels.torque_hold).is_some_and(|own| own.lacks_torques(period));
+        if channels.exact_torque && !lacks_torques {
             Self::Exact
         } else {
             Self::Unknown

@@ -201,12 +201,13 @@ impl Refinery<'_> {
             model: richer,
             measurements,
             theta: &theta,
+            free: &unknowns.free[..before],
             period: self.excerpt.period(),
         };
         let found = winners(&evidence, active, &entrants).into_iter();
         Some(
             found
-                .map(|own| scales.undeclared(causes[own.effect].clone(), own, before))
+                .map(|own| scales.undeclared(causes[own.effect].clone(), own))
                 .collect(),
         )
     }
@@ -231,17 +232,31 @@ struct Scales<'a> {
     model: &'a Model,
     measurements: &'a Measurements,
     theta: &'a [f64],
+    /// Indices of the refined parameters.
+    free: &'a [usize],
     period: f64,
 }
 
 impl Scales<'_> {
-    fn undeclared(&self, cause: Cause, own: Winner, free: usize) -> Undeclared {
+    fn undeclared(&self, cause: Cause, own: Winner) -> Undeclared {
+        let mut moves = own.moves[..self.free.len()].to_vec();
+        if let Cause::Effect(
+            _,
+            Effect::Drift {
+                parameter, viscous, ..
+            },
+        ) = cause
+            && let Some(place) = self.free.iter().position(|index| *index == parameter)
+        {
+            // The value at the beginning and that at the end differ from the mean by half the change.
+            moves[place] = moves[place].abs().max((0.5 * own.value * viscous).abs());
+        }
         Undeclared {
             size: self.size(&cause, own.value.abs()),
             cause,
             value: own.value,
             standard_error: own.standard_error,
-            moves: own.moves[..free].to_vec(),
+            moves,
             gain: own.gain,
         }
     }
@@ -266,7 +281,7 @@ impl Scales<'_> {
                     let sensor = sensors.clone().position(|own| of_link(&own.coordinates));
                     sensor.map_or(f64::INFINITY, counts)
                 }
-                Effect::Drift { row, viscous } => {
+                Effect::Drift { row, viscous, .. } => {
                     let speed = self.speed(row);
                     let share = viscous.abs() * speed / self.measurements.torque_scale[row];
                     // Half of the change to each side of the mean.

@@ -156,7 +156,11 @@ fn moving_shares(model: &Model, channels: &Channels, window: &Window<'_>) -> Arc
     let mut shares = vec![0.0; model.coordinates()];
     for (i, channel) in channels.all.iter().enumerate() {
         if channel.quantity == Quantity::MotorTorque {
-            shares[model.torque_row(channel.joint)] = moving_share(window.shift(i));
+            let hold = match channels.torque_hold {
+                Some(own) => own.hold(window.period) / window.period,
+                None => hold_by_delay(window.shift(i)),
+            };
+            shares[model.torque_row(channel.joint)] = moving_share(hold);
         }
     }
     if shares.iter().all(|share| *share == 0.0) {
@@ -166,17 +170,23 @@ fn moving_shares(model: &Model, channels: &Channels, window: &Window<'_>) -> Arc
 }
 
 /// Returns the share of a torque's rate that acts within a period. A torque that a controller holds for a shorter time
-/// climbs by stairs, whose first moment is that of a line with this share of their slope. It acts, on average, half of the
-/// controller's period after its stamp, or before it if the log has the one before.
+/// climbs by stairs, whose first moment is that of a line with this share of their slope: 1 − (h/T)².
+///
+/// - `hold`: h/T, the time for which a torque is held over the period of the log.
+fn moving_share(hold: f64) -> f64 {
+    1.0 - hold * hold
+}
+
+/// Returns the time for which torques are held, in periods of the log, by their delay. A torque acts, on average, half of
+/// the controller's period after its stamp, or before it if the log has the one before.
 ///
 /// ```text
-/// 1 − (h/T)²        h = |T − 2 d|, at most T
+/// h = |T − 2 d|, at most T
 /// ```
 ///
 /// - `delay`: d/T.
-fn moving_share(delay: f64) -> f64 {
-    let held = (1.0 - 2.0 * delay).clamp(-1.0, 1.0);
-    1.0 - held * held
+fn hold_by_delay(delay: f64) -> f64 {
+    (1.0 - 2.0 * delay).abs().min(1.0)
 }
 
 /// Returns the covariates of the joints minus their references, \[samples × n × covariates\]; empty if
@@ -261,7 +271,7 @@ fn rates(torque: &[f64], rows: usize, filter: &Butterworth, period: f64) -> Opti
 
 #[cfg(test)]
 mod tests {
-    use super::moving_share;
+    use super::{hold_by_delay, moving_share};
 
     #[test]
     fn stairs_have_the_first_moment_of_a_line_with_this_share_of_their_slope() {
@@ -273,10 +283,12 @@ mod tests {
             // ∫ s u(s) ds over the period, with u of slope 1 at the middles of the steps; 1/12 for a line.
             let moment: f64 = (0..steps).map(|k| middle(k).powi(2) / n).sum();
             assert!(
-                (moving_share(delay) - 12.0 * moment).abs() < 1e-12,
+                (moving_share(hold_by_delay(delay)) - 12.0 * moment).abs() < 1e-12,
                 "{steps}"
             );
         }
-        assert!(moving_share(1.0).abs() < 1e-12 && moving_share(1.6).abs() < 1e-12);
+        for delay in [1.0, 1.6] {
+            assert!(moving_share(hold_by_delay(delay)).abs() < 1e-12);
+        }
     }
 }
