@@ -13,8 +13,8 @@ The script generates the logs that FOLDER lacks, and keeps them. Each identifica
 - error: median error relative to the truth
 - width: median ratio of half the interval to that of the Cramér-Rao bound (`bound.py`), without one-sided intervals
 
-A second table has verdicts, findings and processor time of each record and rate. Warnings of CLAIMS, laws by hold-out
-and effects that sprung applies name effects. An effect is there if the robot has it. The lag of the torque is there if it is not zero, and `sharpness` if
+A second table has verdicts, findings and processor time of each record and rate. Findings of CLAIMS, laws by hold-out
+and changes that sprung applies name effects. An effect is there if the robot has it. The lag of the torque is there if it is not zero, and `sharpness` if
 it is not 100. Without an effect, each requirement has a line with the measured number; with --strict the exit code is 1 if
 one of them is missed. --declared gives the true lag and sharpness to sprung. Needs the packages of `generate.py`.
 """
@@ -45,16 +45,19 @@ QUANTILE = 1.96
 # Fewer intervals cannot show that too many of them contain the truth.
 MANY_INTERVALS = 500
 SOME_INTERVALS = 20
-# Notes of these codes tell of effects that sprung applies. Other notes are shown on request only.
-APPLIED = {"torque-timing", "coulomb-sharpness", "delay-refined"}
+# Kinds of changes that sprung applies, by the effects that they name. Laws have their own words.
+APPLIED = {"torque-timing": "lag", "coulomb-sharpness": "sharpness"}
 LEAST_COVERAGE = 0.85
 
 # Effects that findings name by their codes. Laws are named by their own words.
 CLAIMS = {
     "delay-refined": "lag", "late-channel": "lag", "delayed-channel": "lag", "torque-saturates": "saturation",
-    "eccentric-encoder": "eccentricity", "parts-disagree": "heat", "presliding": "presliding",
-    "torque-timing": "lag", "coulomb-sharpness": "sharpness",
+    "eccentric-encoder": "eccentricity", "presliding": "presliding",
+    "torque-ripple": "ripple", "transmission-error": "error", "friction-drifts": "heat",
 }
+# Notes of these codes name effects, too.
+NAMES = {"late-channel", "torque-saturates", "eccentric-encoder", "law-by-likelihood", "torque-ripple",
+         "transmission-error", "friction-drifts"}
 
 
 @dataclass
@@ -100,6 +103,7 @@ class Case:
         rungs = (result.get("laws") or {}).get("rungs", [])
         warned = any(own["code"] == "laws-missing" and own["severity"] != "info" for own in result["findings"])
         laws = {law_of(rung) for rung in rungs if rung["made"] or warned}
+        laws |= {APPLIED[own["kind"]] for own in result.get("applied", []) if own["kind"] in APPLIED}
         for own in result["results"]:
             name, findings = own["estimator"], result["findings"] + own["warnings"]
             self.verdicts[name] = own["verdict"]
@@ -128,7 +132,7 @@ def law_of(rung):
 
 def claimed(finding):
     """Returns the effects that a finding names."""
-    if finding["severity"] == "info" and finding["code"] not in APPLIED:
+    if finding["severity"] == "info" and finding["code"] not in NAMES:
         return set()
     column = (finding.get("evidence") or {}).get("column") or "tau"
     effects = {CLAIMS[finding["code"]]} if finding["code"] in CLAIMS else set()

@@ -192,6 +192,10 @@ pub(crate) struct Check {
 pub(crate) struct Identify {
     /// Experiment file, or the folder that holds experiment.toml.
     pub(crate) experiment: PathBuf,
+    /// Use the laws of friction and springs of an earlier identification, and look for no others; repeated, their
+    /// union. Results of several runs then have one model.
+    #[arg(long, value_name = "identification.json")]
+    pub(crate) laws_from: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) common: Common,
 }

@@ -18,6 +18,15 @@ pub enum Format {
 }
 
 impl Format {
+    /// Returns whether a file has only viscous and Coulomb friction.
+    #[must_use]
+    pub fn has_few_laws(self) -> bool {
+        match self {
+            Self::Urdf | Self::Mjcf | Self::Sdf => true,
+            Self::Json | Self::C | Self::Rust => false,
+        }
+    }
+
     /// All formats.
     pub const ALL: [Self; 6] = [
         Self::Urdf,

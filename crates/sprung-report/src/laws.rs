@@ -8,7 +8,7 @@ use crate::estimate::{
     Applied, EstimateResult, Identification, LawRung, LawsByHoldOut, ModelDependence,
 };
 
-/// Composes the section; `None` if there are neither laws by hold-out nor residual laws.
+/// Composes the section; `None` if there are neither laws by hold-out nor friction parameters beside others.
 pub(super) fn laws(identification: &Identification) -> Option<Section> {
     let ladder = (identification.laws.as_ref()).filter(|laws| !laws.rungs.is_empty());
     let mut blocks: Vec<Block> = ladder.map(of_ladder).into_iter().flatten().collect();
@@ -60,7 +60,7 @@ pub(super) fn applied(identification: &Identification) -> Option<Section> {
     })
 }
 
-/// Composes the table of friction parameters beside residual laws; `None` if a result has none.
+/// Composes the table of friction parameters beside laws that simulators lack; `None` if a result has none.
 fn of_residual_laws(result: &EstimateResult) -> Option<Block> {
     let row = |own: &ModelDependence| Row {
         cells: vec![
@@ -92,8 +92,8 @@ fn of_residual_laws(result: &EstimateResult) -> Option<Block> {
     (!result.dependence.is_empty()).then(|| {
         Block::Table(Table {
             caption: format!(
-                "Friction parameters beside residual laws, {}. The raw values hold only together with \
-                 the residual laws. The projected values are those of the model without residual laws \
+                "Viscous and Coulomb friction beside further laws, {}. The raw values hold only together with \
+                 these laws. The projected values are those of the model without them \
                  that fit the same friction along the motion. The difference is the dependence on the \
                  model.{prior}",
                 result.estimator

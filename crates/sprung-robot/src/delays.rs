@@ -10,7 +10,6 @@ use serde::{Deserialize, Deserializer};
 
 use super::choice::choose;
 use super::factor::Delay;
-use super::quantities::Signal;
 
 /// The delays of the columns of a log.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -38,10 +37,10 @@ impl DelaysOfLog {
     /// Returns the delay of a column.
     ///
     /// - `names`: under which the delay of the column may be given, the most special one first.
+    /// - `may_be_open`: whether `"estimate"` for all columns opens this one.
     #[must_use]
-    pub fn of(&self, names: [&String; 2], signal: Signal) -> Option<Delay> {
-        let is_open =
-            self.estimates_all && matches!(signal, Signal::Link | Signal::Spring | Signal::Torque);
+    pub fn of(&self, names: [&String; 2], may_be_open: bool) -> Option<Delay> {
+        let is_open = self.estimates_all && may_be_open;
         let mut given = names
             .into_iter()
             .filter_map(|name| self.by_column.get(name));

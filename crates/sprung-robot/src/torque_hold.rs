@@ -4,7 +4,6 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::choice::choose;
-use super::log::Log;
 use crate::numbers::in_ms;
 
 /// Largest relative distance of two periods from a multiple of each other: time stamps give that of a log.
@@ -42,15 +41,6 @@ pub struct TorqueHold {
 }
 
 impl TorqueHold {
-    /// Returns what a description says; `None` if it leaves this to the log.
-    #[must_use]
-    pub fn of(log: &Log) -> Option<Self> {
-        Some(Self {
-            reading: log.torque?,
-            controller_period: log.controller_period_s,
-        })
-    }
-
     /// Returns its lines of the description.
     #[must_use]
     pub fn words(&self) -> String {

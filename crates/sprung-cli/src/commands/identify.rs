@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use sprung::estimate::Identified;
 use sprung::report::Contents;
-use sprung::session::{Session, Usability};
+use sprung::session::{Session, Usability, read_identification};
 
 use super::servo;
 use crate::args::Identify;
@@ -18,6 +18,12 @@ pub(crate) fn run(args: &Identify) -> Result<ExitCode, Failure> {
     let common = &args.common;
     let terminal = Terminal::new(common.voice, common.json);
     let session = Session::open(&args.experiment, &common.overrides)?;
+    let earlier = args.laws_from.iter().map(|path| read_identification(path));
+    let earlier = earlier.collect::<Result<Vec<_>, _>>()?;
+    let session = match &earlier[..] {
+        [] => session,
+        all => session.with_laws_from(all)?,
+    };
     if session.is_servo() {
         return servo::identify(&session, common);
     }

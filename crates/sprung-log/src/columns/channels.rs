@@ -133,7 +133,10 @@ impl Channels {
             nan: log.nan.unwrap_or_default(),
             all,
             exact_torque: log.motor_torque_exact,
-            torque_hold: TorqueHold::of(log),
+            torque_hold: log.torque.map(|reading| TorqueHold {
+                reading,
+                controller_period: log.controller_period_s,
+            }),
             turns: (0..robot.joint.len())
                 .map(|i| robot.kind(i) == JointKind::Revolute)
                 .collect(),

@@ -166,7 +166,9 @@ fn channel(
         * number(&column.sign).unwrap_or(1.0)
         * sign.known().unwrap_or(1.0)
         * gain.known().unwrap_or(1.0);
-    let delay = log.delay_s.of([&label, &common], key.signal());
+    // The motor positions are the reference.
+    let may_be_open = matches!(key.signal(), Signal::Link | Signal::Spring | Signal::Torque);
+    let delay = log.delay_s.of([&label, &common], may_be_open);
     Some(Channel {
         origin: Origin {
             stream: Stream::of(column),

@@ -93,6 +93,9 @@ pub struct ComparedResult {
     pub generator: String,
     /// Settings of the identification.
     pub settings: SettingsUsed,
+    /// Laws beyond the description, as `joint1: motor_friction "stribeck"`.
+    #[serde(default)]
+    pub laws: Vec<String>,
     /// Name of the estimator.
     pub estimator: String,
     /// Trustworthiness of the result.

@@ -92,6 +92,7 @@ pub fn compare(
     let combined = combined(&compared, &of_identifications);
     let mut findings = Vec::from_iter(different_robots(&compared));
     findings.extend(missing(&compared, &parameters));
+    findings.extend(different_laws(&compared));
     let (tested, disagreements) = runs_disagree(&compared, &parameters);
     findings.extend(disagreements);
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
@@ -162,6 +163,7 @@ fn describe(file: &Compared<'_>, result: &EstimateResult, label: String) -> Comp
         duration_s: identification.logs().map(|log| log.duration_s).sum(),
         generator: identification.generator.clone(),
         settings: identification.settings.clone(),
+        laws: laws(identification),
         estimator: result.estimator.clone(),
         verdict: result.verdict,
         condition_number_scaled: result.condition_number_scaled,
@@ -170,6 +172,47 @@ fn describe(file: &Compared<'_>, result: &EstimateResult, label: String) -> Comp
         findings: codes,
         elapsed_s: result.elapsed_s,
     }
+}
+
+/// Returns the laws that an identification added.
+fn laws(identification: &Identification) -> Vec<String> {
+    let rungs = identification.laws.iter().flat_map(|laws| &laws.rungs);
+    let mut laws: Vec<String> = rungs
+        .filter(|rung| rung.made)
+        .map(|rung| format!("{}: {}", rung.joint, rung.words()))
+        .collect();
+    laws.sort_unstable();
+    laws
+}
+
+/// Reports that the results have different models, with the way to one model.
+fn different_laws(compared: &[ComparedResult]) -> Option<Finding> {
+    let first = compared.first()?;
+    if compared.iter().all(|own| own.laws == first.laws) {
+        return None;
+    }
+    let mut union: Vec<&str> = (compared.iter())
+        .flat_map(|own| own.laws.iter().map(String::as_str))
+        .collect();
+    union.sort_unstable();
+    union.dedup();
+    let mut files: Vec<String> = (compared.iter())
+        .map(|own| format!("--laws-from {}", own.file))
+        .collect();
+    files.dedup();
+    Some(Finding::new(
+        Severity::Warning,
+        "laws-differ",
+        format!(
+            "the logs asked for different laws beyond the experiment file, so the results have different models and their \
+             friction does not compare; the union is {}",
+            union.join("; ")
+        ),
+        &format!(
+            "identify every log again with one model, that of the union: sprung identify {}",
+            files.join(" ")
+        ),
+    ))
 }
 
 fn parameters(results: &[(&Compared<'_>, &EstimateResult)]) -> Vec<ComparedParameter> {

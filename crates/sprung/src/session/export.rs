@@ -45,6 +45,10 @@ impl Session {
         let values = if let Some(result) = result {
             check_parameters(&model, result)?;
             let mut values = values_of(result);
+            if format.has_few_laws() {
+                let projected = result.dependence.iter();
+                values.extend(projected.map(|own| (own.name.clone(), own.projected)));
+            }
             for joint in identification.iter().flat_map(|own| &own.rigid_joints) {
                 joint.complete(|name| result.lacks(name), &mut values);
             }

@@ -6,8 +6,10 @@ use std::sync::Arc;
 use super::error::SessionError;
 use super::files::{Disk, Files, InFolder, read_text};
 use super::mistaken::{EXPERIMENT_FILE, experiment_file};
+use super::results::ReadIdentification;
+use sprung_method::estimate::with_found_laws;
 use sprung_model::Model;
-use sprung_robot::{Experiment, Log, Validate};
+use sprung_robot::{Experiment, Laws, Log, Validate};
 
 /// Folder of results beside `experiment.toml`; that of another file has a longer name.
 pub(super) const RESULTS_FOLDER: &str = "sprung-out";
@@ -102,6 +104,44 @@ impl Session {
         let experiment = self.experiment.with_log(&name, over)?;
         Ok(Self {
             model: model(&name, &experiment)?,
+            experiment,
+            ..self.clone()
+        })
+    }
+
+    /// Returns this session with the laws of earlier identifications, the union of all of them, and with no search for
+    /// others. So results of several runs have one model.
+    ///
+    /// # Errors
+    ///
+    /// [`SessionError`] if an identification is that of another robot.
+    pub fn with_laws_from(&self, earlier: &[ReadIdentification]) -> Result<Self, SessionError> {
+        let mut experiment = self.experiment.clone();
+        for ReadIdentification {
+            path,
+            identification,
+        } in earlier
+        {
+            let expected = &experiment.robot.name;
+            if identification.robot != *expected {
+                return Err(SessionError::NotParameters {
+                    file: path.display().to_string(),
+                    why: format!(
+                        "its robot is \"{}\", and that of the experiment is \"{expected}\"; give identifications of \
+                         one robot",
+                        identification.robot
+                    ),
+                });
+            }
+            if let Some(laws) = &identification.laws {
+                experiment = with_found_laws(&experiment, laws);
+            }
+        }
+        for joint in &mut experiment.robot.joint {
+            joint.laws = Some(Laws::Declared);
+        }
+        Ok(Self {
+            model: model(&self.name(), &experiment)?,
             experiment,
             ..self.clone()
         })

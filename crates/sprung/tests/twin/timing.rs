@@ -82,9 +82,8 @@ fn a_torque_between_the_rows_of_a_log_and_a_sharp_transition_are_found() {
     // Later commands read the values of least squares with the sharpness that they belong to.
     assert_eq!(found.results[1].coulomb_sharpness.iter().count(), 2);
     assert_true(result, &truth);
-    for code in ["torque-timing", "coulomb-sharpness"] {
-        assert!(codes(&found).contains(&code), "{code}");
-    }
+    let applied: Vec<&str> = found.applied.iter().map(|own| own.kind.as_str()).collect();
+    assert_eq!(applied, ["torque-timing", "coulomb-sharpness"]);
     assert!(!codes(&found).contains(&"laws-missing"));
 }
 
@@ -92,7 +91,5 @@ fn a_torque_between_the_rows_of_a_log_and_a_sharp_transition_are_found() {
 fn a_log_that_fits_the_model_has_no_timing_of_its_own() {
     let (found, truth) = identified(SHARPNESS, 1);
     assert_true(&found.results[0], &truth);
-    for code in ["torque-timing", "coulomb-sharpness"] {
-        assert!(!codes(&found).contains(&code), "{code}");
-    }
+    assert_eq!(found.applied, []);
 }

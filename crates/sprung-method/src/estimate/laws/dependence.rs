@@ -1,19 +1,19 @@
-//! Friction parameters beside residual laws.
+//! Friction parameters beside laws that simulators lack.
 
 use faer::Mat;
 use faer::linalg::solvers::Solve;
-use sprung_core::friction::Family;
+use sprung_core::friction::Law;
 use sprung_core::parameters::{JointParameter, Side};
 
 use crate::estimate::result::ModelDependence;
 use crate::model::Model;
 use crate::regression::{System, Triangle};
 
-/// Returns the friction parameters of all sides with residual laws, raw and projected.
+/// Returns the viscous and Coulomb friction of all sides with further laws, raw and projected.
 ///
-/// Residual laws explain friction that the other laws of their side could explain too, so the raw
-/// parameters depend on the choice of the residual laws. The projection is the least-squares fit of
-/// the friction of the side, residual laws included, by its other laws along the motion.
+/// Further laws explain friction that viscous and Coulomb friction could explain too, so the raw parameters depend on
+/// the choice of these laws, and a simulator without them needs others. The projection is the least-squares fit of the
+/// friction of the side, further laws included, by viscous and Coulomb friction along the motion.
 pub(in crate::estimate) fn dependence(
     model: &Model,
     system: &System,
@@ -27,7 +27,7 @@ pub(in crate::estimate) fn dependence(
     });
     let sides: Vec<Columns> = sides
         .map(|(joint, side, row)| Columns::new(model, joint, side, row))
-        .filter(|columns| !columns.residual.is_empty())
+        .filter(|columns| !columns.further.is_empty())
         .collect();
     if sides.is_empty() {
         return Vec::new();
@@ -42,10 +42,30 @@ pub(in crate::estimate) fn dependence(
         .collect()
 }
 
+/// Returns whether simulators lack a law whose torque resembles viscous or Coulomb friction.
+fn is_further(law: Law) -> bool {
+    match law {
+        Law::Stribeck
+        | Law::Quadratic
+        | Law::Load
+        | Law::ResidualSlow
+        | Law::ResidualMedium
+        | Law::ResidualFast
+        | Law::ResidualEven => true,
+        Law::Viscous
+        | Law::ViscousPositive
+        | Law::ViscousNegative
+        | Law::Coulomb
+        | Law::CoulombPositive
+        | Law::CoulombNegative
+        | Law::Offset => false,
+    }
+}
+
 /// Columns of one row: positions in the row and indices in theta.
 struct Columns {
     row: usize,
-    residual: Vec<(usize, usize)>,
+    further: Vec<(usize, usize)>,
     others: Vec<(usize, usize)>,
 }
 
@@ -53,7 +73,7 @@ impl Columns {
     fn new(model: &Model, joint: usize, side: Side, row: usize) -> Self {
         let mut found = Self {
             row,
-            residual: Vec::new(),
+            further: Vec::new(),
             others: Vec::new(),
         };
         for (place, &column) in model.row_columns(row).iter().enumerate() {
@@ -64,9 +84,9 @@ impl Columns {
             if (of, own) != (side, joint) {
                 continue;
             }
-            if Family::Residual.laws().contains(&law) {
-                found.residual.push((place, column));
-            } else if parameter.fixed.is_none() {
+            if is_further(law) {
+                found.further.push((place, column));
+            } else if law != Law::Offset && parameter.fixed.is_none() {
                 found.others.push((place, column));
             }
         }
@@ -93,7 +113,7 @@ impl Columns {
             product(self.others[i].0, self.others[j].0) / (length[i] * length[j])
         });
         let rhs = Mat::from_fn(count, 1, |i, _| {
-            let explained = self.residual.iter();
+            let explained = self.further.iter();
             let explained =
                 explained.map(|&(place, column)| product(self.others[i].0, place) * theta[column]);
             explained.sum::<f64>() / length[i]

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 
 use super::dynamics::Dynamics;
+use super::effects::TorquesTiming;
 use super::effects::of_channels;
 use super::filter::{Keep, run};
 use super::levels::Levels;
 use super::measurements::{Extent, build, max_samples, read};
 use super::problem::add_prior;
 use super::solve;
-use super::unknowns::{TorquesTiming, Unknowns};
+use super::unknowns::Unknowns;
 use crate::description::{Delay, Experiment, Simulate};
 use crate::estimate::errors::IdentifyError;
 use crate::log::{Channels, LogError, LogSource};

@@ -1,7 +1,6 @@
 //! Effects that the filter does not model, only their derivatives: of channels, of motors and of gears.
 
 use super::measurements::{Measurements, Segment};
-use super::unknowns::TorquesTiming;
 use crate::description::Experiment;
 use crate::log::{Channels, Quantity, Signal};
 use crate::model::Model;
@@ -13,6 +12,17 @@ const RIPPLES: [u8; 5] = [1, 2, 4, 6, 12];
 
 /// Periods of a transmission error per turn of the motor: that of the shaft, and that of a strain wave gear.
 const TRANSMISSION_ERRORS: [u8; 2] = [1, 2];
+
+/// The treatment of the delay that all torques have together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum TorquesTiming {
+    /// The description gives delays of torques.
+    Given,
+    /// It is tested.
+    Tested,
+    /// It is estimated.
+    Estimated,
+}
 
 /// An effect that the filter does not model, only its derivative.
 #[derive(Clone, Copy, Debug, PartialEq)]

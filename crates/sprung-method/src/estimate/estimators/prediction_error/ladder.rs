@@ -4,7 +4,7 @@
 //! On a log with model error the likelihood attributes this error to slow disturbances, and then
 //! only fast motions determine the parameters. A lower rung does not have this freedom.
 
-use super::Before;
+use super::before::Before;
 use super::hold_out::{Blocks, HeldOut};
 use super::refine::{End, Refinery};
 use super::refined::Refined;

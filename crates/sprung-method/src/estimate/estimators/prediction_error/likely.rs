@@ -2,12 +2,12 @@
 
 use sprung_core::friction::Scale;
 
+use super::effects::TorquesTiming;
 use super::measurements::{Extent, max_samples};
 use super::refine::{Refinery, Start};
 use super::refined::Refined;
 use super::rung::Rung;
 use super::start_levels::TorqueNoise;
-use super::unknowns::TorquesTiming;
 use crate::description::{Delay, Estimator};
 use crate::estimate::statistics::{MIN_DELAY_SAMPLES, SIGNIFICANT_SIGMAS};
 use crate::fit::fit;

@@ -1,6 +1,7 @@
 //! The prediction-error estimator: refines the estimate of least squares and judges the refinement.
 //! NOTATION.md contains the equations.
 
+mod before;
 mod bound;
 mod cap;
 mod channel_updates;
@@ -47,20 +48,22 @@ mod vector;
 
 use sprung_core::parameters::JointParameter;
 
-use crate::description::{Delay, Experiment};
+use crate::description::Delay;
 use crate::estimate::estimators::found::{Covariance, Criterion, Found, Numbers};
-use crate::estimate::estimators::least_squares::{PossibleFit, linear_numbers};
+use crate::estimate::estimators::least_squares::linear_numbers;
 use crate::estimate::result::ErrorParts;
 use crate::estimate::statistics::NORMAL_95;
 use crate::finding::{Finding, Severity};
 use crate::fit::{Fitted, trace};
 use crate::log::LogSource;
-use crate::prepare::{Excerpt, OPEN_STIFFNESS};
+use crate::prepare::OPEN_STIFFNESS;
 use crate::progress::{Listener, Phase};
-use crate::regression::{PassError, Reading, System};
+use crate::regression::{PassError, Reading};
 use crate::stopwatch::Stopwatch;
+pub(in crate::estimate) use before::Before;
 pub use bound::{KnownNoise, KnownTruth, information_bound};
 use describe::describe;
+use effects::TorquesTiming;
 use findings::about;
 use guard::Guard;
 use ladder::{Climbed, Tried, choose, climb, nearest};
@@ -75,28 +78,9 @@ use start_levels::TorqueNoise;
 use status::Status;
 use undeclared::bias;
 use undeclared_findings::about_undeclared;
-use unknowns::TorquesTiming;
 
 /// Least start value of a rotor inertia or stiffness, in its standard errors.
 const INSIDE: f64 = 0.3;
-
-/// Inputs of a refinement.
-#[derive(Clone, Copy)]
-pub(in crate::estimate) struct Before<'a> {
-    pub(in crate::estimate) experiment: &'a Experiment,
-    /// The beginning of the first log.
-    pub(in crate::estimate) excerpt: &'a Excerpt,
-    pub(in crate::estimate) system: &'a System,
-    pub(in crate::estimate) fitted: &'a Fitted,
-    /// Least squares over the robots that can exist; `None` without constraints.
-    pub(in crate::estimate) possible: Option<&'a PossibleFit<'a>>,
-    /// Start values instead of the fitted ones, \[p\].
-    pub(in crate::estimate) nominal: Option<&'a [f64]>,
-    pub(in crate::estimate) timing: Timing<'a>,
-    /// Findings about the logs. If a log itself is faulty, the refinement is not tried, because it
-    /// may take minutes to fail.
-    pub(in crate::estimate) about_logs: &'a [Finding],
-}
 
 /// Refines the estimate of least squares: climb the ladder, choose a rung, describe it.
 ///

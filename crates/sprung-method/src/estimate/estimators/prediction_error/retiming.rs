@@ -3,11 +3,11 @@
 
 use super::channel_updates::ChannelUpdate;
 use super::effects::Effect;
+use super::effects::TorquesTiming;
 use super::refine::{End, Refinery};
 use super::refined::Refined;
 use super::rung::Rung;
 use super::undeclared::Cause;
-use super::unknowns::TorquesTiming;
 use crate::description::{Delay, Experiment};
 use crate::estimate::statistics::{CERTAIN_SIGMAS, MIN_DELAY_SAMPLES};
 use crate::finding::{Finding, Severity};

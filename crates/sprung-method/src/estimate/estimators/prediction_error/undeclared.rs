@@ -2,6 +2,7 @@
 //! of gears, friction that drifts. One further run of the filter takes the derivatives by all of them, at zero.
 
 use super::competition::{Entrant, Evidence, Winner, winners};
+use super::effects::TorquesTiming;
 use super::effects::{Effect, of_channels, of_drives};
 use super::finish::last_run;
 use super::measurements::{Measurements, with_laws};
@@ -11,7 +12,7 @@ use super::refine::{End, Refinery};
 use super::refined::Refined;
 use super::rung::Rung;
 use super::start_levels::Searches;
-use super::unknowns::{TorquesTiming, Unknowns};
+use super::unknowns::Unknowns;
 use crate::description::Experiment;
 use crate::estimate::laws::{Tested, with_tested_laws};
 use crate::estimate::statistics::NORMAL_95;

@@ -45,17 +45,6 @@ impl Bend {
     }
 }
 
-/// The treatment of the delay that all torques have together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum TorquesTiming {
-    /// The description gives delays of torques.
-    Given,
-    /// It is tested.
-    Tested,
-    /// It is estimated.
-    Estimated,
-}
-
 /// A joint, the scale of some of its friction laws, and the value of this scale.
 pub(super) type ScaleOfJoint = (usize, Scale, f64);
 
