@@ -106,7 +106,7 @@ fn constant_columns() {
 fn one_encoder_in_another_unit_or_direction() {
     Case::new().column(PHI1, f64::to_degrees).fails(
         3,
-        &["\"phi1_rad\" looks like degrees", "motor_position_deg"],
+        &["it holds degrees", "gain = { \"phi1_rad\" = 0.01745 }"],
     );
     Case::new()
         .column(Q1, f64::to_degrees)

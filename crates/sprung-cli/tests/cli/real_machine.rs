@@ -13,6 +13,9 @@ fn data(file: &str) -> Option<String> {
 }
 
 /// Runs a verb on an example. Returns the exit code and the printed JSON.
+/// The published values are those of the laws in the file.
+const DECLARED: &str = "identify.laws=declared";
+
 fn run(verb: &str, example: &str, more: &[&str]) -> (i32, Value) {
     let out = TempDir::new().unwrap();
     let example = format!("{}/../../examples/{example}", env!("CARGO_MANIFEST_DIR"));
@@ -229,7 +232,9 @@ fn positioning_system_comes_out_as_published() {
     let Some(log) = data("emps/emps_estimation.csv") else {
         return;
     };
-    let (code, json) = run("identify", "emps", &["--set", &format!("log.file={log}")]);
+    let file = format!("log.file={log}");
+    let more = ["--set", &file, "--set", DECLARED];
+    let (code, json) = run("identify", "emps", &more);
     assert_eq!(code, 0);
     // The declared laws leave twice the residual of those by hold-out.
     assert_eq!(json["results"][0]["verdict"], "doubtful");
@@ -252,7 +257,11 @@ fn positioning_system_is_refined_on_a_lower_rung() {
     };
     let log = format!("log.file={log}");
     let refine = "identify.estimator=prediction-error";
-    let (code, json) = run("identify", "emps", &["--set", &log, "--set", refine]);
+    let (code, json) = run(
+        "identify",
+        "emps",
+        &["--set", &log, "--set", refine, "--set", DECLARED],
+    );
     assert_eq!(code, 0);
     let refinement = &json["results"][0]["refinement"];
     assert_eq!(refinement["used"], true, "{refinement:#}");
@@ -287,7 +296,7 @@ fn positioning_system_on_its_other_log() {
     let (code, json) = run(
         "identify",
         "emps",
-        &["--set", &format!("log.file={pulses}")],
+        &["--set", &format!("log.file={pulses}"), "--set", DECLARED],
     );
     assert_eq!(code, 0);
     near_published(&json, [0.016, 0.045, 0.03, 0.03]);
@@ -299,7 +308,9 @@ fn positioning_system_on_its_other_log() {
     let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/emps");
     let folder = out.path().to_str().unwrap();
     let set = format!("log.file={first}");
-    let output = sprung(&["identify", example, "-q", "--out", folder, "--set", &set]);
+    let output = sprung(&[
+        "identify", example, "-q", "--out", folder, "--set", &set, "--set", DECLARED,
+    ]);
     assert!(output.status.success(), "{}", stderr(&output));
     let parameters = out.path().join("identification.json");
     let (code, json) = run(
@@ -340,7 +351,11 @@ fn industrial_arm_with_a_coupled_wrist() {
         return;
     };
     let (log, urdf) = (format!("log.file={log}"), format!("robot.urdf={urdf}"));
-    let (code, json) = run("identify", "staubli-tx40", &["--set", &log, "--set", &urdf]);
+    let (code, json) = run(
+        "identify",
+        "staubli-tx40",
+        &["--set", &log, "--set", &urdf, "--set", DECLARED],
+    );
     assert_eq!(code, 0);
     let motor = |i: usize| value(&json, &format!("joint_{i}.motor_viscous"));
     let mut worst = 0.0_f64;
@@ -427,7 +442,7 @@ fn possible_bodies_predict_held_out_thirds_of_an_industrial_arm() {
         let (_, json) = run(
             "identify",
             "staubli-tx40",
-            &["--set", &rest, "--set", &urdf],
+            &["--set", &rest, "--set", &urdf, "--set", DECLARED],
         );
         let standard = json["results"][0]["standard_parameters"]
             .as_array()

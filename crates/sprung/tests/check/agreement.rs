@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use rayon::prelude::*;
-use sprung::description::Experiment;
+use sprung::description::{Experiment, Laws};
 use sprung::estimate::identify;
 use sprung::finding::Finding;
 use sprung::model::Model;
@@ -44,8 +44,12 @@ fn words(findings: &[Finding]) -> BTreeSet<String> {
         .collect()
 }
 
-/// Returns the findings of `identify`; `None` if it cannot estimate parameters.
+/// Returns the findings of `identify` with the laws of the file, which a check has; `None` if it cannot estimate
+/// parameters.
 fn identified(experiment: &Experiment, table: &Table) -> Option<BTreeSet<String>> {
+    let mut experiment = experiment.clone();
+    experiment.identify.laws = Laws::Declared;
+    let experiment = &experiment;
     let model = Model::new(experiment).unwrap();
     let found = with_source(&table.csv(), |source| {
         identify(experiment, &model, &mut [source], &mut Unheard)

@@ -27,6 +27,7 @@ motor_torque_nm = ["tau"]
 [identify]
 estimator = "least-squares"
 position_cutoff_hz = 10.0
+laws = "declared"
 "#;
 
 /// Inertia, kg·m², viscous friction, N·m·s/rad, and Coulomb friction, N·m.

@@ -8,8 +8,10 @@ use crate::estimate::statistics::{MAX_ITERATIONS, NEGLIGIBLE_SHARE, SIGNIFICANT_
 /// encoders leave an offset in it.
 const MIN_LINK_GAIN: f64 = 0.2;
 
-/// Least torque of a change, as a fraction of the joint's torque.
+/// Least torque of a change, as a fraction of the joint's torque, and least part of it that no other law explains. On a
+/// log without noise even the smearing of the filters asks for laws.
 const LEAST_TORQUE_SHARE: f64 = 0.01;
+const LEAST_OWN_SHARE: f64 = 0.002;
 
 /// Two changes explain the same if the second one gains at least this fraction of the first, less
 /// by at most [`SIGNIFICANT_SIGMAS`] standard deviations of the difference, and less than [`NEGLIGIBLE_SHARE`] after
@@ -40,7 +42,7 @@ struct Gain {
     of_squares: f64,
     scatter: f64,
     of_parts: Vec<f64>,
-    /// Whether the gain is large enough in one of the rows, and the torque of the change beside the joint's torque.
+    /// Whether the gain is large enough in one of the rows, and the torque of the change is large enough beside the joint's torque.
     is_large: bool,
 }
 
@@ -71,9 +73,10 @@ pub(super) struct Ladder<'a> {
     candidates: &'a [Candidate],
     /// Link row and torque row of each joint; equal for a rigid joint.
     rows: &'a [[usize; 2]],
-    /// Unknowns of no law, which every fit has.
+    /// Unknowns of no law. A change has to gain beside them, too.
     nuisances: &'a [usize],
     fits: Fits,
+    fits_with_nuisances: Fits,
     /// Unknowns of the changes that were made.
     probes: Vec<usize>,
     pub(super) rungs: Vec<Rung>,
@@ -88,18 +91,20 @@ impl<'a> Ladder<'a> {
         (candidates, nuisances): (&'a [Candidate], &'a [usize]),
         rows: &'a [[usize; 2]],
     ) -> Option<Self> {
-        let fits = normal.fit(nuisances)?;
+        let fits = normal.fit(&[])?;
+        let fits_with_nuisances = normal.fit(nuisances)?;
         let mut ladder = Self {
             normal,
             candidates,
             rows,
             nuisances,
             fits,
+            fits_with_nuisances,
             probes: Vec::new(),
             rungs: Vec::new(),
             before: 0.0,
         };
-        ladder.before = ladder.held_out(&[])?;
+        ladder.before = ladder.held_out();
         Some(ladder)
     }
 
@@ -167,16 +172,16 @@ impl<'a> Ladder<'a> {
         let mut probes = self.probes.clone();
         probes.extend(&self.candidates[best.candidate].unknowns);
         let with_nuisances = [self.nuisances, &probes].concat();
-        let fitted = self.normal.fit(&with_nuisances).zip(self.held_out(&probes));
-        let Some((fits, held_out)) = fitted else {
+        let fitted = (self.normal.fit(&probes)).zip(self.normal.fit(&with_nuisances));
+        let Some((fits, beside)) = fitted else {
             return false;
         };
-        (self.probes, self.fits) = (probes, fits);
+        (self.probes, self.fits, self.fits_with_nuisances) = (probes, fits, beside);
         self.rungs.push(Rung {
             candidate: best.candidate,
             gain: best.of_root(),
             scatter: 0.5 * best.scatter,
-            held_out,
+            held_out: self.held_out(),
             stribeck_velocity,
             alike: Vec::new(),
         });
@@ -229,8 +234,10 @@ impl<'a> Ladder<'a> {
             (1.0 - (after / totals[i]).sqrt(), rows[i] == motor)
         });
         let torque = self.normal.torque_squares(motor).sqrt();
+        let is_practical =
+            added >= LEAST_TORQUE_SHARE * torque && self.is_own(candidate, rows, torque);
         of_squares.is_finite().then(|| Gain {
-            is_large: added >= LEAST_TORQUE_SHARE * torque
+            is_large: is_practical
                 && own.any(|(gain, of_torque)| {
                     gain >= if of_torque {
                         NEGLIGIBLE_SHARE
@@ -245,21 +252,37 @@ impl<'a> Ladder<'a> {
         })
     }
 
-    /// Returns the held-out residual of the torque rows relative to the torque, without nuisances: the root mean square
-    /// over the joints with torque. Returns `None` if a fit fails.
-    fn held_out(&self, probes: &[usize]) -> Option<f64> {
-        let squares = self.normal.fit(probes)?.squares;
+    /// Returns whether a change explains more than nuisances do.
+    fn is_own(&self, candidate: &Candidate, rows: &[usize], torque: f64) -> bool {
+        let fits = &self.fits_with_nuisances;
+        let with = self.normal.with(fits, &candidate.unknowns, rows);
+        let Some((after, _)) = with else {
+            return false;
+        };
+        let before = fits
+            .squares
+            .iter()
+            .flat_map(|part| rows.iter().map(|&row| part[row]));
+        let before: f64 = before.sum();
+        let left: f64 = after.iter().flatten().sum();
+        left.sqrt() <= (1.0 - NEGLIGIBLE_SHARE) * before.sqrt()
+            && (before - left).max(0.0).sqrt() >= LEAST_OWN_SHARE * torque
+    }
+
+    /// Returns the held-out residual of the torque rows relative to the torque: the root mean square
+    /// over the joints with torque.
+    fn held_out(&self) -> f64 {
         let mut torque_rows: Vec<usize> = self.rows.iter().map(|rows| rows[1]).collect();
         torque_rows.dedup();
         let shares: Vec<f64> = (torque_rows.into_iter())
             .map(|row| (row, self.normal.torque_squares(row)))
             .filter(|(_, torque)| *torque > 0.0)
             .map(|(row, torque)| {
-                let left: f64 = squares.iter().map(|part| part[row]).sum();
+                let left: f64 = self.fits.squares.iter().map(|part| part[row]).sum();
                 left / torque
             })
             .collect();
-        Some((shares.iter().sum::<f64>() / shares.len().max(1) as f64).sqrt())
+        (shares.iter().sum::<f64>() / shares.len().max(1) as f64).sqrt()
     }
 }
 
