@@ -260,7 +260,8 @@ fn validation_uses_the_velocities_of_the_identification() {
         // With the velocities before a search the residual is 0.03 and 0.2.
         assert!((again / own - 1.0).abs() < 0.1, "{own} {again}");
         let beside = json["results"][0]["dependence"].as_array();
-        assert_eq!(beside.map(Vec::len), (!laws.is_empty()).then_some(2));
+        // Viscous and Coulomb friction, which both further laws resemble.
+        assert_eq!(beside.map(Vec::len), Some(2));
     }
 }
 

@@ -6,13 +6,10 @@ use std::sync::Arc;
 use super::error::SessionError;
 use super::files::{Disk, Files, InFolder, read_text};
 use super::mistaken::{EXPERIMENT_FILE, experiment_file};
-use super::results::ReadIdentification;
+use super::results::{RESULTS_FOLDER, ReadIdentification};
 use sprung_method::estimate::with_found_laws;
 use sprung_model::Model;
 use sprung_robot::{Experiment, Laws, Log, Validate};
-
-/// Folder of results beside `experiment.toml`; that of another file has a longer name.
-pub(super) const RESULTS_FOLDER: &str = "sprung-out";
 
 /// An experiment, its robot's equations, and access to its files.
 #[derive(Clone)]

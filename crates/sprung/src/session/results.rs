@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::error::SessionError;
-use super::load::RESULTS_FOLDER;
 use super::switch::finish;
 use sprung_method::estimate::{IDENTIFICATION_FORMAT, Identification};
 use sprung_method::validate::Validation;
 use sprung_robot::{Feature, Task, refuse};
+
+/// Folder of results beside `experiment.toml`; that of another file has a longer name.
+pub(super) const RESULTS_FOLDER: &str = "sprung-out";
 
 /// File name of an identification in a folder of results.
 pub const IDENTIFICATION_FILE: &str = "identification.json";

@@ -97,6 +97,9 @@ fn identified(twin: &Twin, log: &[u8]) -> (EstimateResult, Vec<Finding>) {
         identify(&twin.experiment, &twin.model, &mut [source], &mut Unheard).unwrap()
     });
     let found = found.identification;
+    for change in &found.applied {
+        println!("  applied: {}", change.what);
+    }
     (found.results[0].clone(), found.findings)
 }
 

@@ -1,6 +1,6 @@
 //! Several logs of one robot, read at the same time and reduced together.
 
-use sprung::description::{Constraints, Cutoff, Estimator, Simulate, Weights};
+use sprung::description::{Constraints, Cutoff, Estimator, Laws, Simulate, Weights};
 use sprung::estimate::{Identified, fit, identify};
 use sprung::log::Channels;
 use sprung::progress::{Answer, Progress, Unheard};
@@ -81,6 +81,7 @@ fn any_number_of_threads_gives_the_same_bits() {
 fn logs_give_the_parameters_of_one_pass() {
     let mut twin = twin(Weights::None);
     twin.experiment.identify.constraints = Constraints::None;
+    twin.experiment.identify.laws = Laws::Declared;
     let logs = logs(&twin);
     let settings = &twin.experiment.identify;
     let channels = Channels::new(

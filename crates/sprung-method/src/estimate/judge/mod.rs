@@ -13,6 +13,7 @@ mod promise;
 mod routes;
 mod scale;
 mod stability;
+mod unpredicted;
 
 use crate::estimate::statistics::{LARGE_SHARE, SMALL_SHARE};
 use crate::numbers::in_percent;
@@ -27,6 +28,7 @@ pub(crate) use gravity::{tilt_is_possible, tilted};
 pub(super) use measured_effects::after_estimation;
 pub(super) use promise::promise;
 pub use promise::{percent, predictions};
+pub(super) use unpredicted::unpredicted;
 
 use self::of_joint::{motor_row, of};
 use self::parameters::{collinear, listed, little_torque, weak};

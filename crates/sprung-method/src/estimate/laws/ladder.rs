@@ -47,9 +47,10 @@ struct Gain {
 }
 
 impl Gain {
-    fn counts(&self) -> bool {
+    /// - `least`: least decrease of the root mean square.
+    fn counts(&self, least: f64) -> bool {
         self.is_large
-            && self.of_root() >= NEGLIGIBLE_SHARE
+            && self.of_root() >= least
             && self.of_squares > SIGNIFICANT_SIGMAS * self.scatter
     }
 
@@ -110,11 +111,17 @@ impl<'a> Ladder<'a> {
 
     /// Climbs over the candidates that `may` allows. A tier is climbed until none of its changes
     /// counts.
-    pub(super) fn climb(&mut self, tiers: &[Tier], may: impl Fn(&Candidate) -> bool) {
+    ///
+    /// - `least`: least gain of a change.
+    pub(super) fn climb(
+        &mut self,
+        (tiers, least): (&[Tier], f64),
+        may: impl Fn(&Candidate) -> bool,
+    ) {
         for tier in tiers {
             while self.rungs.len() < MAX_ITERATIONS {
                 let gains = self.gains(|candidate| candidate.tier() == *tier && may(candidate));
-                let best = (gains.iter().filter(|gain| gain.counts()))
+                let best = (gains.iter().filter(|gain| gain.counts(least)))
                     .max_by(|a, b| a.of_squares.total_cmp(&b.of_squares));
                 let Some(best) = best else { break };
                 let velocity = self.best_velocity(best, &gains);
@@ -136,7 +143,7 @@ impl<'a> Ladder<'a> {
                 && !other.is_variant_of(chosen)
                 && may(other)
         });
-        (gains.iter().filter(|gain| gain.counts()))
+        (gains.iter().filter(|gain| gain.counts(NEGLIGIBLE_SHARE)))
             .filter(|gain| best.is_like(gain))
             .map(|gain| gain.candidate)
             .collect()

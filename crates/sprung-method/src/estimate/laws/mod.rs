@@ -9,7 +9,7 @@ mod ladder;
 mod normal;
 mod tested;
 
-use crate::estimate::statistics::LARGE_SHARE;
+use crate::estimate::statistics::{LARGE_SHARE, NEGLIGIBLE_SHARE, SMALL_SHARE};
 use crate::numbers::in_percent;
 use candidates::{Candidate, Candidates, Change, Tier, changed};
 use chosen::{names, words};
@@ -20,7 +20,7 @@ pub(super) use chosen::{Chosen, laws_of};
 pub(super) use dependence::dependence;
 pub(super) use tested::{Tested, with_tested_laws};
 
-use crate::description::{Experiment, Laws};
+use crate::description::{Experiment, Laws, SpringTerm};
 use crate::estimate::result::{LawRung, LawsByHoldOut};
 use crate::finding::{Finding, Severity};
 use crate::prepare::{Prepared, rms_speeds};
@@ -37,7 +37,8 @@ const LARGE_GAIN_OF_JOINT: f64 = 0.08;
 ///
 /// The regression is formed once, with a column for each law that a joint can have. Each step adds
 /// the law whose column decreases the held-out residual of its joint's rows most, as long as the
-/// gain is at least 1 % and 3 times its standard deviation over the parts of the log. Offset,
+/// gain is 3 times its standard deviation over the parts of the log and at least 5 % for a law that is added, 1 % for
+/// one that is named. Offset,
 /// viscous and Coulomb friction come first. Residual laws come last and only where the settings
 /// ask for `"auto"`.
 ///
@@ -58,12 +59,22 @@ pub(super) fn choose_laws(prepared: &Prepared) -> Option<Chosen> {
         .collect();
     let mut ladder = Ladder::new(&normal, (&found.all, &found.nuisances), &rows)?;
     let auto = |candidate: &Candidate| {
-        laws_of(experiment, candidate.joint) == Laws::Auto && candidate.change != Change::TorqueLoad
+        // Damping of a spring has the same column as a delay of its deflection.
+        let is_told = match candidate.change {
+            Change::TorqueLoad | Change::Spring(SpringTerm::Damping) => false,
+            Change::Friction(..) | Change::Spring(_) => true,
+        };
+        // Link positions by accelerometers have errors that look like laws.
+        let is_direct = channels.inertial.is_none();
+        is_told && is_direct && laws_of(experiment, candidate.joint) == Laws::Auto
     };
-    ladder.climb(&[Tier::Essential, Tier::Named, Tier::Residual], auto);
+    ladder.climb(
+        (&[Tier::Essential, Tier::Named, Tier::Residual], SMALL_SHARE),
+        auto,
+    );
     let made = ladder.rungs.len();
-    ladder.climb(&[Tier::Essential, Tier::Named], |candidate| {
-        !auto(candidate)
+    ladder.climb((&[Tier::Essential, Tier::Named], NEGLIGIBLE_SHARE), |_| {
+        true
     });
     Some(describe(prepared, &found, &ladder, made))
 }
@@ -99,7 +110,7 @@ fn describe(prepared: &Prepared, found: &Candidates, ladder: &Ladder<'_>, made: 
             .to_owned(),
     };
     Chosen {
-        finding: finding(&result),
+        finding: finding(&result, experiment.identify.laws),
         open_velocities: open_velocities(experiment, &result),
         experiment: (result.rungs.iter().any(|rung| rung.made))
             .then(|| with_found_laws(experiment, &result)),
@@ -135,7 +146,7 @@ pub fn with_found_laws(experiment: &Experiment, found: &LawsByHoldOut) -> Experi
 }
 
 /// Returns the finding about laws that hold-out asks for and that were not added.
-fn finding(result: &LawsByHoldOut) -> Option<Finding> {
+fn finding(result: &LawsByHoldOut, laws: Laws) -> Option<Finding> {
     let missing: Vec<&LawRung> = result.rungs.iter().filter(|rung| !rung.made).collect();
     let last = missing.last()?;
     let made = result.rungs.iter().rfind(|rung| rung.made);
@@ -161,29 +172,35 @@ fn finding(result: &LawsByHoldOut) -> Option<Finding> {
     } else {
         Severity::Info
     };
-    Some(
-        Finding::new(
+    let text = format!(
+        "parts of the log that the fit has not seen are predicted better with laws that the model lacks: {}; together \
+         they change the held-out residual of the torque from {:.2} % to {:.2} %",
+        all.join("; "),
+        in_percent(before),
+        in_percent(last.held_out)
+    );
+    Some(match laws {
+        Laws::Declared => Finding::new(
             severity,
             LAWS_MISSING,
-            format!(
-                "parts of the log that the fit has not seen are predicted better with laws that the \
-                 description lacks: {}; together they change the held-out residual of the torque from \
-                 {:.2} % to {:.2} %",
-                all.join("; "),
-                in_percent(before),
-                in_percent(last.held_out)
-            ),
+            text,
             "set laws = \"auto\", or add the laws to the joints",
         )
         .mended_by("[identify]", "laws = \"auto\""),
-    )
+        Laws::Auto => Finding::new(
+            severity,
+            LAWS_MISSING,
+            text,
+            "add a law to its joint if the robot has it; a delay of a position looks like damping of a spring",
+        ),
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::demo;
-    use crate::description::{self, FrictionLaw, SpringTerm, no_files};
+    use crate::description::{self, FrictionLaw, no_files};
 
     fn rung(of: &str, law: &str, made: bool) -> LawRung {
         LawRung {
@@ -240,13 +257,16 @@ mod tests {
 
     #[test]
     fn only_laws_that_were_not_made_are_missing() {
-        assert!(finding(&found(Vec::new())).is_none());
-        assert!(finding(&found(vec![rung("spring", "cubic", true)])).is_none());
+        assert!(finding(&found(Vec::new()), Laws::Declared).is_none());
+        assert!(finding(&found(vec![rung("spring", "cubic", true)]), Laws::Declared).is_none());
         let small = LawRung {
             gain: 0.03,
             ..rung("motor_friction", "quadratic", false)
         };
-        let missing = finding(&found(vec![rung("spring", "cubic", true), small.clone()]));
+        let missing = finding(
+            &found(vec![rung("spring", "cubic", true), small.clone()]),
+            Laws::Declared,
+        );
         let missing = missing.unwrap();
         assert_eq!(missing.code, "laws-missing");
         assert!(
@@ -259,15 +279,19 @@ mod tests {
             gain: 0.09,
             ..small
         };
-        let missing = finding(&found(vec![rung("spring", "cubic", true), large])).unwrap();
+        let missing = finding(
+            &found(vec![rung("spring", "cubic", true), large]),
+            Laws::Declared,
+        )
+        .unwrap();
         assert_eq!(missing.severity, Severity::Warning);
         let no_torque = LawRung {
             held_out: 0.081,
             ..rung("link_friction", "offset", false)
         };
-        let missing = finding(&found(vec![no_torque])).unwrap();
+        let missing = finding(&found(vec![no_torque]), Laws::Declared).unwrap();
         assert_eq!(missing.severity, Severity::Info);
-        let all = finding(&found(vec![rung("spring", "cubic", false)])).unwrap();
+        let all = finding(&found(vec![rung("spring", "cubic", false)]), Laws::Declared).unwrap();
         assert_eq!(all.severity, Severity::Warning);
     }
 }

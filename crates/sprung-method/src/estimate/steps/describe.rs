@@ -11,7 +11,8 @@ use crate::estimate::estimators::Found;
 use crate::estimate::estimators::least_squares::cutoff_choice;
 use crate::estimate::estimators::prediction_error::Timing;
 use crate::estimate::judge::{
-    after_estimation, applied, decide, judge, tilt_is_possible, tilted, with_held_out_delay,
+    after_estimation, applied, decide, judge, tilt_is_possible, tilted, unpredicted,
+    with_held_out_delay,
 };
 use crate::estimate::result::{
     CutoffChoice, EstimateResult, GENERATOR, IDENTIFICATION_FORMAT, Identification, LogInfo,
@@ -185,6 +186,9 @@ fn judged(
         channels,
     );
     result.warnings.extend(judged);
+    let excerpt = basis.ready.prepared.excerpt();
+    let not_predicted = unpredicted(&result, model.joints(), channels, excerpt);
+    result.warnings.extend(not_predicted);
     let findings = found.findings.iter().cloned();
     result
         .warnings

@@ -32,6 +32,9 @@ pub(super) const LEAST_TORQUE_SHARE: f64 = 0.01;
 const LEAST_DELAY_SAMPLES: f64 = 0.1;
 const LEAST_COUNTS: f64 = 0.2;
 
+/// Factor of standard errors on a lower rung. There the model lacks an effect, and its score is not random.
+const DOUBT_ON_LOWER_RUNGS: f64 = 1.5;
+
 /// An effect that the model lacks.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Cause {
@@ -170,6 +173,10 @@ impl Refinery<'_> {
             gradients: &sums.gradients,
             blocks: &blocks.iter().map(|block| &block.normal).collect::<Vec<_>>(),
             duration: measurements.duration(),
+            doubt: match rung {
+                Rung::Free => 1.0,
+                Rung::Cap10 | Rung::Cap3 | Rung::Flat => DOUBT_ON_LOWER_RUNGS,
+            },
         };
         let values = unknowns.values();
         let is_law = |place: &usize| (before..before + tested.len()).contains(place);

@@ -1,0 +1,112 @@
+//! Joints whose torque or deflection a result does not predict.
+
+use super::promise::percent;
+use crate::estimate::result::{EstimateResult, JointPrediction};
+use crate::finding::{Finding, Severity};
+use crate::log::{Channels, Signal};
+use crate::prepare::{Excerpt, noise};
+
+/// Promised error of a torque or a deflection, relative to it, above which a result does not predict it.
+const NOT_PREDICTED: f64 = 0.5;
+
+/// A joint hardly moves if its position deviates from its mean by less than this multiple of the noise of its encoder.
+const HARDLY: f64 = 100.0;
+
+/// A deflection is seen if it exceeds this multiple of the noise of both encoders.
+const SEEN: f64 = 3.0;
+
+/// Reports joints with a promised error above half of the torque or the deflection: serious, except for joints that hardly
+/// move, whose log does not tell more.
+pub(in crate::estimate) fn unpredicted(
+    result: &EstimateResult,
+    joints: &[String],
+    channels: &Channels,
+    excerpt: &Excerpt,
+) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let large = |own: &JointPrediction| {
+        let torque = own.torque_error_nm / own.torque_nm;
+        let deflection = own.deflection_error_rad.zip(own.deflection_rad);
+        let deflection = deflection.map_or(0.0, |(error, own)| error / own);
+        [torque, deflection].map(|error| Some(error).filter(|error| *error > NOT_PREDICTED))
+    };
+    for own in &result.promise {
+        let Some(joint) = joints.iter().position(|name| *name == own.joint) else {
+            continue;
+        };
+        let motion = Motion {
+            channels,
+            excerpt,
+            joint,
+        };
+        let [torque, deflection] = large(own);
+        let deflection =
+            deflection.filter(|_| motion.shows(own.deflection_rad.unwrap_or_default()));
+        let errors: Vec<String> = [("torque", torque), ("deflection", deflection)]
+            .into_iter()
+            .filter_map(|(what, error)| Some(format!("{} of its {what}", percent(error?))))
+            .collect();
+        if errors.is_empty() {
+            continue;
+        }
+        let errors = errors.join(" and ");
+        findings.push(if motion.is_small() {
+            Finding::new(
+                Severity::Warning,
+                "hardly-moves",
+                format!(
+                    "{}: the joint hardly moves in the log, and the promised error is {errors}. The verdict is about the \
+                     other joints",
+                    own.joint
+                ),
+                "do not use the parameters of this joint; record a log in which it moves",
+            )
+        } else {
+            Finding::new(
+                Severity::Serious,
+                "not-predicted",
+                format!(
+                    "{}: the promised error for a new experiment is {errors}, so the model does not predict this joint",
+                    own.joint
+                ),
+                "look at the fit over time, and at the findings about the log: a column, a delay or a law is wrong",
+            )
+        });
+    }
+    findings
+}
+
+/// Motion of a joint in the beginning of the first log.
+struct Motion<'a> {
+    channels: &'a Channels,
+    excerpt: &'a Excerpt,
+    joint: usize,
+}
+
+impl Motion<'_> {
+    fn noise(&self, signal: Signal) -> Option<f64> {
+        let channel = self.channels.telling(signal, self.joint)?;
+        noise(self.excerpt, channel).map(|(deviation, _)| deviation)
+    }
+
+    fn is_small(&self) -> bool {
+        let of = |signal: Signal| {
+            let channel = self.channels.telling(signal, self.joint)?;
+            let values = || self.excerpt.channel(channel);
+            let count = values().count().max(1) as f64;
+            let mean = values().sum::<f64>() / count;
+            let squares: f64 = values().map(|value| (value - mean).powi(2)).sum();
+            Some((squares / count).sqrt() < HARDLY * self.noise(signal)?)
+        };
+        [Signal::Motor, Signal::Link]
+            .into_iter()
+            .find_map(of)
+            .unwrap_or(false)
+    }
+
+    /// Returns whether the encoders show a deflection, rad (m).
+    fn shows(&self, deflection: f64) -> bool {
+        let both = [Signal::Motor, Signal::Link].map(|signal| self.noise(signal).unwrap_or(0.0));
+        deflection > SEEN * both[0].hypot(both[1])
+    }
+}
