@@ -16,6 +16,8 @@ fn case(case: Case, keeps: usize, lines: &str) -> Case {
 
 const HELD: &str = "torque = \"held\"\ncontroller_period_s = 0.001";
 
+const CODE: &str = "torque-timing-contradicted";
+
 #[test]
 fn a_log_that_keeps_every_fourth_torque_says_how_long_each_was_held() {
     let rotor = |keeps: usize, lines: &str| {
@@ -42,7 +44,6 @@ fn a_hold_that_the_log_contradicts_is_a_warning_with_both_likelihoods() {
         ])
         .1
     };
-    const CODE: &str = "torque-timing-contradicted";
     assert!(finding(&refined(HELD), CODE).is_none());
     let json = refined("torque = \"mean\"");
     let text = finding(&json, CODE).unwrap();

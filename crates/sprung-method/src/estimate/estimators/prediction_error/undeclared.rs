@@ -215,7 +215,7 @@ impl Refinery<'_> {
         let found = winners(&evidence, active, &entrants).into_iter();
         Some(
             found
-                .map(|own| scales.undeclared(causes[own.effect].clone(), own))
+                .map(|own| scales.undeclared(causes[own.effect].clone(), &own))
                 .collect(),
         )
     }
@@ -246,7 +246,7 @@ struct Scales<'a> {
 }
 
 impl Scales<'_> {
-    fn undeclared(&self, cause: Cause, own: Winner) -> Undeclared {
+    fn undeclared(&self, cause: Cause, own: &Winner) -> Undeclared {
         let mut moves = own.moves[..self.free.len()].to_vec();
         if let Cause::Effect(
             _,
