@@ -58,7 +58,6 @@ fn two_delays_of_one_joint_are_found() {
     let found = late(&[(0, "q1_rad", 12), (4, "tau1_nm", 7)]);
     for (name, delay) in [("q1_rad", 12e-3), ("tau1_nm", 7e-3)] {
         let used = found.log.delay_s[name];
-        println!("{name} {used:?}");
         let error = used.standard_error.unwrap();
         assert!(
             (used.value - delay).abs() < 5.0 * error.max(1e-5),
