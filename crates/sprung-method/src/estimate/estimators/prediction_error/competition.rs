@@ -41,8 +41,6 @@ pub(super) struct Evidence<'a> {
     pub(super) blocks: &'a [&'a NormalEquations],
     /// s.
     pub(super) duration: f64,
-    /// Factor of all standard errors.
-    pub(super) doubt: f64,
 }
 
 /// An effect that explains more than the others.
@@ -156,7 +154,7 @@ impl<'a> Field<'a> {
                 (score, block.quadratic(&direction.row))
             })
             .collect();
-        let widening = self.evidence.doubt * self.widening(&direction, value, &blocks);
+        let widening = self.widening(&direction, value, &blocks);
         let of_blocks: Vec<(f64, f64)> = (blocks.iter())
             .filter(|(_, information)| *information > 0.0)
             .map(|(score, information)| (score / information, widening / information.sqrt()))
@@ -361,7 +359,6 @@ mod tests {
             gradients: &gradients,
             blocks: &blocks.iter().collect::<Vec<_>>(),
             duration: 8.0,
-            doubt: 1.0,
         };
         winners(&evidence, vec![0], &entrants(&[&[1], &[2], &[3]]))
     }
@@ -397,7 +394,6 @@ mod tests {
             gradients: &gradients,
             blocks: &blocks.iter().collect::<Vec<_>>(),
             duration: 8.0,
-            doubt: 1.0,
         };
         let found = winners(&evidence, vec![0], &entrants(&[&[2, 3]]));
         assert_eq!(found.len(), 1);

@@ -32,9 +32,6 @@ pub(super) const LEAST_TORQUE_SHARE: f64 = 0.01;
 const LEAST_DELAY_SAMPLES: f64 = 0.1;
 const LEAST_COUNTS: f64 = 0.2;
 
-/// Factor of standard errors on a lower rung. There the model lacks an effect, and its score is not random.
-const DOUBT_ON_LOWER_RUNGS: f64 = 1.5;
-
 /// An effect that the model lacks.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Cause {
@@ -173,10 +170,6 @@ impl Refinery<'_> {
             gradients: &sums.gradients,
             blocks: &blocks.iter().map(|block| &block.normal).collect::<Vec<_>>(),
             duration: measurements.duration(),
-            doubt: match rung {
-                Rung::Free => 1.0,
-                Rung::Cap10 | Rung::Cap3 | Rung::Flat => DOUBT_ON_LOWER_RUNGS,
-            },
         };
         let values = unknowns.values();
         let is_law = |place: &usize| (before..before + tested.len()).contains(place);
@@ -216,6 +209,8 @@ impl Refinery<'_> {
         Some(
             found
                 .map(|own| scales.undeclared(causes[own.effect].clone(), &own))
+                // On a lower rung the model error is larger than an effect without a practical size.
+                .filter(|own| rung == Rung::Free || own.size >= 1.0)
                 .collect(),
         )
     }
