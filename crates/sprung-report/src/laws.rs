@@ -127,7 +127,12 @@ fn of_ladder(laws: &LawsByHoldOut) -> Vec<Block> {
                 rung.words() + &velocity,
                 format!("{} ± {}", percent(rung.gain), percent(rung.gain_scatter)),
                 percent(rung.held_out),
-                if rung.made { "added" } else { "not added" }.to_owned(),
+                match (rung.made, rung.earlier) {
+                    (true, true) => "added by an earlier result",
+                    (true, false) => "added",
+                    (false, _) => "not added",
+                }
+                .to_owned(),
                 match &rung.not_told_apart_from[..] {
                     [] => "–".to_owned(),
                     others => others.join(", "),

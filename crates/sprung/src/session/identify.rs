@@ -58,8 +58,17 @@ impl Session {
     ) -> Result<Identified, SessionError> {
         self.no_servo(Task::Identify(Estimator::LeastSquares))?;
         let (experiment, model) = (self.experiment(), self.model());
-        Ok(identify_and_tell(
-            experiment, model, sources, progress, first,
-        )?)
+        let with_earlier = |found: &Identified| {
+            let mut found = found.clone();
+            if !self.earlier_laws.is_empty() {
+                let own = &mut found.identification;
+                let laws = own.laws.take().unwrap_or_default();
+                own.laws = Some(laws.with_earlier(&self.earlier_laws));
+            }
+            found
+        };
+        let mut first = |found: &Identified| first(&with_earlier(found));
+        let found = identify_and_tell(experiment, model, sources, progress, &mut first)?;
+        Ok(with_earlier(&found))
     }
 }

@@ -7,7 +7,7 @@ use super::error::SessionError;
 use super::files::{Disk, Files, InFolder, read_text};
 use super::mistaken::{EXPERIMENT_FILE, experiment_file};
 use super::results::{RESULTS_FOLDER, ReadIdentification};
-use sprung_method::estimate::with_found_laws;
+use sprung_method::estimate::{LawRung, with_found_laws};
 use sprung_model::Model;
 use sprung_robot::{Experiment, Laws, Log, Validate};
 
@@ -22,6 +22,8 @@ pub struct Session {
     // Folder to which the paths in the experiment are relative.
     pub(super) folder: PathBuf,
     pub(super) files: Arc<dyn Files>,
+    // Laws of earlier identifications in the model.
+    pub(super) earlier_laws: Vec<LawRung>,
 }
 
 impl Session {
@@ -92,6 +94,7 @@ impl Session {
             file: None,
             folder,
             files,
+            earlier_laws: Vec::new(),
         })
     }
 
@@ -114,6 +117,7 @@ impl Session {
     /// [`SessionError`] if an identification is that of another robot.
     pub fn with_laws_from(&self, earlier: &[ReadIdentification]) -> Result<Self, SessionError> {
         let mut experiment = self.experiment.clone();
+        let mut earlier_laws: Vec<LawRung> = Vec::new();
         for ReadIdentification {
             path,
             identification,
@@ -132,6 +136,13 @@ impl Session {
             }
             if let Some(laws) = &identification.laws {
                 experiment = with_found_laws(&experiment, laws);
+                for rung in laws.rungs.iter().filter(|rung| rung.made) {
+                    let same =
+                        |own: &LawRung| own.joint == rung.joint && own.words() == rung.words();
+                    if !earlier_laws.iter().any(same) {
+                        earlier_laws.push(rung.clone());
+                    }
+                }
             }
         }
         for joint in &mut experiment.robot.joint {
@@ -140,6 +151,7 @@ impl Session {
         Ok(Self {
             model: model(&self.name(), &experiment)?,
             experiment,
+            earlier_laws,
             ..self.clone()
         })
     }

@@ -100,6 +100,7 @@ fn describe(prepared: &Prepared, found: &Candidates, ladder: &Ladder<'_>, made: 
             stribeck_velocity_error: None,
             not_told_apart_from: alike,
             made: index < made,
+            earlier: false,
         }
     };
     let result = LawsByHoldOut {
@@ -214,6 +215,7 @@ mod tests {
             stribeck_velocity: (law == "stribeck").then_some(0.04),
             stribeck_velocity_error: None,
             made,
+            earlier: false,
         }
     }
 

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Laws that the held-out residual of a log asks for.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LawsByHoldOut {
     /// Held-out residual of the filtered torque with the laws of the description, relative to the
     /// torque: eighths of the beginning of the first log are left out in turn.
@@ -41,6 +41,22 @@ pub struct LawRung {
     pub stribeck_velocity_error: Option<f64>,
     /// Whether the change was made. If not, the results have the laws without it.
     pub made: bool,
+    /// Whether the change is that of an earlier identification; gain and residual are those of its log.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub earlier: bool,
+}
+
+impl LawsByHoldOut {
+    /// Adds the changes that earlier identifications made.
+    #[must_use]
+    pub fn with_earlier(mut self, earlier: &[LawRung]) -> Self {
+        let earlier = earlier.iter().map(|rung| LawRung {
+            earlier: true,
+            ..rung.clone()
+        });
+        self.rungs = earlier.chain(self.rungs).collect();
+        self
+    }
 }
 
 impl LawRung {
