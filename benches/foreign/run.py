@@ -46,7 +46,7 @@ QUANTILE = 1.96
 MANY_INTERVALS = 500
 SOME_INTERVALS = 20
 # Kinds of changes that sprung applies, by the effects that they name. Laws have their own words.
-APPLIED = {"torque-timing": "lag", "coulomb-sharpness": "sharpness"}
+APPLIED = {"timing": "lag", "sharpness": "sharpness"}
 LEAST_COVERAGE = 0.85
 
 # Effects that findings name by their codes. Laws are named by their own words.

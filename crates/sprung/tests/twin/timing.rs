@@ -83,7 +83,7 @@ fn a_torque_between_the_rows_of_a_log_and_a_sharp_transition_are_found() {
     assert_eq!(found.results[1].coulomb_sharpness.iter().count(), 2);
     assert_true(result, &truth);
     let applied: Vec<&str> = found.applied.iter().map(|own| own.kind.as_str()).collect();
-    assert_eq!(applied, ["torque-timing", "coulomb-sharpness"]);
+    assert_eq!(applied, ["timing", "sharpness"]);
     assert!(!codes(&found).contains(&"laws-missing"));
 }
 

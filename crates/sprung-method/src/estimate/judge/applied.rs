@@ -33,7 +33,7 @@ fn torque_timing(own: &Retiming, refined: Option<&Refinement>, period: f64) -> O
     let acts = 0.5 * period - delay;
     let when = if acts < 0.0 { "before" } else { "after" };
     Some(Applied {
-        kind: "torque-timing".to_owned(),
+        kind: "timing".to_owned(),
         what: format!(
             "the motor torques act {:.3} ± {:.3} ms {when} their time stamps on average, not {:.3} ms after them as \
              torques that are held until the next stamp",
@@ -60,7 +60,7 @@ fn sharpness(model: &Model, own: &Retiming, refined: Option<&Refinement>) -> Opt
         })
         .collect();
     Some(Applied {
-        kind: "coulomb-sharpness".to_owned(),
+        kind: "sharpness".to_owned(),
         what: format!(
             "the sharpness of Coulomb friction is not {:.0} s/rad (s/m) but {}",
             Joint::USUAL_SHARPNESS,
