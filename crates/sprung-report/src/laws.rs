@@ -21,8 +21,7 @@ pub(super) fn laws(identification: &Identification) -> Option<Section> {
             "Would another friction law predict the log better? Eighths of the beginning of the first log are left out in turn and predicted by a fit of \
              the other eighths. A law counts if it decreases the residual of these predictions by at \
              least 1 % and by more than 3 times the scatter of the decrease over the eighths, and if its torque is at least 1 % \
-             of the joint's. laws = \
-             \"declared\" adds no law to the model.",
+             of the joint's. It is added from 5 % on. laws = \"declared\" adds none.",
             blocks,
         )
     })

@@ -239,7 +239,7 @@ impl CheckContext<'_> {
         let channels = self.reading.channels();
         let motor = channels.index(Quantity::MotorPosition, joint)?;
         let link = channels.index(Quantity::LinkPosition, joint)?;
-        let about = self.deviation(motor) / self.deviation(link);
+        let about = self.excerpt.deviation(motor) / self.excerpt.deviation(link);
         if !(about.is_finite() && about > 0.0) {
             return None;
         }
@@ -269,18 +269,6 @@ impl CheckContext<'_> {
             .unwrap_or(fine);
         let is_better = now.relative_residual < BETTER_RESIDUAL_SHARE * fit.relative_residual();
         (is_better && ratio.ln().abs() > MIN_SCALE.ln()).then_some((ratio, now))
-    }
-
-    /// Returns the standard deviation of a channel.
-    fn deviation(&self, channel: usize) -> f64 {
-        let (mut n, mut sum, mut squares) = (0.0, 0.0, 0.0);
-        let first = self.excerpt.channel(channel).next().unwrap_or(0.0);
-        for value in self.excerpt.channel(channel) {
-            n += 1.0;
-            sum += value - first;
-            squares += (value - first).powi(2);
-        }
-        (squares / n - (sum / n).powi(2)).max(0.0).sqrt()
     }
 
     /// Finding: by the equations, the motor position has another scale than the link position.

@@ -32,6 +32,19 @@ impl Excerpt {
         }
     }
 
+    /// Returns the standard deviation of a channel, rad (m) or N·m (N).
+    #[must_use]
+    pub(crate) fn deviation(&self, channel: usize) -> f64 {
+        let (mut n, mut sum, mut squares) = (0.0, 0.0, 0.0);
+        let first = self.channel(channel).next().unwrap_or(0.0);
+        for value in self.channel(channel) {
+            n += 1.0;
+            sum += value - first;
+            squares += (value - first).powi(2);
+        }
+        (squares / n - (sum / n).powi(2)).max(0.0).sqrt()
+    }
+
     /// Appends the next block; returns whether the excerpt accepts another block.
     pub fn push(&mut self, block: &LogBlock) -> bool {
         if self.samples < self.limit {

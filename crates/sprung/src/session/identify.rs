@@ -4,7 +4,7 @@ use super::error::SessionError;
 use super::load::Session;
 use sprung_base::progress::Listener;
 use sprung_log::LogSource;
-use sprung_method::estimate::{Identified, identify_and_tell};
+use sprung_method::estimate::{Applied, Identified, identify_and_tell};
 use sprung_robot::{Estimator, Task};
 
 impl Session {
@@ -58,17 +58,33 @@ impl Session {
     ) -> Result<Identified, SessionError> {
         self.no_servo(Task::Identify(Estimator::LeastSquares))?;
         let (experiment, model) = (self.experiment(), self.model());
-        let with_earlier = |found: &Identified| {
-            let mut found = found.clone();
-            if !self.earlier_laws.is_empty() {
-                let own = &mut found.identification;
-                let laws = own.laws.take().unwrap_or_default();
-                own.laws = Some(laws.with_earlier(&self.earlier_laws));
-            }
-            found
+        let mut first = |found: &Identified| match &self.earlier_laws[..] {
+            [] => first(found),
+            _ => first(&self.with_earlier_laws(found.clone())),
         };
-        let mut first = |found: &Identified| first(&with_earlier(found));
         let found = identify_and_tell(experiment, model, sources, progress, &mut first)?;
-        Ok(with_earlier(&found))
+        Ok(self.with_earlier_laws(found))
+    }
+
+    /// Adds the laws of earlier identifications, which the model has, to the results.
+    fn with_earlier_laws(&self, mut found: Identified) -> Identified {
+        if self.earlier_laws.is_empty() {
+            return found;
+        }
+        let own = &mut found.identification;
+        own.applied
+            .extend(self.earlier_laws.iter().map(|rung| Applied {
+                kind: "law".to_owned(),
+                what: format!(
+                    "{}: {}, as in an earlier identification",
+                    rung.joint,
+                    rung.words()
+                ),
+                held_out: None,
+                forbidden_by: "leaving out --laws-from".to_owned(),
+            }));
+        let laws = own.laws.take().unwrap_or_default();
+        own.laws = Some(laws.with_earlier(&self.earlier_laws));
+        found
     }
 }

@@ -92,11 +92,7 @@ impl Motion<'_> {
     fn is_small(&self) -> bool {
         let of = |signal: Signal| {
             let channel = self.channels.telling(signal, self.joint)?;
-            let values = || self.excerpt.channel(channel);
-            let count = values().count().max(1) as f64;
-            let mean = values().sum::<f64>() / count;
-            let squares: f64 = values().map(|value| (value - mean).powi(2)).sum();
-            Some((squares / count).sqrt() < HARDLY * self.noise(signal)?)
+            Some(self.excerpt.deviation(channel) < HARDLY * self.noise(signal)?)
         };
         [Signal::Motor, Signal::Link]
             .into_iter()

@@ -90,7 +90,11 @@ pub(super) fn channel_updates(
                     Effect::SensorDelay(_) | Effect::TorqueDelay(_) | Effect::TorquesDelay => {
                         assumed[channel]
                     }
-                    _ => 0.0,
+                    Effect::Saturation { .. }
+                    | Effect::Eccentricity { .. }
+                    | Effect::Ripple { .. }
+                    | Effect::TransmissionError { .. }
+                    | Effect::Drift { .. } => 0.0,
                 },
                 correction: step.correction,
                 standard_error: widened(step).hypot(between),

@@ -399,4 +399,18 @@ mod tests {
         assert_eq!(found.len(), 1);
         assert!((found[0].value - 0.5).abs() < 0.06, "{found:?}");
     }
+
+    /// Probability beyond z standard errors on both sides, by its asymptotic series.
+    fn beyond(z: f64) -> f64 {
+        (2.0 / std::f64::consts::PI).sqrt() * (-z * z / 2.0).exp() / z * (1.0 - 1.0 / (z * z))
+    }
+
+    #[test]
+    fn more_tests_raise_no_more_alarms() {
+        let one = beyond(limit(1));
+        for tested in [2, 8, 60] {
+            let any = tested as f64 * beyond(limit(tested));
+            assert!((0.6..1.05).contains(&(any / one)), "{tested}: {any} {one}");
+        }
+    }
 }

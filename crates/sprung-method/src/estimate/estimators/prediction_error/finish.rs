@@ -335,7 +335,11 @@ fn by_kind(updates: Vec<ChannelUpdate>) -> [Vec<ChannelUpdate>; 4] {
             Effect::SensorDelay(_) | Effect::TorqueDelay(_) => 0,
             Effect::TorquesDelay => 1,
             Effect::Saturation { .. } => 2,
-            _ => 3,
+            Effect::Eccentricity { .. } => 3,
+            // Only the competition of undeclared effects has them.
+            Effect::Ripple { .. } | Effect::TransmissionError { .. } | Effect::Drift { .. } => {
+                continue;
+            }
         };
         kinds[kind].push(own);
     }

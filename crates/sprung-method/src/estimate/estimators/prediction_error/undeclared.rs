@@ -4,6 +4,7 @@
 use super::competition::{Entrant, Evidence, Winner, winners};
 use super::effects::TorquesTiming;
 use super::effects::{Effect, of_channels, of_drives};
+use super::findings::largest_move;
 use super::finish::last_run;
 use super::measurements::{Measurements, with_laws};
 use super::parts::blocks;
@@ -71,25 +72,36 @@ impl Undeclared {
 
     /// Returns the refined parameter that moves most: index in theta and move in standard errors.
     pub(super) fn largest_move(&self, refined: &Refined) -> Option<(usize, f64)> {
-        (refined.free.iter().zip(&self.moves))
-            .map(|(&index, own)| (index, own.abs() / refined.standard_error[index]))
-            .max_by(|a, b| a.1.total_cmp(&b.1))
+        largest_move(refined, &self.moves)
     }
 }
 
 /// Returns the possible error of each parameter by undeclared effects: its largest move with one of them, \[p\]. The
 /// error of the correction for noise counts as such a move.
 pub(super) fn bias(refined: &Refined, undeclared: &[Undeclared]) -> Vec<f64> {
-    let mut largest = vec![0.0_f64; refined.theta.len()];
-    for effect in undeclared {
-        for (&index, own) in refined.free.iter().zip(&effect.moves) {
+    let moves = undeclared.iter().map(|own| &own.moves[..]);
+    let mut largest = largest_moves(refined.theta.len(), &refined.free, moves);
+    for (&index, moved) in refined.free.iter().zip(&refined.by_noise) {
+        largest[index] = largest[index].max(ERROR_OF_NOISE_CORRECTION * moved.abs());
+    }
+    largest
+}
+
+/// Returns the largest move of each parameter by one of several effects, \[p\].
+///
+/// - `free`: indices of the parameters that move; `moves`: with each effect, \[free\].
+fn largest_moves<'m>(
+    parameters: usize,
+    free: &[usize],
+    moves: impl Iterator<Item = &'m [f64]>,
+) -> Vec<f64> {
+    let mut largest = vec![0.0_f64; parameters];
+    for moves in moves {
+        for (&index, own) in free.iter().zip(moves) {
             if own.is_finite() {
                 largest[index] = largest[index].max(own.abs());
             }
         }
-    }
-    for (&index, moved) in refined.free.iter().zip(&refined.by_noise) {
-        largest[index] = largest[index].max(ERROR_OF_NOISE_CORRECTION * moved.abs());
     }
     largest
 }
@@ -318,5 +330,17 @@ impl Scales<'_> {
             Some((JointParameter::Friction(_, Law::Load), _)) => value / stiffness,
             _ => value / torque,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_move_by_an_effect_counts() {
+        let moves = [[-0.5, f64::NAN], [0.2, 0.3]];
+        let moves = moves.iter().map(|own| &own[..]);
+        assert_eq!(largest_moves(4, &[1, 3], moves), [0.0, 0.5, 0.0, 0.3]);
     }
 }
