@@ -123,6 +123,15 @@ def test_a_run_resumes_and_gives_the_same_bytes(tmp_path: Path) -> None:
     assert run(manifest, tmp_path / "resumed").bytes == 0
 
 
+def test_what_a_killed_writer_left_is_removed(tmp_path: Path) -> None:
+    manifest = fleets.manifest(tmp_path)
+    run(manifest, tmp_path / "out")
+    whole = fleets.contents(tmp_path / "out")
+    (tmp_path / "out" / f".{next(iter(whole))}.0123456789abcdef.part").write_bytes(b"PAR1 torn")
+    run(manifest, tmp_path / "out")
+    assert fleets.contents(tmp_path / "out") == whole
+
+
 def test_new_logs_are_added_and_a_changed_experiment_replaces_its_rows(tmp_path: Path) -> None:
     manifest = fleets.manifest(tmp_path, robots=2)
     run(manifest, tmp_path / "out")

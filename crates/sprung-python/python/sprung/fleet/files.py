@@ -17,6 +17,7 @@ PAUSE_S = 0.5
 """Pause before the second attempt; it doubles."""
 # Protocols whose files grow while they are written. All others put an object at once.
 _RENAMED = frozenset({"file", "local", "sftp", "ssh", "smb", "hdfs", "webhdfs", "ftp", "arrow_hdfs"})
+_UNFINISHED = ".part"
 
 
 def is_local(url: str) -> bool:
@@ -73,7 +74,7 @@ def write(url: str, content: bytes) -> None:
         files.pipe_file(path, content)
         return
     folder, _, name = path.rpartition("/")
-    temporary = f"{folder}/.{name}.{uuid.uuid4().hex}.part"
+    temporary = f"{folder}/.{name}.{uuid.uuid4().hex}{_UNFINISHED}"
     try:
         if protocols & {"file", "local"}:
             os.makedirs(folder, exist_ok=True)
@@ -90,6 +91,15 @@ def write(url: str, content: bytes) -> None:
         if files.exists(temporary):
             files.rm_file(temporary)
         raise
+
+
+def remove_unfinished(folder: str) -> None:
+    """Removes what writers left in a folder that were killed while they wrote."""
+    files, path = filesystem(folder)
+    for entry in files.ls(path, detail=False):
+        name = str(entry).rsplit("/", 1)[-1]
+        if name.startswith(".") and name.endswith(_UNFINISHED):
+            files.rm_file(entry)
 
 
 def remove(url: str) -> None:

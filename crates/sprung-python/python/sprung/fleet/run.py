@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from . import dataset, many_logs, work
+from . import dataset, files, many_logs, work
 from .engines import Dask, Engine, Processes, WorkerDied
 from .errors import FleetError
 from .manifest import Manifest, Part, part
@@ -95,6 +95,7 @@ def identify(
             run.work(maps, bar, work.run_map, work.map_died)
         run.work(iter(todo), bar)
     many_logs.forget(settings.out)
+    files.remove_unfinished(settings.out)
     return run.summary()
 
 
