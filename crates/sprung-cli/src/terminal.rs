@@ -216,6 +216,12 @@ impl Terminal {
             }
             None => self.say(sentence),
         }
+        if !result.decision.findings.is_empty() {
+            self.say(format!(
+                "decided by: {}",
+                result.decision.findings.join(", ")
+            ));
+        }
     }
 
     /// Returns a word in the colour of a verdict, if the user wants colours.

@@ -6,6 +6,7 @@
 //! - `formats`: recognises a file by its first bytes and turns it into rows of numbers;
 //! - `clock`: finds when samples were taken, and resamples uneven samples onto an even grid;
 //! - `select`: selects the samples of a window;
+//! - `mend`: interpolates wrong samples or leaves them out;
 //! - `reader`: combines the modules above in `LogReader`;
 //! - `survey`: finds the columns of a log of which nothing is known;
 //! - `figures`: gathers statistics of each channel in `Summary`, from which [`check`] makes
@@ -22,6 +23,7 @@ mod error;
 mod figures;
 mod formats;
 mod input;
+mod mend;
 mod meter;
 mod miss;
 mod reader;
@@ -44,10 +46,11 @@ pub use columns::{InertialSensor, InertialSensors, LinkMotion};
 pub use error::{LogError, Place};
 pub use figures::{Figures, Overview, Summary};
 pub use figures::{LOOKS_LIKE_DEGREES, rounded, slope_remedy};
-pub use figures::{Sizes, check};
+pub use figures::{SPIKES, STUCK_SAMPLES, Sizes, check};
 pub use formats::panics_are_caught;
 pub use input::format_of;
 pub use input::{Input, LogFile};
+pub use mend::Mended;
 pub use miss::Miss;
 pub use reader::LogReader;
 pub use select::Beyond;

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::block::{BLOCK, LogBlock};
 use super::error::LogError;
 use super::formats::table::{Opened, Request};
+use super::mend::{Mended, Mender};
 use super::meter::Meter;
 use super::select::Selector;
 use crate::clock::grid::Grid;
@@ -36,6 +37,8 @@ pub struct LogReader {
     torque_hold: Option<TorqueHold>,
     // Name in the file of the column of each channel.
     names: Vec<String>,
+    mender: Mender,
+    raw: LogBlock,
 }
 
 /// A stream whose rows match those of the first one by one: its name, its rows, and the indices of
@@ -117,6 +120,8 @@ impl LogReader {
             file: file.to_owned(),
             torque_hold: channels.torque_hold,
             names,
+            mender: Mender::new(channels),
+            raw: LogBlock::new(channels.all.len()),
         })
     }
 
@@ -133,6 +138,29 @@ impl LogReader {
     /// [`LogError`] with place, column and value of the first bad reading, or with the place where
     /// the time does not increase, or with the period if that of the controller does not suit it.
     pub fn read(&mut self, block: &mut LogBlock) -> Result<bool, LogError> {
+        if self.mender.is_idle() {
+            return self.fill(block);
+        }
+        block.clear();
+        let mut raw = std::mem::take(&mut self.raw);
+        let mut more = true;
+        while more && block.is_empty() {
+            more = self.fill(&mut raw)?;
+            let period = self.grid.timing().period;
+            self.mender.push(&raw, period, block);
+        }
+        self.raw = raw;
+        Ok(!block.is_empty())
+    }
+
+    /// Returns the samples that were mended in each channel so far, \[channels\].
+    #[must_use]
+    pub fn mended(&self) -> &[Mended] {
+        self.mender.mended()
+    }
+
+    /// Reads the next block as it was recorded; returns false when the log has ended.
+    fn fill(&mut self, block: &mut LogBlock) -> Result<bool, LogError> {
         block.clear();
         while block.len() < BLOCK {
             let wanted = BLOCK - block.len();
@@ -163,6 +191,9 @@ impl LogReader {
         timing.beyond = self.window.beyond();
         timing.gaps.count += self.left_out.gaps.count;
         timing.gaps.duration += self.left_out.gaps.duration;
+        let (gaps, duration) = self.mender.gaps();
+        timing.gaps.count += gaps;
+        timing.gaps.duration += duration;
         for follower in &self.followers {
             let (repeated, lacking) = (follower.repeated, follower.lacking);
             timing.repeated.add(repeated.count, repeated.first);

@@ -61,7 +61,7 @@ pub use inertial::{Axis, Inertial, InertialFinding};
 pub use instruments::{
     Instrument, Instrumentation, LinkPosition, RightHandSide, RowFilter, SpringTorque,
 };
-pub use log::{CsvForm, Log, MissingValues, SamplingTimes};
+pub use log::{CsvForm, Log, MissingValues, SamplingTimes, WrongSamples};
 pub use named_files::{NamedFiles, no_files};
 pub use nominal::Nominal;
 pub use payload::Payload;

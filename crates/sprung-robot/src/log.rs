@@ -50,6 +50,10 @@ pub struct Log {
     /// `"refuse"` (the default) refuses the log, `"gap"` leaves these samples out, as if they had not
     /// been recorded.
     pub nan: Option<MissingValues>,
+    /// Treatment of samples that contradict their neighbours: `"mend"` (the default) interpolates a single position or
+    /// torque far from its neighbours and leaves out samples in which a column stands still although its joint moves,
+    /// `"keep"` uses them.
+    pub wrong_samples: Option<WrongSamples>,
     /// Columns of the link positions, rad.
     pub link_position_rad: Option<Columns>,
     /// Columns of the link positions, degrees.
@@ -238,6 +242,27 @@ impl TryFrom<String> for MissingValues {
     fn try_from(word: String) -> Result<Self, String> {
         let index = choose("nan", &word, &["refuse", "gap"])?;
         Ok([Self::Refuse, Self::Gap][index])
+    }
+}
+
+/// Treatment of samples that contradict their neighbours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["mend", "keep"]))]
+pub enum WrongSamples {
+    /// They are interpolated or left out.
+    #[default]
+    Mend,
+    /// They are used.
+    Keep,
+}
+
+impl TryFrom<String> for WrongSamples {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let index = choose("wrong_samples", &word, &["mend", "keep"])?;
+        Ok([Self::Mend, Self::Keep][index])
     }
 }
 

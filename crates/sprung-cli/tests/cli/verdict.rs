@@ -5,9 +5,14 @@ use serde_json::Value;
 use crate::arm;
 use crate::common::{Case, demo, sprung, stderr, stdout};
 
-/// The last line on stdout.
+/// The decision on stdout: the last line, or the last but one above the codes of the findings.
 fn last(text: &str) -> &str {
-    text.trim_end().lines().next_back().unwrap()
+    let mut lines = text.trim_end().lines().rev();
+    let last = lines.next().unwrap();
+    if last.starts_with("decided by: ") {
+        return lines.next().unwrap();
+    }
+    last
 }
 
 #[test]
@@ -27,7 +32,7 @@ fn the_last_line_is_the_decision() {
         last(&text).starts_with("Doubtful: on a new experiment"),
         "{text}"
     );
-    assert!(last(&text).contains(", but do not use "), "{text}");
+    assert!(last(&text).contains(". Do not use "), "{text}");
 }
 
 #[test]
@@ -70,9 +75,11 @@ fn a_serious_finding_is_named_in_the_decision() {
     println!("{}", stderr(&output));
     assert_eq!(output.status.code(), Some(1), "{text}");
     assert!(
-        last(&text).starts_with("Unusable: do not use the values, because of "),
+        last(&text).contains(" Do not use the values, because "),
         "{text}"
     );
+    assert!(last(&text).contains("the sign of a torque is reversed"));
+    assert!(text.contains("\ndecided by: reversed-torque"), "{text}");
 }
 
 #[test]

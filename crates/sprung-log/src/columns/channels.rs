@@ -12,7 +12,7 @@ use super::time::{sampling, time};
 use crate::clock::timing::Sampling;
 use crate::description::{
     CsvForm, Instrumentation, Key, Log, MissingValues, Quantity, Robot, Scaling, Side, Signal,
-    TorqueHold, Unit,
+    TorqueHold, Unit, WrongSamples,
 };
 
 /// The channels of a log: link positions, motor positions and motor torques, joint by joint.
@@ -32,6 +32,8 @@ pub struct Channels {
     pub csv: CsvForm,
     /// Treatment of samples without a value.
     pub nan: MissingValues,
+    /// Treatment of samples that contradict their neighbours.
+    pub wrong_samples: WrongSamples,
     /// Link, motor and torque channels.
     pub all: Vec<Channel>,
     /// Whether the torques acted exactly as logged, for example commands without noise.
@@ -131,6 +133,7 @@ impl Channels {
             dates: (log.time.as_ref()).is_some_and(|time| time.unit.is_some_and(Unit::is_date)),
             csv: log.csv.clone().unwrap_or_default(),
             nan: log.nan.unwrap_or_default(),
+            wrong_samples: log.wrong_samples.unwrap_or_default(),
             all,
             exact_torque: log.motor_torque_exact,
             torque_hold: log.torque.map(|reading| TorqueHold {

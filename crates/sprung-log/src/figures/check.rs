@@ -9,6 +9,7 @@ use crate::columns::channel::Channel;
 use crate::columns::channels::Channels;
 use crate::description::Quantity;
 use crate::finding::{Finding, Severity};
+use crate::mend::Mended;
 use crate::numbers::Shown;
 
 /// Code of the finding that positions look like degrees.
@@ -34,6 +35,7 @@ const MIN_ENCODER_STEPS: f64 = 30.0;
 /// Returns findings about the columns of a log.
 ///
 /// - `file`: name for messages; `joints`: names of the joints.
+/// - `mended`: samples that were mended in each channel, \[channels\].
 ///
 /// A column that contradicts its declaration gives a finding of [`Severity::Error`]: a position
 /// that never changes although its joint moves, an encoder in degrees or on the other side of the
@@ -44,6 +46,7 @@ pub fn check(
     channels: &Channels,
     joints: &[String],
     summary: &Summary,
+    mended: &[Mended],
 ) -> Vec<Finding> {
     let columns = ColumnCheck {
         file,
@@ -68,7 +71,7 @@ pub fn check(
                 && !channel.quantity.is_covariate()
                 && let Some(figures) = summary.figures(i)
             {
-                findings.extend(faults(file, name, channel, figures));
+                findings.extend(faults((file, name), channel, figures, &mended[i]));
                 findings.extend(columns.hardly_moves(name, channel, i));
             }
         }

@@ -4,6 +4,7 @@ use super::channel::{Event, Figures};
 use crate::columns::channel::Channel;
 use crate::description::Quantity;
 use crate::finding::{Finding, Severity};
+use crate::mend::Mended;
 
 /// A torque is saturated if more than this fraction of the samples lies at an extreme, and if the
 /// longest run of samples there reaches both this multiple of the mean run length and this number
@@ -30,14 +31,21 @@ const FINE_ENCODER_PART: f64 = 0.9;
 /// quantised.
 const MIN_HELD_SAMPLES: u64 = 6;
 
+/// Code of the finding about single wrong samples.
+pub const SPIKES: &str = "spikes";
+
+/// Code of the finding about samples in which a column stood still.
+pub const STUCK_SAMPLES: &str = "stuck-samples";
+
 /// Returns findings about the samples of a channel.
 ///
-/// - `file`, `joint`: names for messages.
+/// - `(file, joint)`: names for messages.
+/// - `mended`: samples that were mended, which `figures` do not contain.
 pub(crate) fn faults(
-    file: &str,
-    joint: &str,
+    (file, joint): (&str, &str),
     channel: &Channel,
     figures: &Figures,
+    mended: &Mended,
 ) -> Vec<Finding> {
     if figures.extent().is_constant() {
         return Vec::new();
@@ -59,6 +67,8 @@ pub(crate) fn faults(
     (samples.saturated().into_iter())
         .chain(stays)
         .chain(samples.spikes())
+        .chain(samples.interpolated(mended))
+        .chain(samples.left_out(mended))
         .collect()
 }
 
@@ -160,7 +170,7 @@ impl SampleCheck<'_> {
         };
         let finding = self.finding(
             Severity::Warning,
-            "stuck-samples",
+            STUCK_SAMPLES,
             &format!(
                 "repeats {:.6} {} in {} samples from {:.3} s on and then changes by {:.2e}: the \
                  recorder or the sensor froze while the joint moved",
@@ -245,6 +255,48 @@ impl SampleCheck<'_> {
         )
     }
 
+    /// Reports single samples that were interpolated.
+    fn interpolated(&self, mended: &Mended) -> Option<Finding> {
+        let (time, size) = mended.largest;
+        (mended.spikes > 0).then(|| {
+            let finding = self.finding(
+                Severity::Info,
+                SPIKES,
+                &format!(
+                    "has single samples far from their neighbours ({}), which were interpolated; the largest, at \
+                     {time:.4} s, is off by {size:.3e} {}",
+                    mended.spikes,
+                    self.unit(),
+                ),
+                "look for a loose connector or a flipping bit; wrong_samples = \"keep\" in [log] uses the samples",
+            );
+            (finding.seen(self.file, &self.channel.column, size, "rad")).at(time)
+        })
+    }
+
+    /// Reports samples that were left out because the column stood still.
+    fn left_out(&self, mended: &Mended) -> Option<Finding> {
+        let (time, longest) = mended.longest;
+        (mended.stalls > 0).then(|| {
+            let finding = self.finding(
+                Severity::Info,
+                STUCK_SAMPLES,
+                &format!(
+                    "stands still although the joint moves, in {} samples ({}, the longest at {time:.3} s with \
+                     {longest} samples), which were left out: the recorder or the sensor froze",
+                    mended.stalled,
+                    match mended.stalls {
+                        1 => "1 time".to_owned(),
+                        count => format!("{count} times"),
+                    },
+                ),
+                "check that the recorder is fast enough; wrong_samples = \"keep\" in [log] uses the samples",
+            );
+            let samples = mended.stalled as f64;
+            (finding.seen(self.file, &self.channel.column, samples, "samples")).at(time)
+        })
+    }
+
     /// Reports single samples far from two neighbours that agree.
     fn spikes(&self) -> Option<Finding> {
         let figures = self.figures;
@@ -256,7 +308,7 @@ impl SampleCheck<'_> {
         let count = figures.lone().above(limit).max(1);
         let finding = self.finding(
             Severity::Warning,
-            "spikes",
+            SPIKES,
             &format!(
                 "has single samples far from their neighbours ({count}); the largest, at {:.4} s, is \
                  off by {:.3e} {}, {:.0} times the 99th percentile of all samples",

@@ -11,6 +11,7 @@ mod summary;
 pub use channel::{Figures, Overview};
 pub use check::LOOKS_LIKE_DEGREES;
 pub use check::check;
+pub use faults::{SPIKES, STUCK_SAMPLES};
 pub use sizes::Sizes;
 pub use slope::{rounded, slope_remedy};
 pub use summary::Summary;

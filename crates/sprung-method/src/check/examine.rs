@@ -129,7 +129,13 @@ pub fn examine(prepared: &Prepared, logs: &[OfLog]) -> Examination {
 
 /// Returns findings about one log alone: its columns and its clock.
 fn about_log(name: &str, channels: &Channels, model: &Model, figures: &LogFigures) -> Vec<Finding> {
-    let mut findings = crate::log::check(name, channels, model.joints(), &figures.summary);
+    let mut findings = crate::log::check(
+        name,
+        channels,
+        model.joints(),
+        &figures.summary,
+        &figures.mended,
+    );
     let timing = check_timing(name, channels, &figures.timing);
     let uneven = (timing.iter()).any(|finding| finding.code == "uneven-sampling");
     findings.extend(timing);

@@ -48,6 +48,7 @@ fn read(
         timing: log.timing(),
         lost: segments.lost(),
         names: log.names().to_vec(),
+        mended: log.mended().to_vec(),
         summary,
     })
 }

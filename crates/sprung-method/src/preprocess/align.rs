@@ -386,6 +386,7 @@ mod tests {
             dates: false,
             csv: crate::description::CsvForm::default(),
             nan: crate::description::MissingValues::Refuse,
+            wrong_samples: crate::description::WrongSamples::Keep,
             all,
             exact_torque: false,
             torque_hold: None,

@@ -12,7 +12,9 @@ use super::reduction::Reduction;
 use super::system::System;
 use crate::description::Cutoff;
 use crate::finding::Severity;
-use crate::log::{LogBlock, LogError, LogReader, LogSource, Summary, Timing, rounded, time_unit};
+use crate::log::{
+    LogBlock, LogError, LogReader, LogSource, Mended, Summary, Timing, rounded, time_unit,
+};
 use crate::progress::{Listener, Phase, Stopped};
 
 /// Result of a pass over logs.
@@ -37,6 +39,8 @@ pub(crate) struct LogFigures {
     pub lost: u64,
     /// Name in the file of the column of each channel, \[channels\].
     pub names: Vec<String>,
+    /// Samples that were mended in each channel, \[channels\].
+    pub mended: Vec<Mended>,
 }
 
 /// One log that was read.
@@ -253,6 +257,7 @@ fn read_log(
             timing: log.timing(),
             lost: preparation.lost,
             names: log.names().to_vec(),
+            mended: log.mended().to_vec(),
         },
     })
 }

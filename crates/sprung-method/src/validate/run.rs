@@ -249,7 +249,13 @@ impl Run<'_> {
         let mut findings = Vec::new();
         for (figures, source) in passed.logs.iter().zip(&*sources) {
             let joints = self.model.joints();
-            let found = check(&source.label(), self.channels, joints, &figures.summary);
+            let found = check(
+                &source.label(),
+                self.channels,
+                joints,
+                &figures.summary,
+                &figures.mended,
+            );
             let wrong = (found.iter()).find(|finding| finding.severity == Severity::Error);
             if let Some(wrong) = wrong
                 && self.settings.on_check_error == OnCheckError::Refuse

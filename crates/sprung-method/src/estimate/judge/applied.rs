@@ -3,6 +3,8 @@
 use crate::description::Joint;
 use crate::estimate::estimators::prediction_error::Retiming;
 use crate::estimate::result::{Applied, LawsByHoldOut, Refinement};
+use crate::finding::{Finding, Severity};
+use crate::log::{SPIKES, STUCK_SAMPLES};
 use crate::model::Model;
 use crate::numbers::in_ms;
 
@@ -11,10 +13,12 @@ const DECLARED: &str = "laws = \"declared\"";
 
 /// Returns the changes beyond the description that all estimators use.
 ///
+/// - `about_logs`: findings about the logs, among which are the samples that were mended.
 /// - `retiming`: timing and sharpness that a first refinement found; `refined`: the refinement with them.
 /// - `laws`: laws by hold-out; `period`: sampling period, s.
 pub(in crate::estimate) fn applied(
     model: &Model,
+    about_logs: &[Finding],
     (retiming, refined): (Option<&Retiming>, Option<&Refinement>),
     laws: Option<&LawsByHoldOut>,
     period: f64,
@@ -22,7 +26,24 @@ pub(in crate::estimate) fn applied(
     let timing = retiming.and_then(|own| torque_timing(own, refined, period));
     let sharpness = retiming.and_then(|own| sharpness(model, own, refined));
     let laws = laws.into_iter().flat_map(of_laws);
-    timing.into_iter().chain(sharpness).chain(laws).collect()
+    (about_logs.iter())
+        .filter_map(mended)
+        .chain(timing)
+        .chain(sharpness)
+        .chain(laws)
+        .collect()
+}
+
+/// Wrong samples that are mended are a note; otherwise they are a warning.
+fn mended(finding: &Finding) -> Option<Applied> {
+    let is_mended = finding.severity == Severity::Info
+        && [SPIKES, STUCK_SAMPLES].contains(&finding.code.as_str());
+    is_mended.then(|| Applied {
+        kind: "samples".to_owned(),
+        what: finding.text.clone(),
+        held_out: None,
+        forbidden_by: "wrong_samples = \"keep\" in [log]".to_owned(),
+    })
 }
 
 /// The model holds a torque over the sampling period, so a torque without delay acts half a period after its stamp.

@@ -1,6 +1,7 @@
 //! Decides on a result: the verdict, the findings that decided, and a sentence for the user.
 
 use super::promise::percent;
+use super::reasons::reason;
 use crate::estimate::result::{Decision, EstimateResult, JointPrediction, Verdict};
 use crate::finding::{Finding, Severity};
 use crate::model::short;
@@ -43,7 +44,6 @@ pub(in crate::estimate) fn decide(result: &mut EstimateResult, about_logs: &[Fin
 /// Deciding findings of one code.
 struct Reason<'a> {
     code: &'a str,
-    count: usize,
     // Parameters that no earlier reason names.
     parameters: Vec<&'a str>,
 }
@@ -57,12 +57,10 @@ impl<'a> Reason<'a> {
             let at = at.unwrap_or_else(|| {
                 reasons.push(Reason {
                     code: &finding.code,
-                    count: 0,
                     parameters: Vec::new(),
                 });
                 reasons.len() - 1
             });
-            reasons[at].count += 1;
             for name in &finding.parameters {
                 let is_named =
                     (reasons.iter()).any(|reason| reason.parameters.contains(&name.as_str()));
@@ -72,14 +70,6 @@ impl<'a> Reason<'a> {
             }
         }
         reasons
-    }
-
-    /// Returns the code, with the number of its findings if there are several.
-    fn counted(&self) -> String {
-        match self.count {
-            1 => self.code.to_owned(),
-            count => format!("{} ({count})", self.code),
-        }
     }
 
     /// Returns the names of the first parameters.
@@ -94,10 +84,9 @@ impl<'a> Reason<'a> {
     }
 }
 
-/// Returns the decision in words.
+/// Returns the decision in words: the promise, and what not to use for which reason.
 fn sentence(verdict: Verdict, promise: &[JointPrediction], reasons: &[Reason<'_>]) -> String {
-    let expected = expected_errors(promise);
-    let predicts = match &expected {
+    let predicts = match expected_errors(promise) {
         Some(errors) => format!(
             "on a new experiment of this kind the model is expected to predict {errors} (root mean \
              squares)"
@@ -106,50 +95,40 @@ fn sentence(verdict: Verdict, promise: &[JointPrediction], reasons: &[Reason<'_>
     };
     match verdict {
         Verdict::Good => format!("Good: {predicts}."),
-        Verdict::Doubtful => format!("Doubtful: {predicts}, but {}.", reservations(reasons)),
-        Verdict::Unusable => {
-            let because: Vec<String> = (reasons.iter())
-                .map(|reason| match reason.parameters.len() {
-                    0 => reason.counted(),
-                    _ => format!("{} ({})", reason.code, reason.names()),
-                })
-                .collect();
-            let would = expected.map_or_else(String::new, |errors| {
-                format!(
-                    "; on a new experiment of this kind they would predict {errors} (root mean \
-                     squares)"
-                )
-            });
-            format!(
-                "Unusable: do not use the values, because of {}{would}.",
-                list(&because)
-            )
-        }
+        Verdict::Doubtful => format!("Doubtful: {predicts}. {}.", reservations(reasons)),
+        Verdict::Unusable => format!(
+            "Unusable: {predicts}. Do not use the values, because {}.",
+            causes(reasons.iter())
+        ),
     }
 }
 
-/// Returns the reservations of a doubtful result: parameters not to be used alone, and further
-/// warnings.
+/// Returns the reservations of a doubtful result: parameters not to be used alone, and reasons for a bias of all.
 fn reservations(reasons: &[Reason<'_>]) -> String {
     let (naming, other): (Vec<_>, Vec<_>) =
         (reasons.iter()).partition(|reason| !reason.parameters.is_empty());
     let alone: Vec<String> = (naming.iter())
-        .map(|reason| format!("{} alone ({})", reason.names(), reason.code))
+        .map(|own| format!("{} alone, because {}", own.names(), reason(own.code)))
         .collect();
-    let codes: Vec<String> = other.iter().map(|reason| reason.counted()).collect();
-    let mut parts = Vec::new();
-    if !alone.is_empty() {
-        parts.push(format!("do not use {}", alone.join(", nor ")));
+    let alone = alone.join(", nor ");
+    let causes = causes(other.iter().copied());
+    match (alone.is_empty(), causes.is_empty()) {
+        (false, true) => format!("Do not use {alone}"),
+        (false, false) => format!("Do not use {alone}; all values may be biased, because {causes}"),
+        (true, _) => format!("The values may be biased, because {causes}"),
     }
-    if !codes.is_empty() {
-        let warnings = if other.len() == 1 && other[0].count == 1 {
-            "warning"
-        } else {
-            "warnings"
-        };
-        parts.push(format!("read the {warnings} {}", list(&codes)));
+}
+
+/// Joins the reasons of findings; each reason stands once.
+fn causes<'a>(reasons: impl Iterator<Item = &'a Reason<'a>>) -> String {
+    let mut clauses: Vec<String> = Vec::new();
+    for own in reasons {
+        let clause = reason(own.code).to_owned();
+        if !clauses.contains(&clause) {
+            clauses.push(clause);
+        }
     }
-    parts.join(", and ")
+    list(&clauses)
 }
 
 /// Returns the expected errors relative to the torques and deflections, in words; `None` without a
@@ -198,7 +177,10 @@ fn range(quantity: &str, errors: &[(&str, f64)], with_names: bool) -> Option<Str
     } else if with_names {
         format!("{low} ({}) to {high} ({})", least.0, most.0)
     } else {
-        format!("{} to {high}", low.trim_end_matches(" %"))
+        match high.ends_with(" %") {
+            true => format!("{} to {high}", low.trim_end_matches(" %")),
+            false => format!("{low} to {high}"),
+        }
     };
     Some(format!("the {quantity}s with errors of {range}"))
 }
@@ -250,25 +232,30 @@ mod tests {
         );
         let warning = Severity::Warning;
         let weak = finding(warning, "weakly-excited", &["joint2.link_viscous"]);
-        assert!(said(&two, std::slice::from_ref(&weak)).ends_with(
-            "(root mean squares), but do not use joint2.link_viscous alone (weakly-excited)."
-        ));
+        assert!(
+            said(&two, std::slice::from_ref(&weak)).ends_with(
+                "(root mean squares). Do not use joint2.link_viscous alone, because the excitation is weak."
+            )
+        );
         let late = finding(warning, "late-channel", &[]);
         let same = finding(warning, "collinear", &["a", "joint2.link_viscous", "b"]);
-        let doubtful = said(&two, &[weak, late.clone(), late, same]);
+        let doubtful = said(&two, &[weak, late.clone(), late.clone(), same]);
         assert!(
             doubtful.ends_with(
-                ", but do not use joint2.link_viscous alone (weakly-excited), nor a and b alone \
-                 (collinear), and read the warnings late-channel (2)."
+                ". Do not use joint2.link_viscous alone, because the excitation is weak, nor a and b alone, \
+                 because two parameters act alike in this motion; all values may be biased, because a column is late."
             ),
             "{doubtful}"
         );
-        let serious = finding(Severity::Serious, "impossible-robot", &["joint1.stiffness"]);
+        assert!(
+            said(&two, &[late]).ends_with(". The values may be biased, because a column is late.")
+        );
+        let serious = finding(Severity::Serious, "poor-fit", &["joint1.stiffness"]);
         assert_eq!(
             said(&[promised("joint1", 0.45, None)], &[serious]),
-            "Unusable: do not use the values, because of impossible-robot (joint1.stiffness); on \
-             a new experiment of this kind they would predict the motor torque of joint1 with an \
-             error of 45 % (root mean squares)."
+            "Unusable: on a new experiment of this kind the model is expected to predict the motor torque of joint1 \
+             with an error of 45 % (root mean squares). Do not use the values, because the model does not explain \
+             the torque."
         );
     }
 

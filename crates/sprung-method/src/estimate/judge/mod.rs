@@ -10,6 +10,7 @@ mod measured_effects;
 mod of_joint;
 mod parameters;
 mod promise;
+mod reasons;
 mod routes;
 mod scale;
 mod stability;

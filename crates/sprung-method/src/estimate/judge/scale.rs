@@ -10,9 +10,10 @@ use crate::fit::Fitted;
 use crate::model::Model;
 
 /// Scale number ρ below which noise of the link rows may shrink links and springs together. Row
-/// weights that follow the residuals shrink them to zero if ρ is below 8, and by a fraction 1/ρ if
-/// it is above.
+/// weights that follow the residuals shrink them to zero if ρ is below [`COLLAPSED_SCALE`], and by a
+/// fraction 1/ρ if it is above.
 const SAFE_SCALE: f64 = 20.0;
+const COLLAPSED_SCALE: f64 = 8.0;
 
 /// Reports the joints whose torque contains too little of their spring's torque. It is a warning if
 /// the motor row alone does not confirm the stiffness.
@@ -25,9 +26,17 @@ pub(super) fn scale_collapse(model: &Model, result: &EstimateResult, findings: &
             let limit = SMALL_SHARE * found.alone.abs();
             SIGNIFICANT_SIGMAS * found.error <= limit && found.gap().abs() <= limit
         });
+        let shrinks = match number {
+            number if number < COLLAPSED_SCALE => 1.0,
+            number => 1.0 / number,
+        };
+        let name = stiffness(model, &row.joint);
+        let own = name.as_ref().and_then(|name| result.parameter(name));
+        let matters = own.and_then(|own| Some(own.standard_error? / own.value?.abs()));
+        let matters = matters.is_none_or(|relative| shrinks > SIGNIFICANT_SIGMAS * relative);
         findings.push(
             Finding::new(
-                if is_confirmed {
+                if is_confirmed || !matters {
                     Severity::Info
                 } else {
                     Severity::Warning
@@ -49,7 +58,7 @@ pub(super) fn scale_collapse(model: &Model, result: &EstimateResult, findings: &
                 "compare with motor_rows and cross_checks; record finer positions, or a motion \
                  with larger spring deflections",
             )
-            .about(stiffness(model, &row.joint)),
+            .about(name),
         );
     }
 }

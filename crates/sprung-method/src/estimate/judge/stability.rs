@@ -5,7 +5,9 @@ use crate::estimate::estimators::least_squares::Linear;
 use crate::estimate::result::EstimateResult;
 use crate::estimate::statistics::between_parts;
 use crate::estimate::statistics::kind_of_change;
-use crate::estimate::statistics::{CERTAIN_SIGMAS, FALSE_ALARM_PROBABILITY, LARGE_SHARE};
+use crate::estimate::statistics::{
+    CERTAIN_SIGMAS, FALSE_ALARM_PROBABILITY, LARGE_SHARE, SMALL_SHARE,
+};
 use crate::finding::{Finding, Severity};
 use crate::model::Model;
 use crate::prepare::Sweep;
@@ -125,8 +127,9 @@ pub(super) fn cutoff_drift(
             continue;
         };
         let error = estimate.standard_error.unwrap_or(f64::INFINITY);
-        if change(&farthest.theta) > LARGE_SHARE * own.theta[i].abs()
-            || change(&farthest.theta) > CERTAIN_SIGMAS * error
+        let (drift, value) = (change(&farthest.theta), own.theta[i].abs());
+        if drift > LARGE_SHARE * value
+            || drift > CERTAIN_SIGMAS * error && drift > SMALL_SHARE * value
         {
             severity = Severity::Warning;
         }
