@@ -1,7 +1,7 @@
 //! Mends wrong samples: a single sample far from its neighbours is interpolated, and samples in which a channel stands
 //! still although its joint moves are left out.
 
-use crate::block::LogBlock;
+use crate::block::{BLOCK, LogBlock};
 use crate::columns::channels::Channels;
 use crate::description::{Quantity, WrongSamples};
 
@@ -118,9 +118,15 @@ impl Mender {
         (self.gaps, self.duration)
     }
 
-    /// Takes the next block, or the end of the log if it is empty, and hands on the samples that are decided.
+    /// Returns whether it holds no sample back.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.held.is_empty()
+    }
+
+    /// Takes the next block, or the end of the log if it is empty, and adds samples that are decided to `out`, which
+    /// gets [`BLOCK`] samples at most.
     ///
-    /// - `period`: sampling period, s; `out`: an empty block.
+    /// - `period`: sampling period, s.
     pub(crate) fn push(&mut self, block: &LogBlock, period: f64, out: &mut LogBlock) {
         let begin = self.held.len();
         self.held.extend(block, 0..block.len());
@@ -143,6 +149,7 @@ impl Mender {
             0 => until,
             _ => until.saturating_sub(NEIGHBOURS),
         };
+        let handed = handed.min(BLOCK - out.len());
         self.hand_on(handed, period, out);
         self.decided = until - handed;
     }
@@ -366,10 +373,11 @@ mod tests {
             block.gaps.extend(inside.map(|gap| gap - begin));
             let mut out = LogBlock::new(2);
             mender.push(&block, PERIOD, &mut out);
+            assert!(out.len() <= BLOCK);
             let place = all.len();
             all.gaps.extend(out.gaps.iter().map(|gap| place + gap));
             all.extend(&out, 0..out.len());
-            if begin == end {
+            if begin == end && mender.is_empty() {
                 return (mender, all);
             }
             begin = end;

@@ -144,7 +144,7 @@ impl LogReader {
         block.clear();
         let mut raw = std::mem::take(&mut self.raw);
         let mut more = true;
-        while more && block.is_empty() {
+        while block.len() < BLOCK && (more || !self.mender.is_empty()) {
             more = self.fill(&mut raw)?;
             let period = self.grid.timing().period;
             self.mender.push(&raw, period, block);

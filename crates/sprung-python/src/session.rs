@@ -13,7 +13,8 @@ use sprung::description::Start;
 use sprung::export::{Form, Format};
 use sprung::log::{Arrays, Input, LogSource};
 use sprung::session::{
-    Depth, Disk, Files, NewExperiment, Parameters, QuantityArrays, SessionError, start_from_urdf,
+    Depth, Disk, Files, NewExperiment, Parameters, QuantityArrays, ReadIdentification,
+    SessionError, start_from_urdf,
 };
 
 use crate::arrays;
@@ -286,6 +287,21 @@ impl Session {
             }
         };
         Ok(Checked::new(checked?, text))
+    }
+
+    /// Returns the session with the laws of earlier identifications.
+    fn with_laws_from(
+        &self,
+        py: Python<'_>,
+        earlier: Vec<PyRef<'_, Identified>>,
+    ) -> PyResult<Self> {
+        let earlier: Vec<ReadIdentification> = (earlier.iter())
+            .map(|own| ReadIdentification {
+                path: PathBuf::from("laws_from"),
+                identification: own.found().identification.clone(),
+            })
+            .collect();
+        Self::of(py, self.inner.with_laws_from(&earlier))
     }
 
     /// Identifies the parameters from the logs of the experiment, or from arrays.

@@ -105,6 +105,22 @@ def test_several_logs_are_one_experiment(experiment: sprung.Experiment, log: Log
     assert one is not None and two is not None and two < one
 
 
+def test_laws_of_earlier_results(
+    experiment: sprung.Experiment, result: sprung.Result, log: Log
+) -> None:
+    with_offset = log | {"tau1_nm": log["tau1_nm"] + 2.0}
+    earlier = experiment.identify(with_offset)
+    own = set(earlier.parameters) - set(result.parameters)
+    assert own, "the offset of the torque is a law that the log asks for"
+    again = experiment.identify(log, laws_from=[result, earlier])
+    assert list(again.parameters) == list(earlier.parameters)
+    kinds = [change["kind"] for change in again.identification["applied"]]
+    assert kinds == ["law"] * len(own)
+    other = sprung.Experiment.demo({"robot.name": "other"})
+    with pytest.raises(sprung.SprungError, match='its robot is "'):
+        other.identify(log, laws_from=[result])
+
+
 def test_factors_of_logs_merge(experiment: sprung.Experiment, log: Log, tmp_path: Path) -> None:
     pandas = pytest.importorskip("pandas")
     paths = []

@@ -253,6 +253,7 @@ class Experiment:
         self,
         log: Log | None = None,
         *,
+        laws_from: Sequence[Result] = (),
         threads: int = 0,
         progress: Progress = None,
     ) -> Result:
@@ -265,6 +266,8 @@ class Experiment:
                 ``t`` in s, ``q`` (link positions) and ``phi`` (motor positions after the gear) in rad
                 or m, ``tau`` (motor torques after the gear) and ``tau_joint`` in N·m or N, each with
                 the shape (samples, joints); or keys of ``[log]``, such as ``motor_current_a``.
+            laws_from: earlier results of this robot; the model gets the laws that they found, the union of
+                all, and no others. So results of several logs have one model.
             threads: number of threads; 0 for one per processor. Results do not depend on it.
             progress: callback with phase, work done and total; it stops the run by returning
                 ``False``. ``True`` shows a bar of tqdm, as notebooks do without it.
@@ -278,6 +281,8 @@ class Experiment:
             Stopped: if the callback stopped the run.
         """
         session, logs = self._given(log)
+        if laws_from:
+            session = session.with_laws_from([own._handle for own in laws_from])
         with heard(progress, "identifying") as callback:
             result = Result(session.identify(logs, _run(threads, callback)), self)
         for finding in result.findings:
