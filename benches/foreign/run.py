@@ -3,7 +3,7 @@
     python run.py --out FOLDER [--binary SPRUNG] [--arms ur5,panda] [--seeds 1-3] [--sharpness 50,100,200]
                   [--records held,mean,late] [--rates 1000,500,250] [--effects none,ripple,load,error,heat]
                   [--estimator least-squares|prediction-error|both] [--set KEY=VALUE]... [--declared]
-                  [--jobs N] [--strict]
+                  [--held-out] [--jobs N] [--strict]
 
 The script generates the logs that FOLDER lacks, and keeps them. Each identification runs with one thread and replaces
 `sprung-out` in the folder of its log. A table has, for each kind of parameter, record and rate,
@@ -16,7 +16,12 @@ The script generates the logs that FOLDER lacks, and keeps them. Each identifica
 A second table has verdicts, findings and processor time of each record and rate. Findings of CLAIMS, laws by hold-out
 and changes that sprung applies name effects. An effect is there if the robot has it. The lag of the torque is there if it is not zero, and `sharpness` if
 it is not 100. Without an effect, each requirement has a line with the measured number; with --strict the exit code is 1 if
-one of them is missed. --declared gives the true lag and sharpness to sprung. Needs the packages of `generate.py`.
+one of them is missed. --declared gives the true lag and sharpness to sprung.
+
+--held-out validates each result on the second log of the robot and counts wrong verdicts: *good* is wrong if a held-out
+error exceeds 1.5 times the promise, or if fewer than 80 % of the intervals contain the truth. A result is truly good if no
+held-out error exceeds 1.1 times the promise and at least 90 % of the intervals contain the truth. Needs the packages of
+`generate.py`.
 """
 
 import argparse
@@ -48,6 +53,8 @@ SOME_INTERVALS = 20
 # Kinds of changes that sprung applies, by the effects that they name. Laws have their own words.
 APPLIED = {"timing": "lag", "sharpness": "sharpness"}
 LEAST_COVERAGE = 0.85
+# Limits of wrong verdicts: held-out error over its promise, and coverage.
+WRONG, TRULY_GOOD = (1.5, 0.8), (1.1, 0.9)
 
 # Effects that findings name by their codes. Laws are named by their own words.
 CLAIMS = {
@@ -85,6 +92,7 @@ class Case:
     rows: dict = field(default_factory=dict)
     codes: dict = field(default_factory=dict)
     named: dict = field(default_factory=dict)
+    over_promise: dict = field(default_factory=dict)
     seconds: float = 0.0
     fault: str = ""
 
@@ -123,6 +131,13 @@ class Case:
         """Returns the number of intervals that contain the truth, and that of all intervals."""
         known = [row.inside for row in self.rows.get(estimator, []) if row.inside is not None]
         return sum(known), len(known)
+
+
+    def within(self, estimator, limits):
+        """Returns whether held-out errors and coverage are within limits."""
+        most, least = limits
+        inside, number = self.inside(estimator)
+        return self.over_promise.get(estimator, np.inf) <= most and inside >= least * number > 0
 
 
 def law_of(rung):
@@ -179,9 +194,22 @@ def identify(case, args):
     # Exit code 1: the verdict is unusable.
     if process.returncode in (0, 1):
         case.read(json.loads((folder / "sprung-out/identification.json").read_text()), truth)
+        if args.held_out:
+            validate(case, folder, args)
     else:
         case.fault = next(iter(text.splitlines()), f"exit code {process.returncode}")
     return case
+
+
+def validate(case, folder, args):
+    """Predicts the second log of a case."""
+    command = [args.binary, "validate", folder, "--quiet", "--no-progress", "--threads", 1]
+    subprocess.run(list(map(str, command)), check=True, stdout=subprocess.DEVNULL)
+    run = json.loads((folder / "sprung-out/validation.json").read_text())["runs"][0]
+    for own in run["sets"]:
+        ratios = [value for joint in own["predictions"] for key, value in joint.items() if key.endswith("_ratio")]
+        name = next(name for name in case.verdicts if name in own["parameters"])
+        case.over_promise[name] = max((np.inf if ratio is None else ratio for ratio in ratios), default=np.inf)
 
 
 def share(values):
@@ -258,6 +286,15 @@ def outcome(cases, estimator):
         print(f"{text:50}{sum(map(bool, own)):5} of {len(own)}")
 
 
+def wrong_verdicts(cases, estimator):
+    """Prints how many verdicts held-out data and the truth refute."""
+    good = [case for case in cases if case.verdict(estimator) == "good"]
+    wrong = sum(not case.within(estimator, WRONG) for case in good)
+    truly = [case for case in cases if case.within(estimator, TRULY_GOOD)]
+    missed = sum(case.verdict(estimator) != "good" for case in truly)
+    print(f"\ngood {len(good)} of {len(cases)}, of these wrong {wrong}; truly good {len(truly)}, of these not good {missed}")
+
+
 def requirements(cases, groups, estimator):
     """Prints a line for each requirement. Returns whether all are met; one without logs is."""
     rows = [row for own in groups.values() for row in own]
@@ -295,6 +332,7 @@ def main():
     parser.add_argument("--estimator", choices=ESTIMATORS, default=PREDICTION)
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="passed to sprung")
     parser.add_argument("--declared", action="store_true", help="gives the true lag and sharpness to sprung")
+    parser.add_argument("--held-out", action="store_true", help="counts wrong verdicts on the second log")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--strict", action="store_true", help="exit code 1 if a requirement is missed")
     args = parser.parse_args()
@@ -315,6 +353,8 @@ def main():
             print(f"\n{estimator}, effect: {effect}\n")
             parameters(groups)
             verdicts(own, estimator)
+            if args.held_out:
+                wrong_verdicts(own, estimator)
             if effect == "none":
                 met &= requirements(own, groups, estimator)
             else:

@@ -176,11 +176,10 @@ fn range(quantity: &str, errors: &[(&str, f64)], with_names: bool) -> Option<Str
         high
     } else if with_names {
         format!("{low} ({}) to {high} ({})", least.0, most.0)
+    } else if high.ends_with(" %") {
+        format!("{} to {high}", low.trim_end_matches(" %"))
     } else {
-        match high.ends_with(" %") {
-            true => format!("{} to {high}", low.trim_end_matches(" %")),
-            false => format!("{low} to {high}"),
-        }
+        format!("{low} to {high}")
     };
     Some(format!("the {quantity}s with errors of {range}"))
 }
