@@ -1,10 +1,15 @@
 //! Arguments of the command line.
 
+use std::ffi::OsStr;
 use std::path::PathBuf;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::builder::{PossibleValue, TypedValueParser};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{Arg, Args, Command, Parser, Subcommand, ValueEnum};
 use sprung::export::Format;
+
+/// The version, with the commit if the source was a clone.
+const VERSION: &str = env!("SPRUNG_VERSION");
 
 const EXIT_CODES: &str = "Exit codes:
   0  done
@@ -15,7 +20,7 @@ const EXIT_CODES: &str = "Exit codes:
 
 /// Identifies the dynamic parameters of flexible-joint robots from measured logs.
 #[derive(Debug, Parser)]
-#[command(name = "sprung", version, after_help = EXIT_CODES, max_term_width = 100)]
+#[command(name = "sprung", version = VERSION, after_help = EXIT_CODES, max_term_width = 100)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) verb: Verb,
@@ -251,7 +256,7 @@ pub(crate) struct Export {
     /// Format: urdf (robot.urdf), mjcf (robot.xml, of MuJoCo), sdf (robot.sdf, of Drake), json
     /// (robot.json, parameters of links and actuators), c (robot.h, robot.c and a test) or rust
     /// (robot.rs, without the standard library).
-    #[arg(long, value_parser = formats(), value_name = "FORMAT")]
+    #[arg(long, value_parser = FormatParser, value_name = "FORMAT")]
     pub(crate) format: Format,
     /// identification.json, or a TOML file with values by name [default: identification.json in
     /// the results folder].
@@ -267,8 +272,36 @@ pub(crate) struct Export {
     pub(crate) common: Common,
 }
 
-/// Returns the words of all formats, each with its format.
-fn formats() -> impl TypedValueParser<Value = Format> {
-    PossibleValuesParser::new(Format::ALL.map(Format::word))
-        .try_map(|word| Format::of_word(&word).ok_or("no format has this name"))
+/// Reads the word of a format. The error names all formats and no similar word: "usd" is not "rust".
+#[derive(Clone)]
+struct FormatParser;
+
+impl TypedValueParser for FormatParser {
+    type Value = Format;
+
+    fn parse_ref(
+        &self,
+        command: &Command,
+        argument: Option<&Arg>,
+        value: &OsStr,
+    ) -> Result<Format, clap::Error> {
+        let word = value.to_string_lossy();
+        Format::of_word(&word).ok_or_else(|| {
+            let mut error = clap::Error::new(ErrorKind::InvalidValue).with_cmd(command);
+            let name = argument.map_or_else(|| "--format".to_owned(), ToString::to_string);
+            let all = Format::ALL.map(|format| format.word().to_owned()).to_vec();
+            error.insert(ContextKind::InvalidArg, ContextValue::String(name));
+            error.insert(
+                ContextKind::InvalidValue,
+                ContextValue::String(word.into_owned()),
+            );
+            error.insert(ContextKind::ValidValue, ContextValue::Strings(all));
+            error
+        })
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        let all = Format::ALL.map(|format| PossibleValue::new(format.word()));
+        Some(Box::new(all.into_iter()))
+    }
 }

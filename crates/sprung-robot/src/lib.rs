@@ -14,6 +14,7 @@ mod check;
 mod choice;
 mod columns;
 mod covariates;
+mod defaults;
 mod delays;
 mod factor;
 mod friction;

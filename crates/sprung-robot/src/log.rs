@@ -159,8 +159,9 @@ pub struct Log {
     /// Columns of covariates of friction.
     #[serde(flatten)]
     pub covariates: CovariateColumns,
-    /// Delay of a column against the others, s, by column: `{ column = 0.15 }`, or `{ column = "estimate" }`. `"estimate"`
-    /// in place of the table estimates the delays of all link positions and torques against the motor positions.
+    /// Delay of a column against the others, s. By column: `delay_s = { q1 = "estimate", tau2 = 0.002 }`, a number or
+    /// `"estimate"` for each. Of all columns: `delay_s = "estimate"`, for the delays of all link positions and torques
+    /// against the motor positions.
     #[serde(default)]
     pub delay_s: DelaysOfLog,
     /// Sign by column, 1 or -1; or `"estimate"`.

@@ -6,6 +6,7 @@ use toml::de::{DeArray, DeTable, DeValue};
 
 use super::check::kinematics;
 use super::check::{Fault, check, check_format, check_log_over};
+use super::defaults::spread;
 use super::identify::Identify;
 use super::keys::{self, Misfit};
 use super::log::Log;
@@ -167,7 +168,7 @@ pub fn read(
         })
         .collect::<Result<Vec<_>, DescriptionError>>()?;
     keys::check(table.get_ref()).map_err(|misfit| locate(file, text, misfit))?;
-    let written = table.clone();
+    let mut written = table.clone();
     for (fragment, assignment) in parsed.into_iter().zip(overrides) {
         merge(table.get_mut(), fragment.into_inner()).map_err(|message| {
             DescriptionError::Override {
@@ -178,6 +179,8 @@ pub fn read(
         })?;
     }
     unfilled::check(table.get_ref()).map_err(|misfit| locate(file, text, misfit))?;
+    spread(table.get_mut());
+    spread(written.get_mut());
     interpret(file, text, table.clone(), files).map_err(|error| {
         let elsewhere = matches!(
             error,

@@ -46,6 +46,10 @@ pub struct Robot {
     /// Known values by name, SI units; they are not estimated.
     #[serde(default)]
     pub fixed: BTreeMap<String, f64>,
+    /// Keys of `[[robot.joint]]` for all joints that do not give them, such as `gear_ratio`.
+    #[serde(default, rename = "joint_defaults")]
+    #[schemars(schema_with = "super::defaults::schema")]
+    pub(super) _joint_defaults: serde::de::IgnoredAny,
     /// Joints that moved in the log, base first; sprung treats all other joints of a URDF as fixed.
     #[serde(default)]
     pub joint: Vec<Joint>,

@@ -1,6 +1,7 @@
 //! Writes a commented `experiment.toml` for a new robot.
 
 mod chosen;
+mod gripper;
 mod write;
 
 #[cfg(test)]
@@ -11,6 +12,7 @@ use sprung_core::chain::JointKind::{self, Prismatic, Revolute};
 use super::check::check_name;
 use super::quantities::Key;
 use super::urdf::{Urdf, UrdfJoint};
+use gripper::of_gripper;
 
 pub use chosen::{Chosen, ChosenJoint, ChosenLine};
 pub use write::quoted;
@@ -25,6 +27,8 @@ pub struct Start {
     name: String,
     kinematics: Kinematics,
     joints: Vec<Joint>,
+    /// Joints that mimic another, and the joints that they follow.
+    mimics: Vec<(String, String)>,
     /// Whether a file describes its bodies.
     has_bodies: bool,
     /// Decisions about its log, if there is a log.
@@ -40,6 +44,8 @@ pub struct JointOfStart {
     pub kind: JointKind,
     /// Limits of its position, rad or m, if the description has them.
     pub range: Option<(f64, f64)>,
+    /// Why it is taken as a joint of a gripper; `None` for a joint of the arm.
+    pub gripper: Option<String>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -59,6 +65,7 @@ struct Joint {
     limits: Option<String>,
     /// Limits of its position, rad or m.
     range: Option<(f64, f64)>,
+    gripper: Option<String>,
 }
 
 /// Why sprung cannot write an experiment for a robot.
@@ -102,12 +109,17 @@ impl Start {
                 kind: joint.kind,
                 limits: limits(joint),
                 range: (joint.lower.zip(joint.upper)).filter(|(lower, upper)| lower < upper),
+                gripper: of_gripper(joint, urdf),
             })
         };
+        let mimics = urdf.mimics();
         Ok(Self {
             name: urdf.name().to_owned(),
             kinematics: Kinematics::Urdf(file.to_owned()),
             joints: urdf.movable().iter().map(joint).collect::<Result<_, _>>()?,
+            mimics: mimics
+                .map(|(own, leader)| (own.to_owned(), leader.to_owned()))
+                .collect(),
             has_bodies: urdf.has_bodies(),
             chosen: None,
         })
@@ -136,11 +148,13 @@ impl Start {
             kind: Revolute,
             limits: None,
             range: None,
+            gripper: None,
         };
         Ok(Self {
             name: "my robot".to_owned(),
             kinematics: Kinematics::Table,
             joints: (1..=joints).map(joint).collect(),
+            mimics: Vec::new(),
             has_bodies: false,
             chosen: None,
         })
@@ -153,8 +167,15 @@ impl Start {
             name: joint.name.clone(),
             kind: joint.kind,
             range: joint.range,
+            gripper: joint.gripper.clone(),
         };
         self.joints.iter().map(joint).collect()
+    }
+
+    /// Returns the names of the joints that mimic another.
+    #[must_use]
+    pub fn mimics(&self) -> Vec<String> {
+        self.mimics.iter().map(|(own, _)| own.clone()).collect()
     }
 
     /// Returns whether a file describes its bodies, so that the scale of torques can be told.
@@ -180,6 +201,23 @@ impl Start {
                 .filter_map(|own| Some((self.joints.get(own.joint)?, Some(own))))
                 .collect(),
         }
+    }
+
+    /// Returns sentences about joints that mimic another, without their last full stops.
+    #[must_use]
+    pub fn about_mimics(&self) -> Vec<String> {
+        let blocks = self.blocks();
+        let sentence = |(own, leader): &(String, String)| {
+            if blocks.iter().any(|(joint, _)| joint.name == *leader) {
+                format!(
+                    "{own} mimics {leader}, which moves. sprung holds {own} at zero, so the values of the bodies \
+                     that it carries are wrong by as much as it moves"
+                )
+            } else {
+                format!("{own} mimics {leader}, so both are fixed at zero")
+            }
+        };
+        self.mimics.iter().map(sentence).collect()
     }
 
     /// Returns a list of column names for a key, one for each of its joints; `None` if it has no

@@ -42,7 +42,7 @@ pub(super) fn run(release: &Release, package: &Path) -> Done<()> {
     };
     let sprung = |words: &[&str]| output(clean(&program).args(words));
     let version = sprung(&["--version"])?;
-    if version.trim() != format!("sprung {}", release.version) {
+    if version.split_whitespace().nth(1) != Some(release.version.as_str()) {
         return Err(format!("the installed program says {version:?}"));
     }
     for (shell, _) in SHELLS {

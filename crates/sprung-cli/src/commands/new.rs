@@ -44,6 +44,9 @@ pub(crate) fn run(args: &New) -> Result<ExitCode, Failure> {
 
     terminal.say(format!("experiment: {}", path.display()));
     say(terminal, &new);
+    if new.is_refused() {
+        return Ok(ExitCode::Log);
+    }
     let folder = quoted(&folder.to_string_lossy());
     let next = if new.open.is_empty() {
         ""
@@ -62,6 +65,9 @@ fn say(terminal: Terminal, new: &NewExperiment) {
             count => format!(" ({count} more are not in the log)"),
         };
         terminal.say(format!("joints: {}{left_out}", new.joints.join(", ")));
+        for sentence in &new.about_joints {
+            terminal.say(format!("  {sentence}"));
+        }
         for line in &new.lines {
             terminal.say(format!("  {line}"));
         }

@@ -8,7 +8,7 @@ use arrow_array::builder::{Float64Builder, ListBuilder, StringBuilder};
 use arrow_array::{ArrayRef, Float64Array, RecordBatch};
 use parquet::arrow::ArrowWriter;
 
-use crate::common::stderr;
+use crate::common::{stderr, stdout};
 use crate::mcap_bytes::{file_of, joint_state, record, text};
 use crate::new::{ARM, Desk};
 
@@ -216,7 +216,7 @@ fn joints_without_link_encoder_are_rigid() {
     let text = begun(&desk, "log.csv");
     assert_eq!(
         text.matches("\ntransmission = \"rigid\"\n").count(),
-        2,
+        1,
         "{text}"
     );
     assert!(
@@ -349,6 +349,24 @@ fn two_joints_that_match_one_column_are_named() {
 
 /// A bag with the topics of some robots: positions and efforts of two joints.
 fn bag(topics: &[&str], log: &[Vec<f64>]) -> Vec<u8> {
+    bag_of(topics, &["shoulder", "elbow"], &log[0], |row, k| match k {
+        0 => (vec![log[1][row], log[2][row]], vec![]),
+        _ => (
+            vec![log[3][row] + 0.1 * k as f64, log[4][row]],
+            vec![log[5][row], log[6][row]],
+        ),
+    })
+}
+
+/// A bag with topics that have the same joints.
+///
+/// - `values`: positions and efforts of a row of a topic.
+fn bag_of(
+    topics: &[&str],
+    names: &[&str],
+    times: &[f64],
+    values: impl Fn(usize, usize) -> (Vec<f64>, Vec<f64>),
+) -> Vec<u8> {
     let one = 1_u16.to_le_bytes();
     let definition = crate::mcap_bytes::JOINT_STATE;
     let schema = [
@@ -362,19 +380,13 @@ fn bag(topics: &[&str], log: &[Vec<f64>]) -> Vec<u8> {
         let id = u16::try_from(k + 1).unwrap().to_le_bytes();
         records.extend(record(4, &[&id, &one, &text(topic), &text("cdr"), &[0; 4]]));
     }
-    for (row, time) in log[0].iter().enumerate() {
+    for (row, time) in times.iter().enumerate() {
         let stamp = (time * 1e9).round() as u64;
         for (k, _) in topics.iter().enumerate() {
             let id = u16::try_from(k + 1).unwrap().to_le_bytes();
-            let (q, tau) = match k {
-                0 => ([log[1][row], log[2][row]], vec![]),
-                _ => (
-                    [log[3][row] + 0.1 * k as f64, log[4][row]],
-                    vec![log[5][row], log[6][row]],
-                ),
-            };
+            let (q, tau) = values(row, k);
             let rest = u32::try_from(stamp % 1_000_000_000).unwrap();
-            let data = joint_state(rest, &["shoulder", "elbow"], &q, &tau);
+            let data = joint_state(rest, names, &q, &tau);
             let data = with_seconds(data, u32::try_from(stamp / 1_000_000_000).unwrap());
             let time = stamp.to_le_bytes();
             records.extend(record(5, &[&id, &[0; 4], &time, &time, &data]));
@@ -387,6 +399,204 @@ fn bag(topics: &[&str], log: &[Vec<f64>]) -> Vec<u8> {
 fn with_seconds(mut data: Vec<u8>, seconds: u32) -> Vec<u8> {
     data[4..8].copy_from_slice(&seconds.to_le_bytes());
     data
+}
+
+/// The arm with a gripper: one finger moves, the other one follows it.
+fn with_gripper() -> String {
+    let finger = |name: &str, more: &str| {
+        format!(
+            "<link name=\"{name}\"/><joint name=\"arm_finger_{name}\" type=\"prismatic\"><parent link=\"lower\"/>\
+             <child link=\"{name}\"/><axis xyz=\"0 1 0\"/><limit lower=\"0\" upper=\"0.04\" effort=\"20\" \
+             velocity=\"0.2\"/>{more}</joint>"
+        )
+    };
+    let fingers = finger("joint1", "") + &finger("joint2", "<mimic joint=\"arm_finger_joint1\"/>");
+    (ARM.replace("\"shoulder\"", "\"arm_joint1\""))
+        .replace("\"elbow\"", "\"arm_joint2\"")
+        .replace("</robot>", &format!("{fingers}</robot>"))
+}
+
+#[test]
+fn grippers_and_joints_that_follow_others_are_left_out() {
+    let (desk, log) = recorded();
+    desk.write("arm.urdf", &with_gripper());
+    let names = [
+        "arm_finger_joint1",
+        "arm_finger_joint2",
+        "arm_joint1",
+        "arm_joint2",
+    ];
+    let finger = |row: usize| 0.02 + 0.02 * (0.01 * row as f64).sin();
+    let values = |row: usize, topic: usize| {
+        let own = 1 + 2 * topic;
+        let position = vec![finger(row), finger(row), log[own][row], log[own + 1][row]];
+        let effort = vec![0.5, 0.4, log[5][row], log[6][row]];
+        (position, if topic == 0 { vec![] } else { effort })
+    };
+    let topics = ["/joint_states", "/motor_states"];
+    let bytes = bag_of(&topics, &names, &log[0], values);
+    std::fs::write(desk.path("bag.mcap"), bytes).unwrap();
+    // A table with the same names.
+    let mut columns = named(&log, &[("t_s", 0, 1.0)]);
+    for (k, quantity) in [(1, "link_pos"), (3, "motor_pos"), (5, "torque")] {
+        for (joint, name) in names.iter().enumerate() {
+            let values = match joint {
+                0 | 1 => (0..log[0].len()).map(finger).collect(),
+                _ => log[k + joint - 2].clone(),
+            };
+            columns.push((format!("{name}_{quantity}"), values));
+        }
+    }
+    desk.write("table.csv", &csv(&columns));
+    for (folder, file) in [("bag", "bag.mcap"), ("table", "table.csv")] {
+        let output = desk.run(&["new", folder, "--urdf", "arm.urdf", "--log", file]);
+        let said = stdout(&output);
+        assert!(
+            said.contains("arm_finger_joint1 is left out as a joint of a gripper, by its name"),
+            "{said}"
+        );
+        let text = desk.read(&format!("{folder}/experiment.toml"));
+        let flat = text.replace("\n# ", " ");
+        assert!(
+            flat.contains("arm_finger_joint2 mimics arm_finger_joint1, so both are fixed at zero"),
+            "{text}"
+        );
+        assert_eq!(text.matches("\n[[robot.joint]]\n").count(), 2, "{text}");
+        let keys = text.lines().filter(|line| !line.starts_with('#'));
+        assert!(keys.clone().all(|line| !line.contains("finger")), "{text}");
+        let wanted = match file {
+            "bag.mcap" => {
+                "motor_position = { topic = \"/motor_states\", field = \"position\", unit = \"rad\" }"
+            }
+            _ => "motor_position_rad = [\"arm_joint1_motor_pos\", \"arm_joint2_motor_pos\"]",
+        };
+        assert!(keys.clone().any(|line| line == wanted), "{text}");
+        let output = desk.run(&["identify", folder, "--set", LEAST_SQUARES]);
+        assert!(
+            matches!(output.status.code(), Some(0 | 1)),
+            "{}",
+            stderr(&output)
+        );
+    }
+    // A log of the gripper alone.
+    let only: Columns = (columns.iter())
+        .filter(|(name, _)| name == "t_s" || name.starts_with("arm_finger_joint1"))
+        .cloned()
+        .collect();
+    desk.write("gripper.csv", &csv(&only));
+    desk.fails(
+        &["new", "only", "--urdf", "arm.urdf", "--log", "gripper.csv"],
+        2,
+        &["gripper.csv has only joints of a gripper: arm_finger_joint1 (by its name)"],
+    );
+    assert!(!desk.path("only").exists());
+}
+
+#[test]
+fn after_an_error_nothing_is_proposed() {
+    let (desk, log) = recorded();
+    let names = [
+        ("t", 0, 1.0),
+        ("q1", 1, 1.0),
+        ("q2", 2, 1.0),
+        ("phi1", 3, 1.0),
+        ("phi2", 4, 1.0),
+        ("tau1", 6, 1.0),
+        ("tau2", 5, 1.0),
+    ];
+    desk.write("log.csv", &csv(&named(&log, &names)));
+    let output = desk.run(&["new", "exp", "--urdf", "arm.urdf", "--log", "log.csv"]);
+    let said = stdout(&output);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert!(
+        said.contains("error (swapped-joints)") && !said.contains("next:"),
+        "{said}"
+    );
+    assert!(desk.path("exp/experiment.toml").exists());
+}
+
+#[test]
+fn headers_in_other_languages_are_understood() {
+    let (desk, log) = recorded();
+    let degree = 180.0 / std::f64::consts::PI;
+    let languages = [
+        [
+            "Zeit",
+            "Abtriebsposition_N [Grad]",
+            "Motorposition_N [Grad]",
+            "Motordrehmoment_N [Nm]",
+        ],
+        [
+            "temps",
+            "position sortie N (deg)",
+            "position moteur N (deg)",
+            "couple moteur N (Nm)",
+        ],
+        [
+            "tiempo",
+            "posición_salida_N [°]",
+            "posición_motor_N [°]",
+            "par_motor_N [Nm]",
+        ],
+        [
+            "tempo",
+            "posizione_uscita_N_deg",
+            "posizione_motore_N_deg",
+            "coppia_N_Nm",
+        ],
+        ["时间", "关节位置N_deg", "电机位置N_deg", "电机力矩N_Nm"],
+    ];
+    for (k, [time, link, motor, torque]) in languages.into_iter().enumerate() {
+        let name = |stem: &str, joint: usize| stem.replace('N', &joint.to_string());
+        let name = |stem: &str, joint: usize| {
+            // The unit N·m keeps its letter.
+            name(stem, joint).replace(&format!("{joint}m"), "Nm")
+        };
+        let names: Vec<(String, usize, f64)> = std::iter::once((time.to_owned(), 0, 1.0))
+            .chain((1..=2).flat_map(|joint| {
+                [
+                    (name(link, joint), joint, degree),
+                    (name(motor, joint), joint + 2, degree),
+                    (name(torque, joint), joint + 4, 1.0),
+                ]
+            }))
+            .collect();
+        let borrowed: Vec<(&str, usize, f64)> = (names.iter())
+            .map(|(name, column, factor)| (name.as_str(), *column, *factor))
+            .collect();
+        desk.write("log.csv", &csv(&named(&log, &borrowed)));
+        let folder = format!("language{k}");
+        desk.succeeds(&["new", &folder, "--urdf", "arm.urdf", "--log", "log.csv"]);
+        let text = desk.read(&format!("{folder}/experiment.toml"));
+        for (key, stem) in [
+            ("link_position_deg", link),
+            ("motor_position_deg", motor),
+            ("motor_torque_nm", torque),
+        ] {
+            let line = format!("{key} = [\"{}\", \"{}\"]", name(stem, 1), name(stem, 2));
+            assert!(text.contains(&format!("\n{line}\n")), "{line}: {text}");
+        }
+    }
+}
+
+#[test]
+fn lines_to_fill_in_have_the_unit_of_the_header() {
+    let (desk, log) = recorded();
+    let names = [
+        ("t", 0, 1.0),
+        ("a_1 [Grad]", 1, 57.3),
+        ("a_2 [Grad]", 2, 57.3),
+        ("b_1 [Grad]", 3, 57.3),
+        ("b_2 [Grad]", 4, 57.3),
+        ("torque_1", 5, 1.0),
+        ("torque_2", 6, 1.0),
+    ];
+    desk.write("log.csv", &csv(&named(&log, &names)));
+    let text = begun(&desk, "log.csv");
+    assert!(
+        text.contains("\nmotor_position_deg = \"FILL IN\"\n"),
+        "{text}"
+    );
 }
 
 #[test]

@@ -43,21 +43,33 @@ pub enum ChooseError {
         /// Name of the log.
         file: String,
     },
+    /// All joints of the log belong to a gripper.
+    #[error(
+        "{file} has only joints of a gripper: {joints}. A log of the arm is needed; for a gripper alone, run sprung \
+         new without --log, keep the blocks of these joints and name their columns"
+    )]
+    OnlyGripper {
+        /// Name of the log.
+        file: String,
+        /// The joints, each with the reason.
+        joints: String,
+    },
 }
 
 /// Assigns the columns of a log to quantities.
 ///
-/// - `joints`: the joints of the robot; `files`: paths of the logs for the experiment.
+/// - `joints`: the joints of the robot; `mimics`: names of joints that follow others; `files`: paths of the logs for the
+///   experiment.
 ///
 /// # Errors
 ///
-/// [`ChooseError`] if no column belongs to a joint.
+/// [`ChooseError`] if no column belongs to a joint of the arm.
 pub fn choose(
     survey: &Survey,
-    joints: &[JointOfStart],
+    (joints, mimics): (&[JointOfStart], &[String]),
     files: &[String],
 ) -> Result<Chosen, ChooseError> {
-    let all = families(survey, joints);
+    let all = families(survey, joints, mimics);
     let of_joints: Vec<&Family> = all
         .iter()
         .filter(|family| family.problem.is_none())
@@ -82,20 +94,35 @@ pub fn choose(
         positions,
         torque,
     };
-    let own = decided.joints();
+    let (of_gripper, own): (Vec<usize>, Vec<usize>) =
+        (decided.joints().into_iter()).partition(|&joint| joints[joint].gripper.is_some());
+    if own.is_empty() && !of_gripper.is_empty() {
+        let reasons = of_gripper.iter().map(|&joint| &joints[joint]);
+        let named = |joint: &JointOfStart| {
+            format!(
+                "{} ({})",
+                joint.name,
+                joint.gripper.as_deref().unwrap_or_default()
+            )
+        };
+        return Err(ChooseError::OnlyGripper {
+            file: survey.file.clone(),
+            joints: reasons.map(named).collect::<Vec<_>>().join(", "),
+        });
+    }
     if own.is_empty() && problems.is_empty() {
         return Err(ChooseError::NothingMoves {
             file: survey.file.clone(),
         });
     }
-    Ok(decided.chosen(&own, files, &problems))
+    Ok(decided.chosen((&own, &of_gripper), files, &problems))
 }
 
 /// Returns the number of joints by the positions of a log: their largest family; `None` if the names
 /// of the columns have no numbers.
 #[must_use]
 pub fn joint_count(survey: &Survey) -> Option<usize> {
-    let all = families(survey, &[]);
+    let all = families(survey, &[], &[]);
     let sizes = || {
         let is_position = |family: &&Family| family.meaning.sort == Some(Sort::Position);
         all.iter()
@@ -198,7 +225,12 @@ impl Decided<'_> {
             .collect()
     }
 
-    fn chosen(&self, own: &[usize], files: &[String], problems: &[&Family]) -> Chosen {
+    fn chosen(
+        &self,
+        (own, of_gripper): (&[usize], &[usize]),
+        files: &[String],
+        problems: &[&Family],
+    ) -> Chosen {
         let list: Vec<String> = files.iter().map(|file| quoted(file)).collect();
         let file = match &list[..] {
             [one] => one.clone(),
@@ -213,8 +245,11 @@ impl Decided<'_> {
                 })
                 .collect(),
             left_out: (0..self.robot.len())
-                .filter(|joint| !own.contains(joint))
+                .filter(|joint| !own.contains(joint) && !of_gripper.contains(joint))
                 .map(|joint| self.robot[joint].name.clone())
+                .collect(),
+            grippers: (of_gripper.iter().map(|&joint| &self.robot[joint]))
+                .filter_map(|joint| Some((joint.name.clone(), joint.gripper.clone()?)))
                 .collect(),
             remarks: Vec::new(),
         };
@@ -326,11 +361,13 @@ impl Decided<'_> {
         let why = &self.positions.why;
         if self.positions.is_open {
             let kind = own.first().map(|&joint| self.robot[joint].kind);
-            let (link, motor) = match kind {
-                Some(JointKind::Prismatic) => ("link_position_m", "motor_position_m"),
+            let (unit, remark) = self.unit_of(Sort::Position, &["rad", "m", "deg"]);
+            let (link, motor) = match (kind, unit) {
+                (Some(JointKind::Prismatic), _) => ("link_position_m", "motor_position_m"),
+                (_, Some("deg")) => ("link_position_deg", "motor_position_deg"),
                 _ => ("link_position_rad", "motor_position_rad"),
             };
-            let why = &format!("{why}{}", self.problem_of(&[Sort::Position]));
+            let why = &format!("{why}{}{remark}", self.problem_of(&[Sort::Position]));
             chosen.lines.push(ChosenLine::open(motor, why.clone()));
             if self.positions.are_links_open {
                 chosen.lines.push(ChosenLine::open(link, ""));
@@ -423,7 +460,8 @@ impl Decided<'_> {
     fn torque_lines(&self, own: &[usize], readings: &Readings, chosen: &mut Chosen) {
         let Some(family) = self.family(self.torque.family) else {
             let problem = self.problem_of(&[Sort::Torque, Sort::Current, Sort::Voltage]);
-            let why = format!("{}{problem}", self.torque.why);
+            let (_, remark) = self.unit_of(Sort::Torque, &["N·m", "N"]);
+            let why = format!("{}{problem}{remark}", self.torque.why);
             let line = ChosenLine::open("motor_torque_nm", why);
             chosen.lines.push(line);
             return;
@@ -462,6 +500,29 @@ impl Decided<'_> {
                 ));
             }
         }
+    }
+
+    /// Returns the unit in the names of all measured columns of a sort, and how to write a unit that no key ends in, as a
+    /// further sentence.
+    fn unit_of(&self, sort: Sort, with_keys: &[&str]) -> (Option<&'static str>, String) {
+        let own = self.all.iter().map(|family| &family.meaning);
+        let mut units: Vec<Option<&'static str>> = own
+            .filter(|meaning| meaning.sort == Some(sort) && !meaning.is_reference)
+            .map(|meaning| meaning.unit)
+            .collect();
+        units.dedup();
+        let [Some(unit)] = units[..] else {
+            return (None, String::new());
+        };
+        let remark = if with_keys.contains(&unit) {
+            String::new()
+        } else {
+            format!(
+                ". Their unit is {unit} by their names, so write the key without its unit and with \
+                 {{ column = [\"…\"], unit = \"{unit}\" }}"
+            )
+        };
+        (Some(unit), remark)
     }
 
     /// Returns why columns of these sorts do not belong to joints, as a further sentence.

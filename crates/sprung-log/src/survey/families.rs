@@ -2,18 +2,32 @@
 
 use std::collections::BTreeMap;
 
-use super::read::Survey;
+use super::read::{Column, Survey};
 use super::words::{Meaning, Token, tokens, words};
 use crate::description::JointOfStart;
 use crate::formats::table::ElementPlace;
 
-/// Words of grippers, whose joints are seldom in a log of the arm.
-const GRIPPER: &[&str] = &[
-    "finger", "gripper", "hand", "jaw", "knuckle", "thumb", "tool",
-];
-
 /// Words that mean a joint or its motor and do not tell joints apart.
-const ANY_JOINT: &[&str] = &["joint", "jnt", "axis", "motor", "mot", "j", "link", "drive"];
+const ANY_JOINT: &[&str] = &[
+    "joint",
+    "jnt",
+    "axis",
+    "motor",
+    "mot",
+    "j",
+    "link",
+    "drive",
+    "achse",
+    "gelenk",
+    "axe",
+    "eje",
+    "asse",
+    "giunto",
+    "articulation",
+    "articulacion",
+    "关节",
+    "轴",
+];
 
 /// Source and column of a survey.
 pub(super) type Place = (usize, usize);
@@ -73,18 +87,26 @@ type Groups = BTreeMap<Group, Vec<(Key, Place)>>;
 type Numbered = BTreeMap<u64, usize>;
 
 /// Returns the families of columns of a log.
-pub(super) fn families(survey: &Survey, joints: &[JointOfStart]) -> Vec<Family> {
-    let names = Names::of(joints);
+///
+/// - `mimics`: names of joints that follow others.
+pub(super) fn families(survey: &Survey, joints: &[JointOfStart], mimics: &[String]) -> Vec<Family> {
+    let names = Names::of(joints, mimics);
     let mut groups = Groups::new();
     let mut choices: Vec<(Place, Vec<(Group, Key)>)> = Vec::new();
     for (s, source) in survey.sources.iter().enumerate() {
         let fields: Vec<&str> = source.columns.iter().map(|column| &*column.name).collect();
+        let is_exact = |column: &Column| matches!(&column.place, ElementPlace::Named(name) if names.is_known(name));
+        // Beside names that are exact, another name is that of another joint.
+        let has_exact = source.columns.iter().any(is_exact);
         for (c, column) in source.columns.iter().enumerate() {
             let place = (s, c);
             let first = fields.iter().position(|field| *field == column.name);
             let in_field = Some((s, first.unwrap_or(c)));
             let stem: Stem = tokens(&column.name).into_iter().map(Some).collect();
             let ways = match &column.place {
+                ElementPlace::Named(name) if has_exact && !names.is_known(name) => {
+                    vec![((in_field, stem), Key::Stranger(name.clone()))]
+                }
                 ElementPlace::Named(name) => vec![((in_field, stem), names.key(name))],
                 ElementPlace::Index(k) => {
                     vec![((in_field, stem), Key::Number(*k as u64))]
@@ -184,15 +206,21 @@ struct Names {
     all: Vec<(Vec<Token>, Vec<Token>)>,
     /// Names as they are written.
     written: Vec<String>,
+    /// Number of the joints; the names of joints that follow others stand behind theirs.
+    count: usize,
     /// Whether a joint is one of a gripper.
     of_gripper: Vec<bool>,
 }
 
 impl Names {
-    fn of(joints: &[JointOfStart]) -> Self {
-        let all: Vec<(Vec<Token>, Vec<Token>)> = (joints.iter())
-            .map(|joint| {
-                let own = tokens(&joint.name);
+    fn of(joints: &[JointOfStart], mimics: &[String]) -> Self {
+        let written: Vec<String> = (joints.iter().map(|joint| &joint.name))
+            .chain(mimics)
+            .cloned()
+            .collect();
+        let all: Vec<(Vec<Token>, Vec<Token>)> = (written.iter())
+            .map(|name| {
+                let own = tokens(name);
                 let short = (own.iter())
                     .filter(|token| !matches!(token, Token::Word(word) if ANY_JOINT.contains(&word.as_str())))
                     .cloned()
@@ -200,13 +228,28 @@ impl Names {
                 (own, short)
             })
             .collect();
-        let of_gripper = (all.iter())
-            .map(|(own, _)| words(own).iter().any(|word| GRIPPER.contains(word)))
-            .collect();
         Self {
             all,
-            written: joints.iter().map(|joint| joint.name.clone()).collect(),
-            of_gripper,
+            written,
+            count: joints.len(),
+            of_gripper: joints.iter().map(|joint| joint.gripper.is_some()).collect(),
+        }
+    }
+
+    /// Returns whether a name is exactly that of a joint.
+    fn is_known(&self, name: &str) -> bool {
+        self.written.iter().any(|own| own == name)
+    }
+
+    /// Returns the key of joints with these names: those that follow others are strangers.
+    fn key_of(&self, mut named: Vec<usize>) -> Key {
+        let follower = named.first().map_or("", |&first| &self.written[first]);
+        let follower = follower.to_owned();
+        named.retain(|&own| own < self.count);
+        if named.is_empty() {
+            Key::Stranger(follower)
+        } else {
+            Key::Joint(named)
         }
     }
 
@@ -216,7 +259,7 @@ impl Names {
             .filter(|&i| self.written[i] == name)
             .collect();
         if !exact.is_empty() {
-            return Key::Joint(exact);
+            return self.key_of(exact);
         }
         let ways = self.ways(&tokens(name));
         match ways.into_iter().next_back() {
@@ -254,7 +297,7 @@ impl Names {
             before.chain([None]).chain(after).collect()
         };
         if let Some((start, length, joints)) = best {
-            return vec![(stem(start, length), Key::Joint(joints))];
+            return vec![(stem(start, length), self.key_of(joints))];
         }
         let numbers: Vec<(Stem, Key)> = (name.iter().enumerate())
             .filter_map(|(k, token)| match token {
@@ -342,7 +385,7 @@ impl Names {
     fn numbered(&self, numbers: &[u64]) -> Result<Vec<usize>, Problem> {
         let count = numbers.len();
         let mut stems: BTreeMap<Vec<Token>, Numbered> = BTreeMap::new();
-        for (i, (own, _)) in self.all.iter().enumerate() {
+        for (i, (own, _)) in self.all[..self.count].iter().enumerate() {
             if let Some(k) = own
                 .iter()
                 .rposition(|token| matches!(token, Token::Number(_)))
@@ -381,18 +424,16 @@ impl Names {
         if let Some(joints) = by_number {
             return Ok(joints);
         }
-        let arm: Vec<usize> = (0..self.all.len())
-            .filter(|&i| !self.of_gripper[i])
-            .collect();
-        for candidates in [(0..self.all.len()).collect(), arm] {
+        let arm: Vec<usize> = (0..self.count).filter(|&i| !self.of_gripper[i]).collect();
+        for candidates in [(0..self.count).collect(), arm] {
             if candidates.len() == count {
                 return Ok(candidates);
             }
         }
         Err(format!(
             "it has {count} columns, and the robot has {} joints ({})",
-            self.all.len(),
-            shortened(&self.written)
+            self.count,
+            shortened(&self.written[..self.count])
         )
         .into())
     }

@@ -49,6 +49,12 @@ const TIME: &[&str] = &[
     "secs",
     "sec",
     "nsec",
+    "zeitstempel",
+    "temps",
+    "tiempo",
+    "tempo",
+    "时间",
+    "时间戳",
 ];
 const POSITION: &[&str] = &[
     "q",
@@ -71,6 +77,20 @@ const POSITION: &[&str] = &[
     "jointangle",
     "winkel",
     "resolver",
+    "lage",
+    "stellung",
+    "geber",
+    "gelenkwinkel",
+    "drehwinkel",
+    "codeur",
+    "posicion",
+    "angulo",
+    "posizione",
+    "angolo",
+    "位置",
+    "角度",
+    "编码器",
+    "转角",
 ];
 const VELOCITY: &[&str] = &[
     "vel",
@@ -88,6 +108,13 @@ const VELOCITY: &[&str] = &[
     "dot",
     "rpm",
     "velo",
+    "geschwindigkeit",
+    "drehzahl",
+    "vitesse",
+    "velocidad",
+    "velocita",
+    "速度",
+    "转速",
 ];
 const TORQUE: &[&str] = &[
     "tau",
@@ -103,11 +130,36 @@ const TORQUE: &[&str] = &[
     "forces",
     "frc",
     "drehmoment",
+    "kraft",
+    "couple",
+    "par",
+    "fuerza",
+    "coppia",
+    "forza",
+    "力矩",
+    "扭矩",
+    "转矩",
 ];
 const CURRENT: &[&str] = &[
-    "i", "cur", "curr", "current", "currents", "amp", "amps", "iq", "ampere", "strom",
+    "i",
+    "cur",
+    "curr",
+    "current",
+    "currents",
+    "amp",
+    "amps",
+    "iq",
+    "ampere",
+    "strom",
+    "courant",
+    "corriente",
+    "corrente",
+    "电流",
 ];
-const VOLTAGE: &[&str] = &["u", "volt", "volts", "voltage", "voltages"];
+const VOLTAGE: &[&str] = &[
+    "u", "volt", "volts", "voltage", "voltages", "spannung", "tension", "voltaje", "tensione",
+    "电压",
+];
 const DEFLECTION: &[&str] = &["defl", "deflection", "deflections", "torsion", "windup"];
 const OTHER: &[&str] = &[
     "temp",
@@ -146,6 +198,15 @@ const OTHER: &[&str] = &[
     "stiffness",
     "damping",
     "gain",
+    "temperatur",
+    "fehler",
+    "beschleunigung",
+    "acceleracion",
+    "aceleracion",
+    "accelerazione",
+    "温度",
+    "加速度",
+    "状态",
 ];
 const REFERENCE: &[&str] = &[
     "ref",
@@ -182,6 +243,19 @@ const REFERENCE: &[&str] = &[
     "d",
     "residual",
     "limit",
+    "sollwert",
+    "vorgabe",
+    "consigne",
+    "commande",
+    "consigna",
+    "referencia",
+    "riferimento",
+    "comando",
+    "指令",
+    "目标",
+    "期望",
+    "参考",
+    "给定",
 ];
 const MOTOR: &[&str] = &[
     "motor",
@@ -197,6 +271,12 @@ const MOTOR: &[&str] = &[
     "actuator",
     "actuators",
     "thetam",
+    "antrieb",
+    "moteur",
+    "motore",
+    "电机",
+    "马达",
+    "电动机",
 ];
 const USUALLY_MOTOR: &[&str] = &["phi", "theta", "th"];
 const LINK: &[&str] = &[
@@ -211,6 +291,18 @@ const LINK: &[&str] = &[
     "absolute",
     "abs",
     "arm",
+    "abtrieb",
+    "abtriebs",
+    "sortie",
+    "bras",
+    "salida",
+    "brazo",
+    "uscita",
+    "braccio",
+    "关节",
+    "连杆",
+    "负载",
+    "输出",
 ];
 const USUALLY_LINK: &[&str] = &["q"];
 
@@ -276,7 +368,7 @@ pub(super) fn tokens(name: &str) -> Vec<Token> {
         if word.is_empty() {
             return;
         }
-        let lower = word.to_lowercase();
+        let lower = without_accents(&word.to_lowercase());
         word.clear();
         all.push(match lower.parse() {
             Ok(number) => Token::Number(number),
@@ -284,9 +376,10 @@ pub(super) fn tokens(name: &str) -> Vec<Token> {
         });
     };
     let mut before = ' ';
-    for c in name.chars() {
+    for (place, c) in name.char_indices() {
+        let is_unit = || matches!(&*word, "m" | "k") && begins_with_unit(&name[place..]);
         let is_split = c.is_ascii_digit() != before.is_ascii_digit()
-            || (c.is_uppercase() && before.is_lowercase());
+            || (c.is_uppercase() && before.is_lowercase() && !is_unit());
         if is_split || !c.is_alphanumeric() {
             end(&mut word);
         }
@@ -305,6 +398,12 @@ pub(super) fn tokens(name: &str) -> Vec<Token> {
     all
 }
 
+/// Returns whether a unit with a prefix goes on: "A" in "mA", and not in "mAngle".
+fn begins_with_unit(rest: &str) -> bool {
+    let end = rest.find(|c: char| !c.is_alphanumeric());
+    ["A", "V", "N", "Nm"].contains(&&rest[..end.unwrap_or(rest.len())])
+}
+
 /// Returns the words of a name, without numbers.
 pub(super) fn words(tokens: &[Token]) -> Vec<&str> {
     (tokens.iter())
@@ -320,7 +419,7 @@ impl Meaning {
     ///
     /// - `name`: tokens of the name without those of the joint; `topic`: words of the topic.
     pub(super) fn of(name: &[Token], topic: &[&str]) -> Self {
-        let own = words(name);
+        let own: Vec<&str> = words(name).into_iter().flat_map(parts).collect();
         let (rest, unit) = unit(&own);
         let is = |list: &[&str], words: &[&str]| words.iter().any(|word| list.contains(word));
         let rate = rest.len() < own.len() && unit.is_none();
@@ -342,6 +441,77 @@ impl Meaning {
             unit: unit.filter(|unit| fits(unit, sort, torque)),
         }
     }
+}
+
+/// Lists of words of all quantities and sides.
+const LISTS: [&[&str]; 11] = [
+    OTHER, DEFLECTION, VELOCITY, TORQUE, CURRENT, VOLTAGE, POSITION, TIME, REFERENCE, MOTOR, LINK,
+];
+
+/// Shortest known word of Latin letters that is looked for within another: a shorter one is there by chance.
+const LEAST_PART: usize = 4;
+
+/// Splits a compound such as `Motorposition` or `电机位置` into known words; another word remains as it is.
+fn parts(word: &str) -> Vec<&str> {
+    let known = || LISTS.iter().flat_map(|list| list.iter().copied());
+    if known().any(|own| own == word) {
+        return vec![word];
+    }
+    if !word.is_ascii() {
+        // The longest word at each place, from the left.
+        let mut found = Vec::new();
+        let mut rest = word;
+        while let Some(first) = rest.chars().next() {
+            let begins = known().filter(|own| !own.is_ascii() && rest.starts_with(own));
+            let longest = begins.max_by_key(|own| own.len());
+            let length = longest.map_or(first.len_utf8(), str::len);
+            found.extend(longest);
+            rest = &rest[length..];
+        }
+        return if found.is_empty() { vec![word] } else { found };
+    }
+    let is_part = |own: &&str| own.len() >= LEAST_PART && own.is_ascii();
+    let first =
+        (known().filter(is_part).filter(|own| word.starts_with(own))).max_by_key(|own| own.len());
+    let last =
+        (known().filter(is_part).filter(|own| word.ends_with(own))).max_by_key(|own| own.len());
+    match (first, last) {
+        (Some(first), Some(last)) if first.len() + last.len() <= word.len() => vec![first, last],
+        // A time is named alone: "timeout" is none.
+        (_, Some(last)) if !TIME.contains(&last) => vec![last],
+        _ => vec![word],
+    }
+}
+
+/// Letters without their accents.
+const PLAIN: [(char, &str); 20] = [
+    ('á', "a"),
+    ('à', "a"),
+    ('â', "a"),
+    ('ã', "a"),
+    ('é', "e"),
+    ('è', "e"),
+    ('ê', "e"),
+    ('ë', "e"),
+    ('í', "i"),
+    ('ì', "i"),
+    ('î', "i"),
+    ('ó', "o"),
+    ('ò', "o"),
+    ('ô', "o"),
+    ('õ', "o"),
+    ('ú', "u"),
+    ('ù', "u"),
+    ('û', "u"),
+    ('ñ', "n"),
+    ('ç', "c"),
+];
+
+fn without_accents(word: &str) -> String {
+    let plain = |c: char| PLAIN.iter().find(|(accented, _)| *accented == c);
+    (word.chars())
+        .map(|c| plain(c).map_or_else(|| c.to_string(), |(_, plain)| (*plain).to_owned()))
+        .collect()
 }
 
 /// Separates the unit at the end of a name. A unit per time is removed as well, without unit.
@@ -448,6 +618,27 @@ mod tests {
             ("j4_A", Some(Current), Some("A")),
             ("elbow_pos_°", Some(Position), Some("deg")),
             ("weather", None, None),
+            ("Zeit", Some(Time), None),
+            ("Istposition Achse 3 [Grad]", Some(Position), Some("deg")),
+            ("Motordrehmoment_2 [Nm]", Some(Torque), Some("N·m")),
+            ("Drehzahl_1", Some(Velocity), None),
+            ("courant moteur 2 (A)", Some(Current), Some("A")),
+            ("couple_1", Some(Torque), None),
+            ("posición_articulación_1 [°]", Some(Position), Some("deg")),
+            ("par 3", Some(Torque), None),
+            ("corrente_motore_2_mA", Some(Current), Some("mA")),
+            ("angolo giunto 1 deg", Some(Position), Some("deg")),
+            ("velocità_1", Some(Velocity), None),
+            ("时间", Some(Time), None),
+            ("电机位置1", Some(Position), None),
+            ("关节1力矩", Some(Torque), None),
+            ("电机电流2_A", Some(Current), Some("A")),
+            ("i1_mA", Some(Current), Some("mA")),
+            ("tau_m1_mNm", Some(Torque), Some("mN·m")),
+            ("tau1 [mN·m]", Some(Torque), Some("mN·m")),
+            ("mAngle1", Some(Position), None),
+            ("timeout", None, None),
+            ("positionerror_1", Some(Other), None),
         ] {
             let found = meaning(name);
             assert_eq!((found.sort, found.unit), (sort, unit), "{name}");
@@ -464,6 +655,14 @@ mod tests {
             ("q_d_1", 0, 1, true),
             ("target_q_0", 0, 1, true),
             ("tau_ext_2", 0, 0, true),
+            ("Motorposition1", 2, 0, false),
+            ("Abtriebsposition1", 0, 2, false),
+            ("Sollposition_1", 0, 0, true),
+            ("position moteur 1", 2, 0, false),
+            ("posizione uscita 1", 0, 2, false),
+            ("电机位置1", 2, 0, false),
+            ("关节位置1", 0, 2, false),
+            ("目标位置1", 0, 0, true),
         ] {
             let found = meaning(name);
             let sides = (found.motor, found.link, found.is_reference);

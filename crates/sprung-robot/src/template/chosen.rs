@@ -38,6 +38,8 @@ pub struct Chosen {
     pub joints: Vec<ChosenJoint>,
     /// Names of the joints that are not in the log.
     pub left_out: Vec<String>,
+    /// Joints of a gripper, each with the reason why it is left out.
+    pub grippers: Vec<(String, String)>,
     /// Sentences about columns that are not used.
     pub remarks: Vec<String>,
 }

@@ -124,13 +124,13 @@ fn joints(text: &mut String, robot: &Start) {
         Kinematics::Urdf(_) if robot.chosen.is_some() => {
             "
 # A block for each joint that is in the log, after the joint that carries it. A joint without a
-# block is fixed at zero, and so is a joint that mimics another.
+# block is fixed at zero.
 "
         }
         Kinematics::Urdf(_) => {
             "
 # A block for each joint that moves in the log, after the joint that carries it. Remove the other
-# blocks: a joint without a block is fixed at zero, and so is a joint that mimics another.
+# blocks: a joint without a block is fixed at zero.
 "
         }
         Kinematics::Table => "\n# A block for each row of the table.\n",
@@ -156,11 +156,25 @@ fn joints(text: &mut String, robot: &Start) {
             &format!("Not in the log, so fixed at zero: {shown}{more}"),
         );
     }
-    for (i, (joint, chosen)) in robot.blocks().into_iter().enumerate() {
-        if i > 0 {
-            text.push('\n');
-        }
-        joint.write(text, &robot.kinematics, chosen);
+    let grippers = robot.chosen.iter().flat_map(|chosen| &chosen.grippers);
+    for (name, why) in grippers {
+        let sentence = format!(
+            "Left out, so fixed at zero: {name}, a joint of a gripper {why}. A block for it identifies it as well"
+        );
+        wrapped(text, &sentence);
+    }
+    for sentence in robot.about_mimics() {
+        wrapped(text, &sentence);
+    }
+    let blocks = robot.blocks();
+    defaults(text, &blocks);
+    for (joint, chosen) in &blocks {
+        text.push('\n');
+        let lines = chosen.iter().flat_map(|chosen| &chosen.lines);
+        let own: Vec<&ChosenLine> = lines
+            .filter(|line| common(&blocks, &line.key).is_none())
+            .collect();
+        joint.write(text, &robot.kinematics, &own);
     }
 }
 
@@ -201,15 +215,11 @@ impl Joint {
         }
     }
 
-    fn write(&self, text: &mut String, kinematics: &Kinematics, chosen: Option<&ChosenJoint>) {
-        let Example {
-            gear,
-            constant,
-            sharpness,
-            nominal,
-            units,
-            ..
-        } = self.example();
+    /// Writes its block.
+    ///
+    /// - `chosen`: its lines that the defaults lack.
+    fn write(&self, text: &mut String, kinematics: &Kinematics, chosen: &[&ChosenLine]) {
+        let Example { nominal, units, .. } = self.example();
         let (origin, zero) = match kinematics {
             Kinematics::Urdf(_) => ("as in the URDF", "the URDF's zero"),
             Kinematics::Table => ("your choice", "the table's zero"),
@@ -219,35 +229,9 @@ impl Joint {
         if let Some(limits) = &self.limits {
             line(text, &format!("# The URDF allows {limits}."), "");
         }
-        let spring = "a spring; \"rigid\": no spring";
-        let constant_key = format!("#torque_constant_nm_per_a = {}", constant.0);
-        for (example, comment) in [
-            ("transmission = \"flexible\"", spring),
-            (&*format!("#gear_ratio = {}", gear.0), gear.1),
-            (&*constant_key, constant.1),
-            (
-                "#torque_constant_side = \"motor\"",
-                "\"output\" if absent: includes gear_ratio",
-            ),
-        ] {
-            let key = example.trim_start_matches('#').split(' ').next();
-            match key.and_then(|key| chosen?.line(key)) {
-                Some(chosen) => chosen_line(text, chosen),
-                None => line(text, example, comment),
-            }
+        for chosen in chosen {
+            chosen_line(text, chosen);
         }
-        let key = format!("#coulomb_sharpness_s_per_rad = {}", sharpness.0);
-        line(text, &key, sharpness.1);
-        line(
-            text,
-            "#link_friction = [\"viscous\", \"coulomb\"]",
-            "of the link's bearing; [] for no friction",
-        );
-        line(
-            text,
-            "#motor_friction = [\"viscous\", \"coulomb\"]",
-            "of motor and gearbox",
-        );
         if self.kind == Revolute {
             let comment = format!("added to the log's positions to reach {zero}");
             line(text, "#position_offset_deg = 90.0", &comment);
@@ -255,6 +239,66 @@ impl Joint {
         let comment = format!("# Nominal values on the output side, {units}:");
         line(text, &comment, "");
         line(text, &format!("#nominal = {{ {nominal} }}"), "");
+    }
+}
+
+/// Returns the chosen line with a key, if all blocks have the same one.
+fn common<'a>(blocks: &[(&Joint, Option<&'a ChosenJoint>)], key: &str) -> Option<&'a ChosenLine> {
+    let mut lines = blocks.iter().map(|(_, chosen)| chosen.as_ref()?.line(key));
+    let first = lines.next()??;
+    lines.all(|own| own == Some(first)).then_some(first)
+}
+
+/// Writes the keys of all joints.
+fn defaults(text: &mut String, blocks: &[(&Joint, Option<&ChosenJoint>)]) {
+    let Some((first, _)) = blocks.first() else {
+        return;
+    };
+    let Example {
+        gear,
+        constant,
+        sharpness,
+        ..
+    } = first.example();
+    text.push_str(
+        "
+# Keys of all joints; a block below may give its own value.
+[robot.joint_defaults]
+",
+    );
+    let examples = [
+        (
+            "transmission = \"flexible\"".to_owned(),
+            "a spring; \"rigid\": no spring",
+        ),
+        (format!("#gear_ratio = {}", gear.0), gear.1),
+        (
+            format!("#torque_constant_nm_per_a = {}", constant.0),
+            constant.1,
+        ),
+        (
+            "#torque_constant_side = \"motor\"".to_owned(),
+            "\"output\" if absent: includes gear_ratio",
+        ),
+        (
+            format!("#coulomb_sharpness_s_per_rad = {}", sharpness.0),
+            sharpness.1,
+        ),
+        (
+            "#link_friction = [\"viscous\", \"coulomb\"]".to_owned(),
+            "of the link's bearing; [] for no friction",
+        ),
+        (
+            "#motor_friction = [\"viscous\", \"coulomb\"]".to_owned(),
+            "of motor and gearbox",
+        ),
+    ];
+    for (example, comment) in &examples {
+        let key = example.trim_start_matches('#').split(' ').next();
+        match key.and_then(|key| common(blocks, key)) {
+            Some(chosen) => chosen_line(text, chosen),
+            None => line(text, example, comment),
+        }
     }
 }
 

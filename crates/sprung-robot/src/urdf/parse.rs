@@ -41,9 +41,7 @@ fn parse(file: &str, text: &str) -> Result<Urdf, UrdfError> {
     let joints = read_joints(&robot, &links)?;
     let joints = parents_first(file, &links, joints)?;
     one_root(file, &links, &joints)?;
-    let movable: Vec<UrdfJoint> = (joints.iter())
-        .filter_map(|joint| movable(joint, &links))
-        .collect();
+    let movable = movable(&joints, &links);
     if movable.is_empty() {
         return Err(UrdfError::NothingMoves {
             file: robot.file(),
@@ -318,18 +316,30 @@ fn one_root(file: &str, links: &[Link], joints: &[Joint]) -> Result<(), UrdfErro
     }
 }
 
-fn movable(joint: &Joint, links: &[Link]) -> Option<UrdfJoint> {
-    let Mobility::Own(freedom) = &joint.mobility else {
-        return None;
+/// Returns the movable joints.
+///
+/// - `joints`: parents before children.
+fn movable(joints: &[Joint], links: &[Link]) -> Vec<UrdfJoint> {
+    let mut carries = vec![false; links.len()];
+    for joint in joints.iter().rev() {
+        let moves = matches!(joint.mobility, Mobility::Own(_));
+        carries[joint.parent] |= moves || carries[joint.child];
+    }
+    let of = |joint: &Joint| {
+        let Mobility::Own(freedom) = &joint.mobility else {
+            return None;
+        };
+        Some(UrdfJoint {
+            name: joint.name.clone(),
+            child: links[joint.child].name.clone(),
+            kind: freedom.kind,
+            continuous: freedom.continuous,
+            lower: freedom.limits.lower,
+            upper: freedom.limits.upper,
+            effort: freedom.limits.effort,
+            velocity: freedom.limits.velocity,
+            is_last: !carries[joint.child],
+        })
     };
-    Some(UrdfJoint {
-        name: joint.name.clone(),
-        child: links[joint.child].name.clone(),
-        kind: freedom.kind,
-        continuous: freedom.continuous,
-        lower: freedom.limits.lower,
-        upper: freedom.limits.upper,
-        effort: freedom.limits.effort,
-        velocity: freedom.limits.velocity,
-    })
+    joints.iter().filter_map(of).collect()
 }

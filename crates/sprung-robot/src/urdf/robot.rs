@@ -38,6 +38,8 @@ pub struct UrdfJoint {
     pub effort: Option<f64>,
     /// Limit of its velocity, rad/s or m/s; exporters write 0 for an unknown limit.
     pub velocity: Option<f64>,
+    /// Whether it carries no other movable joint.
+    pub is_last: bool,
 }
 
 /// A moving joint of a reduced tree; its link includes all bodies that are fixed to it.
@@ -128,5 +130,15 @@ impl Urdf {
     #[must_use]
     pub fn movable(&self) -> &[UrdfJoint] {
         &self.movable
+    }
+
+    /// Returns the joints that mimic another, each with the name of the joint that it follows.
+    pub fn mimics(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.joints
+            .iter()
+            .filter_map(|joint| match &joint.mobility {
+                Mobility::Mimic { leader } => Some((&*joint.name, &**leader)),
+                Mobility::Fixed | Mobility::Own(_) => None,
+            })
     }
 }

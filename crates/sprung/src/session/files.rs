@@ -1,7 +1,7 @@
 //! Access to the files of an experiment.
 
 use std::fs::File;
-use std::io::{Read, Result as IoResult};
+use std::io::{Error as IoError, ErrorKind, Read, Result as IoResult};
 use std::path::Path;
 
 use super::bag::of_bag;
@@ -28,9 +28,9 @@ pub trait Files: Send + Sync {
     ///
     /// The error of reading the file.
     fn text(&self, path: &Path) -> IoResult<String> {
-        let mut text = String::new();
-        self.open(path)?.read_to_string(&mut text)?;
-        Ok(text)
+        let mut bytes = Vec::new();
+        self.open(path)?.read_to_end(&mut bytes)?;
+        String::from_utf8(bytes).map_err(|error| no_text(error.as_bytes()))
     }
 
     /// Prepares a folder before its results are read: completes the renames of a run that was
@@ -98,4 +98,28 @@ pub(super) fn read_text(files: &dyn Files, path: &Path) -> Result<String, Sessio
         file: path.display().to_string(),
         source,
     })
+}
+
+/// First bytes of files that are sometimes given in place of a text.
+const KINDS: [(&[u8], &str); 9] = [
+    (b"\x89PNG", "a PNG image"),
+    (b"\xff\xd8\xff", "a JPEG image"),
+    (b"%PDF", "a PDF document"),
+    (b"PK\x03\x04", "a ZIP archive"),
+    (b"\x1f\x8b", "a gzip archive"),
+    (b"PAR1", "a Parquet table"),
+    (b"\x89HDF", "an HDF5 file"),
+    (b"SQLite format 3", "an SQLite database"),
+    (b"\x89MCAP", "an MCAP bag"),
+];
+
+/// Returns the error about bytes that are no text, with the kind of file that they begin.
+fn no_text(bytes: &[u8]) -> IoError {
+    let mut known = KINDS.iter();
+    let found = known.find(|(begin, _)| bytes.starts_with(begin));
+    let kind = found.map_or("a binary file, or text that is not UTF-8", |(_, kind)| kind);
+    IoError::new(
+        ErrorKind::InvalidData,
+        format!("it is {kind}, and a text file is needed"),
+    )
 }

@@ -35,6 +35,8 @@ pub struct NewExperiment {
     pub joints: Vec<String>,
     /// Number of the robot's joints that are not in the log.
     pub left_out: usize,
+    /// Sentences about joints of grippers and joints that follow others, without their last full stops.
+    pub about_joints: Vec<String>,
     /// Lines of `[log]` that were chosen.
     pub lines: Vec<String>,
 }
@@ -98,17 +100,25 @@ impl NewExperiment {
             }
         }
         let survey = first.unwrap_or_default();
-        let robot = start.joints();
-        let mut chosen = choose(&survey, &robot, &paths)?;
+        let (robot, mimics) = (start.joints(), start.mimics());
+        let mut chosen = choose(&survey, (&robot, &mimics), &paths)?;
         if !start.has_bodies() && has_open_torque_side(&chosen) {
             let why = "FILL IN \"motor\" or \"output\", the side of the gearbox of the torques: without the \
                        masses of the links the log does not tell";
             let line = ChosenLine::open("motor_torque_side", why);
             chosen.lines.push(line);
         }
-        let mut new = checked(start, chosen, folder, progress)?;
-        new.left_out = robot.len() - new.joints.len();
-        Ok(new)
+        let mut about = start.with(chosen.clone()).about_mimics();
+        let grippers = (chosen.grippers.iter())
+            .map(|(joint, why)| format!("{joint} is left out as a joint of a gripper, {why}"));
+        about.splice(0..0, grippers);
+        let left_out = chosen.left_out.len();
+        let new = checked(start, chosen, folder, progress)?;
+        Ok(Self {
+            left_out,
+            about_joints: about,
+            ..new
+        })
     }
 }
 
@@ -177,6 +187,13 @@ fn checked(
 }
 
 impl NewExperiment {
+    /// Returns whether an identification would refuse the log: the check found an error, or could not run.
+    #[must_use]
+    pub fn is_refused(&self) -> bool {
+        let is_error = |finding: &Finding| finding.severity == Severity::Error;
+        self.unchecked.is_some() || self.findings.iter().any(is_error)
+    }
+
     /// Number of errors and of serious findings; a check that could not run is worst.
     fn badness(&self) -> (bool, usize, usize) {
         let of = |severity: Severity| {
