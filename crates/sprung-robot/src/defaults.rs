@@ -1,6 +1,7 @@
 //! Keys that all joints share: `[robot.joint_defaults]`.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
+use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::robot::Joint;
@@ -20,8 +21,8 @@ pub(super) fn schema(generator: &mut SchemaGenerator) -> Schema {
 }
 
 /// Moves the defaults into the joints: a joint keeps the values that it gives.
-pub(super) fn spread<'i>(file: &mut DeTable<'i>) {
-    let Some(DeValue::Table(robot)) = file.get_mut("robot").map(|own| own.get_mut()) else {
+pub(super) fn spread(file: &mut DeTable<'_>) {
+    let Some(DeValue::Table(robot)) = file.get_mut("robot").map(Spanned::get_mut) else {
         return;
     };
     let Some(defaults) = robot.remove(KEY) else {
@@ -29,7 +30,7 @@ pub(super) fn spread<'i>(file: &mut DeTable<'i>) {
     };
     let (DeValue::Table(defaults), Some(DeValue::Array(joints))) = (
         defaults.into_inner(),
-        robot.get_mut("joint").map(|own| own.get_mut()),
+        robot.get_mut("joint").map(Spanned::get_mut),
     ) else {
         return;
     };
@@ -43,7 +44,7 @@ pub(super) fn spread<'i>(file: &mut DeTable<'i>) {
 /// Adds the keys that a table lacks.
 fn complete<'i>(table: &mut DeTable<'i>, defaults: &DeTable<'i>) {
     for (key, value) in defaults {
-        match (table.get_mut(key).map(|own| own.get_mut()), value.get_ref()) {
+        match (table.get_mut(key).map(Spanned::get_mut), value.get_ref()) {
             (None, _) => {
                 table.insert(key.clone(), value.clone());
             }

@@ -493,6 +493,27 @@ fn grippers_and_joints_that_follow_others_are_left_out() {
 }
 
 #[test]
+fn a_picture_is_no_description() {
+    let desk = Desk::new();
+    std::fs::write(desk.path("arm.urdf"), b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR").unwrap();
+    desk.fails(
+        &["new", "exp", "--urdf", "arm.urdf"],
+        4,
+        &["cannot read arm.urdf: it is a PNG image, and a text file is needed"],
+    );
+    let output = desk.run(&["export", "exp", "--format", "usd"]);
+    let said = stderr(&output);
+    assert!(
+        said.contains("[possible values: urdf, mjcf, sdf, json, c, rust]"),
+        "{said}"
+    );
+    assert!(!said.contains("similar"), "{said}");
+    let version = stdout(&desk.run(&["--version"]));
+    let number = version.split_whitespace().nth(1);
+    assert_eq!(number, Some(env!("CARGO_PKG_VERSION")), "{version}");
+}
+
+#[test]
 fn after_an_error_nothing_is_proposed() {
     let (desk, log) = recorded();
     let names = [

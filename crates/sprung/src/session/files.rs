@@ -30,7 +30,7 @@ pub trait Files: Send + Sync {
     fn text(&self, path: &Path) -> IoResult<String> {
         let mut bytes = Vec::new();
         self.open(path)?.read_to_end(&mut bytes)?;
-        String::from_utf8(bytes).map_err(|error| no_text(error.as_bytes()))
+        text_of(bytes)
     }
 
     /// Prepares a folder before its results are read: completes the renames of a run that was
@@ -64,7 +64,7 @@ impl Files for Disk {
     }
 
     fn text(&self, path: &Path) -> IoResult<String> {
-        std::fs::read_to_string(path)
+        text_of(std::fs::read(path)?)
     }
 
     fn settle(&self, folder: &Path) -> Result<(), SessionError> {
@@ -113,13 +113,17 @@ const KINDS: [(&[u8], &str); 9] = [
     (b"\x89MCAP", "an MCAP bag"),
 ];
 
-/// Returns the error about bytes that are no text, with the kind of file that they begin.
-fn no_text(bytes: &[u8]) -> IoError {
-    let mut known = KINDS.iter();
-    let found = known.find(|(begin, _)| bytes.starts_with(begin));
-    let kind = found.map_or("a binary file, or text that is not UTF-8", |(_, kind)| kind);
-    IoError::new(
-        ErrorKind::InvalidData,
-        format!("it is {kind}, and a text file is needed"),
-    )
+/// Returns the text of a file.
+///
+/// # Errors
+///
+/// The kind of file that its first bytes tell if it is no text.
+fn text_of(bytes: Vec<u8>) -> IoResult<String> {
+    String::from_utf8(bytes).map_err(|error| {
+        let mut known = KINDS.iter();
+        let found = known.find(|(begin, _)| error.as_bytes().starts_with(begin));
+        let kind = found.map_or("a binary file, or text that is not UTF-8", |(_, kind)| kind);
+        let message = format!("it is {kind}, and a text file is needed");
+        IoError::new(ErrorKind::InvalidData, message)
+    })
 }

@@ -113,6 +113,7 @@ impl Schema {
                 "list of {}",
                 joined(&self.values(&schema["items"]))
             )),
+            Some("object") if schema["additionalProperties"].is_null() => Some("table".to_owned()),
             Some("object") => {
                 let values = self.values(&schema["additionalProperties"]);
                 Some(format!("table of {}", joined(&values)))
