@@ -25,13 +25,13 @@ pub(super) fn spread(file: &mut DeTable<'_>) {
     let Some(DeValue::Table(robot)) = file.get_mut("robot").map(Spanned::get_mut) else {
         return;
     };
-    let Some(defaults) = robot.remove(KEY) else {
+    // Another value than a table stays, and the reader refuses it.
+    let Some(DeValue::Table(defaults)) = robot.get(KEY).map(Spanned::get_ref) else {
         return;
     };
-    let (DeValue::Table(defaults), Some(DeValue::Array(joints))) = (
-        defaults.into_inner(),
-        robot.get_mut("joint").map(Spanned::get_mut),
-    ) else {
+    let defaults = defaults.clone();
+    robot.remove(KEY);
+    let Some(DeValue::Array(joints)) = robot.get_mut("joint").map(Spanned::get_mut) else {
         return;
     };
     for joint in joints.iter_mut() {
@@ -71,11 +71,11 @@ mod tests {
     fn joints_keep_their_own_values() {
         let text =
             with_defaults("gear_ratio = 70.0\nnominal = { stiffness = 1.0, motor_coulomb = 0.25 }");
-        let set = |text: &str| text.to_owned();
         let over = [
-            set("robot.joint.joint2.gear_ratio=14.0"),
-            set("robot.joint_defaults.position_offset_deg=90.0"),
+            "robot.joint.joint2.gear_ratio=14.0",
+            "robot.joint_defaults.position_offset_deg=90.0",
         ];
+        let over = over.map(str::to_owned);
         let robot = read("experiment.toml", &text, &over, &mut no_files)
             .unwrap()
             .robot;
@@ -90,6 +90,21 @@ mod tests {
             assert!(own.contains(&("motor_coulomb", 0.25)) && own.len() == alone.len() + 1);
             assert!(joint.position_offset_deg.to_bits() == 90.0_f64.to_bits());
         }
+    }
+
+    #[test]
+    fn another_value_than_a_table_is_refused() {
+        let text = demo::EXPERIMENT.replacen("[robot]", "[robot]\njoint_defaults = 3", 1);
+        let error = read("experiment.toml", &text, &[], &mut no_files).unwrap_err();
+        let error = error.to_string();
+        let line = 1 + text
+            .lines()
+            .position(|own| own == "joint_defaults = 3")
+            .unwrap();
+        assert!(
+            error.starts_with(&format!("line {line} of experiment.toml")),
+            "{error}"
+        );
     }
 
     #[test]
