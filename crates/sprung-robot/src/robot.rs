@@ -49,7 +49,7 @@ pub struct Robot {
     /// Keys of `[[robot.joint]]` for all joints that do not give them, such as `gear_ratio`.
     #[serde(default, rename = "joint_defaults")]
     #[schemars(schema_with = "super::defaults::schema")]
-    pub(super) _joint_defaults: BTreeMap<String, serde::de::IgnoredAny>,
+    pub(super) _joint_defaults: toml::Table,
     /// Joints that moved in the log, base first; sprung treats all other joints of a URDF as fixed.
     #[serde(default)]
     pub joint: Vec<Joint>,
