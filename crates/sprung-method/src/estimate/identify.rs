@@ -90,7 +90,7 @@ pub(super) fn conclude(
     let settled = settled.map(|model| ready.with_model(model)).transpose()?;
     let ready = settled.as_ref().unwrap_or(ready);
     let findings = &examine(ready, read)?;
-    let linear = &fit(ready, read)?;
+    let linear = &fit(ready, read, timing)?;
     let on_line_seconds = read.lsff.as_ref().map_or(0.0, |(_, seconds)| *seconds);
     let basis = Basis {
         ready,

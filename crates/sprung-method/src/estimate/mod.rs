@@ -8,6 +8,7 @@ mod judge;
 mod late_channels;
 mod laws;
 mod many_logs;
+mod nuisances;
 mod payload;
 mod physical;
 mod possible;

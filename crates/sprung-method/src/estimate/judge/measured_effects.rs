@@ -4,6 +4,7 @@ use crate::check::DELAYED_CHANNEL;
 use crate::estimate::result::EstimateResult;
 use crate::estimate::statistics::CERTAIN_SIGMAS;
 use crate::finding::{Finding, Severity};
+use crate::log::{Channels, Quantity};
 use crate::numbers::in_ms;
 
 /// Codes of findings about noise, filters and excitation. They predict uncertain parameters. After
@@ -24,20 +25,56 @@ const MEASURED_EFFECTS: [&str; 9] = [
 const LATE_CHANNEL: &str = "late-channel";
 
 /// Turns warnings about the logs into notes if their effect is measured: those about noise, filters
-/// and excitation, and delays that the likelihood of the whole robot refutes.
-pub(in crate::estimate) fn after_estimation(findings: &mut [Finding], results: &[EstimateResult]) {
+/// and excitation, delays that the likelihood of the whole robot refutes, and a delay of all torques that the intervals
+/// of least squares contain.
+pub(in crate::estimate) fn after_estimation(
+    findings: &mut [Finding],
+    results: &[EstimateResult],
+    of_torques: Option<&DelayOfTorques<'_>>,
+) {
     for finding in (findings.iter_mut()).filter(|own| own.severity == Severity::Warning) {
         let more = if MEASURED_EFFECTS.contains(&finding.code.as_str()) {
             Some("The intervals and the promise contain the effect".to_owned())
         } else {
             (finding.code == DELAYED_CHANNEL)
-                .then(|| results.iter().find_map(|result| refuted(finding, result)))
+                .then(|| {
+                    (results.iter().find_map(|result| refuted(finding, result)))
+                        .or_else(|| of_torques?.contains(finding))
+                })
                 .flatten()
         };
         if let Some(more) = more {
             finding.severity = Severity::Info;
             finding.text = format!("{}. {more}", finding.text);
         }
+    }
+}
+
+/// The delay with which all torques were recorded by the equations. The intervals of least squares contain its effect.
+pub(in crate::estimate) struct DelayOfTorques<'a> {
+    /// s.
+    pub(in crate::estimate) delay: f64,
+    /// Sampling period, s.
+    pub(in crate::estimate) period: f64,
+    pub(in crate::estimate) channels: &'a Channels,
+}
+
+impl DelayOfTorques<'_> {
+    /// Returns why the delay of one channel is in the intervals, if it is: a torque's that differs by less than half a
+    /// period from that of all torques.
+    fn contains(&self, finding: &Finding) -> Option<String> {
+        let evidence = finding.evidence.as_ref()?;
+        let column = evidence.column.as_ref()?;
+        let is_torque = (self.channels.all.iter())
+            .any(|own| own.column == *column && own.quantity == Quantity::MotorTorque);
+        let differs = (evidence.value - self.delay).abs() > 0.5 * self.period;
+        (is_torque && !differs).then(|| {
+            format!(
+                "By the equations all torques together were recorded {:.3} ms late. The intervals of least squares contain the effect, and the \
+                 refinement takes it out",
+                in_ms(self.delay)
+            )
+        })
     }
 }
 

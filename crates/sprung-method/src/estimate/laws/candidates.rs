@@ -5,6 +5,7 @@ use sprung_core::friction::{Family, Law, Shape};
 use sprung_core::parameters::{JointParameter, Side};
 
 use crate::description::{Experiment, FrictionLaw, Joint, Quantity, SpringTerm};
+use crate::estimate::nuisances::{BLUNTER, SHARPER, sharpness_columns};
 use crate::estimate::statistics::SATURATED_ARGUMENT;
 use crate::log::{Channel, Channels};
 use crate::model::{Model, ModelError};
@@ -79,10 +80,6 @@ pub(super) struct Candidates {
     pub(super) nuisances: Vec<usize>,
     unknowns: usize,
 }
-
-/// Sharpness of the nuisance column relative to that of the model. Together with the column of the model it spans
-/// sharper and blunter friction.
-const OTHER_SHARPNESS: f64 = 2.0;
 
 impl Candidates {
     /// - `speeds`: root mean square of each joint's velocity, rad/s (m/s).
@@ -232,20 +229,10 @@ impl Candidates {
         if !model.open_sharpness().contains(&joint) {
             return;
         }
-        let shape = Shape {
-            sharpness: OTHER_SHARPNESS * model.sharpness(joint),
-            ..*model.shape(joint)
-        };
-        for side in [Side::Motor, Side::Link] {
-            let kind = JointParameter::Friction(side, Law::Coulomb);
-            if model.index(kind, joint).is_none() {
-                continue;
-            }
-            let own = terms
-                .iter()
-                .filter(|term| term.joint == joint && term.what == kind);
+        let of = |ratio: f64| sharpness_columns(model, joint, terms, ratio);
+        for own in [SHARPER, BLUNTER].into_iter().flat_map(of) {
             self.probes
-                .extend(own.map(|term| (Probe::Term(*term, shape), self.unknowns)));
+                .extend(own.into_iter().map(|probe| (probe, self.unknowns)));
             self.nuisances.push(self.unknowns);
             self.unknowns += 1;
         }

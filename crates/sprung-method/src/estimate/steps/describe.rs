@@ -11,8 +11,8 @@ use crate::estimate::estimators::Found;
 use crate::estimate::estimators::least_squares::cutoff_choice;
 use crate::estimate::estimators::prediction_error::Timing;
 use crate::estimate::judge::{
-    after_estimation, applied, decide, judge, tilt_is_possible, tilted, unpredicted,
-    with_held_out_delay,
+    DelayOfTorques, after_estimation, applied, decide, judge, tilt_is_possible, tilted,
+    unpredicted, with_held_out_delay,
 };
 use crate::estimate::result::{
     CutoffChoice, EstimateResult, GENERATOR, IDENTIFICATION_FORMAT, Identification, LogInfo,
@@ -47,7 +47,14 @@ pub(in crate::estimate) fn describe(
     let mut findings = basis.findings.to_vec();
     findings.extend(finding(model, &rigid_joints));
     findings.extend(look_again(basis, &results));
-    after_estimation(&mut findings, &results);
+    let of_torques = (basis.linear.nuisances.as_ref())
+        .and_then(|own| own.torques_delay)
+        .map(|later| DelayOfTorques {
+            delay: -later,
+            period: basis.ready.prepared.excerpt().period(),
+            channels: basis.ready.prepared.reading().channels(),
+        });
+    after_estimation(&mut findings, &results, of_torques.as_ref());
     let response = in_frequency(basis, &estimates.robot, &mut results);
     let (springs, about_springs) = springs_of_motors(basis);
     findings.extend(about_springs);

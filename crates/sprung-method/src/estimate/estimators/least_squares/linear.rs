@@ -3,6 +3,7 @@
 use super::band::half_below;
 use super::cross_checks::{Route, cross_checks};
 use super::held_out::{HeldOut, Price};
+use super::nuisances::{Nuisances, nuisances};
 use super::parts::Parts;
 use super::possible::{Contradicted, PossibleFit};
 use super::uncertainty::widened;
@@ -29,6 +30,8 @@ pub(in crate::estimate) struct Linear<'a> {
     pub(in crate::estimate) bands: Vec<Option<f64>>,
     /// Limits of masses that the logs contradict.
     pub(in crate::estimate) contradicted: Option<Contradicted>,
+    /// Nuisance parameters that the regression takes as known; `None` if all are given.
+    pub(in crate::estimate) nuisances: Option<Nuisances>,
     /// Other routes to the parameters.
     pub(in crate::estimate) routes: Vec<(Route, Theta)>,
     /// Estimates from parts of the logs.
@@ -41,6 +44,7 @@ impl<'a> Linear<'a> {
     /// Solves the regression of all logs by least squares, by other routes and from parts of the logs.
     ///
     /// - `(system, spans)`: the reduced logs, and first and last time of each log, s.
+    /// - `is_timed`: whether a refinement has found the timing of the torques and the sharpness of Coulomb friction.
     ///
     /// # Errors
     ///
@@ -49,6 +53,7 @@ impl<'a> Linear<'a> {
     pub(in crate::estimate) fn new(
         prepared: &'a Prepared,
         (system, spans): (&System, &[[f64; 2]]),
+        is_timed: bool,
     ) -> Result<Self, IdentifyError> {
         let not_finite = || IdentifyError::NotFinite {
             file: prepared.names().join(", "),
@@ -74,7 +79,10 @@ impl<'a> Linear<'a> {
             .ok_or_else(not_finite)?;
         let routes = cross_checks(model, system);
         let parts = Parts::new(model, (system, spans), &fitted);
-        let mut fitted = widened(prepared, fitted, &routes, &parts);
+        let nuisances = (!is_timed)
+            .then(|| nuisances(prepared, fitted.weights()))
+            .flatten();
+        let mut fitted = widened(prepared, fitted, (&routes, nuisances.as_ref()), &parts);
         let speeds: Vec<f64> = (rms_speeds(reading, excerpt).into_iter())
             .map(|speed| PEAK * speed)
             .collect();
@@ -118,6 +126,7 @@ impl<'a> Linear<'a> {
                 .and_then(|own| own.contradicted(&settings.physical, (&speeds, tool))),
             fitted,
             possible,
+            nuisances,
             routes,
             parts,
             held_out,

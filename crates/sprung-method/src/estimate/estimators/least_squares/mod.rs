@@ -5,6 +5,7 @@ mod cross_checks;
 mod estimate;
 mod held_out;
 mod linear;
+mod nuisances;
 mod parts;
 mod possible;
 mod sweep;

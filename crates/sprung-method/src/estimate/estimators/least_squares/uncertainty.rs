@@ -2,6 +2,7 @@
 //! and the bias that all stretches share.
 
 use super::cross_checks::Route;
+use super::nuisances::Nuisances;
 use super::parts::Parts;
 use crate::estimate::statistics::between_parts;
 use crate::fit::Fitted;
@@ -17,14 +18,14 @@ const SMEARING_POWER: i32 = 2;
 
 /// Returns a fit whose standard errors contain the changes between parts and the bias.
 ///
-/// The bias is the root of the sum of three squares: the change to the farthest cross-check, the
-/// change to the next higher cut-off, and the change to the next lower one. The last two are
-/// extrapolated to no noise and to no smearing. So a parameter with one of these errors is within
+/// The bias is the root of the sum of four squares: the change to the farthest cross-check, the change by nuisance
+/// parameters that are estimated too, the change to the next higher cut-off, and the change to the next lower one. The
+/// last two are extrapolated to no noise and to no smearing. So a parameter with one of these errors is within
 /// two standard errors of its true value, as long as the error obeys these powers of the cut-off.
 pub(crate) fn widened(
     prepared: &Prepared,
     fitted: Fitted,
-    routes: &[(Route, Theta)],
+    (routes, nuisances): (&[(Route, Theta)], Option<&Nuisances>),
     parts: &Parts,
 ) -> Fitted {
     let model = prepared.reading().model();
@@ -36,7 +37,9 @@ pub(crate) fn widened(
         let farthest = (routes.iter())
             .map(|(_, theta)| (theta[i] - fitted.theta[i]).abs())
             .fold(0.0, f64::max);
-        let bias = farthest.hypot(sweep.map_or(0.0, |sweep| bias_by_filter(sweep, i)));
+        let by_nuisances = nuisances.map_or(0.0, |own| own.changes[i]);
+        let bias = (farthest.hypot(by_nuisances))
+            .hypot(sweep.map_or(0.0, |sweep| bias_by_filter(sweep, i)));
         let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
         (finite(between(parts, i)), finite(bias))
     };

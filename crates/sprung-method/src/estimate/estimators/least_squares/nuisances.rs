@@ -1,0 +1,121 @@
+//! Changes of the parameters by the nuisance parameters that the regression takes as known: the delay that all torques
+//! have together, and the sharpness of Coulomb friction.
+
+use crate::estimate::nuisances::{SHARPER, sharpness_columns};
+use crate::fit::Free;
+use crate::log::{Channels, Quantity};
+use crate::model::{Model, Theta};
+use crate::prepare::Prepared;
+use crate::regression::{Probe, Reduction, SystemPart, Triangle, solve_quickly};
+
+/// What the nuisance parameters do to the estimate.
+pub(in crate::estimate) struct Nuisances {
+    /// Change of each parameter if they are estimated with it, \[p\].
+    pub(super) changes: Theta,
+    /// Time by which all torques act later than the regression takes them, s; `None` if the description gives it.
+    pub(in crate::estimate) torques_delay: Option<f64>,
+}
+
+/// Estimates the nuisance parameters with the others from the beginning of the first log; `None` if all are given, or the
+/// log does not determine them.
+///
+/// - `weights`: of rows, \[rows\].
+pub(super) fn nuisances(prepared: &Prepared, weights: &[f64]) -> Option<Nuisances> {
+    let reading = prepared.reading();
+    // The beginning of a log hardly shows slow covariates.
+    let none = vec![0.0; reading.model().parameters().len()];
+    let model = &reading.model().with_known_changes(&none);
+    let columns = Columns::new(model, reading.channels());
+    if columns.count == 0 {
+        return None;
+    }
+    let rows: Vec<usize> = (0..model.rows()).collect();
+    let probes: Vec<Probe> = columns.probes.iter().map(|(probe, _)| *probe).collect();
+    let empty = Reduction::with_probes(model, &rows, &probes).without_samples();
+    let signals = prepared.excerpt().smoothed(reading)?.thinned(reading);
+    let whole = signals.reduce_by(empty, reading)?.whole()?;
+    let free = Free::new(model);
+    let with = columns.fit((model, &free), &whole, weights, true)?;
+    let without = columns.fit((model, &free), &whole, weights, false)?;
+    let changes: Vec<f64> = (with.iter().zip(&without))
+        .map(|(with, without)| with - without)
+        .collect();
+    Some(Nuisances {
+        changes: free.whole(&changes, |_| 0.0),
+        torques_delay: columns
+            .torques_delay
+            .map(|at| with[free.unknowns.len() + at]),
+    })
+}
+
+/// Columns of nuisance parameters.
+struct Columns {
+    /// Each with the index of its nuisance parameter.
+    probes: Vec<(Probe, usize)>,
+    count: usize,
+    /// Index of the delay of all torques, if it is open.
+    torques_delay: Option<usize>,
+}
+
+impl Columns {
+    fn new(model: &Model, channels: &Channels) -> Self {
+        let (mut probes, mut count) = (Vec::new(), 0);
+        let torques = (channels.all.iter()).filter(|own| own.quantity == Quantity::MotorTorque);
+        let torques_delay = is_timing_open(channels).then_some(count);
+        if torques_delay.is_some() {
+            probes.extend(torques.map(|own| {
+                let row = model.torque_row(own.joint);
+                (Probe::TorqueRate { row }, count)
+            }));
+            count += 1;
+        }
+        for &joint in model.open_sharpness() {
+            for own in sharpness_columns(model, joint, &model.robot().terms, SHARPER) {
+                probes.extend(own.into_iter().map(|probe| (probe, count)));
+                count += 1;
+            }
+        }
+        Self {
+            probes,
+            count,
+            torques_delay,
+        }
+    }
+
+    /// Returns the unknowns of the model, followed by the nuisance parameters if they are estimated with them.
+    fn fit(
+        &self,
+        (model, free): (&Model, &Free),
+        whole: &[Triangle],
+        weights: &[f64],
+        with: bool,
+    ) -> Option<Vec<f64>> {
+        let of_model = free.unknowns.len();
+        let mut columns = free.columns.clone();
+        let factors: Vec<Triangle> = (whole.iter().enumerate())
+            .map(|(row, factor)| {
+                let mut known: Vec<Option<f64>> = (model.row_columns(row).iter())
+                    .map(|&c| model.known(c))
+                    .collect();
+                for (_, index) in self.probes.iter().filter(|(probe, _)| probe.row() == row) {
+                    known.push((!with).then_some(0.0));
+                    if with {
+                        columns[row].push(of_model + index);
+                    }
+                }
+                factor.with_known(&known).scaled(weights[row])
+            })
+            .collect();
+        let parts: Vec<SystemPart<'_>> = (columns.iter().zip(&factors))
+            .map(|(columns, factor)| SystemPart { columns, factor })
+            .collect();
+        let unknowns = of_model + if with { self.count } else { 0 };
+        solve_quickly(&parts, unknowns)
+    }
+}
+
+/// Returns whether the description leaves the timing of the torques open.
+fn is_timing_open(channels: &Channels) -> bool {
+    let mut torques = (channels.all.iter()).filter(|own| own.quantity == Quantity::MotorTorque);
+    channels.torque_hold.is_none() && torques.all(|own| own.delay.is_none())
+}
