@@ -27,8 +27,9 @@ pub(crate) struct Case {
     pub(crate) seed: u64,
     pub(crate) fault: Fault,
     pub(crate) joints: usize,
-    /// The experiment that a user writes.
+    /// The experiment that a user writes, and its text.
     pub(crate) experiment: Experiment,
+    pub(crate) text: String,
     /// True values of the parameters of its model, \[p\]; `None` for the description of another
     /// robot.
     pub(crate) truth: Option<Theta>,
@@ -65,12 +66,13 @@ impl Case {
             Fault::WrongUnit(WrongUnit::Foreign) => &other,
             _ => &arm,
         };
-        let mut experiment = read(&format!(
-            "format = 1\n{}{tail}\n[[validate]]\nname = \"held-out\"\n",
+        let of_user = tail.split("[controller]").next().unwrap_or_default();
+        let text = format!(
+            "format = 1\n{}{of_user}\n[[validate]]\nname = \"held-out\"\n",
             described.robot(&[])
-        ));
+        );
+        let experiment = read(&text);
         let controller = robot.controller.take().expect("it has one");
-        experiment.controller = None;
         let model = Model::new(&experiment).expect("the arm has a model");
         let plant = Model::new(&robot).expect("the arm has a model");
         let sensors = Sensors::random(&arm, fault, &mut rng);
@@ -86,6 +88,7 @@ impl Case {
             fault,
             joints,
             experiment,
+            text,
             model,
             robot,
             arm,

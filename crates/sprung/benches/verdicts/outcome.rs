@@ -1,13 +1,14 @@
 //! Verdict on a case, and the evidence of another log.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use sprung::description::{Estimator, Experiment};
+use sprung::description::Estimator;
 use sprung::estimate::{EstimateResult, Identification, IdentifyError, identify};
 use sprung::finding::Severity;
 use sprung::model::Model;
 use sprung::progress::Unheard;
-use sprung::validate::{ChosenFor, JointProof, ParameterSet, validate};
+use sprung::session::{Parameters, Session};
+use sprung::validate::{ChosenFor, JointProof, Validated, validate};
 
 use crate::case::Case;
 use crate::in_memory::with_source;
@@ -171,13 +172,33 @@ fn refusal(error: &IdentifyError) -> Vec<String> {
     }
 }
 
+/// Returns the true value of each parameter of a result; `None` for the description of another robot. A result with a
+/// law of the robot that the user's model lacks has the values of the robot. A law that the robot lacks is zero.
+fn truth(case: &Case, result: &EstimateResult) -> Option<Vec<f64>> {
+    let of_user = case.truth.as_ref()?;
+    let of = |model: &Model, values: &[f64], name: &str| {
+        model.index_of(name).ok().map(|index| values[index])
+    };
+    let names = || result.parameters.iter().map(|own| own.name.as_str());
+    let of_robot = |name: &str| of(&case.plant, &case.of_robot, name);
+    let of_model = |name: &str| of(&case.model, of_user, name);
+    let is_richer = names().any(|name| of_model(name).is_none() && of_robot(name).is_some());
+    let value = |name: &str| {
+        let first = if is_richer { of_robot(name) } else { None };
+        first.or_else(|| of_model(name)).unwrap_or(0.0)
+    };
+    Some(names().map(value).collect())
+}
+
 /// Returns the part of the intervals that contain the truth. A parameter without an interval counts as
 /// missed.
 fn coverage<'r>(case: &Case, results: impl Iterator<Item = &'r EstimateResult>) -> f64 {
-    let Some(truth) = &case.truth else { return 0.0 };
     let (mut hit, mut all) = (0.0, 0.0);
     for result in results {
-        for (parameter, truth) in result.parameters.iter().zip(truth) {
+        let Some(truth) = truth(case, result) else {
+            return 0.0;
+        };
+        for (parameter, truth) in result.parameters.iter().zip(&truth) {
             all += 1.0;
             let contains = |[low, high]: [f64; 2]| low <= *truth && *truth <= high;
             hit += f64::from(u8::from(parameter.ci95.is_some_and(contains)));
@@ -191,18 +212,19 @@ fn errors<'r>(
     case: &Case,
     results: impl Iterator<Item = &'r EstimateResult>,
 ) -> Vec<(String, Vec<f64>)> {
-    let Some(truth) = &case.truth else {
-        return Vec::new();
-    };
     let mut errors: Vec<(String, Vec<f64>)> = Vec::new();
     for result in results {
-        for (index, (parameter, truth)) in result.parameters.iter().zip(truth).enumerate() {
-            if errors.len() <= index {
-                errors.push((parameter.name.clone(), Vec::new()));
-            }
+        let Some(truth) = truth(case, result) else {
+            return Vec::new();
+        };
+        for (parameter, truth) in result.parameters.iter().zip(&truth) {
             let standard = parameter.standard_error.unwrap_or(f64::NAN);
             let value = parameter.value.unwrap_or(f64::NAN);
-            errors[index].1.push((value - truth) / standard);
+            let error = (value - truth) / standard;
+            match errors.iter_mut().find(|(name, _)| *name == parameter.name) {
+                Some((_, all)) => all.push(error),
+                None => errors.push((parameter.name.clone(), vec![error])),
+            }
         }
     }
     errors
@@ -211,20 +233,33 @@ fn errors<'r>(
 /// Predicts another log. Returns the largest error over its promise for each result, and the error of
 /// the torques over that of the true robot without the fault.
 fn held_out(case: &Case, identified: &Identification) -> Option<Vec<(f64, f64)>> {
+    let session = Session::read_in("experiment.toml", &case.text, &[], PathBuf::new()).ok()?;
+    let parameters = Parameters::from(identified.clone());
+    let found = with_source(&case.log(HELD_OUT)?, |source| {
+        session.validate_with(&parameters, &mut [vec![source]], &mut Unheard)
+    });
+    let found = predictions(found.ok()?)?;
+    let names = case.plant.parameters().iter().map(|p| p.name.clone());
+    let mut robot = parameters.sets[0].clone();
+    robot.values = names.zip(case.of_robot.iter().copied()).collect();
     let chosen = ChosenFor {
         position_cutoff_hz: Some(identified.settings.position_cutoff_hz),
         ..ChosenFor::default()
     };
-    let sets = ParameterSet::of(identified);
-    let (experiment, model) = (&case.experiment, &case.model);
-    let found = proofs(experiment, model, &sets, &chosen, &case.log(HELD_OUT)?)?;
-    let names = case.plant.parameters().iter().map(|p| p.name.clone());
-    let mut robot = sets[0].clone();
-    robot.values = names.zip(case.of_robot.iter().copied()).collect();
-    let log = case.explained_log(HELD_OUT)?;
-    let truth = proofs(&case.robot, &case.plant, &[robot], &chosen, &log)?;
+    let truth = with_source(&case.explained_log(HELD_OUT)?, |source| {
+        let sources = &mut [vec![source]];
+        validate(
+            &case.robot,
+            &case.plant,
+            &[robot],
+            &chosen,
+            sources,
+            &mut Unheard,
+        )
+    });
+    let truth = predictions(truth.ok()?)?;
     let truth = truth.first()?;
-    let each = found.iter().take(sets.len());
+    let each = found.iter().take(parameters.sets.len());
     Some(
         each.map(|own| (over_promise(own), over_truth(own, truth)))
             .collect(),
@@ -232,18 +267,8 @@ fn held_out(case: &Case, identified: &Identification) -> Option<Vec<(f64, f64)>>
 }
 
 /// Returns the prediction errors of each parameter set on a log.
-fn proofs(
-    experiment: &Experiment,
-    model: &Model,
-    sets: &[ParameterSet],
-    chosen: &ChosenFor,
-    log: &[u8],
-) -> Option<Vec<Vec<JointProof>>> {
-    let found = with_source(log, |source| {
-        let mut sources = [vec![source]];
-        validate(experiment, model, sets, chosen, &mut sources, &mut Unheard)
-    });
-    let run = found.ok()?.validation.runs.into_iter().next()?;
+fn predictions(validated: Validated) -> Option<Vec<Vec<JointProof>>> {
+    let run = validated.validation.runs.into_iter().next()?;
     Some(run.sets.into_iter().map(|set| set.predictions).collect())
 }
 
