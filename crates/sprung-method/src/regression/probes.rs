@@ -35,6 +35,13 @@ pub(crate) enum Probe {
         /// beta, s/rad (s/m).
         sharpness: f64,
     },
+    /// The third power of a joint's motor torque. Its parameter is that of a torque which saturates.
+    TorqueCube {
+        /// The row.
+        row: usize,
+        /// The joint.
+        joint: usize,
+    },
 }
 
 impl Probe {
@@ -44,7 +51,8 @@ impl Probe {
             Self::Term(term, _) => term.row,
             Self::TorqueRate { row }
             | Self::SpringTorque { row, .. }
-            | Self::TorqueLoad { row, .. } => *row,
+            | Self::TorqueLoad { row, .. }
+            | Self::TorqueCube { row, .. } => *row,
         }
     }
 
@@ -63,6 +71,7 @@ impl Probe {
                 term.rest(&drive, shape)
             }
             Self::TorqueRate { .. } => 0.0,
+            Self::TorqueCube { joint, .. } => signals.tau[*joint][k].powi(3),
             Self::SpringTorque { joint, .. } => {
                 signals.spring[*joint].get(k).copied().unwrap_or_default()
             }

@@ -75,7 +75,7 @@ pub(super) struct Candidates {
     pub(super) all: Vec<Candidate>,
     /// Columns, each with the index of its unknown.
     pub(super) probes: Vec<(Probe, usize)>,
-    /// Unknowns of no law: a torque that acts later or earlier than the log says, and Coulomb friction of another
+    /// Unknowns of no law: a torque that acts later or earlier than the log says or saturates, and Coulomb friction of another
     /// sharpness. A law has to explain more than they do.
     pub(super) nuisances: Vec<usize>,
     unknowns: usize,
@@ -100,7 +100,7 @@ impl Candidates {
             if speeds[joint] > 0.0 {
                 found.of_joint(joint, described, model, &terms, speeds[joint]);
                 found.of_torque(experiment, joint, described, model);
-                found.of_timing(experiment, joint, model, channels);
+                found.of_measured_torque(experiment, joint, model, channels);
                 found.of_sharpness(joint, model, &terms);
             }
         }
@@ -209,7 +209,7 @@ impl Candidates {
         self.unknowns += 1;
     }
 
-    fn of_timing(
+    fn of_measured_torque(
         &mut self,
         experiment: &Experiment,
         joint: usize,
@@ -220,9 +220,11 @@ impl Candidates {
             return;
         }
         let row = model.torque_row(joint);
-        self.probes.push((Probe::TorqueRate { row }, self.unknowns));
-        self.nuisances.push(self.unknowns);
-        self.unknowns += 1;
+        for probe in [Probe::TorqueRate { row }, Probe::TorqueCube { row, joint }] {
+            self.probes.push((probe, self.unknowns));
+            self.nuisances.push(self.unknowns);
+            self.unknowns += 1;
+        }
     }
 
     fn of_sharpness(&mut self, joint: usize, model: &Model, terms: &[Term]) {

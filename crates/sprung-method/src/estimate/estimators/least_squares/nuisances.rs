@@ -25,7 +25,8 @@ pub(super) fn nuisances(prepared: &Prepared, weights: &[f64]) -> Option<Nuisance
     // The beginning of a log hardly shows slow covariates.
     let none = vec![0.0; reading.model().parameters().len()];
     let model = &reading.model().with_known_changes(&none);
-    let columns = Columns::new(model, reading.channels());
+    let is_coupled = prepared.experiment().robot.transmission_matrix.is_some();
+    let columns = Columns::new(model, reading.channels(), is_coupled);
     if columns.count == 0 {
         return None;
     }
@@ -58,16 +59,23 @@ struct Columns {
 }
 
 impl Columns {
-    fn new(model: &Model, channels: &Channels) -> Self {
+    fn new(model: &Model, channels: &Channels, is_coupled: bool) -> Self {
         let (mut probes, mut count) = (Vec::new(), 0);
         let torques = (channels.all.iter()).filter(|own| own.quantity == Quantity::MotorTorque);
         let torques_delay = is_timing_open(channels).then_some(count);
         if torques_delay.is_some() {
-            probes.extend(torques.map(|own| {
+            probes.extend(torques.clone().map(|own| {
                 let row = model.torque_row(own.joint);
                 (Probe::TorqueRate { row }, count)
             }));
             count += 1;
+        }
+        if !is_coupled {
+            for own in torques {
+                let (row, joint) = (model.torque_row(own.joint), own.joint);
+                probes.push((Probe::TorqueCube { row, joint }, count));
+                count += 1;
+            }
         }
         for &joint in model.open_sharpness() {
             for own in sharpness_columns(model, joint, &model.robot().terms, SHARPER) {
