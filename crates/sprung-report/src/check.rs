@@ -89,6 +89,7 @@ pub fn compose_check(checked: &Checked, command: &str, experiment: &str) -> Docu
             |finding| as_sentence(&finding.remedy),
         ),
         sections,
+        ..Document::default()
     }
 }
 

@@ -92,6 +92,7 @@ pub fn compose_comparison(comparison: &Comparison, command: &str) -> Document {
         what_to_do: deciding
             .map_or_else(String::new, |finding| verdict::as_sentence(&finding.remedy)),
         sections,
+        ..Document::default()
     }
 }
 
@@ -359,6 +360,7 @@ fn intervals(comparison: &Comparison) -> Intervals {
             .collect(),
         ticks: Vec::new(),
         rows: rows.collect(),
+        folded: false,
     }
 }
 

@@ -7,7 +7,7 @@ use super::overview::overview;
 use super::section::{folded, section, shown};
 use super::verdict::Head;
 use super::{
-    frequency, glossary, laws, payload, plots, refinement, robot_tables, settings, springs,
+    frequency, glossary, joints, laws, payload, plots, refinement, robot_tables, settings, springs,
     stability, tables, validation_tables,
 };
 use crate::curves::Curves;
@@ -24,6 +24,7 @@ pub fn compose(contents: &Contents<'_>) -> Document {
         verdict: head.badge,
         summary: head.summary,
         reason: head.reason,
+        avoid: head.avoid,
         what_to_do: head.what_to_do,
         ..Document::default()
     };
@@ -43,6 +44,7 @@ pub fn compose(contents: &Contents<'_>) -> Document {
         "Validation of given parameters".clone_into(&mut document.subtitle);
     }
     let sections = &mut document.sections;
+    sections.extend(contents.identification.and_then(joints::summary));
     sections.extend(overview(contents));
     if let Some(identification) = contents.identification {
         sections.extend(laws::applied(identification));
@@ -58,6 +60,7 @@ pub fn compose(contents: &Contents<'_>) -> Document {
         sections.extend(signals(validation, curves));
     }
     if let Some(identification) = contents.identification {
+        sections.extend(joints::pages(identification, contents));
         sections.extend(estimators(identification, contents));
         sections.extend(payload::payloads(identification));
         sections.extend(links(identification));
@@ -86,6 +89,7 @@ fn parameters(identification: &Identification, contents: &Contents<'_>) -> Optio
     let mut blocks = vec![Block::Table(tables::parameters(
         identification,
         contents.truth,
+        None,
     )?)];
     blocks.extend(robot_tables::encoder_offsets(identification).map(Block::Table));
     Some(section(

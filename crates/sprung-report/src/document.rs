@@ -17,6 +17,8 @@ pub struct Document {
     pub summary: String,
     /// The reason for the verdict in a sentence; may be empty.
     pub reason: String,
+    /// Names of values that are not to be used alone.
+    pub avoid: Vec<String>,
     /// What the reader should do; may be empty.
     pub what_to_do: String,
     /// The sections in reading order.
@@ -166,6 +168,8 @@ pub struct Intervals {
     pub ticks: Vec<(f64, String)>,
     /// The rows from top to bottom.
     pub rows: Vec<IntervalRow>,
+    /// Whether the rows of each group are folded.
+    pub folded: bool,
 }
 
 /// One quantity from several sources.
@@ -253,6 +257,8 @@ pub enum Layout {
     Grid,
     /// Low panels next to each other, for an overview.
     Overview,
+    /// One panel over half the width; two such figures stand next to each other.
+    Half,
 }
 
 /// One coordinate system of a figure.
@@ -269,6 +275,17 @@ pub struct Panel {
     /// Label of a second coordinate system below, which shows the differences of the first curve
     /// from the others; `None` without one.
     pub errors: Option<String>,
+    /// Vertical lines.
+    pub marks: Vec<Line>,
+}
+
+/// A vertical line in a panel.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Line {
+    /// Horizontal coordinate.
+    pub at: f64,
+    /// The words beside it.
+    pub text: String,
 }
 
 /// A curve.
@@ -302,4 +319,6 @@ pub enum Style {
     Error,
     /// A known or nominal value to compare with.
     Reference,
+    /// Measured points without a line.
+    Cloud,
 }

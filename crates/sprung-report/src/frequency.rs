@@ -115,6 +115,7 @@ fn compared(response: &FrequencyResponse) -> Option<Intervals> {
         names: vec!["log".to_owned(), "model".to_owned()],
         ticks: Vec::new(),
         rows,
+        folded: false,
     })
 }
 

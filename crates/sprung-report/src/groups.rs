@@ -46,6 +46,11 @@ impl Joints {
         found
     }
 
+    /// Returns the names of the joints, base first.
+    pub(super) fn names(&self) -> &[String] {
+        &self.joints
+    }
+
     /// Returns the joint of a parameter, or of the first of combined ones. A link belongs to the
     /// joint that moves it; another name is a group of its own.
     pub(super) fn group<'a>(&'a self, parameter: &'a str) -> &'a str {

@@ -52,6 +52,7 @@ pub fn render(document: &Document) -> Result<String, ReportError> {
             verdict,
             summary => document.summary.as_str(),
             reason => document.reason.as_str(),
+            avoid => &document.avoid,
             what_to_do => document.what_to_do.as_str(),
             sections => view::sections(document),
             figures => Value::from_safe_string(figures),
@@ -69,8 +70,8 @@ pub fn render(document: &Document) -> Result<String, ReportError> {
 mod tests {
     use super::*;
     use crate::document::{
-        Badge, Block, Column, Figure, Finding, Fold, IntervalRow, Intervals, Mark, Panel, Row,
-        Section, Series, Style, Table, Tone,
+        Badge, Block, Column, Figure, Finding, Fold, IntervalRow, Intervals, Line, Mark, Panel,
+        Row, Section, Series, Style, Table, Tone,
     };
 
     const HOSTILE: &str = "<b>x</b></script><script>alert(1)</script>";
@@ -105,6 +106,10 @@ mod tests {
                 }],
                 errors: Some(text()),
                 note: text(),
+                marks: vec![Line {
+                    at: 0.5,
+                    text: text(),
+                }],
             }],
             ..Figure::default()
         };
@@ -119,6 +124,7 @@ mod tests {
                 marks: vec![None],
                 tone: Tone::Doubtful,
             }],
+            folded: true,
         };
         let finding = Finding {
             severity: Tone::Doubtful,
@@ -137,6 +143,7 @@ mod tests {
             }),
             summary: text(),
             reason: text(),
+            avoid: vec![text()],
             what_to_do: text(),
             sections: vec![Section {
                 id: text(),

@@ -14,6 +14,19 @@ const SHOWN_WHOLE: f64 = 0.8;
 /// The common scale grows up to this factor if that shows all intervals whole.
 const GROWTH_FOR_ALL: f64 = 2.5;
 
+/// More parameters than this are sorted by their intervals and folded.
+const MOST_OPEN: usize = 40;
+
+/// Limits of the groups of many parameters: half the width of an interval relative to its value.
+const BANDS: [(f64, &str); 3] = [
+    (0.01, "within 1 %"),
+    (0.1, "within 10 %"),
+    (1.0, "within 100 %"),
+];
+
+/// The last group.
+const NO_BAND: &str = "wider, or without interval";
+
 /// An interval above this multiple of its value has no number.
 const MAX_RELATIVE: f64 = 10.0;
 
@@ -93,9 +106,18 @@ pub(super) fn relative(
     let joints = Joints::of(identification);
     let half_widths = result.parameters.iter().filter_map(half_width);
     let half = common_scale(half_widths.collect());
+    let folded = result.parameters.len() > MOST_OPEN;
     let row = |parameter: &ParameterEstimate| IntervalRow {
-        group: joints.group(&parameter.name).to_owned(),
-        label: joints.within(&parameter.name).to_owned(),
+        group: if folded {
+            band(parameter).to_owned()
+        } else {
+            joints.group(&parameter.name).to_owned()
+        },
+        label: if folded {
+            parameter.name.clone()
+        } else {
+            joints.within(&parameter.name).to_owned()
+        },
         scale: size(parameter),
         marks: {
             let own = relative_mark(parameter, half);
@@ -112,7 +134,11 @@ pub(super) fn relative(
             Tone::Neutral
         },
     };
-    let sorted = joints.sorted(&result.parameters, |parameter| &parameter.name);
+    let mut sorted = joints.sorted(&result.parameters, |parameter| &parameter.name);
+    if folded {
+        let width = |own: &ParameterEstimate| relative_width(own).unwrap_or(f64::INFINITY);
+        sorted.sort_by(|a, b| width(a).total_cmp(&width(b)));
+    }
     let mut names = vec![format!("{} with its 95 % interval", result.estimator)];
     names.extend(truth.map(|_| "true value".to_owned()));
     let percent = significant(100.0 * half, 1);
@@ -133,7 +159,24 @@ pub(super) fn relative(
             (1.0, format!("+{percent} %")),
         ],
         rows: sorted.into_iter().map(row).collect(),
+        folded,
     })
+}
+
+/// Returns half the width of an interval relative to its value; zero for a given value.
+fn relative_width(parameter: &ParameterEstimate) -> Option<f64> {
+    if parameter.fixed {
+        Some(0.0)
+    } else {
+        half_width(parameter)
+    }
+}
+
+/// Returns the group of a parameter among many.
+fn band(parameter: &ParameterEstimate) -> &'static str {
+    let own =
+        relative_width(parameter).and_then(|width| BANDS.iter().find(|(limit, _)| width <= *limit));
+    own.map_or(NO_BAND, |(_, name)| name)
 }
 
 /// Returns half the width of a parameter's interval, relative to its value.

@@ -103,6 +103,7 @@ fn figure(shown: &Compared<'_>) -> Figure {
         let what = what
             .replace("motor torque", "torque")
             .replace("motor force", "force");
+        let difference = format!("difference [{unit}]");
         let note = match explained(truth, values) {
             Some(fraction) => in_words(fraction),
             None if values.iter().all(Option::is_none) => "no prediction".to_owned(),
@@ -121,14 +122,15 @@ fn figure(shown: &Compared<'_>) -> Figure {
                     clipped: false,
                 },
             ],
-            errors: None,
+            errors: Some(difference),
+            marks: Vec::new(),
         })
     });
     Figure {
         id: "measured-and-predicted".to_owned(),
         caption: format!(
-            "{} Explained is 1 minus the mean square of their difference over the variance of the \
-             measured curve.",
+            "{} The strip below shows their difference. Explained is 1 minus the mean square of the difference over the \
+             variance of the measured curve.",
             shown.caption
         ),
         x_label: "time [s]".to_owned(),

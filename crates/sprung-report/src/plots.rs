@@ -270,7 +270,7 @@ pub(super) fn measured_series(values: &[Option<f64>]) -> Series {
 }
 
 /// Replaces all characters except letters and digits by hyphens, for use as an anchor.
-fn slug(name: &str) -> String {
+pub(super) fn slug(name: &str) -> String {
     name.chars()
         .map(|c| {
             if c.is_ascii_alphanumeric() {

@@ -41,7 +41,8 @@ pub(super) fn delay_intervals(delays: &[RefinedDelay]) -> Option<Intervals> {
         names: vec!["delay by likelihood".to_owned()],
         ticks: Vec::new(),
         rows,
-    })
+folded: false,
+})
 }
 
 /// Returns the table of the delays; `None` without delays.

@@ -272,6 +272,7 @@ fn logs(
         names,
         ticks: Vec::new(),
         rows: rows.collect(),
+        folded: false,
     })
 }
 

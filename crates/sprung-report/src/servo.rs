@@ -70,6 +70,7 @@ pub fn compose_servo(found: &ServoIdentification, command: &str, experiment: &st
         what_to_do: deciding
             .map_or_else(String::new, |finding| verdict::as_sentence(&finding.remedy)),
         sections,
+        ..Document::default()
     }
 }
 

@@ -77,6 +77,7 @@ pub(super) fn parts(identification: &Identification) -> Option<Section> {
         names: names(identification, result),
         ticks: Vec::new(),
         rows: rows.collect(),
+        folded: false,
     };
     Some(folded(
         Fold::Screen,

@@ -52,9 +52,12 @@ fn has_moved(parameter: &ParameterEstimate) -> bool {
 
 /// Returns a table of the parameters of the first result, joint by joint, with true and nominal
 /// values.
+///
+/// - `joint`: only its parameters; `None` for all.
 pub(super) fn parameters(
     identification: &Identification,
     truth: Option<&BTreeMap<String, f64>>,
+    joint: Option<&str>,
 ) -> Option<Table> {
     let result = identification.results.first()?;
     let joints = Joints::of(identification);
@@ -101,9 +104,12 @@ pub(super) fn parameters(
             tone: tone(result, &parameter.name),
         }
     };
-    let sorted = joints.sorted(&result.parameters, |parameter| &parameter.name);
+    let of_joint = (result.parameters.iter())
+        .filter(|own| joint.is_none_or(|joint| joints.group(&own.name) == joint));
+    let sorted = joints.sorted(of_joint, |parameter| &parameter.name);
     let mut headings: Vec<(usize, String)> = Vec::new();
-    for (i, parameter) in sorted.iter().enumerate() {
+    let headed: &[_] = if joint.is_none() { &sorted } else { &[] };
+    for (i, parameter) in headed.iter().enumerate() {
         let group = joints.group(&parameter.name);
         if headings.last().is_none_or(|(_, last)| last != group) {
             headings.push((i, group.to_owned()));

@@ -11,6 +11,8 @@ pub(super) struct Head {
     pub(super) badge: Option<Badge>,
     pub(super) summary: String,
     pub(super) reason: String,
+    /// Names of parameters that are not to be used alone.
+    pub(super) avoid: Vec<String>,
     pub(super) what_to_do: String,
 }
 
@@ -55,8 +57,17 @@ impl Head {
                 tone: tone(result.verdict),
                 text: format!("{}: {}", result.estimator, result.verdict.word()),
             }),
-            summary: result.decision.sentence.clone(),
-            reason: deciding.map_or_else(String::new, |finding| first_sentence(&finding.text)),
+            // Results of earlier versions have one sentence.
+            summary: if result.decision.promise.is_empty() {
+                result.decision.sentence.clone()
+            } else {
+                result.decision.promise.clone()
+            },
+            reason: as_sentence(&result.decision.because),
+            avoid: match result.verdict {
+                Verdict::Good | Verdict::Unusable => Vec::new(),
+                Verdict::Doubtful => result.decision.parameters.clone(),
+            },
             what_to_do: join(advice, &next),
         }
     }

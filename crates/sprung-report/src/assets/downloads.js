@@ -145,10 +145,20 @@ class Drawing {
     data.series.forEach(({ style }, i) => {
       if (!plot.series[i + 1].show) return;
       const { width, dash } = STYLES[style];
+      if (style === "cloud") {
+        plot.data[i + 1].forEach((value, k) => {
+          if (value === null) return;
+          const at = { cx: rounded(x(plot.data[0][k]) - left), cy: rounded(y(value) - top) };
+          area.append(svgElement("circle", { ...at, r: 1.5, fill: color(style) }));
+        });
+        return;
+      }
+      // A curve beside points has values at a part of them only.
+      const spans = plot.series[i + 1].spanGaps;
       let pen = "M";
       const path = plot.data[i + 1].map((value, k) => {
         if (value === null) {
-          pen = "M";
+          if (!spans) pen = "M";
           return "";
         }
         const step = `${pen}${rounded(x(plot.data[0][k]) - left)} ${rounded(y(value) - top)}`;
@@ -158,6 +168,10 @@ class Drawing {
       const line = { d: path.join(""), fill: "none", stroke: color(style), "stroke-width": String(width) };
       area.append(svgElement("path", { ...line, "stroke-dasharray": dash.join(" ") || "none" }));
     });
+    for (const { at, text } of data.marks) {
+      this.add("line", { x1: x(at), x2: x(at), y1: top, y2: bottom, stroke: color("second"), "stroke-dasharray": "4 3" });
+      this.add("text", { x: x(at) + 4, y: top + 12, ...label }, text);
+    }
     for (const { style, value, high } of outside(plot, data)) {
       const [tip, base] = high ? [top, top + 4] : [bottom, bottom - 4];
       const at = x(value);

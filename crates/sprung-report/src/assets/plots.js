@@ -7,13 +7,14 @@ const STYLES = {
   third: { width: 1.4, dash: [8, 3, 2, 3] },
   error: { width: 1.1, dash: [] },
   reference: { width: 1.2, dash: [2, 3] },
+  cloud: { width: 0, dash: [] },
 };
 // Paper shows far more detail than a screen, so plots are drawn larger and then reduced.
 const PRINT_SCALE = 3;
 
 const HINT = matchMedia("(pointer: coarse)").matches
   ? "draw sideways to zoom, tap twice to reset"
-  : "drag to zoom, double-click to reset";
+  : "drag or keys + − ← → to zoom, double-click or 0 to reset";
 
 const figures = [];
 let store = { axes: [], curves: [], figures: [] };
@@ -32,6 +33,10 @@ function element(tag, attributes = {}, ...children) {
 function swatch(style) {
   const { width, dash } = STYLES[style];
   const box = document.createElement("template");
+  if (style === "cloud") {
+    box.innerHTML = `<svg aria-hidden="true"><circle cx="13" cy="4" r="2" style="fill: var(--cloud)"/></svg>`;
+    return box.content.firstChild;
+  }
   box.innerHTML = `<svg aria-hidden="true"><line x2="26" y1="4" y2="4" stroke-width="${width + 0.4}"
     stroke-dasharray="${dash.join(" ")}" style="stroke: var(--${style})"/></svg>`;
   return box.content.firstChild;
@@ -39,6 +44,20 @@ function swatch(style) {
 
 const minus = (text) => text.replaceAll("-", "\u2212");
 const readout = (value) => (value == null ? "\u2013" : minus(String(Number(value.toPrecision(5)))));
+
+// Returns at least two tick values: multiples of the largest step of 1, 2 or 5 that has two of them in the range, or the
+// ends of a symmetric range.
+function fewTicks(low, high, most) {
+  const power = 10 ** Math.ceil(Math.log10(high - low || 1));
+  for (const unit of [1, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01]) {
+    const step = unit * power;
+    const [first, last] = [Math.ceil(low / step - 1e-9), Math.floor(high / step + 1e-9)];
+    if (last - first < 1) continue;
+    const all = Array.from({ length: last - first + 1 }, (_, k) => (first + k) * step);
+    return all.length <= most ? all : [all[0], all.at(-1)];
+  }
+  return [low, high];
+}
 
 // All tick labels of an axis share their number of decimals or their exponent.
 function tickLabels(splits, step) {
@@ -79,7 +98,8 @@ function panelsOf(data) {
       return v === null || truth === null ? null : truth - v;
     });
     const errors = models.map((s) => ({ ...s, values: difference(s.values) }));
-    return [own, { ...panel, y_label: panel.errors, note: "", series: errors }];
+    const isStrip = data.layout === "overview";
+    return [own, { ...panel, y_label: panel.errors, note: "", series: errors, isStrip }];
   });
 }
 
@@ -91,6 +111,12 @@ function yRange(_plot, low, high) {
   // Tick labels cannot show smaller differences.
   const room = 0.07 * Math.max(high - low, 1e-4 * Math.max(Math.abs(low), Math.abs(high)));
   return [low - room, high + room];
+}
+
+// The difference from a measured curve has zero in the middle.
+function stripRange(_plot, low, high) {
+  const most = Math.max(Math.abs(low ?? 0), Math.abs(high ?? 0)) || 1;
+  return [-1.2 * most, 1.2 * most];
 }
 
 function wholeRange(data) {
@@ -153,8 +179,30 @@ function listenToTouch(figure, over) {
   });
 }
 
+// Keys zoom about the middle, move and reset.
+const KEYS = { "+": [0.25, -0.25], "=": [0.25, -0.25], "-": [-0.5, 0.5], ArrowLeft: [-0.2, -0.2], ArrowRight: [0.2, 0.2] };
+
+function listenToKeys(figure, panel) {
+  panel.box.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const isReset = event.key === "0" || event.key === "Escape";
+    const move = KEYS[event.key];
+    if (!isReset && !move) return;
+    event.preventDefault();
+    if (isReset) return zoom(figure, null);
+    const [low, high] = figure.range ?? figure.whole;
+    const [first, last] = figure.whole;
+    const width = high - low;
+    const size = Math.min(width * (1 + move[1] - move[0]), last - first);
+    const start = Math.max(first, Math.min(low + move[0] * width, last - size));
+    zoom(figure, size < last - first ? [start, start + size] : null);
+  });
+}
+
 function axisOptions(size, last) {
   const grid = size !== "stack";
+  // Low panels have few labels, and no labels of time.
+  const low = size === "dense" || size === "strip";
   const common = {
     stroke: color("axis"),
     font: `${Math.round(11 * scale)}px ${getComputedStyle(document.body).fontFamily}`,
@@ -162,7 +210,7 @@ function axisOptions(size, last) {
     ticks: { stroke: color("grid"), width: scale, size: 4 * scale },
     gap: 4 * scale,
   };
-  const named = size === "stack" ? last : size !== "dense";
+  const named = size === "stack" ? last : !low;
   return [
     {
       ...common,
@@ -172,12 +220,13 @@ function axisOptions(size, last) {
     },
     {
       ...common,
+      ...(low ? { splits: (_plot, _axis, min, max) => fewTicks(min, max, size === "strip" ? 2 : 4) } : {}),
       space: 26 * scale,
       size: (_plot, labels) => {
         const longest = Math.max(0, ...(labels ?? []).map((label) => label.length));
         return Math.max(grid ? 54 : 66, 7 * longest + 12) * scale;
       },
-      values: (_plot, splits, _axis, _space, step) => tickLabels(splits, step),
+      values: (_plot, splits, _axis, _space, step) => tickLabels(splits, low ? splits[1] - splits[0] : step),
     },
   ];
 }
@@ -221,22 +270,50 @@ function markOutside(plot, data) {
   }
 }
 
+// Vertical lines with words beside them.
+function markLines(plot, marks) {
+  const { ctx, bbox } = plot;
+  const unit = scale * devicePixelRatio;
+  ctx.save();
+  ctx.strokeStyle = ctx.fillStyle = color("second");
+  ctx.lineWidth = unit;
+  ctx.font = `${Math.round(11 * unit)}px ${getComputedStyle(document.body).fontFamily}`;
+  ctx.textBaseline = "top";
+  marks.forEach(({ at, text }, i) => {
+    const x = plot.valToPos(at, "x", true);
+    if (x < bbox.left || x > bbox.left + bbox.width) return;
+    ctx.setLineDash([4 * unit, 3 * unit]);
+    ctx.beginPath();
+    ctx.moveTo(x, bbox.top);
+    ctx.lineTo(x, bbox.top + bbox.height);
+    ctx.stroke();
+    const fits = x + ctx.measureText(text).width + 4 * unit < bbox.left + bbox.width;
+    ctx.textAlign = fits ? "left" : "right";
+    ctx.fillText(text, x + (fits ? 4 : -4) * unit, bbox.top + (2 + 13 * (i % 3)) * unit);
+  });
+  ctx.restore();
+}
+
 function plotOptions(figure, panel, size, last) {
   const [min, max] = figure.range ?? figure.whole;
+  const hasCloud = panel.data.series.some(({ style }) => style === "cloud");
   const lines = panel.data.series.map(({ name, style, clipped }) => ({
     label: name,
     stroke: color(style),
     width: STYLES[style].width * scale,
     dash: STYLES[style].dash.map((length) => length * scale),
-    points: { size: 4 * scale, width: scale },
+    // A curve beside points has values at a part of them only.
+    spanGaps: hasCloud,
+    ...(style === "cloud" ? { paths: () => null } : {}),
+    points: { size: (style === "cloud" ? 3 : 4) * scale, width: scale, show: style === "cloud" || (hasCloud ? false : undefined) },
     auto: !clipped,
   }));
   return {
     ...size,
     padding: [8 * scale, 10 * scale, 0, 0],
     legend: { show: false },
-    scales: { x: { time: false, min, max, range: () => figure.range ?? figure.whole }, y: { range: yRange } },
-    axes: axisOptions(sizeOf(figure.data), last),
+    scales: { x: { time: false, min, max, range: () => figure.range ?? figure.whole }, y: { range: panel.data.isStrip ? stripRange : yRange } },
+    axes: axisOptions(panel.data.isStrip ? "strip" : sizeOf(figure.data), last),
     series: [{}, ...lines],
     cursor: {
       y: false,
@@ -245,7 +322,7 @@ function plotOptions(figure, panel, size, last) {
       bind: { dblclick: () => () => zoom(figure, null) },
     },
     hooks: {
-      draw: [(plot) => markOutside(plot, panel.data), () => figure.drawn.add(panel.data)],
+      draw: [(plot) => markOutside(plot, panel.data), (plot) => markLines(plot, panel.data.marks), () => figure.drawn.add(panel.data)],
       setCursor: [() => showValues(figure, panel)],
       setSelect: [
         (plot) => {
@@ -281,13 +358,14 @@ function toggle(name, style, output, panels, i) {
   const button = element("button", { type: "button", "aria-pressed": "true", title: name }, swatch(style), text, output);
   button.addEventListener("click", () => {
     const show = button.getAttribute("aria-pressed") !== "true";
-    for (const { plot } of panels) plot.setSeries(i + 1, { show });
+    // A strip has no measured curve.
+    for (const { plot, data } of panels) if (!data.isStrip || i > 0) plot.setSeries(data.isStrip ? i : i + 1, { show });
     button.setAttribute("aria-pressed", String(show));
   });
   return button;
 }
 
-const HEIGHTS = { stack: 165, grid: 130, overview: 112, dense: 62 };
+const HEIGHTS = { stack: 165, half: 230, grid: 130, overview: 112, dense: 62, strip: 36 };
 
 // An overview with more panels has low ones without labels of time.
 const MOST_HIGH_PANELS = 8;
@@ -295,8 +373,8 @@ const MOST_HIGH_PANELS = 8;
 const sizeOf = ({ layout, panels }) => (layout === "overview" && panels.length > MOST_HIGH_PANELS ? "dense" : layout);
 
 function panelSize(figure, panel, last) {
-  const size = sizeOf(figure.data);
-  const hasLabels = size === "stack" ? last : size !== "dense";
+  const size = panel.data.isStrip ? "strip" : sizeOf(figure.data);
+  const hasLabels = size === "stack" ? last : size !== "dense" && size !== "strip";
   const height = HEIGHTS[size] + (hasLabels ? 18 : 0);
   panel.box.style.setProperty("--height", `${height}px`);
   return { width: Math.max(panel.box.clientWidth, 120) * scale, height: height * scale };
@@ -309,9 +387,12 @@ function addPanel(figure, parent, data, last, named) {
   head.append(legend(panel, named));
   const note = data.note ? ` (${data.note})` : "";
   const label = `${data.y_label}${note} over ${figure.data.x_label}: ${data.series.map((s) => s.name).join(", ")}`;
-  panel.box = element("div", { role: "img", "aria-label": label });
-  parent.append(element("div", { class: "panel" }, head, panel.box));
+  panel.box = element("div", { role: "img", tabindex: "0", "aria-label": label });
+  listenToKeys(figure, panel);
   figure.panels.push(panel);
+  // A strip stands below its curve.
+  if (data.isStrip) parent.lastChild.append(panel.box);
+  else parent.append(element("div", { class: "panel" }, head, panel.box));
 }
 
 function plotPanel(figure, panel) {
@@ -338,7 +419,8 @@ function drawFigure(figure) {
   figure.host.replaceChildren(bar);
   const all = panelsOf(figure.data);
   // Small panels that all show the same curves share one legend.
-  const names = all.map((p) => JSON.stringify(p.series.map((s) => [s.name, s.style])));
+  const whole = all.filter((p) => !p.isStrip);
+  const names = whole.map((p) => JSON.stringify(p.series.map((s) => [s.name, s.style])));
   const shared = figure.data.layout !== "stack" && names.length > 1 && new Set(names).size === 1;
   if (shared) {
     const keys = all[0].series.map((s, i) => toggle(s.name, s.style, "", figure.panels, i));

@@ -43,7 +43,7 @@ function startTables() {
   for (const scroll of scrolls) observer.observe(scroll);
 }
 
-const folds = () => [...document.querySelectorAll("details.fold")];
+const folds = () => [...document.querySelectorAll("details.fold, details.band")];
 
 // Opens the section that the address names, or all sections.
 function openNamed() {
@@ -66,7 +66,7 @@ let openedForPaper = [];
 function print(on) {
   if (on === "printing" in root.dataset) return;
   if (on) {
-    openedForPaper = folds().filter((fold) => !fold.open && fold.classList.contains("screen"));
+    openedForPaper = folds().filter((fold) => !fold.open && fold.matches(".screen, .band"));
     for (const fold of openedForPaper) fold.open = true;
     root.dataset.printing = "";
   } else {

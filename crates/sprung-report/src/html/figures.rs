@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use serde::Serialize;
 
-use super::super::document::{Block, Document, Figure, Layout, Panel, Series, Style};
+use super::super::document::{Block, Document, Figure, Layout, Line, Panel, Series, Style};
 use super::base64;
 use super::error::ReportError;
 
@@ -35,6 +35,7 @@ struct PanelData<'a> {
     note: &'a str,
     axis: usize,
     errors: Option<&'a str>,
+    marks: &'a [Line],
     series: Vec<SeriesData<'a>>,
 }
 
@@ -103,6 +104,7 @@ fn figure_data<'a>(
             note: &panel.note,
             axis: stored.axis(&panel.x),
             errors: panel.errors.as_deref(),
+            marks: &panel.marks,
             series: (panel.series.iter())
                 .map(|series| SeriesData {
                     name: &series.name,

@@ -66,6 +66,7 @@ fn block_view(block: &Block, figures: &mut usize) -> Value {
                 Layout::Stack => "stack",
                 Layout::Grid => "grid",
                 Layout::Overview => "overview",
+                Layout::Half => "half",
             };
             context! { kind => "figure", id => figure.id.as_str(), caption => figure.caption.as_str(), layout, index }
         }
@@ -96,8 +97,9 @@ fn intervals_view(shown: &Intervals) -> Value {
     let groups: Value = (shown.rows.chunk_by(|a, b| a.group == b.group))
         .map(|rows| {
             let heading = rows.first().map_or("", |row| row.group.as_str());
+            let count = rows.len();
             let rows: Value = rows.iter().map(interval_row_view).collect();
-            context! { heading, rows }
+            context! { heading, count, rows }
         })
         .collect();
     let ticks: Value = (shown.ticks.iter())
@@ -109,6 +111,7 @@ fn intervals_view(shown: &Intervals) -> Value {
         names => &shown.names,
         ticks,
         groups,
+        folded => shown.folded,
     }
 }
 

@@ -31,6 +31,8 @@ pub(in crate::estimate) fn decide(result: &mut EstimateResult, about_logs: &[Fin
         .collect();
     let decision = Decision {
         sentence: sentence(verdict, &result.promise, &reasons),
+        promise: promised(verdict, &result.promise),
+        because: causes(reasons.iter()),
         findings: reasons
             .iter()
             .map(|reason| reason.code.to_owned())
@@ -86,6 +88,19 @@ impl<'a> Reason<'a> {
 
 /// Returns the decision in words: the promise, and what not to use for which reason.
 fn sentence(verdict: Verdict, promise: &[JointPrediction], reasons: &[Reason<'_>]) -> String {
+    let promised = promised(verdict, promise);
+    match verdict {
+        Verdict::Good => promised,
+        Verdict::Doubtful => format!("{promised} {}.", reservations(reasons)),
+        Verdict::Unusable => format!(
+            "{promised} Do not use the values, because {}.",
+            causes(reasons.iter())
+        ),
+    }
+}
+
+/// Returns the verdict and the promise as a sentence.
+fn promised(verdict: Verdict, promise: &[JointPrediction]) -> String {
     let predicts = match expected_errors(promise) {
         Some(errors) => format!(
             "on a new experiment of this kind the model is expected to predict {errors} (root mean \
@@ -93,14 +108,12 @@ fn sentence(verdict: Verdict, promise: &[JointPrediction], reasons: &[Reason<'_>
         ),
         None => "the log does not show how well the model predicts a new experiment".to_owned(),
     };
-    match verdict {
-        Verdict::Good => format!("Good: {predicts}."),
-        Verdict::Doubtful => format!("Doubtful: {predicts}. {}.", reservations(reasons)),
-        Verdict::Unusable => format!(
-            "Unusable: {predicts}. Do not use the values, because {}.",
-            causes(reasons.iter())
-        ),
-    }
+    let word = match verdict {
+        Verdict::Good => "Good",
+        Verdict::Doubtful => "Doubtful",
+        Verdict::Unusable => "Unusable",
+    };
+    format!("{word}: {predicts}.")
 }
 
 /// Returns the reservations of a doubtful result: parameters not to be used alone, and reasons for a bias of all.

@@ -9,6 +9,12 @@ use crate::finding::{Finding, Severity};
 pub struct Decision {
     /// The decision in words.
     pub sentence: String,
+    /// The verdict and the promised errors alone, as a sentence.
+    #[serde(default)]
+    pub promise: String,
+    /// The reasons against the values, as clauses; empty for a good result.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub because: String,
     /// Codes of the findings that decided, the most severe first.
     pub findings: Vec<String>,
     /// Names of the parameters that are not to be trusted alone.

@@ -3,8 +3,10 @@
 use sprung_core::chain::JointKind;
 use sprung_core::parameters::JointParameter;
 
+use super::joint_curves::{JointCurve, joint_curves};
 use crate::curves::{CurveSet, Curves};
 use crate::description::Estimator;
+use crate::estimate::result::EstimateResult;
 use crate::fit::trace;
 use crate::model::{Model, Theta};
 use crate::regression::System;
@@ -42,10 +44,11 @@ pub(super) fn trace_of(
 }
 
 /// Returns the filtered right-hand sides and the filtered deflections of the springs: measured, and
-/// computed with each estimate.
+/// computed with each estimate; and the friction and the spring of each joint by the first estimate.
 pub(super) fn fit_curves<'a>(
     model: &Model,
     thetas: impl IntoIterator<Item = (Estimator, &'a Theta)>,
+    first: Option<&EstimateResult>,
     system: &System,
 ) -> Curves {
     let kept = system.kept();
@@ -78,7 +81,11 @@ pub(super) fn fit_curves<'a>(
     let measured = rows(&|_, sample| sample.last().copied().unwrap_or_default());
     let deflected = deflections(&|spring, sample| Some(sample[spring.place]));
     let mut sets = vec![set("measured", measured, deflected)];
+    let mut of_joints = Vec::new();
     for (estimator, theta) in thetas {
+        if let Some(first) = first.filter(|own| own.estimator == estimator.name()) {
+            of_joints = joint_curves(model, theta, first, system);
+        }
         let fitted = |row: usize, sample: &[f64]| -> f64 {
             let columns = model.row_columns(row).iter().zip(sample);
             columns.map(|(&column, entry)| theta[column] * entry).sum()
@@ -93,6 +100,17 @@ pub(super) fn fit_curves<'a>(
     }
     let mut columns: Vec<String> = (0..model.rows()).map(|row| model.row_name(row)).collect();
     columns.extend(springs.iter().map(|spring| spring.name.clone()));
+    for JointCurve { name, values } in of_joints {
+        columns.push(name);
+        for set in &mut sets {
+            let is_first = first.is_some_and(|own| own.estimator == set.label);
+            set.values.push(if is_first {
+                values.clone()
+            } else {
+                vec![None; kept.time.len()]
+            });
+        }
+    }
     Curves { columns, sets }
 }
 

@@ -139,7 +139,7 @@ fn assemble(
     let mut infos = read.infos.iter().map(with_choices);
     let robot = estimates.robot;
     let thetas = (robot.iter()).map(|(estimator, found)| (*estimator, &found.numbers.theta));
-    let fit = fit_curves(model, thetas, &read.system);
+    let fit = fit_curves(model, thetas, judged.results.first(), &read.system);
     let traces = (robot.into_iter())
         .filter(|(_, found)| !found.numbers.points.is_empty())
         .map(|(estimator, found)| trace_of(model, estimator, found.numbers.points))

@@ -8,6 +8,7 @@ mod fit;
 mod frequency;
 mod identified;
 mod inputs;
+mod joint_curves;
 mod log_info;
 mod one_result;
 mod pass;
