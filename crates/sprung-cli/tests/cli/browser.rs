@@ -74,9 +74,9 @@ fn every_plot_is_drawn_without_a_word_on_the_console() {
             .collect();
         assert!(console.is_empty(), "{console:?}");
         let (drawn, expected) = drawn(&document);
-        // 4 of the overview, 15 traces, 8 fits, 4 frequency responses, and for each of the two runs 8 positions
-        // and 4 torques.
-        assert_eq!(expected, 4 + 15 + 8 + 4 + 2 * 12);
+        // 4 of the overview with their differences, 4 per joint, 15 traces, 8 fits, 4 frequency responses, and for each
+        // of the two runs 8 positions and 4 torques.
+        assert_eq!(expected, 8 + 2 * 4 + 15 + 8 + 4 + 2 * 12);
         assert_eq!(drawn, expected);
         // The scripts and the data of the curves follow the page.
         let (page, _) = document.split_once("<script").unwrap();
@@ -240,15 +240,19 @@ fn no_part_of_other_reports_is_cut_off() {
 }
 
 #[test]
-fn the_first_screen_has_verdict_motion_and_intervals() {
+fn the_first_screen_has_verdict_joints_and_motion() {
     let report = demo().join("sprung-out/report.html");
     let script = "
       const page = frame.contentDocument;
-      const parts = ['.verdict', '.overview .panel canvas', '.intervals.common'];
+      const parts = ['.verdict', '#joints table', '.overview .panel canvas'];
       const bottom = (part) => Math.max(...[...page.querySelectorAll(part)].map((one) => one.getBoundingClientRect().bottom));
       const low = parts.filter((part) => !(bottom(part) > 0 && bottom(part) <= frame.clientHeight));
       const drawn = page.documentElement.dataset.plotsDrawn;
       const notes = [...page.querySelectorAll('.overview .note')].map((note) => note.textContent);
+      const ticks = [...page.querySelectorAll('.overview [role=img]')].map((box) => Number(box.dataset.ticks));
+      if (!(Math.min(...ticks) >= 2)) low.push('an axis with fewer than two numbers');
+      const heads = [...page.querySelectorAll('.overview h3')];
+      low.push(...heads.filter((head) => head.scrollWidth > head.clientWidth + 1).map((head) => head.textContent));
       return [low.join(), drawn, ...notes].join('|');";
     for size in [(1280, 800), (1320, 800), (1920, 1000)] {
         let Some(found) = measured(&report, "", size, script) else {
@@ -260,7 +264,7 @@ fn the_first_screen_has_verdict_motion_and_intervals() {
         };
         assert_eq!(*low, "", "{size:?}");
         // Figures in folded sections are drawn when the reader opens them.
-        assert_eq!(*drawn, "4/55");
+        assert_eq!(*drawn, "8/67");
         assert_eq!(notes.len(), 4, "{found}");
         assert!(
             notes.iter().all(|note| note.ends_with(" % explained")),
@@ -306,8 +310,8 @@ fn figures_and_tables_can_be_saved() {
         counts[kind] += 1;
         if (kind === 'svg') {
           const parsed = new DOMParser().parseFromString(text, 'image/svg+xml');
-          const marks = parsed.querySelectorAll('path, rect:not(:first-child)').length;
-          if (parsed.querySelector('parsererror') || marks < 4) wrong.push(name);
+          const marks = parsed.querySelectorAll('path, circle, rect:not(:first-child)').length;
+          if (parsed.querySelector('parsererror') || marks < 1) wrong.push(name);
         }
         if (kind === 'csv') {
           const lines = text.trim().split('\\r\\n');

@@ -322,7 +322,7 @@ function plotOptions(figure, panel, size, last) {
       bind: { dblclick: () => () => zoom(figure, null) },
     },
     hooks: {
-      draw: [(plot) => markOutside(plot, panel.data), (plot) => markLines(plot, panel.data.marks), () => figure.drawn.add(panel.data)],
+      draw: [(plot) => { panel.box.dataset.ticks = plot.axes[1]._values.filter((text) => text !== "").length; }, (plot) => markOutside(plot, panel.data), (plot) => markLines(plot, panel.data.marks), () => figure.drawn.add(panel.data)],
       setCursor: [() => showValues(figure, panel)],
       setSelect: [
         (plot) => {
