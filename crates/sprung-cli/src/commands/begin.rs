@@ -186,13 +186,14 @@ fn refuse_incomplete(
         .map(|log| log.display().to_string())
         .collect();
     let logs = logs.join(", ");
-    let options = (args.log.iter())
-        .map(|log| format!(" --log {}", quoted(&log.to_string_lossy())))
-        .collect::<String>();
+    let options: Vec<String> = (args.log.iter())
+        .map(|log| format!("--log {}", quoted(&log.to_string_lossy())))
+        .collect();
     let command = format!(
-        "sprung new {} --urdf {}{options}",
+        "sprung new {} --urdf {} {}",
         quoted(&folder.to_string_lossy()),
-        quoted(&urdf.to_string_lossy())
+        quoted(&urdf.to_string_lossy()),
+        options.join(" ")
     );
     if !new.open.is_empty() {
         let lines: Vec<String> = (new.open.iter())
