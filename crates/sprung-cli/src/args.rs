@@ -194,9 +194,24 @@ pub(crate) struct Check {
 }
 
 #[derive(Debug, Args)]
+#[command(
+    override_usage = "sprung identify [OPTIONS] <EXPERIMENT>\n       sprung identify [OPTIONS] --urdf <FILE> --log <FILE>"
+)]
 pub(crate) struct Identify {
     /// Experiment file, or the folder that holds experiment.toml.
-    pub(crate) experiment: PathBuf,
+    #[arg(required_unless_present_any = ["urdf", "log"])]
+    pub(crate) experiment: Option<PathBuf>,
+    /// URDF file of a robot without an experiment file, with --log. Writes the experiment.toml of
+    /// sprung new into --out [default: sprung-LOG, with the name of the log], and the results into
+    /// sprung-out beside it. Ends with exit code 3 if the log leaves a line to fill in.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) urdf: Option<PathBuf>,
+    /// Log of the robot of --urdf; can be repeated for several logs with the same columns.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) log: Vec<PathBuf>,
+    /// Replace another experiment.toml in the folder of --urdf and --log.
+    #[arg(long, requires = "urdf")]
+    pub(crate) force: bool,
     /// Use the laws of friction and springs of an earlier identification, and look for no others; repeated, their
     /// union. Results of several runs then have one model.
     #[arg(long, value_name = "identification.json")]

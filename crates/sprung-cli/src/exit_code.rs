@@ -84,6 +84,11 @@ impl Failure {
         }
     }
 
+    /// Returns this error with the findings for which a log was refused.
+    pub(crate) fn with_findings(self, findings: Vec<Finding>) -> Self {
+        Self { findings, ..self }
+    }
+
     /// Returns the error in parts.
     pub(crate) fn described(&self) -> Described<'_> {
         let exit_code = self.code as u8;

@@ -49,6 +49,9 @@ pub struct ValueOrigin {
     pub unit: String,
     /// Value in the file.
     pub value: f64,
+    /// Value beside the laws that the format lacks; absent if the file holds it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub beside_laws: Option<f64>,
     /// Standard error; absent if unknown.
     pub standard_error: Option<f64>,
 }
@@ -90,8 +93,11 @@ impl Origin {
         for value in &self.values {
             let error =
                 (value.standard_error).map_or_else(String::new, |error| format!(" ± {error:.2e}"));
+            let beside = value.beside_laws.map_or_else(String::new, |own| {
+                format!(" ({own:.6e} beside the laws that the format lacks)")
+            });
             lines.push(format!(
-                "  {} = {:.6e}{error} {}",
+                "  {} = {:.6e}{error} {}{beside}",
                 value.name, value.value, value.unit
             ));
         }

@@ -6,6 +6,7 @@ use sprung::estimate::Identified;
 use sprung::report::Contents;
 use sprung::session::{Session, Usability, read_identification};
 
+use super::begin::experiment_of;
 use super::servo;
 use crate::args::Identify;
 use crate::command_line::command_line;
@@ -17,7 +18,8 @@ use crate::terminal::Terminal;
 pub(crate) fn run(args: &Identify) -> Result<ExitCode, Failure> {
     let common = &args.common;
     let terminal = Terminal::new(common.voice, common.json);
-    let session = Session::open(&args.experiment, &common.overrides)?;
+    let experiment = experiment_of(args, terminal)?;
+    let session = Session::open(&experiment, &common.overrides)?;
     let earlier = args.laws_from.iter().map(|path| read_identification(path));
     let earlier = earlier.collect::<Result<Vec<_>, _>>()?;
     let session = match &earlier[..] {
@@ -27,11 +29,12 @@ pub(crate) fn run(args: &Identify) -> Result<ExitCode, Failure> {
     if session.is_servo() {
         return servo::identify(&session, common);
     }
-    let folder = Folder::new(
-        &results_folder(&session, common),
-        session.inputs(),
-        &IDENTIFIED_FILES,
-    )?;
+    // With --urdf, --out is the folder of the experiment.
+    let results = match args.urdf {
+        Some(_) => session.results_folder(),
+        None => results_folder(&session, common),
+    };
+    let folder = Folder::new(&results, session.inputs(), &IDENTIFIED_FILES)?;
     // A refinement may take minutes. If the program is killed then, the folder holds the result of
     // least squares. If it cannot be written, the result of the refinement cannot either.
     let mut outdated = false;

@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+mod begin;
 mod check;
 mod compare;
 mod demo;

@@ -280,3 +280,44 @@ fn an_identification_without_possible_bodies_is_refused() {
         assert!(text.contains(fragment), "{text} lacks {fragment}");
     }
 }
+
+#[test]
+fn the_comment_the_table_and_the_file_show_one_number() {
+    let laws = "name = \"joint1\"\nmotor_friction = [\"viscous-asymmetric\", \"coulomb\", \"quadratic\"]\n";
+    let case =
+        (Case::new().replace("name = \"joint1\"\n", laws)).replace(", motor_viscous = 4.5", "");
+    let (code, result) = case.results(&["--set", "identify.laws=\"declared\""]);
+    assert!(code < 2);
+    let moved: Vec<(&str, f64)> = (result["results"][0]["dependence"]
+        .as_array()
+        .unwrap()
+        .iter())
+    .map(|own| (own["name"].as_str().unwrap(), own))
+    .map(|(name, own)| (name, own["projected"].as_f64().unwrap()))
+    .collect();
+    assert_eq!(moved.len(), 3, "{moved:?}");
+    let output = export(&case, "mjcf", &["--json"]);
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let table = json["said"].as_array().unwrap();
+    let text = std::fs::read_to_string(case.path("sprung-out/robot.xml")).unwrap();
+    for (name, projected) in moved {
+        let line = text
+            .lines()
+            .find_map(|line| line.trim().strip_prefix(&format!("{name} = ")));
+        let shown: f64 = line.unwrap().split(' ').next().unwrap().parse().unwrap();
+        assert!(
+            (shown / projected - 1.0).abs() < 1e-5,
+            "{name}: {shown} in the comment, {projected} in the file"
+        );
+        assert!(
+            line.unwrap()
+                .ends_with("beside the laws that the format lacks)")
+        );
+        if name.contains("viscous") {
+            let row = table.iter().find(|row| row["what"] == name);
+            let note = row.unwrap()["note"].as_str().unwrap();
+            let told: f64 = note.split(' ').next().unwrap().parse().unwrap();
+            assert!((told / projected - 1.0).abs() < 1e-3, "{name}: {note}");
+        }
+    }
+}

@@ -17,6 +17,7 @@ mod corpus;
 mod export;
 mod folders;
 mod formats;
+mod from_robot_and_log;
 mod killed;
 #[path = "../../../sprung-log/tests/formats/mcap_bytes.rs"]
 mod mcap_bytes;

@@ -12,7 +12,7 @@ use crate::common::{stderr, stdout};
 use crate::mcap_bytes::{file_of, joint_state, record, text};
 use crate::new::{ARM, Desk};
 
-const LEAST_SQUARES: &str = "identify.estimator=[\"least-squares\"]";
+pub(crate) const LEAST_SQUARES: &str = "identify.estimator=[\"least-squares\"]";
 
 /// Motion of the arm, with exact encoders.
 const TWIN: &str = r#"format = 1
@@ -52,10 +52,10 @@ torque_noise_nm = [0.05, 0.02]
 "#;
 
 /// Columns by name.
-type Columns = Vec<(String, Vec<f64>)>;
+pub(crate) type Columns = Vec<(String, Vec<f64>)>;
 
 /// A desk with the arm, and the log of its twin: t, q1, q2, phi1, phi2, tau1, tau2.
-fn recorded() -> (Desk, Vec<Vec<f64>>) {
+pub(crate) fn recorded() -> (Desk, Vec<Vec<f64>>) {
     let desk = Desk::new();
     desk.write("arm.urdf", ARM);
     desk.write("twin.toml", TWIN);
@@ -71,7 +71,7 @@ fn recorded() -> (Desk, Vec<Vec<f64>>) {
 }
 
 /// Returns columns of the twin under other names, multiplied by factors.
-fn named(log: &[Vec<f64>], names: &[(&str, usize, f64)]) -> Columns {
+pub(crate) fn named(log: &[Vec<f64>], names: &[(&str, usize, f64)]) -> Columns {
     (names.iter())
         .map(|(name, column, factor)| {
             let values = log[*column].iter().map(|value| value * factor).collect();
@@ -80,7 +80,7 @@ fn named(log: &[Vec<f64>], names: &[(&str, usize, f64)]) -> Columns {
         .collect()
 }
 
-fn csv(columns: &Columns) -> String {
+pub(crate) fn csv(columns: &Columns) -> String {
     let names: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();
     let mut text = names.join(",") + "\n";
     for k in 0..columns[0].1.len() {
@@ -200,6 +200,33 @@ fn values_tell_the_side_of_the_gearbox_and_degrees() {
     assert!(flat.contains("In degrees by their values"), "{text}");
     assert!(flat.contains("By the equations of the robot"), "{text}");
     is_identified(&desk);
+}
+
+#[test]
+fn joints_that_move_only_in_the_middle_of_a_long_log_are_seen() {
+    let (desk, mut log) = recorded();
+    let rows = log[0].len();
+    for column in &mut log[1..] {
+        let (first, last) = (column[0], column[rows - 1]);
+        *column = [vec![first; 30_000], column.clone(), vec![last; 60_000]].concat();
+    }
+    log[0] = (0..log[1].len()).map(|k| 0.002 * k as f64).collect();
+    let names = [
+        ("t", 0, 1.0),
+        ("q1", 3, 1.0),
+        ("q2", 4, 1.0),
+        ("tau1", 5, 1.0),
+        ("tau2", 6, 1.0),
+    ];
+    desk.write("log.csv", &csv(&named(&log, &names)));
+    let text = begun(&desk, "log.csv");
+    for line in [
+        "time_s = \"t\"",
+        "motor_position_rad = [\"q1\", \"q2\"]",
+        "motor_torque_nm = [\"tau1\", \"tau2\"]",
+    ] {
+        assert!(text.contains(&format!("\n{line}\n")), "{line}: {text}");
+    }
 }
 
 #[test]

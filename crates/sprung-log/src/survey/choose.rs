@@ -443,11 +443,7 @@ impl Decided<'_> {
             .push(ChosenLine::new("motor_position_side", "\"motor\"", ""));
         for (joint, gear) in chosen.joints.iter_mut().zip(gears) {
             joint.lines.push(match gear {
-                Some(gear) => ChosenLine::new(
-                    "gear_ratio",
-                    number(*gear),
-                    "By the slope of the motor position over the link position; correct it by the data sheet",
-                ),
+                Some(gear) => ChosenLine::new("gear_ratio", number(gear.ratio), &*gear.why),
                 None => ChosenLine::open(
                     "gear_ratio",
                     "FILL IN the gear ratio, motor turns per joint turn: the motor positions were taken before \

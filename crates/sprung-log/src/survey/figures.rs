@@ -1,5 +1,7 @@
 //! Figures of a column without a description.
 
+use super::parts::parts_between;
+
 /// Smallest number of different values of a column of counts.
 const MIN_COUNTS: f64 = 50.0;
 
@@ -17,16 +19,24 @@ pub(super) struct Figures {
     pub(super) integers: bool,
     /// Whether each sample is above the one before it.
     pub(super) rises: bool,
-    /// Median of the steps between samples.
+    /// Median of the steps between neighbouring samples.
     pub(super) step: f64,
     /// Whether most steps equal the median step.
     pub(super) even: bool,
 }
 
 impl Figures {
-    pub(super) fn of(values: &[f64]) -> Self {
-        let finite: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
-        let mut steps: Vec<f64> = finite.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    /// Returns the figures of samples.
+    ///
+    /// - `joins`: samples before which rows are left out, so no step leads to them.
+    pub(super) fn of(values: &[f64], joins: &[usize]) -> Self {
+        let is_finite = |x: &f64| x.is_finite();
+        let finite: Vec<f64> = values.iter().copied().filter(is_finite).collect();
+        let mut steps: Vec<f64> = Vec::new();
+        for part in parts_between(joins, values.len()) {
+            let own: Vec<f64> = values[part].iter().copied().filter(is_finite).collect();
+            steps.extend(own.windows(2).map(|pair| pair[1] - pair[0]));
+        }
         steps.sort_by(f64::total_cmp);
         let step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
         let near = |x: &&f64| (*x - step).abs() <= EVEN * step.abs();
@@ -36,9 +46,20 @@ impl Figures {
             min: finite.iter().copied().fold(f64::INFINITY, f64::min),
             max: finite.iter().copied().fold(f64::NEG_INFINITY, f64::max),
             integers: !finite.is_empty() && finite.iter().all(|x| x.fract().abs() < 1e-9),
-            rises: finite.len() == values.len() && steps.first().is_some_and(|least| *least > 0.0),
+            rises: finite.len() == values.len()
+                && values.len() > 1
+                && values.windows(2).all(|pair| pair[1] > pair[0]),
             step,
             even,
+        }
+    }
+
+    /// Returns these figures with the range of samples that are left out.
+    pub(super) fn with_range(self, (min, max): (f64, f64)) -> Self {
+        Self {
+            min: self.min.min(min),
+            max: self.max.max(max),
+            ..self
         }
     }
 
@@ -71,13 +92,15 @@ mod tests {
         let counts: Vec<f64> = (0..100)
             .map(|k| (300.0 * f64::from(k).sin()).round())
             .collect();
-        assert!(Figures::of(&counts).are_counts());
+        assert!(Figures::of(&counts, &[]).are_counts());
         let clock: Vec<f64> = (0..100).map(|k| 0.001 * f64::from(k)).collect();
-        let figures = Figures::of(&clock);
+        let figures = Figures::of(&clock, &[]);
         assert!(figures.rises && figures.even && !figures.are_counts());
-        assert!(Figures::of(&[2.0; 9]).is_constant());
-        assert!(Figures::of(&[]).is_constant());
-        let gap = Figures::of(&[0.0, f64::NAN, 1.0]);
+        assert!(Figures::of(&[2.0; 9], &[]).is_constant());
+        assert!(Figures::of(&[], &[]).is_constant());
+        let gap = Figures::of(&[0.0, f64::NAN, 1.0], &[]);
         assert!(!gap.rises && gap.count == 2);
+        let joined = Figures::of(&[0.0, 1.0, 90.0, 91.0], &[2]);
+        assert!(joined.rises && joined.even && (joined.step - 1.0).abs() < 1e-9);
     }
 }

@@ -1,12 +1,14 @@
 //! Survey of a log of which nothing is known: its columns, and what they hold.
 //!
-//! [`Survey::read`] reads the names of all columns and a bounded number of samples. [`choose`]
+//! [`Survey::read`] reads the names of all columns and a bounded number of samples: a beginning, an
+//! end and parts between them. [`choose`]
 //! assigns columns to the quantities of a robot's joints, first by their names, then by what they
 //! hold, and explains each decision.
 
 mod choose;
 mod families;
 mod figures;
+mod parts;
 mod positions;
 mod read;
 mod slopes;

@@ -1,23 +1,34 @@
 //! Reads names and samples of all columns.
 
+use std::ops::Range;
+
 use super::figures::Figures;
+use super::parts::{PART_ROWS, Parts, head, part_rows, parts, parts_between};
 use crate::columns::origin::Pick;
 use crate::description::{ColumnName, CsvForm, MissingValues};
 use crate::error::LogError;
 use crate::formats::contents::{Contents, TopicContents, contents};
 use crate::formats::open::open;
-use crate::formats::table::{Element, ElementPlace, Readings, Reopen, Request};
+use crate::formats::table::{Element, ElementPlace, Reopen, Request};
 use crate::source::Opener;
-
-/// Most samples of a column, and most samples of all columns of a source.
-const MAX_ROWS: usize = 20_000;
-const MAX_CELLS: usize = 1 << 22;
 
 /// Most columns that are read.
 const MAX_COLUMNS: usize = 1 << 12;
 
+/// Samples that are read to compare the columns of logs.
+const BEGINNING_ROWS: usize = 1000;
+
 /// Samples by which a column of numbers is told from a column of text.
 const PROBED_ROWS: usize = 16;
+
+/// Rows of a log that are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Extent {
+    /// A beginning, an end and parts between them.
+    Parts,
+    /// The first rows, at most this number.
+    Head(usize),
+}
 
 /// Columns of a log with a part of their samples.
 #[derive(Clone, Debug, Default)]
@@ -41,6 +52,8 @@ pub(super) struct Source {
     pub(super) times: Vec<f64>,
     /// Time of the first message, ns.
     pub(super) begin: i64,
+    /// Samples before which rows of the log are left out.
+    pub(super) joins: Vec<usize>,
     pub(super) columns: Vec<Column>,
 }
 
@@ -60,7 +73,7 @@ pub(super) struct Column {
 }
 
 impl Survey {
-    /// Reads the names of the columns and a part of their samples.
+    /// Reads the names of the columns, and samples of the beginning, the end and parts between them.
     ///
     /// - `file`: name of the log, for messages.
     ///
@@ -68,6 +81,21 @@ impl Survey {
     ///
     /// [`LogError`] if the log cannot be read.
     pub fn read(file: &str, opener: &mut Opener<'_>) -> Result<Self, LogError> {
+        Self::of(file, Extent::Parts, opener)
+    }
+
+    /// Reads the names of the columns and their first samples.
+    ///
+    /// - `file`: name of the log, for messages.
+    ///
+    /// # Errors
+    ///
+    /// [`LogError`] if the log cannot be read.
+    pub fn read_beginning(file: &str, opener: &mut Opener<'_>) -> Result<Self, LogError> {
+        Self::of(file, Extent::Head(BEGINNING_ROWS), opener)
+    }
+
+    fn of(file: &str, extent: Extent, opener: &mut Opener<'_>) -> Result<Self, LogError> {
         let mut reopen = || {
             opener(None).map_err(|source| LogError::Io {
                 file: file.to_owned(),
@@ -75,8 +103,12 @@ impl Survey {
             })
         };
         match contents(file, &mut reopen)? {
-            Contents::Columns { names, has_names } => table(file, &names, has_names, &mut reopen),
-            Contents::Topics { numeric, others } => Ok(bag(file, &numeric, others, &mut reopen)),
+            Contents::Columns { names, has_names } => {
+                table(file, (&names, has_names), extent, &mut reopen)
+            }
+            Contents::Topics { numeric, others } => {
+                Ok(bag(file, &numeric, others, extent, &mut reopen))
+            }
         }
     }
 
@@ -102,6 +134,13 @@ impl Survey {
     }
 }
 
+impl Source {
+    /// Returns the parts of `count` samples that follow each other without a gap.
+    pub(super) fn parts(&self, count: usize) -> Vec<Range<usize>> {
+        parts_between(&self.joins, count)
+    }
+}
+
 impl Column {
     /// Returns its name with its place, for messages.
     pub(super) fn label(&self) -> String {
@@ -117,16 +156,19 @@ impl Column {
 }
 
 /// Samples of some columns.
-type Samples = (Vec<Readings>, Option<f64>);
+struct Samples {
+    parts: Parts,
+    time_unit: Option<f64>,
+}
 
-/// Reads the first samples of some columns.
+/// Reads samples of some columns.
 ///
 /// - `time`: index of the time among the columns.
 fn samples(
     (file, topic): (&str, Option<&str>),
     picks: &[Pick],
     time: Option<usize>,
-    rows: usize,
+    extent: Extent,
     reopen: Reopen<'_>,
 ) -> Result<Samples, LogError> {
     let request = Request {
@@ -139,55 +181,65 @@ fn samples(
         nan: MissingValues::Gap,
     };
     let mut opened = open(&request, reopen)?;
-    let mut out = vec![Readings::default(); picks.len()];
-    let mut done = 0;
-    while done < rows {
-        match opened.table.read(rows - done, &mut out)? {
-            0 => break,
-            count => done += count,
-        }
-    }
-    Ok((out, opened.time_unit))
+    let (table, most) = (&mut *opened.table, part_rows(picks.len()));
+    let parts = match extent {
+        Extent::Parts => parts(table, picks.len(), most)?,
+        Extent::Head(rows) => head(table, picks.len(), rows.min(most))?,
+    };
+    Ok(Samples {
+        parts,
+        time_unit: opened.time_unit,
+    })
 }
 
 fn table(
     file: &str,
-    names: &[String],
-    has_names: bool,
+    (names, has_names): (&[String], bool),
+    extent: Extent,
     reopen: Reopen<'_>,
 ) -> Result<Survey, LogError> {
     let wanted: Vec<usize> = (0..names.len().min(MAX_COLUMNS)).collect();
     let pick = |k: &usize| Pick::Column(ColumnName::Number(k + 1));
-    let rows = MAX_ROWS.min(MAX_CELLS / wanted.len().max(1));
-    let mut of = |columns: &[usize], rows: usize| {
+    let mut of = |columns: &[usize], extent: Extent| {
         let picks: Vec<Pick> = columns.iter().map(pick).collect();
-        samples((file, None), &picks, None, rows, reopen)
+        samples((file, None), &picks, None, extent, reopen)
     };
-    let mut found: Vec<(usize, Vec<f64>)> = Vec::new();
-    let into = |columns: &[usize], (readings, _): Samples| -> Vec<(usize, Vec<f64>)> {
-        let values = readings.into_iter().map(|one| {
+    let mut found: Vec<(usize, Vec<f64>, Figures)> = Vec::new();
+    let into = |columns: &[usize], parts: &Parts| -> Vec<(usize, Vec<f64>, Figures)> {
+        let all = parts.columns.iter().zip(&parts.left_out);
+        let all = columns.iter().zip(all).map(|(&k, (one, (min, max)))| {
             // A time as a large integer needs its origin only to tell its unit.
             let origin = one.origin as f64;
-            one.values.into_iter().map(|x| x + origin).collect()
+            let values: Vec<f64> = one.values.iter().map(|x| x + origin).collect();
+            let figures = Figures::of(&values, &parts.joins);
+            (k, values, figures.with_range((min + origin, max + origin)))
         });
-        columns.iter().copied().zip(values).collect()
+        all.collect()
     };
-    match of(&wanted, rows) {
-        Ok(all) => found.extend(into(&wanted, all)),
+    let mut joins = Vec::new();
+    match of(&wanted, extent) {
+        Ok(all) => {
+            found.extend(into(&wanted, &all.parts));
+            joins = all.parts.joins;
+        }
         Err(error) => {
             // Texts stand beside the numbers, or arrays have different lengths.
             let numeric: Vec<usize> = (wanted.iter().copied())
-                .filter(|&k| of(&[k], PROBED_ROWS).is_ok())
+                .filter(|&k| of(&[k], Extent::Head(PROBED_ROWS)).is_ok())
                 .collect();
             if numeric.is_empty() {
                 return Err(error);
             }
-            match of(&numeric, rows) {
-                Ok(all) => found.extend(into(&numeric, all)),
+            match of(&numeric, extent) {
+                Ok(all) => {
+                    found.extend(into(&numeric, &all.parts));
+                    joins = all.parts.joins;
+                }
                 Err(_) => {
+                    // One pass over the file for each column would take long.
                     for k in numeric {
-                        if let Ok(one) = of(&[k], rows) {
-                            found.extend(into(&[k], one));
+                        if let Ok(one) = of(&[k], Extent::Head(PART_ROWS)) {
+                            found.extend(into(&[k], &one.parts));
                         }
                     }
                 }
@@ -195,23 +247,24 @@ fn table(
         }
     }
     let others = (wanted.iter())
-        .filter(|k| !found.iter().any(|(own, _)| own == *k))
+        .filter(|k| !found.iter().any(|(own, ..)| own == *k))
         .map(|&k| names[k].clone())
         .collect();
     let mut columns = Vec::new();
-    for (k, values) in found {
+    for (k, values, figures) in found {
         columns.push(Column {
             name: names[k].clone(),
             number: k + 1,
             place: ElementPlace::Alone,
             time_unit: time_unit_of(file, k, &values, reopen),
-            figures: Figures::of(&values),
+            figures,
             values,
         });
     }
     let source = Source {
         topic: None,
         columns,
+        joins,
         ..Source::default()
     };
     Ok(Survey {
@@ -226,11 +279,17 @@ fn table(
 fn time_unit_of(file: &str, k: usize, values: &[f64], reopen: Reopen<'_>) -> Option<f64> {
     let rises = values.len() > 1 && values.windows(2).all(|pair| pair[1] > pair[0]);
     let pick = [Pick::Column(ColumnName::Number(k + 1))];
-    let one = rises.then(|| samples((file, None), &pick, Some(0), 1, reopen))?;
-    one.ok()?.1
+    let one = rises.then(|| samples((file, None), &pick, Some(0), Extent::Head(1), reopen))?;
+    one.ok()?.time_unit
 }
 
-fn bag(file: &str, numeric: &[TopicContents], others: Vec<String>, reopen: Reopen<'_>) -> Survey {
+fn bag(
+    file: &str,
+    numeric: &[TopicContents],
+    others: Vec<String>,
+    extent: Extent,
+    reopen: Reopen<'_>,
+) -> Survey {
     let mut survey = Survey {
         file: file.to_owned(),
         sources: Vec::new(),
@@ -239,7 +298,7 @@ fn bag(file: &str, numeric: &[TopicContents], others: Vec<String>, reopen: Reope
     };
     for topic in numeric {
         // A topic whose messages change their form is not for the robot.
-        match of_topic(file, topic, reopen) {
+        match of_topic(file, topic, extent, reopen) {
             Ok(source) => survey.sources.push(source),
             Err(_) => survey.others.push(topic.name.clone()),
         }
@@ -247,7 +306,12 @@ fn bag(file: &str, numeric: &[TopicContents], others: Vec<String>, reopen: Reope
     survey
 }
 
-fn of_topic(file: &str, topic: &TopicContents, reopen: Reopen<'_>) -> Result<Source, LogError> {
+fn of_topic(
+    file: &str,
+    topic: &TopicContents,
+    extent: Extent,
+    reopen: Reopen<'_>,
+) -> Result<Source, LogError> {
     let elements = &topic.elements[..topic.elements.len().min(MAX_COLUMNS)];
     let time = Pick::Field {
         field: String::new(),
@@ -258,27 +322,36 @@ fn of_topic(file: &str, topic: &TopicContents, reopen: Reopen<'_>) -> Result<Sou
     let picks: Vec<Pick> = std::iter::once(time)
         .chain(elements.iter().map(pick_of))
         .collect();
-    let rows = MAX_ROWS.min(MAX_CELLS / picks.len());
     let place = (file, Some(topic.name.as_str()));
-    let (mut readings, unit) = samples(place, &picks, Some(0), rows, reopen)?;
+    let read = samples(place, &picks, Some(0), extent, reopen)?;
+    let Parts {
+        columns: mut readings,
+        joins,
+        mut left_out,
+    } = read.parts;
     let times = readings.remove(0);
-    let unit = unit.unwrap_or(1e-9);
-    let columns = (elements.iter().zip(readings).enumerate())
-        .map(|(k, (element, readings))| Column {
-            name: element.field.clone(),
-            number: k + 1,
-            place: element.place.clone(),
-            time_unit: None,
-            figures: Figures::of(&readings.values),
-            values: readings.values,
-        })
-        .collect();
+    left_out.remove(0);
+    let unit = read.time_unit.unwrap_or(1e-9);
+    let columns = (elements
+        .iter()
+        .zip(readings.into_iter().zip(left_out))
+        .enumerate())
+    .map(|(k, (element, (readings, range)))| Column {
+        name: element.field.clone(),
+        number: k + 1,
+        place: element.place.clone(),
+        time_unit: None,
+        figures: Figures::of(&readings.values, &joins).with_range(range),
+        values: readings.values,
+    })
+    .collect();
     let first = times.values.first().copied().unwrap_or_default();
     Ok(Source {
         topic: Some(topic.name.clone()),
         times: times.values.iter().map(|t| (t - first) * unit).collect(),
         begin: times.origin.saturating_add(first as i64),
         columns,
+        joins,
     })
 }
 

@@ -1,5 +1,7 @@
 //! Slope between two positions of a joint: the gear ratio, a unit, or counts per turn.
 
+use std::ops::Range;
+
 use sprung_core::linear;
 
 use super::families::Place;
@@ -51,7 +53,8 @@ pub(super) fn slope(
         .as_ref()
         .map_or(count, |torque| count.min(torque.len()));
     let torque = torque.unwrap_or_else(|| vec![0.0; count]);
-    let samples = samples(&x[..count], &y[..count], &torque[..count]);
+    let parts = survey.sources[link.0].parts(count);
+    let samples = samples(&x[..count], &y[..count], &torque[..count], &parts);
     if samples.len() < MIN_SAMPLES {
         return None;
     }
@@ -82,6 +85,9 @@ fn at_times_of(survey: &Survey, place: Place, source: usize) -> Vec<f64> {
         let (Some(&after), Some(before)) = (from.times.get(next), next.checked_sub(1)) else {
             return f64::NAN;
         };
+        if from.joins.contains(&next) {
+            return f64::NAN;
+        }
         let part = (time - from.times[before]) / (after - from.times[before]);
         own[before] + part * (own[next] - own[before])
     };
@@ -93,22 +99,30 @@ type Sample = ([f64; TERMS], f64);
 
 /// Returns the samples that lie away from reversals and from samples that are no numbers. Velocities
 /// and accelerations are per sample.
-fn samples(x: &[f64], y: &[f64], torque: &[f64]) -> Vec<Sample> {
+///
+/// - `parts`: samples that follow each other without a gap.
+fn samples(x: &[f64], y: &[f64], torque: &[f64], parts: &[Range<usize>]) -> Vec<Sample> {
     let count = x.len();
     let mut bad = vec![0_usize; count + 1];
     for k in 0..count {
         let is_bad = !(x[k].is_finite() && y[k].is_finite() && torque[k].is_finite());
         bad[k + 1] = bad[k] + usize::from(is_bad);
     }
-    let (position, reading, torque) = (smooth(x), smooth(y), smooth(torque));
-    let velocity = rate(&reading);
-    let acceleration = rate(&velocity);
+    let each = |of: fn(&[f64]) -> Vec<f64>, values: &[f64]| -> Vec<f64> {
+        (parts.iter())
+            .flat_map(|part| of(&values[part.clone()]))
+            .collect()
+    };
+    let (position, reading, torque) = (each(smooth, x), each(smooth, y), each(smooth, torque));
+    let velocity = each(rate, &reading);
+    let acceleration = each(rate, &velocity);
     let squares: f64 = velocity.iter().map(|v| v * v).sum();
     let slow = SLOW * (squares / count.max(1) as f64).sqrt();
     let direction: Vec<f64> = velocity.iter().map(|v| v.signum()).collect();
-    let direction = smooth(&direction);
+    let direction = each(smooth, &direction);
     let reach = 2 * SMOOTHED + 2;
-    (reach..count.saturating_sub(reach))
+    (parts.iter())
+        .flat_map(|part| part.start + reach..part.end.saturating_sub(reach))
         .filter(|&k| velocity[k].abs() > slow && bad[k + reach + 1] == bad[k - reach])
         .map(|k| {
             let terms = [
@@ -215,7 +229,7 @@ mod tests {
             number: k + 1,
             place: ElementPlace::Alone,
             time_unit: None,
-            figures: Figures::of(&values),
+            figures: Figures::of(&values, &[]),
             values,
         };
         let source = Source {
@@ -255,6 +269,18 @@ mod tests {
         // Without the torque the weight makes the slope a tenth too large.
         let without = slope(&survey, (0, 0), (0, 1), None).unwrap();
         assert!(without.value / 60.5 > 1.03, "{without:?}");
+    }
+
+    #[test]
+    fn a_gap_between_parts_is_no_motion() {
+        let mut columns = soft_joint();
+        for column in &mut columns {
+            column.drain(1000..3500);
+        }
+        let mut survey = survey(columns);
+        survey.sources[0].joins = vec![1000];
+        let found = slope(&survey, (0, 0), (0, 1), Some((0, 2))).unwrap();
+        assert!((found.value / 60.5 - 1.0).abs() < 1e-3, "{found:?}");
     }
 
     #[test]

@@ -27,11 +27,24 @@ const SAME_UNIT: f64 = 0.005;
 /// Smallest slope of a position before the gearbox.
 const MIN_GEAR: f64 = 1.5;
 
-/// Standard errors, and part of the slope, within which a gear ratio is a multiple of 0.5; and the
-/// largest error of a slope that tells such multiples apart.
+/// Standard errors, and part of the slope, within which a gear ratio lies; and the largest error of a slope that tells
+/// multiples of 0.5 apart.
 const SIGMAS: f64 = 3.0;
 const BIAS: f64 = 2e-4;
 const MAX_ERROR: f64 = 0.1;
+
+/// Gear ratios of usual harmonic drives.
+const USUAL_GEARS: [f64; 11] = [
+    30.0, 50.0, 51.0, 80.0, 81.0, 100.0, 101.0, 120.0, 121.0, 160.0, 161.0,
+];
+
+/// A gear ratio, and the reason for it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Gear {
+    pub(super) ratio: f64,
+    /// The reason, without the last full stop.
+    pub(super) why: String,
+}
 
 /// Unit and side of the positions of a family.
 #[derive(Clone, Debug, Default)]
@@ -39,7 +52,7 @@ pub(super) struct Reading {
     pub(super) conversion: Conversion,
     /// Gear ratio of each joint, if the positions were taken before the gearbox; `None` within is to
     /// be filled in.
-    pub(super) gears: Option<Vec<Option<f64>>>,
+    pub(super) gears: Option<Vec<Option<Gear>>>,
     /// Reasons, as sentences without the last full stop.
     pub(super) why: String,
     /// What the user must fill in, if the unit is not clear.
@@ -300,18 +313,48 @@ pub(super) fn by_slope(
     Some(reading)
 }
 
-/// Returns gear ratios by slopes: multiples of 0.5 if the slopes are such multiples within their
-/// errors.
-fn gears(slopes: &[Slope], unit: f64) -> Vec<Option<f64>> {
+/// Returns gear ratios by slopes.
+fn gears(slopes: &[Slope], unit: f64) -> Vec<Option<Gear>> {
     (slopes.iter())
         .map(|slope| {
             let value = slope.value.abs() * unit;
-            let error = SIGMAS * slope.error * unit + BIAS * value;
-            let near = (2.0 * value).round() / 2.0;
-            let is_near = (value - near).abs() <= error && error < MAX_ERROR;
-            Some(if is_near { near } else { rounded(value) })
+            Some(gear(value, SIGMAS * slope.error * unit + BIAS * value))
         })
         .collect()
+}
+
+/// Returns the only usual gear ratio in the interval of a slope, else a multiple of 0.5 if the slope tells such
+/// multiples apart, else the slope.
+fn gear(value: f64, error: f64) -> Gear {
+    let is_within = |ratio: &f64| (value - ratio).abs() <= error;
+    let usual: Vec<f64> = USUAL_GEARS.into_iter().filter(is_within).collect();
+    let near = (2.0 * value).round() / 2.0;
+    let (ratio, what) = match usual[..] {
+        [only] => (only, format!("{only} is the only usual gear ratio within")),
+        _ if is_within(&near) && error < MAX_ERROR => {
+            (near, format!("{near} is the only multiple of 0.5 within"))
+        }
+        [] => (
+            rounded(value),
+            "no usual gear ratio lies within, so the slope counts".to_owned(),
+        ),
+        [..] => {
+            let all: Vec<String> = usual.iter().map(f64::to_string).collect();
+            (
+                rounded(value),
+                format!("{} lie within, so the slope counts", all.join(" and ")),
+            )
+        }
+    };
+    Gear {
+        ratio,
+        why: format!(
+            "By the slope of the motor position over the link position, {:.5} ± {:.1}: {what}; correct it by the \
+             data sheet",
+            Short(value),
+            Short(error)
+        ),
+    }
 }
 
 fn rounded(value: f64) -> f64 {
@@ -334,5 +377,35 @@ pub(super) fn of_torques(
         units: joints.iter().map(unit).collect(),
         counts: vec![None; joints.len()],
         signs: vec![1.0; joints.len()],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gear_ratio_is_the_only_usual_one_or_the_slope() {
+        for (value, error, ratio, said) in [
+            (
+                100.4,
+                0.5,
+                100.0,
+                "100.4 ± 0.5: 100 is the only usual gear ratio within",
+            ),
+            (120.9, 0.02, 120.9, "no usual gear ratio lies within"),
+            (100.4, 0.7, 100.4, "100 and 101 lie within"),
+            (
+                120.51,
+                0.03,
+                120.5,
+                "120.5 is the only multiple of 0.5 within",
+            ),
+            (51.0, 0.01, 51.0, "51 is the only usual gear ratio within"),
+        ] {
+            let found = gear(value, error);
+            assert_eq!(found.ratio.to_bits(), f64::to_bits(ratio), "{found:?}");
+            assert!(found.why.contains(said), "{found:?}");
+        }
     }
 }

@@ -80,7 +80,7 @@ impl Session {
             urdf: (urdf.as_ref()).map(|(name, text)| (name.as_str(), text.as_str())),
             is_there: &is_there,
             evidence: &evidence(&experiment, &model, identification, result),
-            origin: self.origin(file, identification, result),
+            origin: self.origin(file, identification, result, &values),
         })?)
     }
 
@@ -100,6 +100,7 @@ impl Session {
         file: &Path,
         identification: Option<&Identification>,
         result: Option<&EstimateResult>,
+        values: &BTreeMap<String, f64>,
     ) -> Origin {
         let logs = identification.into_iter().flat_map(Identification::logs);
         let hash = |name: &str| {
@@ -120,7 +121,7 @@ impl Session {
                     file: log.name(),
                 })
                 .collect(),
-            values: result.map_or_else(Vec::new, origins),
+            values: result.map_or_else(Vec::new, |result| origins(result, values)),
         }
     }
 }
@@ -162,23 +163,31 @@ fn values_of(result: &EstimateResult) -> BTreeMap<String, f64> {
     values
 }
 
-fn origins(result: &EstimateResult) -> Vec<ValueOrigin> {
+/// Returns the determined parameters with the values that the file holds.
+fn origins(result: &EstimateResult, values: &BTreeMap<String, f64>) -> Vec<ValueOrigin> {
     let own = (result.parameters.iter()).filter_map(|own| {
+        own.physical.or(own.value)?;
+        let value = *values.get(&own.name)?;
+        let projected = (result.dependence.iter())
+            .find(|moved| moved.name == own.name && moved.projected.to_bits() == value.to_bits());
         Some(ValueOrigin {
             name: own.name.clone(),
             unit: own.unit.clone(),
-            value: own.physical.or(own.value)?,
+            value,
+            beside_laws: projected.map(|moved| moved.raw),
             standard_error: own.standard_error,
         })
     });
-    let standard = result.standard_parameters.iter();
-    let standard = standard
+    let standard = (result.standard_parameters.iter())
         .filter(|own| result.parameter(&own.name).is_none())
-        .map(|own| ValueOrigin {
-            name: own.name.clone(),
-            unit: own.unit.clone(),
-            value: own.value,
-            standard_error: own.standard_error,
+        .filter_map(|own| {
+            Some(ValueOrigin {
+                name: own.name.clone(),
+                unit: own.unit.clone(),
+                value: *values.get(&own.name)?,
+                beside_laws: None,
+                standard_error: own.standard_error,
+            })
         });
     own.chain(standard).collect()
 }

@@ -85,10 +85,10 @@ impl NewExperiment {
             };
             paths.push(path.to_owned());
             let name = log.display().to_string();
-            let survey = Survey::read(&name, &mut |_| Disk.open(log))?;
             match &first {
-                None => first = Some(survey),
+                None => first = Some(Survey::read(&name, &mut |_| Disk.open(log))?),
                 Some(first) => {
+                    let survey = Survey::read_beginning(&name, &mut |_| Disk.open(log))?;
                     if let Some(column) = survey.lacks_of(first) {
                         return Err(SessionError::OtherColumns {
                             file: name,
@@ -130,7 +130,7 @@ impl NewExperiment {
 /// [`SessionError`] if the log cannot be read.
 pub fn joints_of_log(log: &Path) -> Result<Option<usize>, SessionError> {
     let name = log.display().to_string();
-    let survey = Survey::read(&name, &mut |_| Disk.open(log))?;
+    let survey = Survey::read_beginning(&name, &mut |_| Disk.open(log))?;
     Ok(joint_count(&survey))
 }
 
