@@ -170,8 +170,8 @@ mod tests {
     fn robots_that_do_not_change_give_hardly_an_alarm() {
         for between in [0.0, 0.1] {
             let (_, alarms) = reported(200, 0, between);
-            println!("{alarms} false alarms in 200 comparisons of {PARAMETERS} parameters");
-            // The goal is one in 100 parameters, 200 here; the method promises 2 in 200 comparisons.
+            // The goal is one in 100 parameters, 200 here; the method promises 2 in 200 comparisons. Measured 0
+            // and 2.
             assert!(alarms <= 8, "{between}: {alarms}");
         }
     }
@@ -179,13 +179,11 @@ mod tests {
     #[test]
     fn five_percent_over_ten_runs_are_found() {
         let (found, alarms) = reported(200, 1, 0.0);
-        println!("{found} of 200 found, {alarms} false alarms");
         // Measured 196 and 0; the number found has a standard deviation of 2, the limit is 3 of them away.
         assert!(found >= 190 && alarms <= 8, "{found}, {alarms}");
-        // Twice the scatter that the standard errors tell.
+        // The runs differ by twice their standard errors beyond them. Measured 17 and 2.
         let (found, alarms) = reported(200, 1, 0.1);
-        println!("with scatter: {found} of 200 found, {alarms} false alarms");
-        assert!(alarms <= 8, "{alarms}");
+        assert!((5..30).contains(&found) && alarms <= 8, "{found}, {alarms}");
     }
 
     #[test]
