@@ -45,7 +45,7 @@ pub(crate) enum Verb {
         before_help = "Example: sprung validate experiment.toml --parameters sprung-out/identification.json"
     )]
     Validate(Validate),
-    /// Compare results: estimators, settings, runs, robots.
+    /// Compare results of one robot: estimators, settings, runs, drift over time.
     #[command(
         before_help = "Example: sprung compare run1/sprung-out/identification.json run2/sprung-out/identification.json"
     )]
@@ -235,7 +235,7 @@ pub(crate) struct Validate {
 #[derive(Debug, Args)]
 pub(crate) struct Compare {
     /// Two or more identification.json or their folders, or a single file that contains several
-    /// results. All results are compared with the first. Files or folders with a validation.json
+    /// results. All results are compared with the first; four or more runs are tested for drift. Files or folders with a validation.json
     /// add how often promises were kept.
     #[arg(value_name = "FILE", required = true)]
     pub(crate) files: Vec<PathBuf>,

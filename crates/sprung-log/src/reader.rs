@@ -187,6 +187,8 @@ impl LogReader {
     #[must_use]
     pub fn timing(&self) -> Timing {
         let mut timing = self.grid.timing();
+        // The rows count from the first stamp if it is a large integer.
+        timing.start += 1e-9 * self.first.origin() as f64;
         timing.window = self.window.window();
         timing.beyond = self.window.beyond();
         timing.gaps.count += self.left_out.gaps.count;

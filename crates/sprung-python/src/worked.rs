@@ -7,7 +7,7 @@ use std::sync::Arc;
 use numpy::{PyArray1, ToPyArray};
 use pyo3::prelude::*;
 use serde::Serialize;
-use sprung::compare::Compared;
+use sprung::compare::{Compared, Drift};
 use sprung::curves::Curves;
 use sprung::estimate::Identification;
 use sprung::report::{Contents, Document, compose, compose_check, compose_comparison, render};
@@ -244,7 +244,8 @@ pub(crate) fn compare(
     let comparison = sprung::compare::compare(&compared, &[])
         .map_err(|error| exception(py, &SessionError::from(error)))?;
     let document = compose_comparison(&comparison, "sprung.compare");
-    let conclusion: Vec<String> = comparison.conclusion().into_iter().collect();
+    let drifts = comparison.drift.iter().map(Drift::conclusion);
+    let conclusion: Vec<String> = comparison.conclusion().into_iter().chain(drifts).collect();
     Ok((file(&comparison), html(py, &document)?, conclusion))
 }
 

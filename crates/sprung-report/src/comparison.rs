@@ -3,6 +3,7 @@
 use super::document::{
     Badge, Block, Document, Fold, IntervalRow, Intervals, Row, Section, Table, Tone,
 };
+use super::drift::drift;
 use super::groups::Joints;
 use super::intervals::{self, Ranged};
 use super::numbers::{or_dash, significant};
@@ -11,7 +12,7 @@ use super::tables::{number, text};
 use super::verdict;
 use crate::compare::{
     CombinedParameter, CombinedResult, ComparedParameter, ComparedPromise, ComparedResult,
-    ComparedValue, Comparison, RUNS_DISAGREE, SIGNIFICANCE,
+    ComparedValue, Comparison, PARAMETER_DRIFTS, RUNS_DISAGREE, SIGNIFICANCE,
 };
 use crate::finding::{Finding, Severity};
 use crate::validate::{JointProof, QuantityProof};
@@ -98,13 +99,14 @@ pub fn compose_comparison(comparison: &Comparison, command: &str) -> Document {
 
 /// Composes the sections about the results of identifications.
 fn of_results(comparison: &Comparison) -> Vec<Section> {
-    let mut sections = vec![
-        section(
-            "results",
-            "Compared results",
-            "",
-            vec![Block::Table(headers(&comparison.compared))],
-        ),
+    let mut sections = vec![section(
+        "results",
+        "Compared results",
+        "",
+        vec![Block::Table(headers(&comparison.compared))],
+    )];
+    sections.extend(drift(comparison));
+    sections.extend([
         section(
             "agreement",
             "Agreement",
@@ -120,7 +122,7 @@ fn of_results(comparison: &Comparison) -> Vec<Section> {
              errors, but results from the same log share errors.",
             vec![Block::Table(parameters(comparison))],
         ),
-    ];
+    ]);
     if !comparison.combined.is_empty() {
         sections.push(section(
             "combined",
@@ -220,6 +222,12 @@ fn promises(promises: &[ComparedPromise]) -> Table {
 }
 
 fn badge(comparison: &Comparison) -> Option<Badge> {
+    if (comparison.findings.iter()).any(|finding| finding.code == PARAMETER_DRIFTS) {
+        return Some(Badge {
+            tone: Tone::Doubtful,
+            text: "parameters drift".to_owned(),
+        });
+    }
     let disagree = (comparison.findings.iter()).any(|f| f.code == RUNS_DISAGREE);
     (comparison.tested > 0).then(|| Badge {
         tone: if disagree { Tone::Doubtful } else { Tone::Good },
@@ -241,8 +249,11 @@ fn headers(compared: &[ComparedResult]) -> Table {
                 result.verdict.word().to_owned(),
                 result.file.clone(),
                 format!(
-                    "{} ({} samples, {} s)",
+                    "{}{} ({} samples, {} s)",
                     result.log,
+                    result
+                        .date()
+                        .map_or_else(String::new, |date| format!(", {date}")),
                     result.samples,
                     significant(result.duration_s, 4)
                 ),

@@ -13,6 +13,7 @@ mod comparison;
 mod compose;
 mod contents;
 mod document;
+mod drift;
 mod frequency;
 mod glossary;
 mod groups;

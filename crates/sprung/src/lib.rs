@@ -59,12 +59,13 @@ pub mod check {
     };
 }
 
-/// Compares results of several estimators, settings, runs or robots.
+/// Compares results of several estimators, settings or runs of one robot.
 pub mod compare {
     #[doc(inline)]
     pub use sprung_method::compare::{
         CombinedParameter, CombinedResult, CompareError, Compared, ComparedParameter,
-        ComparedPromise, ComparedResult, ComparedValidation, ComparedValue, Comparison, compare,
+        ComparedPromise, ComparedResult, ComparedValidation, ComparedValue, Comparison, Drift,
+        ParameterDrift, compare,
     };
 }
 

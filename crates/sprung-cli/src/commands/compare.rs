@@ -1,6 +1,6 @@
 //! `sprung compare`: compares results.
 
-use sprung::compare::{CombinedResult, ComparedParameter, Comparison};
+use sprung::compare::{CombinedResult, ComparedParameter, Comparison, Drift};
 use sprung::model::short;
 use sprung::progress::Unheard;
 use sprung::report::{compose_comparison, significant};
@@ -33,7 +33,9 @@ pub(crate) fn run(args: &Compare) -> Result<ExitCode, Failure> {
     say(terminal, &comparison);
     terminal.say(format!("\nreport: {}", report.display()));
     let promises = comparison.promises_kept.as_ref();
-    for sentence in comparison.conclusion().iter().chain(promises) {
+    let drifts = comparison.drift.iter().map(Drift::conclusion);
+    let conclusions = comparison.conclusion().into_iter().chain(drifts);
+    for sentence in conclusions.chain(promises.cloned()) {
         terminal.say(sentence);
     }
     Ok(ExitCode::Done)
@@ -50,6 +52,10 @@ fn say(terminal: Terminal, comparison: &Comparison) {
     for combined in &comparison.combined {
         terminal.say("");
         terminal.table(&combined_table(combined));
+    }
+    for drift in &comparison.drift {
+        terminal.say("");
+        terminal.table(&drift_table(drift));
     }
     if !comparison.promises.is_empty() {
         terminal.table(&promise_table(comparison));
@@ -120,7 +126,14 @@ fn header_table(comparison: &Comparison) -> Grid {
                 settings.discretization,
                 significant(settings.position_cutoff_hz, 3)
             ),
-            format!("{}, {} s", result.log, significant(result.duration_s, 3)),
+            format!(
+                "{}{}, {} s",
+                result.log,
+                result
+                    .date()
+                    .map_or_else(String::new, |date| format!(", {date}")),
+                significant(result.duration_s, 3)
+            ),
             result.file.clone(),
         ]);
     }
@@ -200,6 +213,40 @@ fn combined_table(combined: &CombinedResult) -> Grid {
             significant(own.chi_square, 3),
             significant(own.probability, 2),
             format!("{:.0}", own.i_squared_percent),
+        ]);
+    }
+    table
+}
+
+/// Returns a table of the changes of all parameters over the runs.
+fn drift_table(drift: &Drift) -> Grid {
+    let header = [
+        format!("drift over {} runs", drift.results.len()),
+        "unit".to_owned(),
+        drift.estimator.clone(),
+        "change".to_owned(),
+        "± s.e.".to_owned(),
+        "%".to_owned(),
+        "± %".to_owned(),
+        "per day".to_owned(),
+        "p adjusted".to_owned(),
+        "drifts".to_owned(),
+    ];
+    let mut table = Grid::new(Vec::from(header), 2)
+        .divided(2, 8)
+        .without(&[7, 4, 3]);
+    for own in &drift.parameters {
+        table.add_row([
+            short(&own.name).into_owned(),
+            own.unit.clone(),
+            significant(own.first, 5),
+            significant(own.change, 3),
+            significant(own.standard_error, 2),
+            dash(own.change_percent, 3),
+            dash(own.standard_error_percent, 2),
+            dash(own.change_per_day, 3),
+            significant(own.adjusted_probability, 2),
+            if own.drifts { "yes" } else { "no" }.to_owned(),
         ]);
     }
     table

@@ -14,6 +14,7 @@ mod code;
 mod common;
 mod compare;
 mod corpus;
+mod drift;
 mod export;
 mod folders;
 mod formats;

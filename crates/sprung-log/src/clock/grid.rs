@@ -99,6 +99,7 @@ impl Grid {
     pub(crate) fn timing(&self) -> Timing {
         let (steps, squares) = self.steps;
         Timing {
+            start: self.first,
             duration: self.last.unwrap_or_default() - self.first,
             jitter_rms: (squares / steps.max(1) as f64).sqrt(),
             interpolated: self.resampler.interpolated,

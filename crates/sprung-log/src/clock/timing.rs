@@ -96,6 +96,8 @@ pub struct Timing {
     pub beyond: Beyond,
     /// Period of the resampled log, s; 0 until it is known.
     pub period: f64,
+    /// Time of the first sample in the log's own time column, s.
+    pub start: f64,
     /// Time between the first and the last sample, s.
     pub duration: f64,
     /// Largest deviation of a step between time stamps from the nearest whole number of periods, as

@@ -50,12 +50,14 @@ pub(super) fn combined(
     estimators.iter().filter_map(of).collect()
 }
 
-/// Returns whether two identifications of one robot have no log in common, by the names and lengths of
-/// the logs.
-fn are_of_different_logs(one: &Identification, other: &Identification) -> bool {
+/// Returns whether two identifications of one robot have no log in common, by the names, lengths, dates
+/// and digests of the logs.
+pub(super) fn are_of_different_logs(one: &Identification, other: &Identification) -> bool {
     let same = |a: &LogInfo, b: &LogInfo| {
         (&a.file, a.window, a.samples, a.recorded) == (&b.file, b.window, b.samples, b.recorded)
             && (a.duration_s - b.duration_s).abs() <= f64::EPSILON * a.duration_s
+            && a.date_s.map(f64::to_bits) == b.date_s.map(f64::to_bits)
+            && (a.digest == b.digest || a.digest.is_empty() || b.digest.is_empty())
     };
     one.robot == other.robot && !one.logs().any(|a| other.logs().any(|b| same(a, b)))
 }
@@ -107,7 +109,7 @@ fn combine(estimates: &[&ParameterEstimate]) -> Option<CombinedParameter> {
 }
 
 /// Returns a value, the standard error that matches its interval, and the bias in this error.
-fn with_error(estimate: &ParameterEstimate) -> Option<(f64, f64, f64)> {
+pub(super) fn with_error(estimate: &ParameterEstimate) -> Option<(f64, f64, f64)> {
     if estimate.fixed {
         return None;
     }

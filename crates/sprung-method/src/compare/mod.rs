@@ -1,16 +1,21 @@
-//! Compares results of several estimators, settings, runs or robots.
+//! Compares results of several estimators, settings or runs of one robot.
 
 // A new law, parameter, quantity or format is named wherever it is told from the others.
 #![warn(clippy::wildcard_enum_match_arm)]
 
 mod agreement;
 mod combined;
+mod dates;
+mod drift;
+mod drift_result;
 mod labels;
 mod promises;
 mod result;
 mod table;
+mod trend;
 
 pub use agreement::SIGNIFICANCE;
+pub use drift_result::{Drift, PARAMETER_DRIFTS, ParameterDrift};
 pub use promises::ComparedPromise;
 pub use result::RUNS_DISAGREE;
 pub use result::{

@@ -4,6 +4,8 @@ use std::borrow::Cow;
 
 use serde::Serialize;
 
+use super::dates::minute;
+use super::drift_result::Drift;
 use super::promises::ComparedPromise;
 use crate::estimate::{ErrorParts, SettingsUsed, Verdict};
 use crate::finding::Finding;
@@ -17,13 +19,17 @@ pub struct Comparison {
     pub format: u32,
     /// Program and version that wrote the file.
     pub generator: String,
-    /// The compared results; differences refer to the first result.
+    /// The compared results, in the order of the dates of their logs if all logs have one; differences refer to the
+    /// first result.
     pub compared: Vec<ComparedResult>,
     /// All parameters of all results, in the order of the first result.
     pub parameters: Vec<ComparedParameter>,
     /// Results of one estimator from different logs of one robot, combined; absent without such results.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub combined: Vec<CombinedResult>,
+    /// Drift of each estimator with at least four results from different logs; absent without such results.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub drift: Vec<Drift>,
     /// Number of tests for agreement between repeated results: one per parameter and estimator.
     pub tested: usize,
     /// Findings of the comparison.
@@ -85,6 +91,9 @@ pub struct ComparedResult {
     pub robot: String,
     /// Names of the logs.
     pub log: String,
+    /// Beginning of the first log, s since 1970; absent if its times are not dates.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub date_s: Option<f64>,
     /// Number of samples of all logs.
     pub samples: u64,
     /// Duration of all logs, s.
@@ -110,6 +119,14 @@ pub struct ComparedResult {
     pub findings: Vec<String>,
     /// Duration of the estimation, s.
     pub elapsed_s: f64,
+}
+
+impl ComparedResult {
+    /// Returns the date of the logs as `2026-01-31 17:05`, in their time zone; `None` without a date.
+    #[must_use]
+    pub fn date(&self) -> Option<String> {
+        self.date_s.map(minute)
+    }
 }
 
 /// One parameter in all results.

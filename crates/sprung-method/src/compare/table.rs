@@ -2,6 +2,7 @@
 
 use super::agreement::runs_disagree;
 use super::combined::combined;
+use super::drift::{drift_findings, drifts};
 use super::labels::labels;
 use super::promises::{ComparedPromise, promises, sentence};
 use super::result::{ComparedParameter, ComparedResult, ComparedValue, Comparison};
@@ -40,10 +41,24 @@ pub enum CompareError {
         /// The files.
         files: Vec<String>,
     },
+    /// Two files are of different robots.
+    #[error(
+        "{file} is of the robot \"{robot}\", but {other_file} is of the robot \"{other_robot}\"; compare results of one \
+         robot, or give the robot one name in both experiment files and identify again"
+    )]
+    DifferentRobots {
+        /// The first file.
+        file: String,
+        /// Its robot.
+        robot: String,
+        /// The first file of another robot.
+        other_file: String,
+        /// The other robot.
+        other_robot: String,
+    },
     /// A file has no parameter in common with any other file.
     #[error(
-        "{file} has no parameter in common with {other}; compare results of one robot, or of robots \
-         with joints of the same names"
+        "{file} has no parameter in common with {other}; compare results whose joints have the same names"
     )]
     NothingInCommon {
         /// The file, its robot and its first parameters.
@@ -53,19 +68,21 @@ pub enum CompareError {
     },
 }
 
-/// Compares the results of several files; differences refer to the first result of the first file.
+/// Compares the results of several files of one robot; differences refer to the first result of the first
+/// file. If the logs of all files have dates, the files are put into their order.
 ///
 /// - `files`: identifications, with at least two results in total unless there are validations.
 /// - `validations`: their promises are compared, not their parameters.
 ///
 /// # Errors
 ///
-/// [`CompareError`] if there are fewer than two results and no validation, or if a file has no
-/// parameter (name and unit) in common with any other file.
+/// [`CompareError`] if there are fewer than two results and no validation, if two files are of different
+/// robots, or if a file has no parameter (name and unit) in common with any other file.
 pub fn compare(
     files: &[Compared<'_>],
     validations: &[ComparedValidation<'_>],
 ) -> Result<Comparison, CompareError> {
+    let files = &by_date(files)[..];
     let results: Vec<(&Compared<'_>, &EstimateResult)> = (files.iter())
         .flat_map(|file| file.identification.results.iter().map(move |r| (file, r)))
         .collect();
@@ -78,6 +95,7 @@ pub fn compare(
             files: files.iter().map(|file| file.file.to_owned()).collect(),
         });
     }
+    check_robots(files, validations)?;
     check_common(files)?;
     let names: Vec<(&str, &str)> = (results.iter())
         .map(|(file, result)| (file.file, result.estimator.as_str()))
@@ -90,9 +108,10 @@ pub fn compare(
         .map(|(file, result)| (file.identification, *result))
         .collect();
     let combined = combined(&compared, &of_identifications);
-    let mut findings = Vec::from_iter(different_robots(&compared));
-    findings.extend(missing(&compared, &parameters));
+    let drift = drifts(&compared, &of_identifications, &parameters);
+    let mut findings = Vec::from_iter(missing(&compared, &parameters));
     findings.extend(different_laws(&compared));
+    findings.extend(drift_findings(&drift));
     let (tested, disagreements) = runs_disagree(&compared, &parameters);
     findings.extend(disagreements);
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
@@ -107,6 +126,7 @@ pub fn compare(
         compared,
         parameters,
         combined,
+        drift,
         tested,
         findings,
     })
@@ -115,6 +135,39 @@ pub fn compare(
 fn all<'a>(file: &Compared<'a>) -> impl Iterator<Item = &'a ParameterEstimate> {
     let results = file.identification.results.iter();
     results.flat_map(|result| &result.parameters)
+}
+
+/// Returns the files in the order of the dates of their logs, or as they are if a log has no date.
+fn by_date<'a>(files: &[Compared<'a>]) -> Vec<Compared<'a>> {
+    let dated = files
+        .iter()
+        .map(|file| Some((file.identification.date_s()?, *file)));
+    let Some(mut dated) = dated.collect::<Option<Vec<_>>>() else {
+        return files.to_vec();
+    };
+    dated.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    dated.into_iter().map(|(_, file)| file).collect()
+}
+
+fn check_robots(
+    files: &[Compared<'_>],
+    validations: &[ComparedValidation<'_>],
+) -> Result<(), CompareError> {
+    let identified = (files.iter()).map(|one| (one.file, one.identification.robot.as_str()));
+    let validated = (validations.iter()).map(|one| (one.file, one.validation.robot.as_str()));
+    let mut all = identified.chain(validated);
+    let Some((file, robot)) = all.next() else {
+        return Ok(());
+    };
+    match all.find(|(_, other)| *other != robot) {
+        None => Ok(()),
+        Some((other_file, other_robot)) => Err(CompareError::DifferentRobots {
+            file: file.to_owned(),
+            robot: robot.to_owned(),
+            other_file: other_file.to_owned(),
+            other_robot: other_robot.to_owned(),
+        }),
+    }
 }
 
 fn check_common(files: &[Compared<'_>]) -> Result<(), CompareError> {
@@ -159,6 +212,7 @@ fn describe(file: &Compared<'_>, result: &EstimateResult, label: String) -> Comp
         file: file.file.to_owned(),
         robot: identification.robot.clone(),
         log: identification.files(),
+        date_s: identification.date_s(),
         samples: identification.logs().map(|log| log.samples).sum(),
         duration_s: identification.logs().map(|log| log.duration_s).sum(),
         generator: identification.generator.clone(),
@@ -256,21 +310,6 @@ fn value(p: &ParameterEstimate, first: Option<ComparedValue>) -> ComparedValue {
             .map(|(d, (a, b))| d / a.hypot(b))
             .filter(finite),
     }
-}
-
-fn different_robots(compared: &[ComparedResult]) -> Option<Finding> {
-    let first = compared.first()?;
-    let other = compared.iter().find(|other| other.robot != first.robot)?;
-    Some(Finding::new(
-        Severity::Warning,
-        "different-robots",
-        format!(
-            "\"{}\" ({}) and \"{}\" ({}) are robots with different names; parameters are compared by \
-             name and unit",
-            first.robot, first.file, other.robot, other.file
-        ),
-        "check that joints with the same name are the same joint",
-    ))
 }
 
 fn missing(compared: &[ComparedResult], parameters: &[ComparedParameter]) -> Option<Finding> {

@@ -39,7 +39,7 @@ pub use result::{
 };
 pub use springs::with_rigid_joints;
 pub use statistics::NORMAL_95;
-pub(crate) use statistics::between_parts;
+pub(crate) use statistics::{between_parts, both_tails};
 pub use steps::Identified;
 
 pub use crate::fit::{fit, residual, torques, trace};

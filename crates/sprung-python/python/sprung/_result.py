@@ -389,14 +389,17 @@ class Comparison(_Report):
 
 
 def compare(results: Sequence[Result], labels: Sequence[str] | None = None) -> Comparison:
-    """Compares identifications with the first one: estimators, settings, runs, robots.
+    """Compares identifications of one robot with the first one: estimators, settings, runs.
+
+    Four or more results of different logs are tested for drift, in the order of the dates of the logs if all have
+    one: ``contents["drift"]``, and sentences in ``conclusion``.
 
     Args:
         results: two or more identifications.
         labels: a name for each; ``result 1``, ``result 2`` if absent.
 
     Raises:
-        ExperimentError: if they share no parameters.
+        ExperimentError: if they are of different robots, or share no parameters.
     """
     names = list(labels or (f"result {k}" for k in range(1, len(results) + 1)))
     if len(names) != len(results):

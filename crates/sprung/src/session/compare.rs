@@ -24,7 +24,7 @@ pub struct ComparedFiles {
 /// # Errors
 ///
 /// [`SessionError`] if a file is neither an identification nor a validation, if a file is given twice, or if the files
-/// share no parameters.
+/// are of different robots or share no parameters.
 pub fn compare_files(
     paths: &[impl AsRef<Path>],
     progress: &mut dyn Listener,

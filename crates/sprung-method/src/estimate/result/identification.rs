@@ -78,6 +78,14 @@ impl Identification {
         Some(rigid.find(|own| own.stiffness() == parameter)?.bound())
     }
 
+    /// Returns the time of the first sample of the earliest log, s since 1970; `None` if the times of a log are not
+    /// dates.
+    #[must_use]
+    pub fn date_s(&self) -> Option<f64> {
+        let dates: Option<Vec<f64>> = self.logs().map(|log| log.date_s).collect();
+        dates?.into_iter().reduce(f64::min)
+    }
+
     /// Returns the file names of the logs with their windows, separated by commas.
     #[must_use]
     pub fn files(&self) -> String {

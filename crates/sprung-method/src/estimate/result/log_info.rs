@@ -20,6 +20,12 @@ pub struct LogInfo {
     pub period_s: f64,
     /// Time between the first and the last sample, s.
     pub duration_s: f64,
+    /// Time of the first sample since 1970, s; `None` if the times of the log are not dates.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub date_s: Option<f64>,
+    /// Digits that logs with the same samples share; empty in results of earlier versions.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub digest: String,
     /// Largest deviation of a time step from the period, percent.
     pub jitter_percent: f64,
     /// Root mean square of these deviations, percent.

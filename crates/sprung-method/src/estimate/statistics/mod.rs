@@ -8,6 +8,7 @@ mod normal;
 mod numerics;
 mod significance;
 mod sizes;
+mod student;
 
 pub(crate) use between_parts::between_parts;
 pub(super) use delay_test::{MIN_DELAY_SAMPLES, is_significant};
@@ -21,3 +22,4 @@ pub(super) use significance::{
 pub(super) use sizes::{
     LARGE_SHARE, NEGLIGIBLE_SHARE, SATURATED_ARGUMENT, SMALL_SHARE, UNKNOWN_RELATIVE_ERROR,
 };
+pub(crate) use student::both_tails;

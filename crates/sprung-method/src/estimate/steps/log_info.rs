@@ -1,6 +1,7 @@
 //! Figures of the logs in the form of the results.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use crate::description::{FilePart, Log};
 use crate::estimate::result::{DelayUsed, GainUsed, LogInfo, SignUsed};
@@ -8,6 +9,28 @@ use crate::log::Sampling;
 use crate::numbers::in_percent;
 use crate::prepare::Prepared;
 use crate::regression::LogFigures;
+use crate::sha256::sha256;
+
+/// Times that are dates, s since 1970: from 2000 to 2100. No clock that starts with the robot runs for
+/// thirty years.
+const DATES_S: Range<f64> = 946_684_800.0..4_102_444_800.0;
+
+/// Number of digits in a digest.
+const DIGEST_DIGITS: usize = 16;
+
+/// Returns digits that logs with the same samples share, from the first, smallest and largest value of
+/// each channel.
+fn digest(figures: &LogFigures) -> String {
+    let channels = 0..figures.names.len();
+    let extents = channels.filter_map(|channel| figures.summary.extent(channel));
+    let bytes: Vec<u8> = extents
+        .flat_map(|extent| [extent.first, extent.min, extent.max])
+        .flat_map(f64::to_le_bytes)
+        .collect();
+    let mut digits = sha256(&bytes[..]).unwrap_or_default();
+    digits.truncate(DIGEST_DIGITS);
+    digits
+}
 
 /// Returns the names of the logs as the experiment gives them, or the names of the opened logs if
 /// the experiment lists none.
@@ -37,6 +60,8 @@ impl LogInfo {
             samples: figures.summary.samples(),
             period_s: timing.period,
             duration_s: timing.duration,
+            date_s: Some(timing.start).filter(|start| DATES_S.contains(start)),
+            digest: digest(figures),
             jitter_percent: in_percent(timing.jitter),
             jitter_rms_percent: in_percent(timing.jitter_rms),
             sampling: timing.sampling.map_or("even", Sampling::name).to_owned(),

@@ -1,0 +1,159 @@
+//! Composes the drift of a robot: a table, and its parameters over time.
+
+use super::document::{Block, Figure, Layout, Panel, Row, Section, Series, Style, Table, Tone};
+use super::numbers::{or_dash, significant};
+use super::section::section;
+use super::tables::{number, text};
+use crate::compare::{ComparedValue, Comparison, Drift, ParameterDrift, SIGNIFICANCE};
+use crate::model::short;
+
+/// Most parameters of an estimator in the figure, the most certain changes first.
+const PANELS: usize = 12;
+
+/// Returns the section about drift; `None` if no estimator is tested.
+pub(super) fn drift(comparison: &Comparison) -> Option<Section> {
+    let each = || comparison.drift.iter().enumerate();
+    let figures = each().map(|(at, drift)| Block::Figure(figure(comparison, at, drift)));
+    let tables = each().map(|(_, drift)| Block::Table(table(drift)));
+    (!comparison.drift.is_empty()).then(|| {
+        section(
+            "drift",
+            "Drift",
+            &format!(
+                "A line through the results of one estimator over time. The standard error contains the scatter of \
+                 the runs about the line. A parameter drifts if its probability without drift, adjusted for the \
+                 number of parameters, is below {} %.",
+                100.0 * SIGNIFICANCE
+            ),
+            figures.chain(tables).collect(),
+        )
+    })
+}
+
+fn table(drift: &Drift) -> Table {
+    let row = |own: &ParameterDrift| Row {
+        cells: vec![
+            own.name.clone(),
+            own.unit.clone(),
+            own.results.to_string(),
+            significant(own.first, 5),
+            format!(
+                "{} ± {}",
+                significant(own.change, 3),
+                significant(own.standard_error, 2)
+            ),
+            or_dash(own.change_percent, 3),
+            or_dash(own.standard_error_percent, 2),
+            or_dash(own.change_per_day, 3),
+            significant(own.between_runs, 2),
+            significant(own.adjusted_probability, 2),
+        ],
+        tone: if own.drifts {
+            Tone::Doubtful
+        } else {
+            Tone::Neutral
+        },
+    };
+    Table {
+        caption: drift.conclusion(),
+        columns: vec![
+            text("Parameter"),
+            text("Unit"),
+            number("Runs"),
+            number("First"),
+            number("Change ± s.e."),
+            number("%"),
+            number("± %"),
+            number("per day"),
+            number("Scatter"),
+            number("p, adjusted"),
+        ],
+        rows: drift.parameters.iter().map(row).collect(),
+        ..Table::default()
+    }
+}
+
+/// - `at`: index of the drift in the comparison.
+fn figure(comparison: &Comparison, at: usize, drift: &Drift) -> Figure {
+    let mut shown: Vec<&ParameterDrift> = drift.parameters.iter().collect();
+    shown.sort_by(|a, b| a.probability.total_cmp(&b.probability));
+    shown.truncate(PANELS);
+    let of_shown = if shown.len() < drift.parameters.len() {
+        format!(
+            "the {} most certain changes of {}",
+            shown.len(),
+            drift.parameters.len()
+        )
+    } else {
+        "all parameters".to_owned()
+    };
+    Figure {
+        id: format!("drift-{}", at + 1),
+        caption: format!(
+            "{}, {}: {of_shown}. Each value has its 95 % interval.",
+            drift.estimator,
+            drift.runs()
+        ),
+        x_label: if drift.from_date_s.is_some() {
+            "days since the first log".to_owned()
+        } else {
+            "run".to_owned()
+        },
+        layout: Layout::Grid,
+        panels: (shown.into_iter())
+            .map(|own| panel(comparison, drift, own))
+            .collect(),
+    }
+}
+
+fn panel(comparison: &Comparison, drift: &Drift, own: &ParameterDrift) -> Panel {
+    let values: Vec<Option<&ComparedValue>> = {
+        let same = |label: &String| {
+            comparison
+                .compared
+                .iter()
+                .position(|one| one.label == *label)
+        };
+        let parameter =
+            (comparison.parameters.iter()).find(|one| one.name == own.name && one.unit == own.unit);
+        (drift.results.iter())
+            .map(|label| parameter?.values[same(label)?].as_ref())
+            .collect()
+    };
+    let curve = |name: &str, style: Style, of: &dyn Fn(&ComparedValue) -> Option<f64>| Series {
+        name: name.to_owned(),
+        values: values.iter().map(|value| of((*value)?)).collect(),
+        style,
+        clipped: false,
+    };
+    let [from, to] = own.span;
+    let line = |time: &f64| {
+        let inside = (from..=to).contains(time);
+        inside.then(|| own.first + own.change * (time - from) / (to - from))
+    };
+    Panel {
+        y_label: format!("{} [{}]", short(&own.name), own.unit),
+        note: if own.drifts {
+            format!("drifts by {}", own.in_words())
+        } else {
+            own.in_words()
+        },
+        x: drift.times.clone(),
+        series: vec![
+            curve("lower end", Style::Reference, &|value| {
+                value.ci95.map(|[low, _]| low)
+            }),
+            curve("upper end", Style::Reference, &|value| {
+                value.ci95.map(|[_, high]| high)
+            }),
+            curve("value", Style::Measured, &|value| value.value),
+            Series {
+                name: "line".to_owned(),
+                values: drift.times.iter().map(line).collect(),
+                style: Style::First,
+                clipped: false,
+            },
+        ],
+        errors: None,
+    }
+}
