@@ -155,5 +155,6 @@ fn panel(comparison: &Comparison, drift: &Drift, own: &ParameterDrift) -> Panel 
             },
         ],
         errors: None,
+        marks: Vec::new(),
     }
 }

@@ -43,10 +43,11 @@ const ORDER: [&str; 25] = [
 const LEAVES: [&str; 1] = ["demo"];
 
 /// Folders and files of `estimate` in order. Each uses only those before it.
-const ESTIMATE: [&str; 14] = [
+const ESTIMATE: [&str; 15] = [
     "errors",
     "result",
     "statistics",
+    "nuisances",
     "laws",
     "possible",
     "estimators",

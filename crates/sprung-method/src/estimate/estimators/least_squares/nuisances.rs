@@ -78,7 +78,7 @@ impl Columns {
             }
         }
         for &joint in model.open_sharpness() {
-            for own in sharpness_columns(model, joint, &model.robot().terms, SHARPER) {
+            for own in sharpness_columns(model, joint, model.robot().terms, SHARPER) {
                 probes.extend(own.into_iter().map(|probe| (probe, count)));
                 count += 1;
             }

@@ -106,6 +106,11 @@ fn largest_moves<'m>(
     largest
 }
 
+/// Move of a parameter, in standard errors, with which a smaller effect counts on a lower rung, and the least size of
+/// such an effect relative to a practical size.
+const FAR_MOVE: f64 = 10.0;
+const LEAST_FAR_SIZE: f64 = 0.5;
+
 impl Refinery<'_> {
     /// Tests the effects that the model lacks at the end of a rung.
     ///
@@ -221,8 +226,15 @@ impl Refinery<'_> {
         Some(
             found
                 .map(|own| scales.undeclared(causes[own.effect].clone(), &own))
-                // On a lower rung the model error is larger than an effect without a practical size.
-                .filter(|own| rung == Rung::Free || own.size >= 1.0)
+                // On a lower rung the model error is larger than an effect without a practical size, unless the effect
+                // moves a parameter far out of its interval.
+                .filter(|own| {
+                    let is_far = || {
+                        own.largest_move(&end.refined)
+                            .is_some_and(|(_, moved)| moved > FAR_MOVE)
+                    };
+                    rung == Rung::Free || own.size >= 1.0 || own.size >= LEAST_FAR_SIZE && is_far()
+                })
                 .collect(),
         )
     }
