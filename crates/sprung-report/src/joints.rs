@@ -397,7 +397,8 @@ impl Cloud {
         for start in (0..self.x.len()).step_by(size) {
             let end = (start + size).min(self.x.len());
             let own: Option<Vec<f64>> = (start..end).map(&of).collect();
-            values[(start + end) / 2] = own.map(|own| own.iter().sum::<f64>() / own.len() as f64);
+            values[usize::midpoint(start, end)] =
+                own.map(|own| own.iter().sum::<f64>() / own.len() as f64);
         }
         values.iter().any(Option::is_some).then_some(values)
     }

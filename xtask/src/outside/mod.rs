@@ -101,7 +101,7 @@ const STEPS: [Step; 13] = [
     },
     Step {
         name: "new",
-        what: "forty logs of ten known arms, begun by sprung new",
+        what: "sixty logs of ten known arms, begun by sprung new",
         packages: &[
             "numpy==2.4.6",
             "scipy==1.17.1",

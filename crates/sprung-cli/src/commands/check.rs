@@ -51,19 +51,13 @@ pub(crate) fn run(args: &Check) -> Result<ExitCode, Failure> {
 /// Prints logs, joints, and findings with their remedies, on about one screen.
 fn say(terminal: Terminal, report: &CheckReport) {
     for log in &report.logs {
+        terminal.say(log.name());
         terminal.say(format!(
-            "{}: {} samples, {} s at {} Hz (period {} ms), jitter up to {} %, {} gaps, {} samples \
-             missing, {} repeated, {} frozen",
-            log.name(),
+            "  {} samples, {} s at {} Hz{}",
             log.samples,
             significant(log.duration_s, 4),
             significant(log.rate_hz, 4),
-            significant(1e3 * log.period_s, 4),
-            significant(log.jitter_percent, 2),
-            log.gaps,
-            log.dropped,
-            log.repeated,
-            log.frozen
+            irregular(log)
         ));
     }
     if let Some(log) = report.logs.first() {
@@ -80,6 +74,31 @@ fn say(terminal: Terminal, report: &CheckReport) {
     ));
     for finding in &report.findings {
         terminal.finding_with_line(finding);
+    }
+}
+
+/// Most jitter of a log with even time stamps, percent.
+const EVEN_PERCENT: f64 = 1.0;
+
+/// Returns what a log has beside even samples; empty if there is nothing.
+fn irregular(log: &CheckedLog) -> String {
+    let counts = [
+        (log.gaps, "gaps"),
+        (log.dropped, "missing"),
+        (log.repeated, "repeated"),
+        (log.frozen, "frozen"),
+    ];
+    let mut parts: Vec<String> = (counts.into_iter())
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, word)| format!("{count} {word}"))
+        .collect();
+    if log.jitter_percent > EVEN_PERCENT {
+        parts.push(format!("jitter {} %", significant(log.jitter_percent, 2)));
+    }
+    if parts.is_empty() {
+        String::new()
+    } else {
+        format!(": {}", parts.join(", "))
     }
 }
 
@@ -105,9 +124,9 @@ fn column_table(log: &CheckedLog) -> Grid {
 fn joint_table(report: &CheckReport) -> Grid {
     let header = [
         "joint",
-        "torque explained %",
+        "explained %",
         "motor/link",
-        "most likely late",
+        "likely late",
         "by ms",
         "± s.e.",
     ];

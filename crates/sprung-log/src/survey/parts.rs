@@ -147,7 +147,9 @@ mod tests {
                     out[0].push(0.0);
                     return Err(LogError::format("log", " is damaged"));
                 }
-                out.iter_mut().for_each(|column| column.push(row as f64));
+                for column in out.iter_mut() {
+                    column.push(row as f64);
+                }
             }
             let count = to - self.next;
             self.next = to;

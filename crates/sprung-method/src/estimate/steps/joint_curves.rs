@@ -168,7 +168,8 @@ struct Errors {
     /// Row in the covariance of each parameter; `None` for a parameter without error.
     rows: Vec<Option<usize>>,
     covariance: Vec<Vec<f64>>,
-    standard_errors: Vec<Option<f64>>,
+    /// Standard error of each parameter.
+    alone: Vec<Option<f64>>,
 }
 
 impl Errors {
@@ -192,14 +193,14 @@ impl Errors {
         Self {
             rows: names().map(row).collect(),
             covariance: own.map_or_else(Vec::new, |own| own.values.clone()),
-            standard_errors: names().map(error).collect(),
+            alone: names().map(error).collect(),
         }
     }
 
     fn covariance(&self, one: usize, other: usize) -> Option<f64> {
         match (self.rows[one], self.rows[other]) {
             (Some(i), Some(j)) => self.covariance.get(i.max(j))?.get(i.min(j)).copied(),
-            _ if one == other => Some(self.standard_errors[one]?.powi(2)),
+            _ if one == other => Some(self.alone[one]?.powi(2)),
             _ => Some(0.0),
         }
     }

@@ -1,14 +1,18 @@
-"""Forty logs of ten known arms: `sprung new --urdf --log`, then `sprung identify`, without an edit.
+"""Sixty logs of ten known arms: `sprung new --urdf --log`, then `sprung identify`, without an edit.
 
-    python forty.py SPRUNG FOLDER [CASE ...]
+    python known_arms.py SPRUNG FOLDER [CASE ...]
 
 The URDFs are those of the package example-robot-data 6.0.0 (BSD-3-Clause; the panda Apache-2.0). `sprung simulate` makes a log of each arm with flexible joints, and one
-with rigid joints; a script writes them as the recorders of such robots do, in four formats:
+with rigid joints; a script writes them as the recorders of such robots do:
 
 - units: degrees, with and without a unit in the names, and counts of encoders
 - motor: positions and torques of the motors before the gearbox
 - rigid: no link encoder
 - extra: velocities, commands, currents, temperatures and a counter beside the columns
+- german: German names with units, degrees, decimal commas
+- gripper: messages whose first names are those of a gripper that moves
+
+The first four kinds change between CSV, Parquet, MCAP and MATLAB, the last two are CSV and MCAP.
 
 A case is wrong if the verdict is good and the torque of a parameter is more than 5 % of its row's off.
 """
@@ -50,6 +54,9 @@ ARMS = [
 ]
 KINDS = ["units", "motor", "rigid", "extra"]
 FORMATS = ["csv", "parquet", "mcap", "mat"]
+FURTHER = {"german": "csv", "gripper": "mcap"}
+LEAST_IDENTIFIED = 55
+GERMAN = {(False, "pos"): "Gelenkposition", (True, "pos"): "Motorposition", (False, "torque"): "Motormoment"}
 GEARS = [100, 101, 50, 100, 136, 100, 121, 345, 100, 60.5]
 
 
@@ -66,6 +73,9 @@ class Arm:
         # As in sprung: parents before children.
         depth = lambda name: len(list(self.above(every, name)))
         self.joints = sorted(joints, key=depth)
+        moves = lambda name: every[name].get("type") in ("revolute", "prismatic", "continuous")
+        fingers = [name for name in every if ("finger" in name or "gripper" in name) and moves(name)]
+        self.fingers = sorted(fingers)[:2] or ["gripper_finger_joint"]
         self.limits = [self.limit(every[name]) for name in self.joints]
         self.sizes = [self.size(root, every, name) for name in self.joints]
 
@@ -211,7 +221,10 @@ def recorded(arm, index, kind, log):
     log = dict(log)
     columns, gear = [], GEARS[index]
     link_unit = motor_unit = torque_unit = ""
-    if kind == "units" and index < 6:
+    if kind == "german":
+        log["q"], log["phi"] = np.degrees(log["q"]), np.degrees(log["phi"])
+        link_unit, motor_unit, torque_unit = "Grad", "Grad", "Nm"
+    elif kind == "units" and index < 6:
         log["q"], log["phi"] = np.degrees(log["q"]), np.degrees(log["phi"])
         link_unit = motor_unit = "deg" if index < 3 else ""
     elif kind == "units":
@@ -248,8 +261,22 @@ def table_of(arm, time, columns, extra):
     return names
 
 
+def german(path, arm, time, columns):
+    texts = {"Zeit [s]": time}
+    for motor, what, unit, values in columns:
+        for k in range(values.shape[1]):
+            texts[f"{GERMAN[motor, what]} {arm.joints[k]} [{unit}]"] = values[:, k]
+    with open(path, "w") as file:
+        file.write(";".join(texts) + "\n")
+        for row in zip(*texts.values()):
+            file.write(";".join(f"{x:.10g}" for x in row).replace(".", ",") + "\n")
+
+
 def write(path, arm, kind, time, columns):
     form = path.suffix[1:]
+    if kind == "german":
+        german(path, arm, time, columns)
+        return
     names = table_of(arm, time, columns, kind == "extra")
     if form == "csv":
         texts = {name: [f"{x:.10g}" for x in values] for name, values in names.items()}
@@ -275,10 +302,10 @@ def write(path, arm, kind, time, columns):
         scipy.io.savemat(path, {name.replace(" ", "_"): np.asarray(values)
                                 for name, values in names.items()}, long_field_names=True)
     else:
-        bag(path, arm, time, columns)
+        bag(path, arm, time, columns, kind == "gripper")
 
 
-def bag(path, arm, time, columns):
+def bag(path, arm, time, columns, with_gripper):
     from mcap_ros2.writer import Writer
     header = "std_msgs/Header header\n"
     inner = ("=" * 80 + "\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\n"
@@ -287,6 +314,8 @@ def bag(path, arm, time, columns):
     state = header + "string[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n"
     by = {(motor, what): values for motor, what, _, values in columns}
     links, motors = by.get((False, "pos")), by.get((True, "pos"))
+    fingers = arm.fingers if with_gripper else []
+    opening = 0.02 + 0.01 * np.sin(3.0 * time)
     with open(path, "wb") as file:
         writer = Writer(file)
         joint_state = writer.register_msgdef("sensor_msgs/msg/JointState", state + inner)
@@ -296,10 +325,12 @@ def bag(path, arm, time, columns):
             clock = {"sec": stamp // 10**9, "nanosec": stamp % 10**9}
 
             def send(topic, position, velocity=None, effort=None):
-                message = {"header": {"stamp": clock, "frame_id": ""}, "name": arm.joints,
-                           "position": position[k].tolist(),
-                           "velocity": [] if velocity is None else velocity[k].tolist(),
-                           "effort": [] if effort is None else effort[k].tolist()}
+                own = fingers if topic == "/joint_states" else []
+                extra = [float(opening[k])] * len(own)
+                with_extra = lambda values: [] if values is None else extra + values[k].tolist()
+                message = {"header": {"stamp": clock, "frame_id": ""}, "name": own + arm.joints,
+                           "position": with_extra(position), "velocity": with_extra(velocity),
+                           "effort": with_extra(effort)}
                 writer.write_message(topic, joint_state, message, stamp, stamp)
 
             torque = by[False, "torque"]
@@ -353,8 +384,8 @@ def main():
     for index, row in enumerate(ARMS):
         arm = Arm(*row)
         made = {}
-        for place, kind in enumerate(KINDS):
-            form = FORMATS[(index + place) % len(FORMATS)]
+        forms = [(kind, FORMATS[(index + place) % len(FORMATS)]) for place, kind in enumerate(KINDS)]
+        for kind, form in forms + list(FURTHER.items()):
             case = f"{arm.name} {kind} {form}"
             if wanted and not any(part in case for part in wanted):
                 continue
@@ -375,7 +406,7 @@ def main():
             wrong += "WRONG" in outcome
     print(f"{identified} of {count} identified without an edit, {refused} refused with the line to "
           f"fill in, {wrong} wrong without a word")
-    if not wanted and (identified < 36 or identified + refused < count or wrong):
+    if not wanted and (identified < LEAST_IDENTIFIED or identified + refused < count or wrong):
         sys.exit(1)
 
 
