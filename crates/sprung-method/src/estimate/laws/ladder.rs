@@ -44,11 +44,18 @@ struct Gain {
     of_parts: Vec<f64>,
     /// Whether the gain is large enough in one of the rows, and the torque of the change is large enough beside the joint's torque.
     is_large: bool,
+    /// Whether the change explains more than nuisances do.
+    is_own: bool,
 }
 
 impl Gain {
     /// - `least`: least decrease of the root mean square.
     fn counts(&self, least: f64) -> bool {
+        self.is_own && self.is_clear(least)
+    }
+
+    /// Returns whether the gain is large and no chance.
+    fn is_clear(&self, least: f64) -> bool {
         self.is_large
             && self.of_root() >= least
             && self.of_squares > SIGNIFICANT_SIGMAS * self.scatter
@@ -143,7 +150,7 @@ impl<'a> Ladder<'a> {
                 && !other.is_variant_of(chosen)
                 && may(other)
         });
-        (gains.iter().filter(|gain| gain.counts(NEGLIGIBLE_SHARE)))
+        (gains.iter().filter(|gain| gain.is_clear(NEGLIGIBLE_SHARE)))
             .filter(|gain| best.is_like(gain))
             .map(|gain| gain.candidate)
             .collect()
@@ -241,8 +248,7 @@ impl<'a> Ladder<'a> {
             (1.0 - (after / totals[i]).sqrt(), rows[i] == motor)
         });
         let torque = self.normal.torque_squares(motor).sqrt();
-        let is_practical =
-            added >= LEAST_TORQUE_SHARE * torque && self.is_own(candidate, rows, torque);
+        let is_practical = added >= LEAST_TORQUE_SHARE * torque;
         of_squares.is_finite().then(|| Gain {
             is_large: is_practical
                 && own.any(|(gain, of_torque)| {
@@ -252,6 +258,9 @@ impl<'a> Ladder<'a> {
                         MIN_LINK_GAIN
                     }
                 }),
+            // Every gear has an offset, viscous and Coulomb friction, so no nuisance is more likely than they are.
+            is_own: candidate.tier() == Tier::Essential
+                || is_practical && self.is_own(candidate, rows, torque),
             candidate: index,
             of_squares,
             scatter: deviation_of_sum(&of_parts),

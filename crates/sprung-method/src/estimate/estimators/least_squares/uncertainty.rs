@@ -37,15 +37,13 @@ pub(crate) fn widened(
         let farthest = (routes.iter())
             .map(|(_, theta)| (theta[i] - fitted.theta[i]).abs())
             .fold(0.0, f64::max);
-        let by_nuisances = nuisances.map_or(0.0, |own| own.changes[i]);
-        let bias = (farthest.hypot(by_nuisances))
-            .hypot(sweep.map_or(0.0, |sweep| bias_by_filter(sweep, i)));
+        let bias = farthest.hypot(sweep.map_or(0.0, |sweep| bias_by_filter(sweep, i)));
         let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
         (finite(between(parts, i)), finite(bias))
     };
     let all = 0..model.parameters().len();
     let (mut between, mut bias): (Vec<f64>, Vec<f64>) = all.clone().map(of).unzip();
-    for i in all {
+    for i in all.clone() {
         // Parts do not estimate changes with covariates. The error of such a change over that of its
         // friction parameter is the reciprocal of the covariate's spread.
         if let Some(friction) = model
@@ -58,6 +56,13 @@ pub(crate) fn widened(
                 between[i] = between[i].hypot(ratio * between[friction]);
                 bias[i] = bias[i].hypot(ratio * bias[friction]);
             }
+        }
+    }
+    // Nuisance parameters are the same for all values of a covariate, so changes with covariates do not inherit their bias.
+    for i in all {
+        let change = nuisances.map_or(0.0, |own| own.changes[i]);
+        if fitted.identifiable[i] && change.is_finite() {
+            bias[i] = bias[i].hypot(change);
         }
     }
     fitted.widen(between, bias)
