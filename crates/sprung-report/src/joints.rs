@@ -76,7 +76,7 @@ fn rating(
     joint: &str,
 ) -> (Tone, &'static str) {
     let is_still =
-        |own: &Finding| HARDLY_MOVES.contains(&own.code.as_str()) && is_about(own, joint);
+        |own: &Finding| HARDLY_MOVES.contains(&own.code.as_str()) && is_about(own, joints, joint);
     let doubted = &result.decision.parameters;
     let is_doubted = doubted.is_empty() || doubted.iter().any(|own| joints.group(own) == joint);
     match result.verdict {
@@ -144,7 +144,7 @@ pub(super) fn pages(identification: &Identification, contents: &Contents<'_>) ->
             tables::parameters(identification, contents.truth, Some(joint)).map(Block::Table),
         );
         let findings: Vec<_> = (identification.findings.iter().chain(&result.warnings))
-            .filter(|own| is_about(own, joint))
+            .filter(|own| is_about(own, &joints, joint))
             .map(shown)
             .collect();
         if !findings.is_empty() {
@@ -162,15 +162,16 @@ pub(super) fn pages(identification: &Identification, contents: &Contents<'_>) ->
     joints.names().iter().map(page).collect()
 }
 
-/// Returns whether a finding names a joint or one of its parameters.
-fn is_about(finding: &Finding, joint: &str) -> bool {
+/// Returns whether a finding concerns a parameter of a joint, or names the joint.
+fn is_about(finding: &Finding, joints: &Joints, joint: &str) -> bool {
     let is_part = |c: char| c.is_alphanumeric() || c == '_';
-    let mut places = finding.text.match_indices(joint);
-    places.any(|(at, found)| {
+    let is_named = |(at, found): (usize, &str)| {
         let before = finding.text[..at].chars().next_back();
         let after = finding.text[at + found.len()..].chars().next();
         !before.is_some_and(is_part) && !after.is_some_and(is_part)
-    })
+    };
+    (finding.parameters.iter()).any(|own| joints.group(own) == joint)
+        || finding.text.match_indices(joint).any(is_named)
 }
 
 fn figures(
@@ -420,5 +421,41 @@ impl Cloud {
             .into_iter()
             .flatten()
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::finding::Severity;
+    use crate::named::Named;
+
+    #[test]
+    fn a_finding_is_about_the_joint_that_it_names_or_whose_parameter_it_concerns() {
+        let rows = ["joint1.motor_nm", "joint10.motor_nm"];
+        let rows: Named = rows.iter().map(|row| ((*row).to_owned(), 0.0)).collect();
+        let joints = Joints::of_rows(&rows);
+        let finding = |text: &str| Finding::new(Severity::Warning, "code", text.to_owned(), "");
+        let about =
+            |own: &Finding| ["joint1", "joint10"].map(|joint| is_about(own, &joints, joint));
+        assert_eq!(about(&finding("joint10: late")), [false, true]);
+        assert_eq!(about(&finding("joint1.stiffness is weak")), [true, false]);
+        assert_eq!(about(&finding("subjoint1 is another")), [false, false]);
+        let of_link = finding("weak").about(["link2.izz".to_owned()]);
+        assert_eq!(about(&of_link), [false, true]);
+    }
+
+    #[test]
+    fn points_are_sorted_and_curves_have_fewer_values() {
+        let x: Vec<Option<f64>> = (0..3000).map(|k| Some(f64::from(3000 - k))).collect();
+        let none = vec![None; x.len()];
+        let cloud = Cloud::new(&x, [&x, &x, &none]);
+        assert!(cloud.x.len() <= CLOUD_POINTS && cloud.x.is_sorted());
+        let model = cloud.model("model").unwrap();
+        let shown = model.values.iter().flatten().count();
+        assert!((1..=CURVE_POINTS).contains(&shown), "{shown}");
+        assert!(cloud.bounds().is_empty());
+        let gap = Cloud::new(&[Some(1.0), Some(2.0)], [&[None, Some(3.0)], &x, &none]);
+        assert_eq!((gap.x, gap.measured), (vec![2.0], vec![Some(3.0)]));
     }
 }

@@ -294,6 +294,11 @@ function markLines(plot, marks) {
   ctx.restore();
 }
 
+// The number of values on the vertical axis, for tests of the page.
+function countTicks(plot, box) {
+  box.dataset.ticks = plot.axes[1]._values.filter((text) => text !== "").length;
+}
+
 function plotOptions(figure, panel, size, last) {
   const [min, max] = figure.range ?? figure.whole;
   const hasCloud = panel.data.series.some(({ style }) => style === "cloud");
@@ -322,7 +327,12 @@ function plotOptions(figure, panel, size, last) {
       bind: { dblclick: () => () => zoom(figure, null) },
     },
     hooks: {
-      draw: [(plot) => { panel.box.dataset.ticks = plot.axes[1]._values.filter((text) => text !== "").length; }, (plot) => markOutside(plot, panel.data), (plot) => markLines(plot, panel.data.marks), () => figure.drawn.add(panel.data)],
+      draw: [
+        (plot) => markOutside(plot, panel.data),
+        (plot) => markLines(plot, panel.data.marks),
+        (plot) => countTicks(plot, panel.box),
+        () => figure.drawn.add(panel.data),
+      ],
       setCursor: [() => showValues(figure, panel)],
       setSelect: [
         (plot) => {

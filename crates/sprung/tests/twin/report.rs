@@ -216,3 +216,60 @@ fn text_of_the_user_cannot_break_out() {
         assert!(!html.contains(outside), "{outside}");
     }
 }
+
+#[test]
+fn friction_and_spring_of_a_joint_are_the_torque_that_the_other_terms_leave() {
+    let (_, found) = report("robot");
+    let result = &found.identification.results[0];
+    let column = |label: &str, name: &str| -> Vec<f64> {
+        let at = found
+            .fit
+            .columns
+            .iter()
+            .position(|own| own == name)
+            .unwrap();
+        let values = &found.fit.set(label).unwrap().values[at];
+        values.iter().map(|value| value.expect(name)).collect()
+    };
+    let of = |name: &str| column(&result.estimator, name);
+    for joint in ["joint1", "joint2"] {
+        let name = |what: &str| format!("{joint}.{what}");
+        let measured = column("measured", &name("motor_nm"));
+        let (fitted, deflection) = (
+            of(&name("motor_nm")),
+            column("measured", &name("deflection_rad")),
+        );
+        let (friction, left) = (of(&name("friction_nm")), of(&name("friction_measured_nm")));
+        let (spring, left_for_spring) = (of(&name("spring_nm")), of(&name("spring_measured_nm")));
+        let speed = of(&name("friction_velocity_rad_per_s"));
+        // The demo's springs have no preload.
+        let stiffness = result.parameter(&name("stiffness")).unwrap().value.unwrap();
+        for at in 0..measured.len() {
+            let residual = measured[at] - fitted[at];
+            assert!((left[at] - friction[at] - residual).abs() < 1e-9);
+            let of_spring = (left_for_spring[at] - spring[at]).abs() - residual.abs();
+            assert!(of_spring.abs() < 1e-9, "{of_spring}");
+            // The law of Hooke.
+            let hooke = spring[at] - stiffness * deflection[at];
+            assert!(hooke.abs() < 1e-9, "{hooke}");
+        }
+        // Friction takes power, beyond the reversals.
+        let fastest = speed
+            .iter()
+            .fold(0.0_f64, |most, speed| most.max(speed.abs()));
+        let fast = (0..speed.len()).filter(|&at| speed[at].abs() > 0.3 * fastest);
+        for at in fast {
+            assert!(
+                friction[at] * speed[at] > 0.0,
+                "{} {}",
+                friction[at],
+                speed[at]
+            );
+        }
+        assert!(
+            of(&name("friction_half_width_nm"))
+                .iter()
+                .all(|half| *half >= 0.0)
+        );
+    }
+}

@@ -70,8 +70,8 @@ impl DelayOfTorques<'_> {
         let differs = (evidence.value - self.delay).abs() > 0.5 * self.period;
         (is_torque && !differs).then(|| {
             format!(
-                "By the equations all torques together were recorded {:.3} ms late. The intervals of least squares contain the effect, and the \
-                 refinement takes it out",
+                "By the equations all torques together were recorded {:.3} ms late. The intervals of least squares contain \
+                 the effect; the estimator \"prediction-error\" estimates it",
                 in_ms(self.delay)
             )
         })

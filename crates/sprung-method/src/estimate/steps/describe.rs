@@ -47,7 +47,10 @@ pub(in crate::estimate) fn describe(
     let mut findings = basis.findings.to_vec();
     findings.extend(finding(model, &rigid_joints));
     findings.extend(look_again(basis, &results));
+    // The intervals of a refinement do not contain a delay that it has not found.
+    let is_refined = results.iter().any(|own| own.refined().is_some());
     let of_torques = (basis.linear.nuisances.as_ref())
+        .filter(|_| !is_refined)
         .and_then(|own| own.torques_delay)
         .map(|later| DelayOfTorques {
             delay: -later,

@@ -30,7 +30,8 @@ pub(in crate::estimate) struct Linear<'a> {
     pub(in crate::estimate) bands: Vec<Option<f64>>,
     /// Limits of masses that the logs contradict.
     pub(in crate::estimate) contradicted: Option<Contradicted>,
-    /// Nuisance parameters that the regression takes as known; `None` if all are given.
+    /// Nuisance parameters that the regression takes as known; `None` if the log does not determine them, or a refinement
+    /// has found them.
     pub(in crate::estimate) nuisances: Option<Nuisances>,
     /// Other routes to the parameters.
     pub(in crate::estimate) routes: Vec<(Route, Theta)>,

@@ -1,5 +1,5 @@
 //! Changes of the parameters by the nuisance parameters that the regression takes as known: the delay that all torques
-//! have together, and the sharpness of Coulomb friction.
+//! have together, the saturation of each torque, and the sharpness of Coulomb friction.
 
 use crate::estimate::nuisances::{SHARPER, sharpness_columns};
 use crate::fit::Free;
@@ -16,8 +16,8 @@ pub(in crate::estimate) struct Nuisances {
     pub(in crate::estimate) torques_delay: Option<f64>,
 }
 
-/// Estimates the nuisance parameters with the others from the beginning of the first log; `None` if all are given, or the
-/// log does not determine them.
+/// Estimates the nuisance parameters with the others from the beginning of the first log; `None` if there are
+/// none, or the log does not determine them.
 ///
 /// - `weights`: of rows, \[rows\].
 pub(super) fn nuisances(prepared: &Prepared, weights: &[f64]) -> Option<Nuisances> {
