@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use sprung_core::chain::{ChainJoint, DhRow, JointKind};
 use sprung_core::covariate::Covariate;
 use sprung_core::friction::Family;
@@ -81,13 +81,32 @@ impl Robot {
     #[must_use]
     pub fn back_emf(&self, joint: usize) -> Option<f64> {
         let of = &self.joint[joint];
-        let ratio = match (&self.transmission_matrix, of.torque_constant_side) {
+        let ratio = match (&self.transmission_matrix, of.side_of_constant()) {
             (_, Side::Output) => 1.0,
             (Some(matrix), Side::Motor) => matrix[joint][joint],
             (None, Side::Motor) => of.ratio(),
         };
         let constant = of.torque_constant_nm_per_a? * of.back_emf_vs_per_rad?;
         Some(ratio * ratio * constant / of.winding_resistance_ohm?)
+    }
+
+    /// Returns whether it matters for which side of the gearbox the torque constant of a joint holds, and the
+    /// description does not say it.
+    #[must_use]
+    pub fn is_torque_side_open(&self, joint: usize) -> bool {
+        let of = &self.joint[joint];
+        let has_gear =
+            self.transmission_matrix.is_some() || of.gear_ratio.is_some_and(|ratio| ratio != 1.0);
+        of.torque_constant_side.is_none() && has_gear && of.torque_constant_nm_per_a.is_some()
+    }
+
+    /// Writes the side of the gearbox of the torque constants into joints for which it is open.
+    pub fn settle_torque_side(&mut self, side: Side) {
+        for joint in 0..self.joint.len() {
+            if self.is_torque_side_open(joint) {
+                self.joint[joint].torque_constant_side = Some(side);
+            }
+        }
     }
 
     /// Returns the acceleration of free fall in the base frame, m/s².
@@ -168,9 +187,8 @@ pub struct Joint {
     /// Motor torque `K_t` per current, on the side of `torque_constant_side`, N·m/A.
     pub torque_constant_nm_per_a: Option<f64>,
     /// Side of the gearbox for which the torque constant holds; `output` if it contains the gear
-    /// ratio.
-    #[serde(default)]
-    pub torque_constant_side: Side,
+    /// ratio. It may be absent if the gear ratio is 1, or if the masses of the links tell the side.
+    pub torque_constant_side: Option<Side>,
     /// Motor turns per output turn; 1 if absent.
     pub gear_ratio: Option<f64>,
     /// Current per command voltage of an amplifier that controls the current, A/V.
@@ -274,6 +292,12 @@ impl Joint {
         self.gear_ratio.unwrap_or(1.0)
     }
 
+    /// Returns the side of the gearbox for which the torque constant holds; `Output` while it is open.
+    #[must_use]
+    pub fn side_of_constant(&self) -> Side {
+        self.torque_constant_side.unwrap_or_default()
+    }
+
     /// Returns the motor torque per current on the output side, N·m/A, if the
     /// torque constant is given.
     ///
@@ -282,7 +306,7 @@ impl Joint {
     /// Eq. (3); the paper does not state the side of the gearbox for its `K_m`.
     #[must_use]
     pub fn torque_per_ampere(&self) -> Option<f64> {
-        let ratio = match self.torque_constant_side {
+        let ratio = match self.side_of_constant() {
             Side::Output => 1.0,
             Side::Motor => self.ratio(),
         };
@@ -314,8 +338,8 @@ impl Joint {
 }
 
 /// A side of the gearbox.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(try_from = "String")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(try_from = "String", into = "String")]
 #[schemars(extend("enum" = ["output", "motor"]))]
 pub enum Side {
     /// After the gearbox.
@@ -323,6 +347,23 @@ pub enum Side {
     Output,
     /// Before the gearbox.
     Motor,
+}
+
+impl Side {
+    /// Returns its word in an experiment file.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Output => "output",
+            Self::Motor => "motor",
+        }
+    }
+}
+
+impl From<Side> for String {
+    fn from(side: Side) -> Self {
+        side.word().to_owned()
+    }
 }
 
 impl TryFrom<String> for Side {

@@ -224,7 +224,8 @@ fn currents_and_other_units_of_torques_are_named() {
     };
     // The constant holds for the motor, and the file says that it contains the gear ratio.
     let case = scaled(
-        constants("torque_constant_nm_per_a = 0.1").replace("motor_torque_nm", "motor_current_a"),
+        constants("torque_constant_side = \"output\"\ntorque_constant_nm_per_a = 0.1")
+            .replace("motor_torque_nm", "motor_current_a"),
         &TORQUES,
         10.0,
     );
@@ -258,6 +259,71 @@ fn currents_and_other_units_of_torques_are_named() {
     let case = scaled(recorded(), &TORQUES, 0.2);
     let words = "similar in all joints";
     says(&case, ("warning", "torque-scale"), &[words], None);
+}
+
+#[test]
+fn the_masses_tell_the_side_of_a_torque_constant() {
+    let constant = |value: f64| {
+        let key = format!("transmission = \"rigid\"\ntorque_constant_nm_per_a = {value:?}");
+        recorded()
+            .replace("transmission = \"rigid\"", &key)
+            .replace("motor_torque_nm", "motor_current_a")
+    };
+    let amperes = || {
+        (TORQUES.iter().zip(GEARS)).fold(constant(0.1), |case, (&column, gear)| {
+            scaled(case, &[column], 10.0 / gear)
+        })
+    };
+    let found = amperes();
+    let given = amperes().replace(
+        "[log]",
+        "[robot.joint_defaults]\ntorque_constant_side = \"motor\"\n[log]",
+    );
+    for case in [&found, &given, &scaled(constant(8.0), &TORQUES, 0.125)] {
+        let output = case.identify(&[]);
+        let text = stdout(&output) + &stderr(&output);
+        assert_eq!(output.status.code(), Some(0), "{text}");
+    }
+    let side = |case: &Case| {
+        let text = read(&case.path("sprung-out/identification.json"));
+        let json: Value = serde_json::from_str(&text).unwrap();
+        (
+            json["log"]["torque_constant_side"].clone(),
+            json["results"][0]["parameters"].clone(),
+        )
+    };
+    // The motors' constants, found and given, have the same result.
+    assert_eq!(side(&found).0, "motor");
+    assert_eq!(side(&given), (Value::Null, side(&found).1));
+    let experiment = found.path("experiment.toml");
+    let output = sprung(&["check", experiment.to_str().unwrap()]);
+    let text = stdout(&output);
+    for words in [
+        "torque-side-found",
+        "torque_constant_side = \"motor\"",
+        "hold for the motors",
+    ] {
+        assert!(text.contains(words), "{text}");
+    }
+    // Without masses nothing tells the side.
+    let with_masses = read(&found.path("arm.urdf"));
+    let parts = with_masses.split("<inertial>").map(|part| {
+        part.split_once("</inertial>")
+            .map_or(part, |(_, rest)| rest)
+    });
+    std::fs::write(found.path("arm.urdf"), parts.collect::<String>()).unwrap();
+    let output = found.identify(&[]);
+    let text = stderr(&output);
+    println!("{text}");
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    for words in [
+        "pan: the side of torque_constant_nm_per_a",
+        "N·m; if",
+        "no nominal masses",
+        "[robot.joint_defaults]",
+    ] {
+        assert!(text.contains(words), "{text}");
+    }
 }
 
 #[test]

@@ -28,6 +28,8 @@ pub struct Channel {
     pub open_sign: bool,
     /// Whether the gain is estimated from the log; `factor` then assumes 1.
     pub open_gain: bool,
+    /// Whether the side of the gearbox of its torque constant is found from the log; `factor` then assumes the output.
+    pub open_side: bool,
 }
 
 /// Largest relative difference of two factors that are the same except for rounding and a gain.
@@ -116,5 +118,14 @@ pub enum ChannelError {
         key: &'static str,
         /// The logged quantity: currents or voltages.
         unit: &'static str,
+    },
+    /// The side of the gearbox of a torque constant is open, and no identification determined it.
+    #[error(
+        "{joint}: the gear ratio is not 1, and the side of torque_constant_nm_per_a is not given; add \
+         torque_constant_side = \"output\" if the constant contains the gear ratio, or \"motor\", to [robot.joint_defaults]"
+    )]
+    OpenSide {
+        /// Name of the joint.
+        joint: String,
     },
 }

@@ -11,8 +11,8 @@ use super::origin::{Stream, TimeOrigin};
 use super::time::{sampling, time};
 use crate::clock::timing::Sampling;
 use crate::description::{
-    CsvForm, Instrumentation, Key, Log, MissingValues, Quantity, Robot, Scaling, Side, Signal,
-    TorqueHold, Unit, WrongSamples,
+    CsvForm, Instrumentation, Joint, Key, Log, MissingValues, Quantity, Robot, Scaling, Side,
+    Signal, TorqueHold, Unit, WrongSamples,
 };
 
 /// The channels of a log: link positions, motor positions and motor torques, joint by joint.
@@ -210,6 +210,20 @@ impl Channels {
         Some(exchanged)
     }
 
+    /// Checks that the sides of all torque constants are known.
+    ///
+    /// # Errors
+    ///
+    /// [`ChannelError::OpenSide`] if one is open.
+    pub fn require_sides(&self, robot: &Robot) -> Result<(), ChannelError> {
+        match self.all.iter().find(|channel| channel.open_side) {
+            None => Ok(()),
+            Some(open) => Err(ChannelError::OpenSide {
+                joint: robot.joint[open.joint].name.clone(),
+            }),
+        }
+    }
+
     /// Returns the channels with the columns of a quantity exchanged between two joints, for the
     /// same test; `None` if one joint lacks the quantity.
     #[must_use]
@@ -229,7 +243,7 @@ fn torque_side(robot: &Robot, log: &Log) -> Option<Side> {
     if log.given().any(as_torque) {
         log.side(Scaling::TorqueSide)
     } else {
-        robot.joint.first().map(|joint| joint.torque_constant_side)
+        robot.joint.first().map(Joint::side_of_constant)
     }
 }
 

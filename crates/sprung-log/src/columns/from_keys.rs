@@ -85,7 +85,8 @@ fn of_key(
         channel.gear_ratio = robot.joint[joint].gear_ratio;
         channel.before_gear = match scaling {
             Scaling::TorqueConstant | Scaling::AmplifierGain => {
-                robot.joint[joint].torque_constant_side == Side::Motor
+                channel.open_side = robot.is_torque_side_open(joint);
+                robot.joint[joint].side_of_constant() == Side::Motor
             }
             Scaling::None | Scaling::PositionSide | Scaling::TorqueSide => {
                 log.side(scaling) == Some(Side::Motor)
@@ -189,6 +190,7 @@ fn channel(
         delay,
         open_sign: sign == Factor::Estimate,
         open_gain: gain == Factor::Estimate,
+        open_side: false,
     })
 }
 

@@ -486,8 +486,8 @@ impl Decided<'_> {
         for joint in &mut chosen.joints {
             joint.lines.push(ChosenLine::open(
                 "torque_constant_nm_per_a",
-                "FILL IN the motor torque per current, N·m/A, on the side of torque_constant_side: the log has \
-                 no torques",
+                "FILL IN the motor torque per current, N·m/A, with torque_constant_side = \"motor\" as in the \
+                 data sheet of a motor, or \"output\" if it contains the gear ratio: the log has no torques",
             ));
             if stem == "drive_voltage" {
                 joint.lines.push(ChosenLine::open(

@@ -14,10 +14,12 @@ kinematics = "planar-2r"
 [[robot.joint]]
 name = "joint1"
 torque_constant_nm_per_a = 2.0
+torque_constant_side = "output"
 gear_ratio = 10.0
 [[robot.joint]]
 name = "joint2"
 torque_constant_nm_per_a = 4.0
+torque_constant_side = "output"
 gear_ratio = 100.0
 [log]
 "#;

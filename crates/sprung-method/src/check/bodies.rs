@@ -4,10 +4,10 @@
 use super::robot::{WholeRobot, percent};
 use super::scale::{Explanation, explanations, side_of_torques};
 use super::trial::{gain, root_mean_square};
-use super::whole::BodyScale;
 use crate::finding::{Finding, Severity};
 use crate::log::{Quantity, rounded};
 use crate::model::Model;
+use crate::prepare::BodyScale;
 
 /// Factor between the torques of the log and those of the nominal bodies that nominal values which
 /// are merely inaccurate may have.

@@ -33,7 +33,6 @@ mod run;
 mod scale;
 mod torque_sensors;
 mod trial;
-mod whole;
 
 pub use columns::reversed_torque;
 pub use examine::{OfLog, examine};

@@ -3,18 +3,12 @@
 
 use super::context::CheckContext;
 use super::trial::{Trial, root_mean_square};
-use super::whole::{BodyScale, LinkRows};
 use crate::finding::{Finding, Severity};
-use crate::prepare::RowFit;
+use crate::prepare::{BodyScale, LinkRows, RowFit};
 
 /// Number of samples of the log for trials of other meanings, rounded up to whole blocks. A trial
 /// uses as few of them as its filters allow.
 const SAMPLES_TRIED: usize = 4096;
-
-/// Smallest part of the bodies' torque (squares) that the nominal bodies must explain before their
-/// scale counts, and smallest distance of the scale from zero in standard errors.
-const MIN_EXPLAINED_BY_NOMINAL: f64 = 0.5;
-const SCALE_SIGMAS: f64 = 5.0;
 
 /// Fits of the whole robot.
 pub(super) struct WholeRobot<'a> {
@@ -67,11 +61,7 @@ impl<'a> WholeRobot<'a> {
         let all = model
             .nominal_bodies()
             .map(|bodies| rows.scales(model, &bodies));
-        let is_determined = |own: &BodyScale| {
-            let [without, with, free] = own.left.map(|left| left * left);
-            own.scale > SCALE_SIGMAS * own.error / context.independent.sqrt()
-                && without - with > MIN_EXPLAINED_BY_NOMINAL * (without - free)
-        };
+        let is_determined = |own: &BodyScale| own.is_determined(context.independent);
         Some(Self {
             has_bodies: all.is_some(),
             together: rows.together(model)?,

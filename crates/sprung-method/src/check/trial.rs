@@ -1,9 +1,8 @@
 //! Other meanings of the columns of a log, tried with the equations of the whole robot.
 
-use super::whole::LinkRows;
 use crate::description::Quantity;
 use crate::log::Channels;
-use crate::prepare::Excerpt;
+use crate::prepare::{Excerpt, LinkRows};
 use crate::regression::Reading;
 
 /// An excerpt with another meaning of its columns.

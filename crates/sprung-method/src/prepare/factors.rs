@@ -1,14 +1,16 @@
-//! Finds the signs and gains that the description leaves to sprung, before all other choices.
+//! Finds the signs, the gains and the side of the torque constants that the description leaves to sprung, before all
+//! other choices.
 
 use std::borrow::Cow;
 
 use super::as_given::as_given;
 use super::delays::{DelayError, Delays};
 use super::excerpt::{Excerpt, excerpt};
-use super::found::{FoundGain, FoundSign};
+use super::found::{FoundGain, FoundSide, FoundSign};
 use super::gain::gain;
 use super::sign::signs;
-use crate::description::{Experiment, Factor};
+use super::torque_side::torque_side;
+use crate::description::{Experiment, Factor, Side};
 use crate::finding::{Finding, Severity};
 use crate::log::{ChannelError, Channels, LogError, LogSource};
 use crate::model::Model;
@@ -18,7 +20,7 @@ use crate::regression::Reading;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FactorError {
-    /// The log does not determine a sign or a gain.
+    /// The log does not determine a sign, a gain or the side of the torque constants.
     #[error("{0}")]
     NotTold(String),
     /// The description of the log is not complete.
@@ -32,17 +34,19 @@ pub enum FactorError {
     Log(#[from] LogError),
 }
 
-/// Estimated signs and gains.
+/// Estimated signs and gains, and the side of the torque constants.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Factors {
     /// Estimated signs.
     pub signs: Vec<FoundSign>,
     /// Estimated gains.
     pub gains: Vec<FoundGain>,
+    /// Side of the torque constants, if the description does not give it.
+    pub side: Option<FoundSide>,
 }
 
 impl Factors {
-    /// Returns findings about the signs and gains.
+    /// Returns findings about the signs, the gains and the side.
     ///
     /// - `file`: name of the log.
     #[must_use]
@@ -80,29 +84,53 @@ impl Factors {
             .seen(file, &gain.column, gain.value, "")
             .mended_by("[log]", &line)
         });
-        signs.chain(gains).collect()
+        let side = self.side.iter().map(|found| {
+            let (word, column) = (found.side.word(), &found.column);
+            Finding::new(
+                Severity::Info,
+                "torque-side-found",
+                format!(
+                    "the torque constants hold for the {}, {}",
+                    match found.side {
+                        Side::Output => "output and contain the gear ratios",
+                        Side::Motor => "motors before the gears",
+                    },
+                    found.because
+                ),
+                "give torque_constant_side to keep it fixed",
+            )
+            .seen(file, column, 0.0, "")
+            .mended_by(
+                "[robot.joint_defaults]",
+                &format!("torque_constant_side = \"{word}\""),
+            )
+        });
+        signs.chain(gains).chain(side).collect()
     }
 
-    /// Writes the signs and gains into the description of a log.
+    /// Writes what was found into the description.
     fn write_into(&self, experiment: &mut Experiment) {
         let signs = self.signs.iter().map(|s| (s.column.clone(), s.value));
         let gains = self.gains.iter().map(|g| (g.column.clone(), g.value));
         if let Some(log) = &mut experiment.log {
             log.settle(&signs.collect(), &gains.collect());
         }
+        if let Some(found) = &self.side {
+            experiment.robot.settle_torque_side(found.side);
+        }
     }
 }
 
-/// Finds the open signs and gains from the beginning of the first log; returns the experiment with
-/// them, and the estimates.
+/// Finds the open signs, gains and the side of the torque constants from the beginning of the first log; returns the
+/// experiment with them, and the estimates.
 ///
 /// The torque equation of a joint decides all its signs together: with the right signs inertia,
 /// stiffness and friction are positive and the equation explains the torque. Gains are estimated
-/// afterwards, with these signs.
+/// afterwards, with these signs. The side precedes the gains, because a gain refers to a torque at the output.
 ///
 /// # Errors
 ///
-/// [`FactorError`] if the log cannot be read or does not determine a sign or a gain; the message
+/// [`FactorError`] if the log cannot be read or does not determine one of them; the message
 /// gives a remedy.
 pub fn find_factors<'a>(
     experiment: &'a Experiment,
@@ -116,7 +144,8 @@ pub fn find_factors<'a>(
     let open = |factors: &std::collections::BTreeMap<String, Factor>| {
         factors.values().any(|factor| *factor == Factor::Estimate)
     };
-    if !open(&log.sign) && !open(&log.gain) {
+    let is_side_open = is_side_open(experiment);
+    if !open(&log.sign) && !open(&log.gain) && !is_side_open {
         return unchanged();
     }
     let Some(first) = sources.first_mut() else {
@@ -130,6 +159,14 @@ pub fn find_factors<'a>(
     if channels.all.iter().any(|channel| channel.open_sign) {
         let reading = reading_while_open(&now, model, &channels, &beginning, &file)?;
         found.signs = signs(&reading, &beginning, &file).map_err(FactorError::NotTold)?;
+        found.write_into(&mut now);
+    }
+    if is_side_open {
+        let settled = Channels::new(&now.robot, now.log.as_ref().unwrap_or(log))?;
+        let beginning = excerpt(&settled, first)?;
+        let (reading, _) = as_given(model, &now.identify, &settled, &beginning);
+        let side = torque_side(&now.robot.joint, &reading, &beginning, &file);
+        found.side = Some(side.map_err(FactorError::NotTold)?);
         found.write_into(&mut now);
     }
     // The reader applies signs, so the beginning is read again with the signs that were found.
@@ -147,6 +184,14 @@ pub fn find_factors<'a>(
         found.write_into(&mut now);
     }
     Ok((Cow::Owned(now), found))
+}
+
+/// Returns whether the log has currents or voltages whose torque constants hold for an unknown side of the gearbox.
+fn is_side_open(experiment: &Experiment) -> bool {
+    let channels = (experiment.log.as_ref()).map(|log| Channels::new(&experiment.robot, log));
+    channels.is_some_and(|channels| {
+        channels.is_ok_and(|channels| channels.all.iter().any(|channel| channel.open_side))
+    })
 }
 
 /// Returns the settings for reading the beginning of a log while signs or gains are open.

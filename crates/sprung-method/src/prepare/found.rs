@@ -1,4 +1,6 @@
-//! Estimated signs and gains of columns.
+//! Estimated signs and gains of columns, and the side of the torque constants.
+
+use crate::description::Side;
 
 /// An estimated sign of a column.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,5 +25,16 @@ pub struct FoundGain {
     /// Standard error of the value.
     pub standard_error: f64,
     /// Reference that determines the gain, in words.
+    pub because: String,
+}
+
+/// The side of the gearbox for which the torque constants hold, found from the motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundSide {
+    /// The side.
+    pub side: Side,
+    /// Name of a column to which it applies.
+    pub column: String,
+    /// Reason for the side, in words.
     pub because: String,
 }

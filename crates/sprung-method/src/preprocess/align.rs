@@ -376,6 +376,7 @@ mod tests {
                 delay: None,
                 open_sign: false,
                 open_gain: false,
+                open_side: false,
             })
             .collect();
         Channels {

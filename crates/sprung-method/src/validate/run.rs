@@ -92,6 +92,7 @@ pub fn validate(
                 column: open.column.clone(),
             });
         }
+        channels.require_sides(&experiment.robot)?;
         let controller = described
             .controller
             .as_ref()

@@ -101,9 +101,38 @@ pub(crate) fn robot(file: &ExperimentFile) -> Result<(), Fault> {
         }
         positive(joint, &at)?;
         voltage_drive(robot, joint, &at)?;
+        side_of_voltages(robot, i, &at)?;
     }
     zeros(robot)?;
     transmission(robot)
+}
+
+/// Checks that the side of a torque constant is given where no log is asked for it.
+fn side_of_voltages(robot: &Robot, index: usize, at: &str) -> Result<(), Fault> {
+    let joint = &robot.joint[index];
+    let needed_by = if joint.back_emf_vs_per_rad.is_some() {
+        "a voltage drive"
+    } else if joint.amplifier_limit_v.is_some() {
+        "a voltage limit"
+    } else {
+        return Ok(());
+    };
+    let Some(constant) =
+        (joint.torque_constant_nm_per_a).filter(|_| robot.is_torque_side_open(index))
+    else {
+        return Ok(());
+    };
+    Err(fault(
+        &["robot", "joint", at, "torque_constant_nm_per_a"],
+        format!(
+            "{}: {needed_by} needs torque_constant_side, because the gear ratio {} is not 1; \
+             torque_constant_nm_per_a = {constant} is {constant} N·m/A at the output with \"output\", \
+             and {:.4} N·m/A with \"motor\"",
+            joint.name,
+            joint.ratio(),
+            constant * joint.ratio()
+        ),
+    ))
 }
 
 /// Checks the numbers of a joint that must be positive.
@@ -202,7 +231,7 @@ fn voltage_drive(robot: &Robot, joint: &Joint, at: &str) -> Result<(), Fault> {
             ),
         );
     }
-    if robot.transmission_matrix.is_some() && joint.torque_constant_side == Side::Output {
+    if robot.transmission_matrix.is_some() && joint.side_of_constant() == Side::Output {
         return wrong(
             "back_emf_vs_per_rad",
             "with a transmission_matrix, the constants of a voltage drive hold for the motor; set \

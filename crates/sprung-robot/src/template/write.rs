@@ -278,7 +278,7 @@ fn defaults(text: &mut String, blocks: &[(&Joint, Option<&ChosenJoint>)]) {
         ),
         (
             "#torque_constant_side = \"motor\"".to_owned(),
-            "\"output\" if absent: includes gear_ratio",
+            "\"output\": the constant includes gear_ratio",
         ),
         (
             format!("#coulomb_sharpness_s_per_rad = {}", sharpness.0),

@@ -49,13 +49,15 @@ impl Session {
         let controller = controller.ok_or(SessionError::NoController)?;
         let (model, theta) = self.truth(settings, parameters)?;
         let overlay = run.and_then(|run| run.log.as_ref());
+        let channels = Channels::new(&experiment.robot, &self.log(overlay)?)?;
+        channels.require_sides(&experiment.robot)?;
         Ok(Recording {
             model,
             controller,
             settings: settings.clone(),
             theta,
             named: self.named_log(overlay)?,
-            channels: Channels::new(&experiment.robot, &self.log(overlay)?)?,
+            channels,
         })
     }
 

@@ -62,8 +62,8 @@ impl Session {
                 .collect(),
         };
         let (mut experiment, model) = self.described_by(parameters)?;
-        if let (Some(log), Some(found)) = (&mut experiment.log, &parameters.identification) {
-            log.settle(&found.log.signs(), &found.log.gains());
+        if let Some(found) = &parameters.identification {
+            found.log.settle(&mut experiment);
         }
         Ok(validate(
             &experiment,

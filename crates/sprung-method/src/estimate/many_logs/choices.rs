@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::description::{Estimator, Experiment};
+use crate::description::{Estimator, Experiment, Side};
 use crate::estimate::errors::FactorsError;
 use crate::estimate::laws::with_found_laws;
 use crate::estimate::result::{GENERATOR, LawsByHoldOut, RigidJoint};
@@ -38,6 +38,8 @@ pub struct Choices {
     rigid_joints: Vec<RigidJoint>,
     sign: BTreeMap<String, f64>,
     gain: BTreeMap<String, f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    torque_constant_side: Option<Side>,
     position_cutoff_hz: f64,
     /// Delay of each column, in the order of the columns.
     delay_s: Vec<f64>,
@@ -84,6 +86,7 @@ impl Choices {
             gain: (factors.gains.iter())
                 .map(|own| (own.column.clone(), own.value))
                 .collect(),
+            torque_constant_side: factors.side.as_ref().map(|found| found.side),
             position_cutoff_hz: reading.position_cutoff_hz(),
             delay_s: reading.delays().to_vec(),
             stribeck_velocity: (joints.clone())
@@ -118,6 +121,9 @@ impl Choices {
         let mut described = with_rigid_joints(&for_factors(experiment), &self.rigid_joints);
         if let Some(laws) = &self.laws {
             described = with_found_laws(&described, laws);
+        }
+        if let Some(side) = self.torque_constant_side {
+            described.robot.settle_torque_side(side);
         }
         let log = described.log.as_mut();
         let log = log.ok_or_else(|| not_readable(PrepareError::NoLog.to_string()))?;

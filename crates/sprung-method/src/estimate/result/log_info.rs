@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::description::Window;
+use crate::description::{Experiment, Side, Window};
 
 /// Figures of one log: timing, faulty samples, delays, signs and gains.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -67,6 +67,9 @@ pub struct LogInfo {
     /// Gains that were estimated, by column.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub gain: BTreeMap<String, GainUsed>,
+    /// Side of the gearbox of the torque constants, if the motion told it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub torque_constant_side: Option<Side>,
 }
 
 /// A sign that was estimated.
@@ -92,6 +95,17 @@ impl LogInfo {
     #[must_use]
     pub fn name(&self) -> String {
         self.window.of(&self.file)
+    }
+
+    /// Writes the estimated signs and gains and the side of the torque constants into a description that leaves them
+    /// open.
+    pub fn settle(&self, experiment: &mut Experiment) {
+        if let Some(log) = &mut experiment.log {
+            log.settle(&self.signs(), &self.gains());
+        }
+        if let Some(side) = self.torque_constant_side {
+            experiment.robot.settle_torque_side(side);
+        }
     }
 
     /// Returns the signs that were estimated, by column.

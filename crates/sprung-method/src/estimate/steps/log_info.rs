@@ -76,6 +76,7 @@ impl LogInfo {
             delay_s: BTreeMap::new(),
             sign: BTreeMap::new(),
             gain: BTreeMap::new(),
+            torque_constant_side: None,
         }
     }
 
@@ -114,6 +115,7 @@ impl LogInfo {
                     (gain.column.clone(), used)
                 })
                 .collect(),
+            torque_constant_side: factors.side.as_ref().map(|found| found.side),
             ..self
         }
     }

@@ -14,6 +14,7 @@ mod uncertainty;
 pub(crate) use cross_checks::Route;
 pub(in crate::estimate) use held_out::{HeldOut, Price};
 pub(in crate::estimate) use linear::{Linear, linear_numbers};
+pub(in crate::estimate) use nuisances::Nuisances;
 pub(in crate::estimate) use possible::{Contradicted, PossibleFit};
 pub(crate) use sweep::cutoff_choice;
 

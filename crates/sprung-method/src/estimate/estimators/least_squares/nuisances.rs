@@ -2,18 +2,63 @@
 //! have together, the saturation of each torque, and the sharpness of Coulomb friction.
 
 use crate::estimate::nuisances::{SHARPER, sharpness_columns};
+use crate::finding::{Finding, Severity};
 use crate::fit::Free;
 use crate::log::{Channels, Quantity};
 use crate::model::{Model, Theta};
+use crate::numbers::in_percent;
 use crate::prepare::Prepared;
 use crate::regression::{Probe, Reduction, SystemPart, Triangle, solve_quickly};
 
+/// Smallest third power of a torque, as part of the torque (root mean squares), and largest part of its equation's
+/// squared residuals that stays, for a torque that saturates. Measured in `benches/verdicts`, seeds 3100 to 3199:
+/// torques that saturate 0.02 or more and 0.55 or less, torques of models that match with that part 0.05 or less and 0.81
+/// or more.
+const SATURATING_PART: f64 = 0.02;
+const LEFT_WITH_SATURATION: f64 = 0.6;
+
 /// What the nuisance parameters do to the estimate.
 pub(in crate::estimate) struct Nuisances {
+    /// Torques that saturate, which the model lacks.
+    pub(in crate::estimate) saturations: Vec<Saturation>,
     /// Change of each parameter if they are estimated with it, \[p\].
     pub(super) changes: Theta,
     /// Time by which all torques act later than the regression takes them, s; `None` if the description gives it.
     pub(in crate::estimate) torques_delay: Option<f64>,
+}
+
+/// A torque that grows less or more than the log says.
+pub(in crate::estimate) struct Saturation {
+    /// Joint of the torque.
+    pub(in crate::estimate) joint: usize,
+    /// Missing torque as part of the logged one, root mean squares; negative if it grows more.
+    pub(in crate::estimate) part: f64,
+    /// Part of the torque that stays unexplained without and with this effect, root mean squares.
+    pub(in crate::estimate) left: [f64; 2],
+}
+
+impl Saturation {
+    /// Returns the finding about the saturation.
+    ///
+    /// - `column`: of the torque.
+    pub(in crate::estimate) fn finding(&self, file: &str, column: &str) -> Finding {
+        let percent = in_percent(self.part);
+        let [without, with] = self.left.map(in_percent);
+        Finding::new(
+            Severity::Warning,
+            "torque-saturates",
+            format!(
+                "the acting torque grows {} than \"{column}\": by a part of the third power that is {:.1} % of the \
+                 torque (root mean square). The equation leaves {without:.2} % of the torque unexplained, and {with:.2} % \
+                 with this part. Larger torques are predicted worse than promised",
+                if percent > 0.0 { "less" } else { "more" },
+                percent.abs(),
+            ),
+            "use estimator = \"prediction-error\", whose intervals contain the effect, measure the torque constant at several \
+             currents, or record a motion with smaller torques",
+        )
+        .seen(file, column, percent, "%")
+    }
 }
 
 /// Estimates the nuisance parameters with the others from the beginning of the first log; `None` if there are
@@ -42,6 +87,7 @@ pub(super) fn nuisances(prepared: &Prepared, weights: &[f64]) -> Option<Nuisance
         .map(|(with, without)| with - without)
         .collect();
     Some(Nuisances {
+        saturations: columns.saturations(model, &whole, &with[free.unknowns.len()..]),
         changes: free.whole(&changes, |_| 0.0),
         torques_delay: columns
             .torques_delay
@@ -88,6 +134,30 @@ impl Columns {
             count,
             torques_delay,
         }
+    }
+
+    /// Returns the torques whose third power explains much of the residuals of their equation.
+    ///
+    /// - `values`: of the nuisance parameters.
+    fn saturations(&self, model: &Model, whole: &[Triangle], values: &[f64]) -> Vec<Saturation> {
+        let of_torque = |(probe, index): &(Probe, usize)| -> Option<Saturation> {
+            let &Probe::TorqueCube { row, joint } = probe else {
+                return None;
+            };
+            let before = self.probes.iter().take_while(|(_, i)| i < index);
+            let in_row = before.filter(|(other, _)| other.row() == row).count();
+            let at = model.row_columns(row).len() + in_row;
+            let factor = &whole[row];
+            let mut known = vec![None; factor.unknowns()];
+            known[at] = Some(0.0);
+            let left = [&factor.with_known(&known), factor]
+                .map(|own| own.entry(own.unknowns(), own.unknowns()).abs() / factor.rhs_norm());
+            let part = values[*index] * factor.column_norm(at) / factor.rhs_norm();
+            let saturates = part.abs() >= SATURATING_PART
+                && left[1].powi(2) <= LEFT_WITH_SATURATION * left[0].powi(2);
+            saturates.then_some(Saturation { joint, part, left })
+        };
+        self.probes.iter().filter_map(of_torque).collect()
     }
 
     /// Returns the unknowns of the model, followed by the nuisance parameters if they are estimated with them.

@@ -7,43 +7,48 @@
 
 use sprung_core::parameters::JointParameter;
 
+use super::excerpt::Excerpt;
 use crate::model::Model;
-use crate::prepare::Excerpt;
 use crate::regression::{Reading, SystemPart, Triangle, solve};
 
+/// Smallest part of the bodies' torque (squares) that the nominal bodies must explain before their
+/// scale counts, and smallest distance of the scale from zero in standard errors.
+const MIN_EXPLAINED_BY_NOMINAL: f64 = 0.5;
+const SCALE_SIGMAS: f64 = 5.0;
+
 /// The link equation of a joint.
-pub(super) struct LinkRow {
+pub(crate) struct LinkRow {
     /// Joint, from 0.
-    pub(super) joint: usize,
+    pub(crate) joint: usize,
     /// Indices in theta of the unknowns.
     columns: Vec<usize>,
     factor: Triangle,
 }
 
 /// The link equations of an excerpt.
-pub(super) struct LinkRows {
-    pub(super) rows: Vec<LinkRow>,
+pub(crate) struct LinkRows {
+    pub(crate) rows: Vec<LinkRow>,
     /// Whether all springs are positive.
-    pub(super) plausible: bool,
+    pub(crate) plausible: bool,
 }
 
 /// Torque of the nominal bodies in the link equation of a joint.
-pub(super) struct BodyScale {
+pub(crate) struct BodyScale {
     /// Joint, from 0.
-    pub(super) joint: usize,
+    pub(crate) joint: usize,
     /// Torque of the log over that of the nominal bodies.
-    pub(super) scale: f64,
+    pub(crate) scale: f64,
     /// Standard error of the scale for one independent residual.
-    pub(super) error: f64,
+    pub(crate) error: f64,
     /// Root mean squares of the residuals over that of the right-hand side: without bodies, with the
     /// scaled nominal bodies, with free bodies.
-    pub(super) left: [f64; 3],
+    pub(crate) left: [f64; 3],
 }
 
 impl LinkRows {
     /// Returns the link equations of some joints; `None` if the excerpt is too short for the filters
     /// or a number is not finite.
-    pub(super) fn new(excerpt: &Excerpt, reading: &Reading, joints: &[usize]) -> Option<Self> {
+    pub(crate) fn new(excerpt: &Excerpt, reading: &Reading, joints: &[usize]) -> Option<Self> {
         let model = reading.model();
         let signals = excerpt.smoothed(reading)?.thinned(reading);
         let whole = signals.reduce(reading)?.whole()?;
@@ -81,7 +86,7 @@ impl LinkRows {
 
     /// Returns the part of each right-hand side that all equations together leave unexplained (root
     /// mean squares); `None` if a number is not finite.
-    pub(super) fn together(&self, model: &Model) -> Option<Vec<f64>> {
+    pub(crate) fn together(&self, model: &Model) -> Option<Vec<f64>> {
         let parts: Vec<SystemPart<'_>> = (self.rows.iter())
             .map(|row| SystemPart {
                 columns: &row.columns,
@@ -97,14 +102,14 @@ impl LinkRows {
     }
 
     /// Returns the part of each right-hand side that its equation alone leaves unexplained.
-    pub(super) fn each(&self) -> Vec<f64> {
+    pub(crate) fn each(&self) -> Vec<f64> {
         (self.rows.iter())
             .map(|row| alone(&row.factor).map_or(f64::NAN, |x| length(&row.factor.residual(&x))))
             .collect()
     }
 
     /// Returns the part of each right-hand side that friction and rotor alone leave unexplained.
-    pub(super) fn without_bodies(&self, model: &Model) -> Vec<f64> {
+    pub(crate) fn without_bodies(&self, model: &Model) -> Vec<f64> {
         let left = |row: &LinkRow| {
             let own = row.reduced(model, None);
             alone(&own).map_or(f64::NAN, |x| length(&own.residual(&x)))
@@ -115,10 +120,21 @@ impl LinkRows {
     /// Compares each right-hand side with the torque of the nominal bodies.
     ///
     /// - `nominal`: values of the link parameters in theta, \[p\].
-    pub(super) fn scales(&self, model: &Model, nominal: &[f64]) -> Vec<BodyScale> {
+    pub(crate) fn scales(&self, model: &Model, nominal: &[f64]) -> Vec<BodyScale> {
         (self.rows.iter())
             .filter_map(|row| row.scale(model, nominal))
             .collect()
+    }
+}
+
+impl BodyScale {
+    /// Returns whether the log determines the scale.
+    ///
+    /// - `independent`: number of independent residuals.
+    pub(crate) fn is_determined(&self, independent: f64) -> bool {
+        let [without, with, free] = self.left.map(|left| left * left);
+        self.scale > SCALE_SIGMAS * self.error / independent.sqrt()
+            && without - with > MIN_EXPLAINED_BY_NOMINAL * (without - free)
     }
 }
 

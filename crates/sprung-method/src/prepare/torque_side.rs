@@ -1,0 +1,112 @@
+//! Finds the side of the gearbox for which the torque constants hold, from the masses of the links.
+
+use super::excerpt::Excerpt;
+use super::found::FoundSide;
+use super::link_rows::LinkRows;
+use super::row::independent;
+use crate::description::{Joint, Side};
+use crate::log::{Channel, Quantity, rounded};
+use crate::regression::Reading;
+
+/// Factor between the torques of the log and those of the nominal bodies that nominal values which
+/// are merely inaccurate may have.
+const INACCURATE_FACTOR: f64 = 3.0;
+
+/// Returns the side of the open torque constants.
+///
+/// The torques of the right side carry the nominal bodies of the links; those of the other side are too large or too
+/// small by the gear ratio.
+///
+/// # Errors
+///
+/// The reason, with the torques of both sides and the remedy, if the log does not determine the side.
+pub(super) fn torque_side(
+    joints: &[Joint],
+    reading: &Reading,
+    excerpt: &Excerpt,
+    file: &str,
+) -> Result<FoundSide, String> {
+    let channels = &reading.channels().all;
+    let open: Vec<(usize, &Channel)> = (channels.iter().enumerate())
+        .filter(|(_, channel)| channel.open_side)
+        .collect();
+    let Some(&(index, first)) = open.first() else {
+        return Err("no torque constant has an open side".to_owned());
+    };
+    let not_told = |because: &str| {
+        let joint = &joints[first.joint];
+        let largest = (excerpt.channel(index)).fold(0.0, |most: f64, tau| most.max(tau.abs()));
+        let gear = match joint.gear_ratio {
+            Some(ratio) => format!("gear_ratio = {ratio} is not 1"),
+            None => "the transmission is coupled".to_owned(),
+        };
+        Err(format!(
+            "{file}: {}: the side of torque_constant_nm_per_a is not given, and {gear}. If the constant holds for the \
+             output (it contains the gear ratio), the largest torque at the beginning of the log is {} N·m; if it holds for \
+             the motor, the torque at the output is {} N·m. {because}. Add torque_constant_side = \"output\" or \
+             torque_constant_side = \"motor\" to [robot.joint_defaults]",
+            joint.name,
+            rounded(largest),
+            rounded(largest * joint.ratio().abs()),
+        ))
+    };
+    let model = reading.model();
+    if open
+        .iter()
+        .any(|(_, channel)| joints[channel.joint].gear_ratio.is_none())
+    {
+        return not_told("The motion does not tell the side of a coupled transmission");
+    }
+    let Some(bodies) = model.nominal_bodies() else {
+        return not_told(
+            "The motion does not tell the side, because the links have no nominal masses",
+        );
+    };
+    let moving: Vec<usize> = (channels.iter().enumerate())
+        .filter(|(i, own)| own.quantity == Quantity::MotorPosition && excerpt.deviation(*i) > 0.0)
+        .map(|(_, own)| own.joint)
+        .collect();
+    let independent = independent(excerpt, reading);
+    let rows = (model.joints_without_link().is_empty())
+        .then(|| LinkRows::new(excerpt, reading, &moving))
+        .flatten();
+    let scales: Vec<(f64, f64)> = (rows.iter())
+        .flat_map(|rows| rows.scales(model, &bodies))
+        .filter(|own| own.is_determined(independent))
+        .filter(|own| open.iter().any(|(_, channel)| channel.joint == own.joint))
+        .map(|own| (own.scale, own.scale * joints[own.joint].ratio().abs()))
+        .collect();
+    if scales.is_empty() {
+        return not_told(
+            "The motion does not tell the side, because the nominal masses explain too little of the torques",
+        );
+    }
+    let agrees = |scale: f64| scale.ln().abs() < INACCURATE_FACTOR.ln();
+    let shown = |of: fn(&(f64, f64)) -> f64| {
+        let all: Vec<String> = scales.iter().map(|own| rounded(of(own))).collect();
+        all.join(", ")
+    };
+    let [output, motor] = [|own: &(f64, f64)| own.0, |own: &(f64, f64)| own.1];
+    let (side, with, without) = match [output, motor]
+        .map(|of| scales.iter().all(|own| agrees(of(own))))
+    {
+        [true, false] => (Side::Output, shown(output), shown(motor)),
+        [false, true] => (Side::Motor, shown(motor), shown(output)),
+        [both, _] => {
+            return not_told(&format!(
+                "The motion does not tell the side: the torques are {} times those of the nominal masses with \"output\", \
+                 and {} times with \"motor\", so {} side agrees",
+                shown(output),
+                shown(motor),
+                if both { "either" } else { "neither" }
+            ));
+        }
+    };
+    Ok(FoundSide {
+        side,
+        column: first.column.clone(),
+        because: format!(
+            "so the torques are {with} times those of the nominal masses; for the other side they would be {without} times"
+        ),
+    })
+}
