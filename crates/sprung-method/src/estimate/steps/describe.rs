@@ -8,7 +8,7 @@ use super::one_result::result_of;
 use crate::description::Estimator;
 use crate::estimate::errors::IdentifyError;
 use crate::estimate::estimators::Found;
-use crate::estimate::estimators::least_squares::{Nuisances, cutoff_choice};
+use crate::estimate::estimators::least_squares::cutoff_choice;
 use crate::estimate::estimators::prediction_error::Timing;
 use crate::estimate::judge::{
     DelayOfTorques, after_estimation, applied, decide, judge, tilt_is_possible, tilted,
@@ -21,8 +21,7 @@ use crate::estimate::result::{
 use crate::estimate::springs::{Undetermined, finding};
 use crate::finding::{Finding, Severity};
 use crate::frequency::{FrequencyResponse, SpringFromMotor};
-use crate::log::Quantity;
-use crate::prepare::{PrepareError, Prepared};
+use crate::prepare::PrepareError;
 use crate::progress::{Listener, Phase};
 use crate::regression::Reading;
 
@@ -51,17 +50,16 @@ pub(in crate::estimate) fn describe(
     // The intervals of a refinement do not contain a delay that it has not found.
     let is_refined = results.iter().any(|own| own.refined().is_some());
     let nuisances = (basis.linear.nuisances.as_ref()).filter(|_| !is_refined);
-    findings.extend(
-        nuisances
-            .into_iter()
-            .flat_map(|own| of_saturations(own, &basis.ready.prepared)),
-    );
+    let (reading, names) = (basis.ready.prepared.reading(), basis.ready.prepared.names());
+    let file = names.first().map_or("", String::as_str);
+    let lacking = nuisances.iter().flat_map(|own| &own.lacking);
+    findings.extend(lacking.filter_map(|own| own.finding(file, reading.channels())));
     let of_torques = nuisances
         .and_then(|own| own.torques_delay)
         .map(|later| DelayOfTorques {
             delay: -later,
             period: basis.ready.prepared.excerpt().period(),
-            channels: basis.ready.prepared.reading().channels(),
+            channels: reading.channels(),
         });
     after_estimation(&mut findings, &results, of_torques.as_ref());
     let response = in_frequency(basis, &estimates.robot, &mut results);
@@ -82,16 +80,6 @@ pub(in crate::estimate) fn describe(
         rigid_joints,
     };
     assemble(basis, estimates, judged)
-}
-
-/// Returns the findings about torques that saturate by the equations.
-fn of_saturations(nuisances: &Nuisances, prepared: &Prepared) -> Vec<Finding> {
-    let channels = prepared.reading().channels();
-    let file = prepared.names().first().map_or("", String::as_str);
-    let column = |joint| channels.index(Quantity::MotorTorque, joint);
-    (nuisances.saturations.iter())
-        .filter_map(|own| Some(own.finding(file, &channels.all[column(own.joint)?].column)))
-        .collect()
 }
 
 /// Returns the result of least squares as it is before a refinement, without the examinations that

@@ -4,6 +4,7 @@ mod band;
 mod cross_checks;
 mod estimate;
 mod held_out;
+mod lacking;
 mod linear;
 mod nuisances;
 mod parts;
@@ -14,7 +15,6 @@ mod uncertainty;
 pub(crate) use cross_checks::Route;
 pub(in crate::estimate) use held_out::{HeldOut, Price};
 pub(in crate::estimate) use linear::{Linear, linear_numbers};
-pub(in crate::estimate) use nuisances::Nuisances;
 pub(in crate::estimate) use possible::{Contradicted, PossibleFit};
 pub(crate) use sweep::cutoff_choice;
 

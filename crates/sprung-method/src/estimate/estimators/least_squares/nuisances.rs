@@ -1,64 +1,22 @@
 //! Changes of the parameters by the nuisance parameters that the regression takes as known: the delay that all torques
 //! have together, the saturation of each torque, and the sharpness of Coulomb friction.
 
+use super::lacking::{Lacking, MotorEquation, lacking, probes_of_encoders};
 use crate::estimate::nuisances::{SHARPER, sharpness_columns};
-use crate::finding::{Finding, Severity};
 use crate::fit::Free;
 use crate::log::{Channels, Quantity};
 use crate::model::{Model, Theta};
-use crate::numbers::in_percent;
 use crate::prepare::Prepared;
 use crate::regression::{Probe, Reduction, SystemPart, Triangle, solve_quickly};
 
-/// Smallest third power of a torque, as part of the torque (root mean squares), and largest part of its equation's
-/// squared residuals that stays, for a torque that saturates. Measured in `benches/verdicts`, seeds 3100 to 3199:
-/// torques that saturate 0.02 or more and 0.55 or less, torques of models that match with that part 0.05 or less and 0.81
-/// or more.
-const SATURATING_PART: f64 = 0.02;
-const LEFT_WITH_SATURATION: f64 = 0.6;
-
 /// What the nuisance parameters do to the estimate.
 pub(in crate::estimate) struct Nuisances {
-    /// Torques that saturate, which the model lacks.
-    pub(in crate::estimate) saturations: Vec<Saturation>,
+    /// Effects that the model lacks.
+    pub(in crate::estimate) lacking: Vec<Lacking>,
     /// Change of each parameter if they are estimated with it, \[p\].
     pub(super) changes: Theta,
     /// Time by which all torques act later than the regression takes them, s; `None` if the description gives it.
     pub(in crate::estimate) torques_delay: Option<f64>,
-}
-
-/// A torque that grows less or more than the log says.
-pub(in crate::estimate) struct Saturation {
-    /// Joint of the torque.
-    pub(in crate::estimate) joint: usize,
-    /// Missing torque as part of the logged one, root mean squares; negative if it grows more.
-    pub(in crate::estimate) part: f64,
-    /// Part of the torque that stays unexplained without and with this effect, root mean squares.
-    pub(in crate::estimate) left: [f64; 2],
-}
-
-impl Saturation {
-    /// Returns the finding about the saturation.
-    ///
-    /// - `column`: of the torque.
-    pub(in crate::estimate) fn finding(&self, file: &str, column: &str) -> Finding {
-        let percent = in_percent(self.part);
-        let [without, with] = self.left.map(in_percent);
-        Finding::new(
-            Severity::Warning,
-            "torque-saturates",
-            format!(
-                "the acting torque grows {} than \"{column}\": by a part of the third power that is {:.1} % of the \
-                 torque (root mean square). The equation leaves {without:.2} % of the torque unexplained, and {with:.2} % \
-                 with this part. Larger torques are predicted worse than promised",
-                if percent > 0.0 { "less" } else { "more" },
-                percent.abs(),
-            ),
-            "use estimator = \"prediction-error\", whose intervals contain the effect, measure the torque constant at several \
-             currents, or record a motion with smaller torques",
-        )
-        .seen(file, column, percent, "%")
-    }
 }
 
 /// Estimates the nuisance parameters with the others from the beginning of the first log; `None` if there are
@@ -83,11 +41,12 @@ pub(super) fn nuisances(prepared: &Prepared, weights: &[f64]) -> Option<Nuisance
     let free = Free::new(model);
     let with = columns.fit((model, &free), &whole, weights, true)?;
     let without = columns.fit((model, &free), &whole, weights, false)?;
+    let theta = free.whole(&with, |known| known);
     let changes: Vec<f64> = (with.iter().zip(&without))
         .map(|(with, without)| with - without)
         .collect();
     Some(Nuisances {
-        saturations: columns.saturations(model, &whole, &with[free.unknowns.len()..]),
+        lacking: lacking(model, &columns.equations(model, &whole), &theta),
         changes: free.whole(&changes, |_| 0.0),
         torques_delay: columns
             .torques_delay
@@ -97,8 +56,8 @@ pub(super) fn nuisances(prepared: &Prepared, weights: &[f64]) -> Option<Nuisance
 
 /// Columns of nuisance parameters.
 struct Columns {
-    /// Each with the index of its nuisance parameter.
-    probes: Vec<(Probe, usize)>,
+    /// Each with the index of its nuisance parameter, or none if the probe is only for effects that the model lacks.
+    probes: Vec<(Probe, Option<usize>)>,
     count: usize,
     /// Index of the delay of all torques, if it is open.
     torques_delay: Option<usize>,
@@ -112,22 +71,26 @@ impl Columns {
         if torques_delay.is_some() {
             probes.extend(torques.clone().map(|own| {
                 let row = model.torque_row(own.joint);
-                (Probe::TorqueRate { row }, count)
+                (Probe::TorqueRate { row }, Some(count))
             }));
             count += 1;
         }
         if !is_coupled {
             for own in torques {
                 let (row, joint) = (model.torque_row(own.joint), own.joint);
-                probes.push((Probe::TorqueCube { row, joint }, count));
+                probes.push((Probe::TorqueCube { row, joint }, Some(count)));
                 count += 1;
             }
         }
         for &joint in model.open_sharpness() {
             for own in sharpness_columns(model, joint, model.robot().terms, SHARPER) {
-                probes.extend(own.into_iter().map(|probe| (probe, count)));
+                probes.extend(own.into_iter().map(|probe| (probe, Some(count))));
                 count += 1;
             }
+        }
+        if !is_coupled {
+            let encoders = probes_of_encoders(model, channels).into_iter();
+            probes.extend(encoders.map(|probe| (probe, None)));
         }
         Self {
             probes,
@@ -136,28 +99,24 @@ impl Columns {
         }
     }
 
-    /// Returns the torques whose third power explains much of the residuals of their equation.
-    ///
-    /// - `values`: of the nuisance parameters.
-    fn saturations(&self, model: &Model, whole: &[Triangle], values: &[f64]) -> Vec<Saturation> {
-        let of_torque = |(probe, index): &(Probe, usize)| -> Option<Saturation> {
-            let &Probe::TorqueCube { row, joint } = probe else {
-                return None;
-            };
-            let before = self.probes.iter().take_while(|(_, i)| i < index);
-            let in_row = before.filter(|(other, _)| other.row() == row).count();
-            let at = model.row_columns(row).len() + in_row;
-            let factor = &whole[row];
-            let mut known = vec![None; factor.unknowns()];
-            known[at] = Some(0.0);
-            let left = [&factor.with_known(&known), factor]
-                .map(|own| own.entry(own.unknowns(), own.unknowns()).abs() / factor.rhs_norm());
-            let part = values[*index] * factor.column_norm(at) / factor.rhs_norm();
-            let saturates = part.abs() >= SATURATING_PART
-                && left[1].powi(2) <= LEFT_WITH_SATURATION * left[0].powi(2);
-            saturates.then_some(Saturation { joint, part, left })
-        };
-        self.probes.iter().filter_map(of_torque).collect()
+    /// Returns the equations of the motors with the columns of the probes.
+    fn equations(&self, model: &Model, whole: &[Triangle]) -> Vec<MotorEquation<'_>> {
+        (0..model.joint_count())
+            .map(|joint| {
+                let row = model.torque_row(joint);
+                let own = self.probes.iter().map(|(probe, _)| probe);
+                let probes: Vec<&Probe> = own.filter(|probe| probe.row() == row).collect();
+                let mut known: Vec<Option<f64>> = (model.row_columns(row).iter())
+                    .map(|&c| model.known(c))
+                    .collect();
+                known.resize(whole[row].unknowns(), None);
+                MotorEquation {
+                    joint,
+                    factor: whole[row].with_known(&known),
+                    probes,
+                }
+            })
+            .collect()
     }
 
     /// Returns the unknowns of the model, followed by the nuisance parameters if they are estimated with them.
@@ -176,10 +135,9 @@ impl Columns {
                     .map(|&c| model.known(c))
                     .collect();
                 for (_, index) in self.probes.iter().filter(|(probe, _)| probe.row() == row) {
-                    known.push((!with).then_some(0.0));
-                    if with {
-                        columns[row].push(of_model + index);
-                    }
+                    let open = index.filter(|_| with);
+                    known.push(open.is_none().then_some(0.0));
+                    columns[row].extend(open.map(|index| of_model + index));
                 }
                 factor.with_known(&known).scaled(weights[row])
             })
