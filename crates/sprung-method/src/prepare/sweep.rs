@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::excerpt::Excerpt;
 use super::smoothed::CUTOFF_STEP;
-use crate::fit::{HoldOut, Missed};
+use crate::fit::{HoldOut, Missed, student_95};
 use crate::model::Theta;
 use crate::regression::Reading;
 
@@ -49,9 +49,20 @@ pub(crate) struct CutoffAt {
     pub(crate) held_out: Option<f64>,
     /// The same without each part in turn.
     without_each: Vec<f64>,
+    /// Estimates without each part in turn; empty if a part determines a parameter alone.
+    thetas: Vec<Theta>,
 }
 
 impl CutoffAt {
+    /// Returns half of the 95 % interval of the difference between the estimates of a parameter with two cut-offs, by the
+    /// jackknife over the parts; zero if it cannot be formed.
+    pub(crate) fn change_by_chance(&self, other: &Self, parameter: usize) -> f64 {
+        let differences: Vec<f64> = (self.thetas.iter().zip(&other.thetas))
+            .map(|(own, other)| own[parameter] - other[parameter])
+            .collect();
+        student_95(differences.len().saturating_sub(1)) * jackknife(&differences)
+    }
+
     /// Returns whether the held-out residual exceeds another one by what matters and by more than chance: by the scatter of
     /// the ratio of both without each part in turn.
     fn is_worse_than(&self, other: &Self) -> bool {
@@ -61,12 +72,16 @@ impl CutoffAt {
         let ratios: Vec<f64> = (self.without_each.iter().zip(&other.without_each))
             .map(|(own, least)| own / least)
             .collect();
-        let count = ratios.len() as f64;
-        let mean = ratios.iter().sum::<f64>() / count;
-        let squares: f64 = ratios.iter().map(|ratio| (ratio - mean).powi(2)).sum();
-        let error = ((count - 1.0) / count * squares).sqrt();
-        own / least - 1.0 > SMALL_EXCESS.max(BY_CHANCE * error)
+        own / least - 1.0 > SMALL_EXCESS.max(BY_CHANCE * jackknife(&ratios))
     }
+}
+
+/// Returns the standard error of a quantity from its values without each part in turn; zero without values.
+fn jackknife(values: &[f64]) -> f64 {
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    ((count - 1.0) / count * squares).sqrt()
 }
 
 /// Sweeps the cut-off of a reading and chooses among the lower cut-offs; `None` if the beginning of
@@ -126,10 +141,11 @@ fn estimate(reading: &Reading, excerpt: &Excerpt, cutoff_hz: f64) -> Option<Cuto
     let system = excerpt.smoothed(&own)?.thinned(reading).reduce(&own)?;
     let hold_out = HoldOut::new(model, &system, HOLD_OUT_PARTS);
     let theta = hold_out.fit_determined()?;
-    let missed: Option<Vec<Missed>> = (hold_out.fits_without_each().into_iter().enumerate())
-        .map(|(part, fit)| Some(hold_out.missed(part, &fit?)))
+    let thetas: Option<Vec<Theta>> = hold_out.fits_without_each().into_iter().collect();
+    let thetas = thetas.unwrap_or_default();
+    let missed: Vec<Missed> = (thetas.iter().enumerate())
+        .map(|(part, fit)| hold_out.missed(part, fit))
         .collect();
-    let missed = missed.unwrap_or_default();
     let without = |left_out: Option<usize>| {
         let kept = (missed.iter().enumerate()).filter(|(part, _)| Some(*part) != left_out);
         let sum = kept.fold(Missed::default(), |sum, (_, own)| sum.with(own));
@@ -142,5 +158,6 @@ fn estimate(reading: &Reading, excerpt: &Excerpt, cutoff_hz: f64) -> Option<Cuto
         without_each: (0..missed.len())
             .filter_map(|part| without(Some(part)))
             .collect(),
+        thetas,
     })
 }

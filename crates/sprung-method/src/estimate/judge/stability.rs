@@ -103,7 +103,7 @@ fn most_parts_disagree(values: &[(f64, f64)]) -> bool {
 }
 
 /// Reports the parameters that change with the cut-off of the positions by more than their
-/// intervals.
+/// intervals and the scatter of the change over the parts of the log allow.
 pub(super) fn cutoff_drift(
     model: &Model,
     result: &EstimateResult,
@@ -122,7 +122,10 @@ pub(super) fn cutoff_drift(
         let change = |theta: &[f64]| (theta[i] - own.theta[i]).abs();
         let Some(farthest) = (compared.clone())
             .max_by(|a, b| change(&a.theta).total_cmp(&change(&b.theta)))
-            .filter(|point| change(&point.theta) > 0.5 * (high - low))
+            .filter(|point| {
+                let by_chance = point.change_by_chance(own, i);
+                change(&point.theta) > by_chance.hypot(0.5 * (high - low))
+            })
         else {
             continue;
         };
