@@ -19,6 +19,7 @@ mod export;
 mod folders;
 mod formats;
 mod from_robot_and_log;
+mod joints_by_content;
 mod killed;
 #[path = "../../../sprung-log/tests/formats/mcap_bytes.rs"]
 mod mcap_bytes;

@@ -94,7 +94,7 @@ pub(crate) fn csv(columns: &Columns) -> String {
 }
 
 /// Runs `new` on a log; returns its file.
-fn begun(desk: &Desk, log: &str) -> String {
+pub(crate) fn begun(desk: &Desk, log: &str) -> String {
     let said = desk.succeeds(&["new", "exp", "--urdf", "arm.urdf", "--log", log]);
     println!("{said}");
     let text = desk.read("exp/experiment.toml");
@@ -103,7 +103,7 @@ fn begun(desk: &Desk, log: &str) -> String {
 }
 
 /// Checks that an experiment runs without an edit, and that a stiffness of the shoulder is near 900.
-fn is_identified(desk: &Desk) {
+pub(crate) fn is_identified(desk: &Desk) {
     let output = desk.run(&["identify", "exp", "--set", LEAST_SQUARES]);
     let code = output.status.code();
     assert!(matches!(code, Some(0 | 1)), "{}", stderr(&output));

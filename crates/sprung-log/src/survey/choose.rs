@@ -2,6 +2,7 @@
 
 use sprung_core::chain::JointKind;
 
+use super::by_content::{count, joined};
 use super::families::{Family, families, shortened};
 use super::positions::{Positions, positions, size, slopes};
 use super::read::Survey;
@@ -69,7 +70,7 @@ pub fn choose(
     (joints, mimics): (&[JointOfStart], &[String]),
     files: &[String],
 ) -> Result<Chosen, ChooseError> {
-    let all = families(survey, joints, mimics);
+    let all = joined(survey, families(survey, joints, mimics), joints.len());
     let of_joints: Vec<&Family> = all
         .iter()
         .filter(|family| family.problem.is_none())
@@ -130,7 +131,7 @@ pub fn joint_count(survey: &Survey) -> Option<usize> {
             .map(|family| family.columns.len())
     };
     match sizes().max() {
-        Some(1) if sizes().count() > 1 => None,
+        Some(1) if sizes().count() > 1 => count(survey, &all),
         largest => largest,
     }
 }
@@ -555,6 +556,11 @@ impl Decided<'_> {
         let mut all = Vec::new();
         if !names.is_empty() {
             all.push(format!("Not used: {}", shortened(&names)));
+        }
+        for family in self.all {
+            if let Some(by) = &family.joints_by {
+                all.push(format!("Joints of \"{}\": by {by}", family.name));
+            }
         }
         for family in problems {
             let problem = family.problem.as_ref().map_or("", |problem| &problem.text);

@@ -37,6 +37,8 @@ pub(super) type Place = (usize, usize);
 pub(super) struct Family {
     /// Its name for messages, with `*` for the joint.
     pub(super) name: String,
+    /// Reason for the joints of its columns, in words, if their names do not tell them.
+    pub(super) joints_by: Option<String>,
     pub(super) meaning: Meaning,
     /// Column of each joint of the robot, if it has one.
     pub(super) of: Vec<Option<Place>>,
@@ -52,6 +54,14 @@ pub(super) struct Problem {
     pub(super) text: String,
     /// Whether a name matches several joints.
     pub(super) is_ambiguous: bool,
+    /// Whether a name has neither joint nor number.
+    pub(super) is_without_joint: bool,
+}
+
+impl Problem {
+    pub(super) fn is_without_joint(&self) -> bool {
+        self.is_without_joint
+    }
 }
 
 impl From<String> for Problem {
@@ -59,6 +69,7 @@ impl From<String> for Problem {
         Self {
             text,
             is_ambiguous: false,
+            is_without_joint: false,
         }
     }
 }
@@ -166,7 +177,7 @@ fn family(
             topic => format!("{topic}.{}", source.columns[column].name),
         }
     } else {
-        shown(survey, members)
+        shown(survey, members.iter().map(|(_, place)| *place))
     };
     let columns: Vec<Place> = members.iter().map(|(_, place)| *place).collect();
     let (of, problem) = match names.assign(members, joints) {
@@ -175,6 +186,7 @@ fn family(
     };
     Family {
         name,
+        joints_by: None,
         meaning,
         of,
         problem,
@@ -183,16 +195,16 @@ fn family(
 }
 
 /// Returns the names of the columns of a family, shortened.
-fn shown(survey: &Survey, members: &[(Key, Place)]) -> String {
-    let name = |(_, (s, c)): &(Key, Place)| {
-        let source = &survey.sources[*s];
-        let column = source.columns[*c].label();
+pub(super) fn shown(survey: &Survey, columns: impl Iterator<Item = Place>) -> String {
+    let name = |&(s, c): &Place| {
+        let source = &survey.sources[s];
+        let column = source.columns[c].label();
         source
             .topic
             .as_ref()
             .map_or(column.clone(), |topic| format!("{topic}.{column}"))
     };
-    match members {
+    match &columns.collect::<Vec<Place>>()[..] {
         [] => String::new(),
         [one] => name(one),
         [first, second] => format!("{}, {}", name(first), name(second)),
@@ -334,6 +346,7 @@ impl Names {
                             names.join(" and ")
                         ),
                         is_ambiguous: true,
+                        is_without_joint: false,
                     });
                 }
                 Key::Joint(own) => {
@@ -349,7 +362,11 @@ impl Names {
                 Key::Stranger(_) => {}
                 Key::Alone if joints == 1 => of[0] = Some(*place),
                 Key::Alone => {
-                    return Err("its name has neither joint nor number".to_owned().into());
+                    return Err(Problem {
+                        text: "its name has neither joint nor number".to_owned(),
+                        is_ambiguous: false,
+                        is_without_joint: true,
+                    });
                 }
             }
         }

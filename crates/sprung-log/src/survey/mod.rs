@@ -5,6 +5,7 @@
 //! assigns columns to the quantities of a robot's joints, first by their names, then by what they
 //! hold, and explains each decision.
 
+mod by_content;
 mod choose;
 mod families;
 mod figures;

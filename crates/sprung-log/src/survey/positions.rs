@@ -93,7 +93,7 @@ fn same(survey: &Survey, one: &Family, two: &Family) -> bool {
 }
 
 /// How clearly a family belongs to the motors: above 0 for motors, below for links.
-fn side(family: &Family) -> i16 {
+pub(super) fn side(family: &Family) -> i16 {
     i16::from(family.meaning.motor) - i16::from(family.meaning.link)
 }
 

@@ -170,9 +170,65 @@ fn rate(values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
+/// Returns the squared correlation of two positions while they change.
+pub(super) fn similarity(survey: &Survey, one: Place, two: Place) -> f64 {
+    let (x, y) = (values(survey, two), at_times_of(survey, one, two.0));
+    let pairs: Vec<(f64, f64)> = (x.iter().copied().zip(y))
+        .filter(|(x, y)| x.is_finite() && y.is_finite())
+        .collect();
+    let count = pairs.len() as f64;
+    let mean = |of: fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>() / count;
+    let (x, y) = (mean(|pair| pair.0), mean(|pair| pair.1));
+    let sum = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
+        pairs.iter().map(|pair| of(pair.0 - x, pair.1 - y)).sum()
+    };
+    let both = sum(&|x, _| x * x) * sum(&|_, y| y * y);
+    if both > 0.0 {
+        sum(&|x, y| x * y).powi(2) / both
+    } else {
+        0.0
+    }
+}
+
+/// Returns the part of a torque (squares) that position, velocity, direction and acceleration of one joint explain.
+pub(super) fn explained_torque(survey: &Survey, torque: Place, position: Place) -> f64 {
+    let x = values(survey, position);
+    let torque = at_times_of(survey, torque, position.0);
+    let count = x.len().min(torque.len());
+    let parts = survey.sources[position.0].parts(count);
+    let of_torque: Vec<Sample> = samples(&x[..count], &x[..count], &torque[..count], &parts)
+        .into_iter()
+        .map(
+            |([position, velocity, direction, acceleration, torque, one], _)| {
+                let terms = [position, velocity, direction, acceleration, 0.0, one];
+                (terms, torque)
+            },
+        )
+        .collect();
+    if of_torque.len() < MIN_SAMPLES {
+        return 0.0;
+    }
+    regress(&of_torque).map_or(0.0, |found| found.explained)
+}
+
+/// A regression of samples.
+struct Regression {
+    /// Factor of the position.
+    slope: f64,
+    /// Parts of the squares of the readings that all regressors and the position alone explain.
+    explained: f64,
+    by_position: f64,
+}
+
 /// Fits the samples by least squares; returns the factor of the position, `None` if the regressors, or
 /// the position among them, explain little.
 fn fit(samples: &[Sample]) -> Option<f64> {
+    let found = regress(samples)?;
+    (found.explained > MIN_EXPLAINED && found.by_position > MIN_BY_POSITION).then_some(found.slope)
+}
+
+/// Fits the samples by least squares; `None` if the position or the reading does not change.
+fn regress(samples: &[Sample]) -> Option<Regression> {
     let count = samples.len() as f64;
     let mean = |k: usize| samples.iter().map(|(row, _)| row[k]).sum::<f64>() / count;
     let mean_y = samples.iter().map(|(_, y)| y).sum::<f64>() / count;
@@ -212,8 +268,11 @@ fn fit(samples: &[Sample]) -> Option<f64> {
     let explained: f64 = normal.iter().zip(&right).map(|(b, x)| b * x).sum();
     // A sine explains itself by its acceleration.
     let by_position = count * right[0].powi(2);
-    (explained > MIN_EXPLAINED * total && by_position > MIN_BY_POSITION * total)
-        .then(|| right[0] / sizes[0])
+    Some(Regression {
+        slope: right[0] / sizes[0],
+        explained: explained / total,
+        by_position: by_position / total,
+    })
 }
 
 #[cfg(test)]

@@ -1,0 +1,95 @@
+//! `sprung new --log` finds the joints of columns whose names do not tell them.
+
+use crate::new_log::{begun, csv, is_identified, named, recorded};
+
+/// Returns the experiment of a log of the twin with other names: columns of q1, q2, phi1, phi2, tau1, tau2.
+fn of(names: [&str; 6], places: [usize; 6]) -> String {
+    let (desk, log) = recorded();
+    let mut all = vec![("t", 0, 1.0)];
+    all.extend(
+        names
+            .into_iter()
+            .zip(places)
+            .map(|(name, place)| (name, place, 1.0)),
+    );
+    desk.write("log.csv", &csv(&named(&log, &all)));
+    let text = begun(&desk, "log.csv");
+    is_identified(&desk);
+    text
+}
+
+/// Checks the lines of the columns.
+fn has(text: &str, lines: &[&str]) {
+    for line in lines {
+        assert!(text.contains(line), "no {line} in {text}");
+    }
+}
+
+#[test]
+fn names_share_letters() {
+    let text = of(
+        [
+            "link_pos_b",
+            "link_pos_a",
+            "motor_pos_b",
+            "motor_pos_a",
+            "tau_b",
+            "tau_a",
+        ],
+        [2, 1, 4, 3, 6, 5],
+    );
+    has(
+        &text,
+        &[
+            "link_position_rad = [\"link_pos_a\", \"link_pos_b\"]",
+            "motor_position_rad = [\"motor_pos_a\", \"motor_pos_b\"]",
+            "motor_torque_nm = [\"tau_a\", \"tau_b\"]",
+            "by the letters of the names",
+            "by the words that the names share",
+        ],
+    );
+}
+
+#[test]
+fn slopes_and_torques_tell_the_joints() {
+    // The motors have numbers; the names of links and torques mean nothing.
+    let text = of(
+        [
+            "encoder lower",
+            "encoder upper",
+            "motor_pos_1",
+            "motor_pos_2",
+            "torque left",
+            "torque right",
+        ],
+        [2, 1, 3, 4, 6, 5],
+    );
+    has(
+        &text,
+        &[
+            "link_position_rad = [\"encoder upper\", \"encoder lower\"]",
+            "motor_position_rad = [\"motor_pos_1\", \"motor_pos_2\"]",
+            "motor_torque_nm = [\"torque right\", \"torque left\"]",
+            "by the slope between the positions",
+            "by the torque that the motion of each joint explains",
+        ],
+    );
+}
+
+#[test]
+fn words_that_mean_nothing_give_no_order() {
+    let (desk, log) = recorded();
+    let names = [
+        ("t", 0, 1.0),
+        ("pos red", 3, 1.0),
+        ("pos blue", 4, 1.0),
+        ("tau red", 5, 1.0),
+        ("tau blue", 6, 1.0),
+    ];
+    desk.write("log.csv", &csv(&named(&log, &names)));
+    desk.fails(
+        &["new", "exp", "--urdf", "arm.urdf", "--log", "log.csv"],
+        2,
+        &["no column of log.csv belongs to a joint"],
+    );
+}
