@@ -62,6 +62,9 @@ pub(super) fn say_choice(terminal: Terminal, new: &NewExperiment) {
     for sentence in &new.about_joints {
         terminal.say(format!("  {sentence}"));
     }
+    for sentence in &new.corrected {
+        terminal.say(format!("  corrected: {sentence}"));
+    }
     for line in &new.lines {
         terminal.say(format!("  {line}"));
     }

@@ -93,3 +93,47 @@ fn words_that_mean_nothing_give_no_order() {
         &["no column of log.csv belongs to a joint"],
     );
 }
+
+#[test]
+fn units_of_headers_that_the_log_contradicts_are_named() {
+    let (desk, log) = recorded();
+    let degrees = 180.0 / std::f64::consts::PI;
+    let cases = [
+        // Header, time, factor of the positions; what the file says.
+        (
+            ("t_s", "rad"),
+            1.0,
+            degrees,
+            "link_position_deg",
+            "the positions are degrees",
+        ),
+        (
+            ("t_s", "deg"),
+            1.0,
+            1.0,
+            "link_position_rad",
+            "the positions are radians, not degrees",
+        ),
+        (
+            ("t_ms", "rad"),
+            1.0,
+            1.0,
+            "time_s = \"t_ms\"",
+            "\"t_ms\", as declared, gives 500000 samples per second",
+        ),
+    ];
+    for (k, ((time, unit), seconds, factor, line, said)) in cases.into_iter().enumerate() {
+        let names = ["q1", "q2", "phi1", "phi2"].map(|name| format!("{name}_{unit}"));
+        let mut all = vec![(time, 0, seconds), ("tau1_Nm", 5, 1.0), ("tau2_Nm", 6, 1.0)];
+        all.extend((names.iter().zip(1..)).map(|(name, column)| (name.as_str(), column, factor)));
+        desk.write("log.csv", &csv(&named(&log, &all)));
+        let folder = format!("units-{k}");
+        let text = desk.succeeds(&["new", &folder, "--urdf", "arm.urdf", "--log", "log.csv"]);
+        println!("{text}");
+        for words in ["corrected: ", line, said] {
+            assert!(text.contains(words), "no {words} in {text}");
+        }
+        let file = desk.read(&format!("{folder}/experiment.toml"));
+        assert!(file.contains(&format!("\n{line}")), "{file}");
+    }
+}

@@ -84,6 +84,9 @@ pub fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> Vec<Fin
     findings
 }
 
+/// Code of the finding that the time has another unit.
+pub const TIME_UNIT: &str = "time-unit";
+
 /// Returns a finding if the sampling rate is unusual but would be usual with another unit of time.
 /// The finding is an error if the rate is impossible.
 ///
@@ -125,7 +128,7 @@ pub fn time_unit(file: &str, channels: &Channels, period: f64) -> Option<Finding
     };
     let finding = Finding::new(
         severity,
-        "time-unit",
+        TIME_UNIT,
         format!(
             "{file}: {what}, as declared, gives {} samples per second, which is unusual for a robot; \
              in {unit} it would give {}",

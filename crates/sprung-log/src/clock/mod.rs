@@ -12,5 +12,5 @@ pub(super) mod resample;
 pub(super) mod timing;
 mod watch;
 
-pub use check::{check_timing, time_unit};
+pub use check::{TIME_UNIT, check_timing, time_unit};
 pub use timing::{Sampling, Timing};

@@ -15,6 +15,9 @@ use crate::numbers::Shown;
 /// Code of the finding that positions look like degrees.
 pub const LOOKS_LIKE_DEGREES: &str = "looks-like-degrees";
 
+/// Code of a finding about positions that are declared as degrees and look like radians.
+pub const LOOKS_LIKE_RADIANS: &str = "looks-like-radians";
+
 const DEGREES_PER_RADIAN: f64 = 180.0 / std::f64::consts::PI;
 
 /// Limits of the slope of motor position versus link position, which should be 1. The joint spring

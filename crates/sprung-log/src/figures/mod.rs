@@ -9,8 +9,8 @@ mod slope;
 mod summary;
 
 pub use channel::{Figures, Overview};
-pub use check::LOOKS_LIKE_DEGREES;
 pub use check::check;
+pub use check::{LOOKS_LIKE_DEGREES, LOOKS_LIKE_RADIANS};
 pub use faults::{SPIKES, STUCK_SAMPLES};
 pub use sizes::Sizes;
 pub use slope::{rounded, slope_remedy};

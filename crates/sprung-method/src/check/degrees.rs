@@ -8,7 +8,7 @@ use super::robot::{AboutRobot, WholeRobot, percent};
 use super::trial::{gain, is_certain};
 use crate::description::Quantity;
 use crate::finding::{Finding, Severity};
-use crate::log::{LOOKS_LIKE_DEGREES, Signal};
+use crate::log::{LOOKS_LIKE_DEGREES, LOOKS_LIKE_RADIANS, Signal};
 use crate::prepare::RowFit;
 
 /// Gains (sums of logarithms) that a further joint in degrees must add, and at which the declared unit
@@ -246,7 +246,7 @@ impl WholeRobot<'_> {
         Some(
             Finding::new(
                 Severity::Error,
-                "looks-like-radians",
+                LOOKS_LIKE_RADIANS,
                 format!(
                     "{}: the positions are radians, not degrees. If sprung reads them as radians, the \
                      equations of the robot leave {} of the links' torques unexplained instead of {} (root \

@@ -10,7 +10,9 @@ use super::load::Session;
 use super::start::{reference, resolved};
 use sprung_base::finding::{Finding, Severity};
 use sprung_base::progress::Listener;
-use sprung_log::{Input, LOOKS_LIKE_DEGREES, Survey, choose, joint_count};
+use sprung_log::{
+    Input, LOOKS_LIKE_DEGREES, LOOKS_LIKE_RADIANS, Survey, TIME_UNIT, choose, joint_count,
+};
 use sprung_robot::{Chosen, ChosenLine, FILL_IN, Start, template};
 
 /// Most corrections of the choice by the check.
@@ -37,6 +39,9 @@ pub struct NewExperiment {
     pub left_out: usize,
     /// Sentences about joints of grippers and joints that follow others, without their last full stops.
     pub about_joints: Vec<String>,
+    /// What the equations of the robot or the clock of the log contradicted in the names of the columns, each with the
+    /// corrected lines.
+    pub corrected: Vec<String>,
     /// Lines of `[log]` that were chosen.
     pub lines: Vec<String>,
 }
@@ -166,24 +171,39 @@ fn checked(
     }
     let mut look = |new: &mut NewExperiment| check(new, folder, progress);
     look(&mut new)?;
+    let mut corrected = Vec::new();
     for _ in 0..MAX_CORRECTIONS {
         let better = (new.findings.iter())
-            .filter_map(|finding| mended(&chosen, finding))
-            .find_map(|other| {
+            .filter_map(|finding| Some((finding.text.clone(), mended(&chosen, finding)?)))
+            .find_map(|(text, other)| {
                 let mut now = written(&other);
                 match look(&mut now) {
-                    Ok(()) if now.badness() < new.badness() => Some(Ok((other, now))),
+                    Ok(()) if now.badness() < new.badness() => Some(Ok((text, other, now))),
                     Ok(()) => None,
                     Err(error) => Some(Err(error)),
                 }
             });
         match better {
-            Some(Ok((other, now))) => (chosen, new) = (other, now),
+            Some(Ok((text, other, now))) => {
+                corrected.push(correction(&text, &chosen, &other));
+                (chosen, new) = (other, now);
+            }
             Some(Err(error)) => return Err(error),
             None => break,
         }
     }
-    Ok(new)
+    Ok(NewExperiment { corrected, ..new })
+}
+
+/// Returns a sentence about a corrected choice, with the lines that it changed.
+fn correction(text: &str, before: &Chosen, after: &Chosen) -> String {
+    let is_new = |line: &&ChosenLine| {
+        !(before.lines.iter()).any(|own| (&own.key, &own.value) == (&line.key, &line.value))
+    };
+    let lines: Vec<String> = (after.lines.iter().filter(is_new))
+        .map(|line| format!("{} = {}", line.key, line.value))
+        .collect();
+    format!("{text}; so the file says {}", lines.join("; "))
 }
 
 impl NewExperiment {
@@ -194,8 +214,8 @@ impl NewExperiment {
         self.unchecked.is_some() || self.findings.iter().any(is_error)
     }
 
-    /// Number of errors and of serious findings; a check that could not run is worst.
-    fn badness(&self) -> (bool, usize, usize) {
+    /// Number of errors, of serious findings and of others; a check that could not run is worst.
+    fn badness(&self) -> (bool, usize, usize, usize) {
         let of = |severity: Severity| {
             let same = |finding: &&Finding| finding.severity == severity;
             self.findings.iter().filter(same).count()
@@ -204,6 +224,7 @@ impl NewExperiment {
             self.unchecked.is_some(),
             of(Severity::Error),
             of(Severity::Serious),
+            of(Severity::Warning),
         )
     }
 }
@@ -226,7 +247,9 @@ fn check(
     match session.and_then(|session| session.check(Depth::OnePass, progress)) {
         Ok(checked) => {
             new.findings = (checked.report.findings.into_iter())
-                .filter(|finding| finding.severity >= Severity::Serious)
+                .filter(|finding| {
+                    finding.severity >= Severity::Serious || finding.code == TIME_UNIT
+                })
                 .collect();
             Ok(())
         }
@@ -256,16 +279,30 @@ fn without_parents(path: &Path) -> PathBuf {
 fn mended(chosen: &Chosen, finding: &Finding) -> Option<Chosen> {
     let mut other = chosen.clone();
     let why = format!("By the equations of the robot: {}", finding.text);
-    if finding.code == LOOKS_LIKE_DEGREES {
+    if finding.code == TIME_UNIT {
+        let (key, value) = finding
+            .setting
+            .as_ref()?
+            .strip_prefix("[log] ")?
+            .split_once(" = ")?;
+        let line = other
+            .lines
+            .iter_mut()
+            .find(|line| line.key.starts_with("time_"))?;
+        *line = ChosenLine::new(key, value, finding.text.clone());
+        return (other != *chosen).then_some(other);
+    }
+    if let Some((from, to)) = other_unit(finding) {
         let mut why = Some(why);
         for line in &mut other.lines {
             if !(line.key.starts_with("motor_position") || line.key.starts_with("link_position")) {
                 continue;
             }
-            if line.key.ends_with("_rad") {
-                line.key = line.key.replace("_rad", "_deg");
+            if line.key.ends_with(&format!("_{from}")) {
+                line.key = line.key.replace(&format!("_{from}"), &format!("_{to}"));
             } else {
-                line.value = line.value.replace("unit = \"rad\"", "unit = \"deg\"");
+                let [from, to] = [from, to].map(|unit| format!("unit = \"{unit}\""));
+                line.value = line.value.replace(&from, &to);
             }
             line.why = why.take().unwrap_or_default();
         }
@@ -281,6 +318,15 @@ fn mended(chosen: &Chosen, finding: &Finding) -> Option<Chosen> {
     }
     other.lines.push(ChosenLine::new(key, value, why));
     Some(other)
+}
+
+/// Returns the unit of the positions that a finding contradicts, and the right one.
+fn other_unit(finding: &Finding) -> Option<(&'static str, &'static str)> {
+    if finding.code == LOOKS_LIKE_DEGREES {
+        Some(("rad", "deg"))
+    } else {
+        (finding.code == LOOKS_LIKE_RADIANS).then_some(("deg", "rad"))
+    }
 }
 
 /// Returns lines and keys of the places that are not filled in.
