@@ -178,6 +178,9 @@ pub(crate) struct New {
     /// for several logs with the same columns.
     #[arg(long, value_name = "FILE")]
     pub(crate) log: Vec<PathBuf>,
+    /// Use only the topics of a bag that begin with this, if it has several robots.
+    #[arg(long, value_name = "BEGINNING", requires = "log")]
+    pub(crate) topics: Option<String>,
     #[command(flatten)]
     pub(crate) voice: Voice,
 }
@@ -209,6 +212,9 @@ pub(crate) struct Identify {
     /// Log of the robot of --urdf; can be repeated for several logs with the same columns.
     #[arg(long, value_name = "FILE")]
     pub(crate) log: Vec<PathBuf>,
+    /// Use only the topics of a bag that begin with this, if it has several robots.
+    #[arg(long, value_name = "BEGINNING", requires = "log")]
+    pub(crate) topics: Option<String>,
     /// Replace another experiment.toml in the folder of --urdf and --log.
     #[arg(long, requires = "urdf")]
     pub(crate) force: bool,

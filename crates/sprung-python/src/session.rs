@@ -488,6 +488,7 @@ pub(crate) fn experiment_from_log(
     logs: Vec<PathBuf>,
     urdf: Option<PathBuf>,
     joints: Option<usize>,
+    topics: Option<String>,
     folder: PathBuf,
     run: Run,
 ) -> PyResult<(String, String)> {
@@ -506,7 +507,7 @@ pub(crate) fn experiment_from_log(
         if logs.is_empty() {
             return Ok(NewExperiment::without_log(&start));
         }
-        NewExperiment::from_logs(&start, &logs, &folder, progress)
+        NewExperiment::from_logs(&start, (&logs, topics.as_deref()), &folder, progress)
     })?;
     let findings = serde_json::to_string(&new.findings).unwrap_or_default();
     Ok((new.text, findings))

@@ -28,7 +28,7 @@ pub(super) fn begun(
     terminal: Terminal,
     urdf: Option<&Path>,
     joints: Option<usize>,
-    logs: &[PathBuf],
+    (logs, topics): (&[PathBuf], Option<&str>),
     folder: &Path,
 ) -> Result<NewExperiment, Failure> {
     let start = if let Some(file) = urdf {
@@ -44,7 +44,7 @@ pub(super) fn begun(
         return Ok(NewExperiment::without_log(&start));
     }
     let new = terminal.follow("reading the log", |progress| {
-        NewExperiment::from_logs(&start, logs, folder, progress)
+        NewExperiment::from_logs(&start, (logs, topics), folder, progress)
     })?;
     Ok(new)
 }
@@ -129,7 +129,13 @@ fn written(
 ) -> Result<PathBuf, Failure> {
     let folder = (args.common.out.clone()).unwrap_or_else(|| folder_of(log));
     refuse_file(&folder)?;
-    let new = begun(terminal, Some(urdf), None, &args.log, &folder)?;
+    let new = begun(
+        terminal,
+        Some(urdf),
+        None,
+        (&args.log, args.topics.as_deref()),
+        &folder,
+    )?;
     let file = folder.join(EXPERIMENT_FILE);
     // A link without target also counts as an existing file.
     let exists = file.symlink_metadata().is_ok();

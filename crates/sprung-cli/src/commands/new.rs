@@ -19,7 +19,7 @@ pub(crate) fn run(args: &New) -> Result<ExitCode, Failure> {
         terminal,
         args.urdf.as_deref(),
         args.joints,
-        &args.log,
+        (&args.log, args.topics.as_deref()),
         folder,
     )?;
 

@@ -103,7 +103,7 @@ fn the_report_of_a_check_is_drawn() {
 
 /// Runs a script on a page in a frame of the given size. Returns the text that the script, an
 /// `async` function of the frame, returns; `None` without a browser.
-fn measured(
+pub(crate) fn measured(
     page: &Path,
     fragment: &str,
     (width, height): (u32, u32),
@@ -149,7 +149,7 @@ const WIDTHS: [u32; 13] = [
 ];
 
 /// Returns, for each width of the page, what lies outside of it or is cut off by a box around it.
-fn overflows(page: &Path, fragment: &str, widths: &[u32]) -> Option<String> {
+pub(crate) fn overflows(page: &Path, fragment: &str, widths: &[u32]) -> Option<String> {
     let script = OVERFLOWS.replace("WIDTHS", &format!("{widths:?}"));
     measured(page, fragment, (1320, 1000), &script)
 }

@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, clippy::print_stdout, reason = "these are tests")]
 
 mod arm;
+mod axes;
 mod bad_experiment;
 mod bad_joints;
 mod bad_log;

@@ -666,11 +666,7 @@ fn topics_are_told_apart_by_their_names_or_asked_for() {
     is_identified(&desk);
 
     std::fs::remove_dir_all(desk.path("exp")).unwrap();
-    let topics = [
-        "/left/joint_states",
-        "/right/joint_states",
-        "/base/joint_states",
-    ];
+    let topics = ["/joint_states_1", "/joint_states_2", "/joint_states_3"];
     std::fs::write(desk.path("three.mcap"), bag(&topics, &log)).unwrap();
     let text = begun(&desk, "three.mcap");
     let flat = text.replace("\n# ", " ");
@@ -685,6 +681,23 @@ fn topics_are_told_apart_by_their_names_or_asked_for() {
         "{text}"
     );
     desk.fails(&["identify", "exp"], 2, &["FILL IN motor_position_rad"]);
+}
+
+#[test]
+fn a_bag_with_two_robots_is_refused_until_one_is_chosen() {
+    let (desk, log) = recorded();
+    let topics = ["/left/joint_states", "/right/joint_states"];
+    std::fs::write(desk.path("two.mcap"), bag(&topics, &log)).unwrap();
+    let new = ["new", "exp", "--urdf", "arm.urdf", "--log", "two.mcap"];
+    let said = [
+        "two.mcap has the joints of 2 robots, in topics that begin with /left, /right",
+        "--topics /left",
+    ];
+    desk.fails(&new, 2, &said);
+    desk.succeeds(&[&new[..], &["--topics", "/right"]].concat());
+    let text = desk.read("exp/experiment.toml");
+    assert!(text.contains("topic = \"/right/joint_states\""), "{text}");
+    assert!(!text.contains("/left"), "{text}");
 }
 
 /// A chain of joints with bodies.

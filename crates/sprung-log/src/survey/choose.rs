@@ -6,6 +6,7 @@ use super::by_content::{count, joined};
 use super::families::{Family, families, shortened};
 use super::positions::{Positions, positions, size, slopes};
 use super::read::Survey;
+use super::robots::several;
 use super::slopes::Slope;
 use super::times::time;
 use super::torques::{Torques, torques};
@@ -44,6 +45,17 @@ pub enum ChooseError {
         /// Name of the log.
         file: String,
     },
+    /// The log has the joints of several robots.
+    #[error(
+        "{file} has the joints of {} robots, in topics that begin with {}; give those of one robot: --topics {}",
+        .topics.len(), .topics.join(", "), .topics[0]
+    )]
+    SeveralRobots {
+        /// Name of the log.
+        file: String,
+        /// Beginnings of the topics of each robot.
+        topics: Vec<String>,
+    },
     /// All joints of the log belong to a gripper.
     #[error(
         "{file} has only joints of a gripper: {joints}. A log of the arm is needed; for a gripper alone, run sprung \
@@ -70,6 +82,13 @@ pub fn choose(
     (joints, mimics): (&[JointOfStart], &[String]),
     files: &[String],
 ) -> Result<Chosen, ChooseError> {
+    let robots = several(survey);
+    if !robots.is_empty() {
+        return Err(ChooseError::SeveralRobots {
+            file: survey.file.clone(),
+            topics: robots,
+        });
+    }
     let all = joined(survey, families(survey, joints, mimics), joints.len());
     let of_joints: Vec<&Family> = all
         .iter()

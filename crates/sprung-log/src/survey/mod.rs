@@ -12,6 +12,7 @@ mod figures;
 mod parts;
 mod positions;
 mod read;
+mod robots;
 mod slopes;
 mod times;
 mod torques;

@@ -166,6 +166,7 @@ class Experiment:
         *,
         urdf: str | os.PathLike[str] | None = None,
         joints: int | None = None,
+        topics: str | None = None,
         overrides: Overrides = (),
         progress: Progress = None,
     ) -> Experiment:
@@ -175,6 +176,7 @@ class Experiment:
             log: the log, or several logs with the same columns.
             urdf: URDF of the robot; a table of Denavit and Hartenberg if absent.
             joints: number of joints if the names of the columns do not tell.
+            topics: beginning of the topics of a bag that belong to the robot; all topics if absent.
             overrides: keys of the experiment and their values, for example those that only you know.
             progress: callback, or whether to show a bar.
 
@@ -189,6 +191,7 @@ class Experiment:
                 paths,
                 None if urdf is None else Path(os.path.abspath(urdf)),
                 joints,
+                topics,
                 folder,
                 _run(0, callback),
             )

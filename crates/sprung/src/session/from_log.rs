@@ -65,8 +65,8 @@ impl NewExperiment {
     /// Returns the experiment of a robot and its logs: chooses the columns by their names and by what
     /// they hold, then checks the choice.
     ///
-    /// - `logs`: the logs, at least one; `folder`: future folder of the experiment, which need not
-    ///   exist.
+    /// - `logs`: the logs, at least one; `topics`: beginning of the topics of a bag that belong to the robot, or none for
+    ///   all; `folder`: future folder of the experiment, which need not exist.
     ///
     /// # Errors
     ///
@@ -74,7 +74,7 @@ impl NewExperiment {
     /// have different columns, or if the caller stops the check.
     pub fn from_logs(
         start: &Start,
-        logs: &[PathBuf],
+        (logs, topics): (&[PathBuf], Option<&str>),
         folder: &Path,
         progress: &mut dyn Listener,
     ) -> Result<Self, SessionError> {
@@ -104,7 +104,9 @@ impl NewExperiment {
                 }
             }
         }
-        let survey = first.unwrap_or_default();
+        let survey = first
+            .unwrap_or_default()
+            .with_topics(topics.unwrap_or_default());
         let (robot, mimics) = (start.joints(), start.mimics());
         let mut chosen = choose(&survey, (&robot, &mimics), &paths)?;
         if !start.has_bodies() && has_open_torque_side(&chosen) {

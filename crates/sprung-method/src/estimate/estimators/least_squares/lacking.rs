@@ -176,12 +176,14 @@ impl Lacking {
             Effect::Saturation(part) => (
                 "torque-saturates",
                 format!(
-                    "the acting torque grows {} than \"{column}\": by a part of the third power that is {:.1} % of the \
-                     torque (root mean square). Larger torques are predicted worse than promised",
+                    "the acting torque grows {} than \"{column}\", or the spring of the joint is not linear: by a part of the \
+                     third power that is {:.1} % of the torque (root mean square). Larger torques are predicted worse than \
+                     promised",
                     if part > 0.0 { "less" } else { "more" },
                     in_percent(part.abs()),
                 ),
-                "measure the torque constant at several currents, or record a motion with smaller torques",
+                "measure the torque constant at several currents, try spring = [\"linear\", \"cubic\"], or record a motion with \
+                 smaller torques",
                 in_percent(part),
                 "%",
             ),

@@ -1,0 +1,68 @@
+//! Topics of several robots in one bag.
+
+use std::collections::BTreeSet;
+
+use super::read::{Source, Survey};
+use super::words::{Meaning, tokens};
+use crate::formats::table::ElementPlace;
+
+/// Returns the beginnings of the topics of each robot if a bag has several: topics that end alike and name the same joints,
+/// and no word tells their motors from their links.
+pub(super) fn several(survey: &Survey) -> Vec<String> {
+    let all: Vec<(Vec<&str>, BTreeSet<&str>)> = (survey.sources.iter())
+        .filter_map(|source| {
+            Some((
+                source.topic.as_deref()?.split('/').collect(),
+                joints(source),
+            ))
+        })
+        .filter(|(_, joints): &(_, BTreeSet<&str>)| !joints.is_empty())
+        .collect();
+    for (topic, joints) in &all {
+        let alike: Vec<&Vec<&str>> = (all.iter())
+            .filter(|(other, own)| other.last() == topic.last() && !own.is_disjoint(joints))
+            .map(|(other, _)| other)
+            .collect();
+        let first = (0..topic.len()).find(|&k| alike.iter().any(|own| own.get(k) != topic.get(k)));
+        let Some(first) = first.filter(|first| first + 1 < topic.len()) else {
+            continue;
+        };
+        let has_side = |own: &Vec<&str>| {
+            own.iter().any(|word| {
+                let meaning = Meaning::of(&tokens(word), &[]);
+                meaning.motor != meaning.link
+            })
+        };
+        if alike.iter().any(|own| has_side(own)) {
+            continue;
+        }
+        let beginnings: BTreeSet<String> = (alike.iter())
+            .map(|own| own[..=first.min(own.len() - 1)].join("/"))
+            .collect();
+        if beginnings.len() > 1 {
+            return beginnings.into_iter().collect();
+        }
+    }
+    Vec::new()
+}
+
+/// Returns the names of the joints in the messages of a topic.
+fn joints(source: &Source) -> BTreeSet<&str> {
+    (source.columns.iter())
+        .filter_map(|column| match &column.place {
+            ElementPlace::Named(name) => Some(name.as_str()),
+            ElementPlace::Alone | ElementPlace::Index(_) => None,
+        })
+        .collect()
+}
+
+impl Survey {
+    /// Returns the survey with the topics that begin with some letters only; a table is not changed.
+    #[must_use]
+    pub fn with_topics(mut self, beginning: &str) -> Self {
+        (self.sources).retain(|source| {
+            (source.topic.as_ref()).is_none_or(|topic| topic.starts_with(beginning))
+        });
+        self
+    }
+}
