@@ -95,8 +95,8 @@ impl Robot {
     #[must_use]
     pub fn is_torque_side_open(&self, joint: usize) -> bool {
         let of = &self.joint[joint];
-        let has_gear =
-            self.transmission_matrix.is_some() || of.gear_ratio.is_some_and(|ratio| ratio != 1.0);
+        let has_gear = self.transmission_matrix.is_some()
+            || (of.gear_ratio).is_some_and(|ratio| (ratio - 1.0).abs() > f64::EPSILON);
         of.torque_constant_side.is_none() && has_gear && of.torque_constant_nm_per_a.is_some()
     }
 

@@ -4,6 +4,10 @@ use super::origin::Origin;
 use crate::description::{Delay, Quantity};
 
 /// One column of a log.
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "three are independent questions that the description leaves open"
+)]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
     /// Name of the column for messages, and as a key of `delay_s`, `sign` and `gain`.
