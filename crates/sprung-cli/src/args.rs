@@ -266,6 +266,9 @@ pub(crate) struct Simulate {
     /// those of the simulate block].
     #[arg(long, value_name = "FILE")]
     pub(crate) parameters: Option<PathBuf>,
+    /// Also print the standard errors that this motion buys with these sensors, the bound of Cramér and Rao.
+    #[arg(long)]
+    pub(crate) expected_errors: bool,
     #[command(flatten)]
     pub(crate) common: Common,
 }

@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use sprung::session::{Parameters, Recording, Session};
+use sprung::model::short;
+use sprung::report::significant;
+use sprung::session::{ExpectedError, Parameters, Recording, Session};
 
 use super::servo;
 use crate::args::Simulate;
@@ -10,13 +12,18 @@ use crate::command_line::quoted;
 use crate::exit_code::{ExitCode, Failure};
 use crate::output::Folder;
 use crate::record::write_log;
-use crate::terminal::Terminal;
+use crate::terminal::{Grid, Terminal, dash};
 
 pub(crate) fn run(args: &Simulate) -> Result<ExitCode, Failure> {
     let common = &args.common;
     let terminal = Terminal::new(common.voice, common.json);
     let session = Session::open(&args.experiment, &common.overrides)?;
     if session.is_servo() {
+        if args.expected_errors {
+            let message =
+                "--expected-errors needs a log with torques; that of a position servo has none";
+            return Err(Failure::new(ExitCode::Usage, message.to_owned()));
+        }
         return servo::simulate(&session, args);
     }
     let parameters = (args.parameters.as_deref())
@@ -28,9 +35,24 @@ pub(crate) fn run(args: &Simulate) -> Result<ExitCode, Failure> {
     let folder = Folder::new(&path, session.inputs(), &[twin.name()])?;
     let mut output = folder.output()?;
     let path = write_log(&twin, &mut output, terminal)?;
+    let expected = (args.expected_errors)
+        .then(|| {
+            terminal.follow("standard errors", |progress| {
+                session.expected_errors(&twin, args.run.as_deref(), progress)
+            })
+        })
+        .transpose()?;
     output.commit()?;
-    terminal.json(&serde_json::json!({ "log": path }));
+    match &expected {
+        Some(errors) => {
+            terminal.json(&serde_json::json!({ "log": path, "expected_errors": errors }))
+        }
+        None => terminal.json(&serde_json::json!({ "log": path })),
+    }
     terminal.say(format!("log: {}", path.display()));
+    if let Some(errors) = &expected {
+        say_errors(terminal, errors);
+    }
     if args.run.is_none() && path != twin.named() {
         let log = std::path::absolute(&path).unwrap_or(path);
         terminal.say(format!(
@@ -40,6 +62,33 @@ pub(crate) fn run(args: &Simulate) -> Result<ExitCode, Failure> {
         ));
     }
     Ok(ExitCode::Done)
+}
+
+/// Prints the standard errors that the experiment buys, and the parameters that it does not determine.
+fn say_errors(terminal: Terminal, errors: &[ExpectedError]) {
+    let header = ["parameter", "unit", "true", "± s.e.", "%"].map(str::to_owned);
+    let mut table = Grid::new(header.into(), 2).divided(3, 2);
+    for own in errors {
+        let error = own.is_determined.then_some(own.standard_error);
+        let share = error.filter(|_| own.value != 0.0);
+        table.add_row(vec![
+            short(&own.name).into_owned(),
+            own.unit.clone(),
+            significant(own.value, 5),
+            dash(error, 2),
+            dash(share.map(|error| 100.0 * error / own.value.abs()), 2),
+        ]);
+    }
+    terminal.table(&table);
+    let open: Vec<&str> = (errors.iter().filter(|own| !own.is_determined))
+        .map(|own| &*own.name)
+        .collect();
+    if !open.is_empty() {
+        terminal.say(format!(
+            "not determined, because the standard error exceeds the value: {}",
+            open.join(", ")
+        ));
+    }
 }
 
 /// Returns the folder for the log: that of `--out`, or else the folder in which the experiment names the log. There, no

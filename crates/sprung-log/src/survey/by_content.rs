@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use super::families::{Family, Place, Problem, shown};
+use super::families::{Family, Place, shown};
 use super::positions::{moves, side};
 use super::read::Survey;
 use super::slopes::{explained_torque, similarity};
@@ -50,7 +50,7 @@ pub(super) fn joined(survey: &Survey, families: Vec<Family>, joints: usize) -> V
         };
         found.push(Family {
             name: shown(survey, columns.iter().copied()),
-            joints_by: Some(by.to_owned()),
+            joints_by: Some(by),
             meaning: group.meaning,
             of: columns.iter().copied().map(Some).collect(),
             problem: None,
@@ -88,7 +88,7 @@ fn ungrouped(families: &[Family]) -> Vec<Group> {
         let is_alone = family
             .problem
             .as_ref()
-            .is_some_and(Problem::is_without_joint);
+            .is_some_and(|problem| problem.is_without_joint);
         let sort = family.meaning.sort;
         is_alone && sort.is_some_and(|sort| !matches!(sort, Sort::Time | Sort::Other))
     };

@@ -38,7 +38,7 @@ pub(super) struct Family {
     /// Its name for messages, with `*` for the joint.
     pub(super) name: String,
     /// Reason for the joints of its columns, in words, if their names do not tell them.
-    pub(super) joints_by: Option<String>,
+    pub(super) joints_by: Option<&'static str>,
     pub(super) meaning: Meaning,
     /// Column of each joint of the robot, if it has one.
     pub(super) of: Vec<Option<Place>>,
@@ -56,12 +56,6 @@ pub(super) struct Problem {
     pub(super) is_ambiguous: bool,
     /// Whether a name has neither joint nor number.
     pub(super) is_without_joint: bool,
-}
-
-impl Problem {
-    pub(super) fn is_without_joint(&self) -> bool {
-        self.is_without_joint
-    }
 }
 
 impl From<String> for Problem {

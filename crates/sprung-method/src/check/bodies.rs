@@ -7,11 +7,7 @@ use super::trial::{gain, root_mean_square};
 use crate::finding::{Finding, Severity};
 use crate::log::{Quantity, rounded};
 use crate::model::Model;
-use crate::prepare::BodyScale;
-
-/// Factor between the torques of the log and those of the nominal bodies that nominal values which
-/// are merely inaccurate may have.
-const INACCURATE_FACTOR: f64 = 3.0;
+use crate::prepare::{BodyScale, INACCURATE_FACTOR};
 
 /// Largest difference from an explanation on average, and of one joint.
 const SAME_ON_AVERAGE: f64 = 1.15;

@@ -11,6 +11,10 @@ use super::excerpt::Excerpt;
 use crate::model::Model;
 use crate::regression::{Reading, SystemPart, Triangle, solve};
 
+/// Factor between the torques of the log and those of the nominal bodies that nominal values which
+/// are merely inaccurate may have.
+pub(crate) const INACCURATE_FACTOR: f64 = 3.0;
+
 /// Smallest part of the bodies' torque (squares) that the nominal bodies must explain before their
 /// scale counts, and smallest distance of the scale from zero in standard errors.
 const MIN_EXPLAINED_BY_NOMINAL: f64 = 0.5;

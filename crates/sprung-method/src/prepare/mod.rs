@@ -41,7 +41,7 @@ pub use excerpt::excerpt;
 pub use factors::{FactorError, Factors, find_factors};
 pub(crate) use held_out::DelayGain;
 pub(crate) use inertial_findings::inertial_findings;
-pub(crate) use link_rows::{BodyScale, LinkRows};
+pub(crate) use link_rows::{BodyScale, INACCURATE_FACTOR, LinkRows};
 pub use noise::noise;
 pub(crate) use noise::{velocity_noise, white_noise};
 pub(crate) use prepared::Prepared;

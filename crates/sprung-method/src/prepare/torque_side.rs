@@ -2,15 +2,11 @@
 
 use super::excerpt::Excerpt;
 use super::found::FoundSide;
-use super::link_rows::LinkRows;
+use super::link_rows::{INACCURATE_FACTOR, LinkRows};
 use super::row::independent;
 use crate::description::{Joint, Side};
 use crate::log::{Channel, Quantity, rounded};
 use crate::regression::Reading;
-
-/// Factor between the torques of the log and those of the nominal bodies that nominal values which
-/// are merely inaccurate may have.
-const INACCURATE_FACTOR: f64 = 3.0;
 
 /// Returns the side of the open torque constants.
 ///

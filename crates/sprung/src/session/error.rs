@@ -199,6 +199,17 @@ pub enum SessionError {
     /// The experiment describes no digital twin.
     #[error("the experiment has no [simulate] block; add one")]
     NoTwin,
+    /// The twin measures without errors, so its standard errors are zero.
+    #[error(
+        "the twin measures exactly, so its log has no standard errors; add {missing} to [simulate]"
+    )]
+    ExactTwin {
+        /// The missing key.
+        missing: &'static str,
+    },
+    /// A log is too short for standard errors.
+    #[error("the simulated log is too short for standard errors; raise duration_s in [simulate]")]
+    NoBound,
     /// The experiment has no validation run of this name.
     #[error("no [[validate]] block is called \"{name}\"; the blocks are: {}", .known.join(", "))]
     NoRun {
@@ -382,6 +393,8 @@ impl SessionError {
             | Self::GivenTwice { .. }
             | Self::Compare(_)
             | Self::NoTwin
+            | Self::ExactTwin { .. }
+            | Self::NoBound
             | Self::NoRun { .. }
             | Self::NoController
             | Self::NoTarget

@@ -11,15 +11,15 @@ use sprung_base::progress::Listener;
 use sprung_log::Channels;
 use sprung_method::simulate::{Dynamics, TwinSetup, record};
 use sprung_model::{Model, Theta};
-use sprung_robot::{Controller, Log, Simulate, Task, Validate};
+use sprung_robot::{Controller, Log, Quantity, Simulate, Task, Validate};
 
 /// A digital twin that is ready to be simulated.
 #[derive(Clone, Debug)]
 pub struct Recording<'a> {
-    model: Model,
+    pub(super) model: Model,
     controller: &'a Controller,
-    settings: Simulate,
-    theta: Theta,
+    pub(super) settings: Simulate,
+    pub(super) theta: Theta,
     channels: Channels,
     named: PathBuf,
 }
@@ -78,7 +78,7 @@ impl Session {
     }
 
     /// Returns the validation run of this name.
-    fn run(&self, name: &str) -> Result<&Validate, SessionError> {
+    pub(super) fn run(&self, name: &str) -> Result<&Validate, SessionError> {
         let runs = &self.experiment().validate;
         (runs.iter().find(|run| run.name == name)).ok_or_else(|| SessionError::NoRun {
             name: name.to_owned(),
@@ -133,6 +133,24 @@ impl Recording<'_> {
     #[must_use]
     pub fn seed(&self) -> u64 {
         self.settings.seed
+    }
+
+    /// Checks that the twin measures with the errors that a bound needs.
+    pub(super) fn require_noise(&self, joints: usize) -> Result<(), SessionError> {
+        let noise = &self.settings.torque_noise_nm;
+        let has_noise = noise.len() == joints && noise.iter().all(|own| *own > 0.0);
+        let mut channels = self.channels.all.iter();
+        let has_links = channels.any(|own| own.quantity == Quantity::LinkPosition);
+        let missing = if self.settings.motor_encoder_counts_per_turn.is_empty() {
+            "motor_encoder_counts_per_turn"
+        } else if has_links && self.settings.link_encoder_counts_per_turn.is_empty() {
+            "link_encoder_counts_per_turn"
+        } else if !has_noise {
+            "torque_noise_nm, one positive number for each joint"
+        } else {
+            return Ok(());
+        };
+        Err(SessionError::ExactTwin { missing })
     }
 
     /// Returns the path at which the experiment names the log.
