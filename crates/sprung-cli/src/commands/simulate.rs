@@ -45,7 +45,7 @@ pub(crate) fn run(args: &Simulate) -> Result<ExitCode, Failure> {
     output.commit()?;
     match &expected {
         Some(errors) => {
-            terminal.json(&serde_json::json!({ "log": path, "expected_errors": errors }))
+            terminal.json(&serde_json::json!({ "log": path, "expected_errors": errors }));
         }
         None => terminal.json(&serde_json::json!({ "log": path })),
     }

@@ -199,7 +199,7 @@ fn keys_that_do_not_fit_are_refused_with_their_line() {
     };
     case(
         "motor_torque = \"tau*\"",
-        &["line 19", "motor_torque has no unit", "\"N·m\""],
+        &["line 21", "motor_torque has no unit", "\"N·m\""],
     );
     case(
         "motor_torque = { column = \"tau*\", unit = \"rad\" }",
