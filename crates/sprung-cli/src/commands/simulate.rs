@@ -38,7 +38,7 @@ pub(crate) fn run(args: &Simulate) -> Result<ExitCode, Failure> {
     let expected = (args.expected_errors)
         .then(|| {
             terminal.follow("standard errors", |progress| {
-                session.expected_errors(&twin, args.run.as_deref(), progress)
+                session.expected_errors(&twin, progress)
             })
         })
         .transpose()?;

@@ -145,6 +145,30 @@ fn current_needs_a_torque_constant() {
 }
 
 #[test]
+fn voltages_behind_a_gear_need_the_side_of_the_torque_constant() {
+    let with = |keys: &str| {
+        let constant = "torque_constant_nm_per_a = 0.119\n";
+        let of_joint = format!("{constant}amplifier_gain_a_per_v = 0.5\n");
+        Case::new().replace(&of_joint, &format!("{constant}gear_ratio = 50.0\n{keys}\n"))
+    };
+    let limit = "amplifier_gain_a_per_v = 0.5\namplifier_limit_v = 10.0";
+    let drive = "winding_resistance_ohm = 2.6\nback_emf_vs_per_rad = 0.119";
+    for (keys, needed_by) in [(limit, "a voltage limit"), (drive, "a voltage drive")] {
+        let said = format!(
+            "joint1: {needed_by} needs torque_constant_side, because the gear ratio 50 is not 1"
+        );
+        with(keys).fails(
+            2,
+            &[
+                &said,
+                "0.119 N·m/A at the output",
+                "5.9500 N·m/A with \"motor\"",
+            ],
+        );
+    }
+}
+
+#[test]
 fn names_delays_and_nominal_values_are_checked() {
     Case::new()
         .replace("name = \"direct\"", "name = \"di,rect\"")

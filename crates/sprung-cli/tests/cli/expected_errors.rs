@@ -1,23 +1,28 @@
 //! `sprung simulate --expected-errors`: the standard errors that an experiment buys.
 
 use std::collections::BTreeMap;
+use std::process::Output;
 
 use serde_json::Value;
 
 use crate::common::{Case, sprung, stderr, stdout};
 
-/// Returns the expected errors of a case: value, standard error, and whether the log determines the parameter.
-fn expected(case: &Case, more: &[&str]) -> BTreeMap<String, (f64, f64, bool)> {
+/// Simulates a case into its folder `twin`.
+fn simulated(case: &Case, more: &[&str]) -> Output {
     let (experiment, out) = (case.path("experiment.toml"), case.path("twin"));
     let mut args = vec![
         "simulate",
         "--expected-errors",
-        "--json",
         experiment.to_str().unwrap(),
     ];
     args.extend(["--out", out.to_str().unwrap()]);
     args.extend(more);
-    let output = sprung(&args);
+    sprung(&args)
+}
+
+/// Returns the expected errors of a case: value, standard error, and whether the log determines the parameter.
+fn expected(case: &Case, more: &[&str]) -> BTreeMap<String, (f64, f64, bool)> {
+    let output = simulated(case, &[&["--json"], more].concat());
     assert!(output.status.success(), "{}", stderr(&output));
     let json: Value = serde_json::from_str(&stdout(&output)).unwrap();
     let number = |own: &Value, key: &str| own[key].as_f64().unwrap();
@@ -101,16 +106,7 @@ fn a_robot_that_stands_still_has_parameters_that_no_log_determines() {
     ] {
         assert!(open.contains(&name), "{open:?}");
     }
-    let experiment = case.path("experiment.toml");
-    let output = sprung(&[
-        "simulate",
-        "--expected-errors",
-        experiment.to_str().unwrap(),
-        "--set",
-        still,
-        "--out",
-        case.path("other").to_str().unwrap(),
-    ]);
+    let output = simulated(&case, &["--set", still]);
     let text = stdout(&output);
     assert!(
         text.contains("not determined, because the standard error exceeds the value: "),
@@ -121,31 +117,20 @@ fn a_robot_that_stands_still_has_parameters_that_no_log_determines() {
 #[test]
 fn a_twin_without_errors_has_no_expected_errors() {
     let case = Case::new();
-    let experiment = case.path("experiment.toml");
-    let out = case.path("twin");
-    let exact = [
-        "simulate.torque_noise_nm=[]",
-        "simulate.link_encoder_counts_per_turn=[]",
-    ];
-    for (set, missing) in exact
-        .into_iter()
-        .zip(["torque_noise_nm", "link_encoder_counts_per_turn"])
-    {
-        let output = sprung(&[
-            "simulate",
-            "--expected-errors",
-            experiment.to_str().unwrap(),
-            "--set",
-            set,
-            "--out",
-            out.to_str().unwrap(),
-        ]);
+    for (set, missing) in [
+        ("simulate.torque_noise_nm=[]", "torque_noise_nm"),
+        (
+            "simulate.link_encoder_counts_per_turn=[]",
+            "link_encoder_counts_per_turn",
+        ),
+    ] {
+        let output = simulated(&case, &["--set", set]);
         assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
         let text = stderr(&output);
         assert!(
             text.contains("the twin measures exactly") && text.contains(missing),
             "{text}"
         );
-        assert!(!out.exists(), "nothing is written");
+        assert!(!case.path("twin").exists(), "nothing is written");
     }
 }

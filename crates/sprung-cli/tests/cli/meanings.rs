@@ -305,6 +305,20 @@ fn the_masses_tell_the_side_of_a_torque_constant() {
     ] {
         assert!(text.contains(words), "{text}");
     }
+    // A simulation has no log that could tell it.
+    let out = found.path("again");
+    let output = sprung(&[
+        "simulate",
+        experiment.to_str().unwrap(),
+        "--out",
+        out.to_str().unwrap(),
+    ]);
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(
+        text.contains("pan: the gear ratio is not 1, and the side"),
+        "{text}"
+    );
     // Without masses nothing tells the side.
     let with_masses = read(&found.path("arm.urdf"));
     let parts = with_masses.split("<inertial>").map(|part| {

@@ -694,6 +694,11 @@ fn a_bag_with_two_robots_is_refused_until_one_is_chosen() {
         "--topics /left",
     ];
     desk.fails(&new, 2, &said);
+    let said = [
+        "two.mcap has no topic that begins with /lefft",
+        "/left/joint_states",
+    ];
+    desk.fails(&[&new[..], &["--topics", "/lefft"]].concat(), 2, &said);
     desk.succeeds(&[&new[..], &["--topics", "/right"]].concat());
     let text = desk.read("exp/experiment.toml");
     assert!(text.contains("topic = \"/right/joint_states\""), "{text}");

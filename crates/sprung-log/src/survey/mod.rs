@@ -7,6 +7,7 @@
 
 mod by_content;
 mod choose;
+mod error;
 mod families;
 mod figures;
 mod parts;
@@ -20,6 +21,6 @@ mod units;
 mod words;
 mod write;
 
-pub use choose::ChooseError;
 pub use choose::{choose, joint_count};
+pub use error::ChooseError;
 pub use read::Survey;

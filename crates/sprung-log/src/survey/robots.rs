@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use super::error::ChooseError;
+use super::families::shortened;
 use super::read::{Source, Survey};
 use super::words::{Meaning, tokens};
 use crate::formats::table::ElementPlace;
@@ -57,12 +59,30 @@ fn joints(source: &Source) -> BTreeSet<&str> {
 }
 
 impl Survey {
-    /// Returns the survey with the topics that begin with some letters only; a table is not changed.
-    #[must_use]
-    pub fn with_topics(mut self, beginning: &str) -> Self {
-        (self.sources).retain(|source| {
-            (source.topic.as_ref()).is_none_or(|topic| topic.starts_with(beginning))
-        });
-        self
+    /// Returns the survey with the topics that begin with some letters only.
+    ///
+    /// # Errors
+    ///
+    /// [`ChooseError::NoTopic`] if the log has no such topic.
+    pub fn with_topics(mut self, beginning: &str) -> Result<Self, ChooseError> {
+        let all: Vec<String> = (self.sources.iter())
+            .filter_map(|source| source.topic.clone())
+            .collect();
+        let is_own = |source: &Source| {
+            (source.topic.as_ref()).is_some_and(|topic| topic.starts_with(beginning))
+        };
+        self.sources.retain(is_own);
+        if self.sources.is_empty() {
+            return Err(ChooseError::NoTopic {
+                file: self.file,
+                beginning: beginning.to_owned(),
+                topics: if all.is_empty() {
+                    "it is a table without topics".to_owned()
+                } else {
+                    format!("its topics are {}", shortened(&all))
+                },
+            });
+        }
+        Ok(self)
     }
 }

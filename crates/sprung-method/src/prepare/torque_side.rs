@@ -32,18 +32,20 @@ pub(super) fn torque_side(
     let not_told = |because: &str| {
         let joint = &joints[first.joint];
         let largest = (excerpt.channel(index)).fold(0.0, |most: f64, tau| most.max(tau.abs()));
-        let gear = match joint.gear_ratio {
-            Some(ratio) => format!("gear_ratio = {ratio} is not 1"),
+        let both = match joint.gear_ratio {
+            Some(ratio) => format!(
+                "gear_ratio = {ratio} is not 1. If the constant holds for the output (it contains the gear ratio), the \
+                 largest torque at the beginning of the log is {} N·m; if it holds for the motor, the torque at the output \
+                 is {} N·m",
+                rounded(largest),
+                rounded(largest * ratio.abs())
+            ),
             None => "the transmission is coupled".to_owned(),
         };
         Err(format!(
-            "{file}: {}: the side of torque_constant_nm_per_a is not given, and {gear}. If the constant holds for the \
-             output (it contains the gear ratio), the largest torque at the beginning of the log is {} N·m; if it holds for \
-             the motor, the torque at the output is {} N·m. {because}. Add torque_constant_side = \"output\" or \
-             torque_constant_side = \"motor\" to [robot.joint_defaults]",
+            "{file}: {}: the side of torque_constant_nm_per_a is not given, and {both}. {because}. Add \
+             torque_constant_side = \"output\" or torque_constant_side = \"motor\" to [robot.joint_defaults]",
             joint.name,
-            rounded(largest),
-            rounded(largest * joint.ratio().abs()),
         ))
     };
     let model = reading.model();

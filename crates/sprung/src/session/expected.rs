@@ -37,7 +37,6 @@ impl Session {
     /// robot.
     ///
     /// - `twin`: of this session.
-    /// - `run`: name of the `[[validate]]` run of the twin.
     ///
     /// # Errors
     ///
@@ -50,11 +49,9 @@ impl Session {
     pub fn expected_errors(
         &self,
         twin: &Recording<'_>,
-        run: Option<&str>,
         progress: &mut dyn Listener,
     ) -> Result<Vec<ExpectedError>, SessionError> {
-        let overlay = run.map(|name| self.run(name)).transpose()?;
-        let session = match overlay.and_then(|run| run.log.as_ref()) {
+        let session = match twin.overlay {
             Some(over) => self.with_log(over)?,
             None => self.clone(),
         };

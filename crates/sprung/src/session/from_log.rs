@@ -104,9 +104,10 @@ impl NewExperiment {
                 }
             }
         }
-        let survey = first
-            .unwrap_or_default()
-            .with_topics(topics.unwrap_or_default());
+        let mut survey = first.unwrap_or_default();
+        if let Some(topics) = topics {
+            survey = survey.with_topics(topics)?;
+        }
         let (robot, mimics) = (start.joints(), start.mimics());
         let mut chosen = choose(&survey, (&robot, &mimics), &paths)?;
         if !start.has_bodies() && has_open_torque_side(&chosen) {
@@ -216,7 +217,7 @@ impl NewExperiment {
         self.unchecked.is_some() || self.findings.iter().any(is_error)
     }
 
-    /// Number of errors, of serious findings and of others; a check that could not run is worst.
+    /// Number of errors, of serious findings and of warnings about the unit of time; a check that could not run is worst.
     fn badness(&self) -> (bool, usize, usize, usize) {
         let of = |severity: Severity| {
             let same = |finding: &&Finding| finding.severity == severity;

@@ -18,6 +18,8 @@ use sprung_robot::{Controller, Log, Quantity, Simulate, Task, Validate};
 pub struct Recording<'a> {
     pub(super) model: Model,
     controller: &'a Controller,
+    // Columns that differ from those of the experiment.
+    pub(super) overlay: Option<&'a Log>,
     pub(super) settings: Simulate,
     pub(super) theta: Theta,
     channels: Channels,
@@ -54,6 +56,7 @@ impl Session {
         Ok(Recording {
             model,
             controller,
+            overlay,
             settings: settings.clone(),
             theta,
             named: self.named_log(overlay)?,
@@ -78,7 +81,7 @@ impl Session {
     }
 
     /// Returns the validation run of this name.
-    pub(super) fn run(&self, name: &str) -> Result<&Validate, SessionError> {
+    fn run(&self, name: &str) -> Result<&Validate, SessionError> {
         let runs = &self.experiment().validate;
         (runs.iter().find(|run| run.name == name)).ok_or_else(|| SessionError::NoRun {
             name: name.to_owned(),

@@ -82,15 +82,9 @@ impl MotorEquation<'_> {
         (open.entry(m, m).abs() / self.factor.rhs_norm(), values)
     }
 
-    fn column(&self, is_own: impl Fn(&Probe) -> bool) -> Option<usize> {
-        self.probes.iter().position(|probe| is_own(probe))
-    }
-
     /// Returns the saturation of the torque, if it explains much of the residual.
     fn saturation(&self) -> Option<Lacking> {
-        let is_cube = |probe: &Probe| matches!(probe, Probe::TorqueCube { .. });
-        let is_turn = |probe: &Probe| matches!(probe, Probe::LinkTurn { .. });
-        let at = self.column(is_cube)?;
+        let at = self.probes.iter().position(|probe| is_cube(probe))?;
         let (without, _) = self.fit(|probe| is_cube(probe) || is_turn(probe));
         let (with, values) = self.fit(is_turn);
         let column = self.factor.unknowns() - self.probes.len() + at;
@@ -111,8 +105,7 @@ impl MotorEquation<'_> {
     ///
     /// - `stiffness`: of the joint, N·m/rad.
     fn eccentricity(&self, stiffness: f64) -> Option<Lacking> {
-        let is_turn = |probe: &Probe| matches!(probe, Probe::LinkTurn { .. });
-        let at = self.column(is_turn)?;
+        let at = self.probes.iter().position(|probe| is_turn(probe))?;
         let (without, _) = self.fit(is_turn);
         let (with, values) = self.fit(|_| false);
         let values = values?;
@@ -125,6 +118,14 @@ impl MotorEquation<'_> {
             left: [without, with],
         })
     }
+}
+
+fn is_cube(probe: &Probe) -> bool {
+    matches!(probe, Probe::TorqueCube { .. })
+}
+
+fn is_turn(probe: &Probe) -> bool {
+    matches!(probe, Probe::LinkTurn { .. })
 }
 
 /// Returns the probes of eccentric encoders: of flexible joints whose link has an encoder that turns.
