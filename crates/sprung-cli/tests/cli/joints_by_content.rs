@@ -137,3 +137,26 @@ fn units_of_headers_that_the_log_contradicts_are_named() {
         assert!(file.contains(&format!("\n{line}")), "{file}");
     }
 }
+
+#[test]
+fn names_that_differ_in_case_are_those_of_the_joints() {
+    let text = of(
+        [
+            "Shoulder.q",
+            "ELBOW.q",
+            "SHOULDER.phi",
+            "Elbow.phi",
+            "shoulder.tau",
+            "elbow.tau",
+        ],
+        [1, 2, 3, 4, 5, 6],
+    );
+    has(
+        &text,
+        &[
+            "link_position_rad = [\"Shoulder.q\", \"ELBOW.q\"]",
+            "motor_position_rad = [\"SHOULDER.phi\", \"Elbow.phi\"]",
+            "motor_torque_nm = [\"shoulder.tau\", \"elbow.tau\"]",
+        ],
+    );
+}
