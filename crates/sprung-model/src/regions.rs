@@ -164,6 +164,7 @@ mod tests {
             joints: vec![joint(None, 0.0), joint(Some(0), 0.2)],
             links: ["upper", "fore"].map(str::to_owned).to_vec(),
             inertial: vec![None; 2],
+            limits: vec![Limits::default(); 2],
             shapes: shapes.to_vec(),
         }
     }

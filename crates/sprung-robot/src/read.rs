@@ -7,6 +7,7 @@ use toml::de::{DeArray, DeTable, DeValue};
 use super::check::kinematics;
 use super::check::{Fault, check, check_format, check_log_over};
 use super::defaults::spread;
+use super::excite::Excite;
 use super::identify::Identify;
 use super::keys::{self, Misfit};
 use super::log::Log;
@@ -35,6 +36,8 @@ pub struct Experiment {
     pub validate: Vec<Validate>,
     /// The digital twin, if any.
     pub simulate: Option<Simulate>,
+    /// The experiment that is to be designed.
+    pub excite: Excite,
 }
 
 impl Experiment {
@@ -251,6 +254,7 @@ fn interpret(
         controller: read.controller,
         validate: read.validate,
         simulate: read.simulate,
+        excite: read.excite,
     })
 }
 

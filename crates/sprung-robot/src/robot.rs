@@ -15,6 +15,7 @@ use super::choice::choose;
 use super::friction::FrictionLaw;
 use super::friction_covariates::FrictionCovariates;
 use super::identify::Laws;
+use super::limits::Limits;
 use super::nominal::Nominal;
 use super::servo::ServoDrive;
 use super::urdf::{NoShape, Shape};
@@ -109,6 +110,19 @@ impl Robot {
         }
     }
 
+    /// Returns the limits of a joint: its own, those of its amplifier, then those of the URDF.
+    #[must_use]
+    pub fn limits(&self, joint: usize) -> Limits {
+        let of = &self.joint[joint];
+        let amplifier = Limits {
+            torque_nm: of.torque_limit(),
+            ..Limits::default()
+        };
+        let tree = self.tree.as_ref().and_then(|tree| tree.limits.get(joint));
+        let own = of.limits.unwrap_or_default().or(amplifier);
+        own.or(tree.copied().unwrap_or_default())
+    }
+
     /// Returns the acceleration of free fall in the base frame, m/s².
     #[must_use]
     pub fn gravity(&self) -> [f64; 3] {
@@ -127,6 +141,8 @@ pub struct Tree {
     pub inertial: Vec<Option<[f64; BODY]>>,
     /// Shapes of the links in their joints' frames, or why they are not known.
     pub shapes: Vec<Result<Shape, NoShape>>,
+    /// Limits of the joints that the file gives.
+    pub limits: Vec<Limits>,
 }
 
 /// One row of a Denavit-Hartenberg table.
@@ -243,6 +259,8 @@ pub struct Joint {
     pub friction_covariates: Option<FrictionCovariates>,
     /// Laws beyond the declared ones; `laws` of `[identify]` if absent.
     pub laws: Option<Laws>,
+    /// Limits for the design of experiments; those of the URDF if absent.
+    pub limits: Option<Limits>,
     /// Nominal values.
     #[serde(default)]
     pub nominal: Nominal,

@@ -5,6 +5,7 @@ use std::path::Path;
 use sprung_core::chain::{ChainJoint, JointKind};
 
 use super::check::{Fault, fault};
+use super::limits::Limits;
 use super::named_files::{NamedFiles, mesh};
 use super::robot::{Robot, Tree};
 use super::urdf::{NoShape, Urdf, UrdfError};
@@ -34,6 +35,7 @@ pub(super) fn tree(
     let named = (0..robot.joint.len()).map(|i| format!("link{}", i + 1));
     let of = |joints: Vec<ChainJoint>| Tree {
         inertial: vec![None; joints.len()],
+        limits: vec![Limits::default(); joints.len()],
         shapes: vec![Err(NoShape::Table); joints.len()],
         links: named.collect(),
         joints,
@@ -100,6 +102,7 @@ fn from_urdf(
         .map_err(|error| listed(&error, &moving))?;
     Ok(Tree {
         shapes,
+        limits: joints.iter().map(|joint| joint.limits).collect(),
         links: joints.iter().map(|joint| joint.link.clone()).collect(),
         inertial: joints.iter().map(|joint| joint.inertial).collect(),
         joints: joints.into_iter().map(|joint| joint.joint).collect(),

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::excite::Excite;
 use super::identify::Identify;
 use super::log::Log;
 use super::robot::Robot;
@@ -29,4 +30,7 @@ pub(super) struct ExperimentFile {
     pub(super) validate: Vec<Validate>,
     /// The digital twin that `sprung simulate` runs.
     pub(super) simulate: Option<Simulate>,
+    /// The experiment that `sprung excite` designs.
+    #[serde(default)]
+    pub(super) excite: Excite,
 }

@@ -1,5 +1,6 @@
 //! Checks of an experiment: lengths, signs, names that must exist.
 
+use super::excite::{check_excite, check_limits};
 use super::fault::{Fault, fault};
 use super::identify::identify;
 use super::inertial::check_estimators;
@@ -68,6 +69,8 @@ pub(crate) fn check(file: &ExperimentFile) -> Result<(), Fault> {
             check_controller(controller, &["validate", &i, "controller"], &file.robot)?;
         }
     }
+    check_limits(&file.robot)?;
+    check_excite(&file.excite, &file.robot)?;
     if let Some(twin) = &file.simulate {
         check_twin(twin, &joints)?;
         check_target(twin, &file.robot)?;

@@ -5,6 +5,7 @@ use sprung_core::chain::{ChainJoint, JointKind};
 use super::body::{Body, Placement};
 use super::error::UrdfError;
 use super::geometry::Geometry;
+use crate::limits::Limits as KnownLimits;
 
 /// A robot description: the checked links and joints of a file.
 ///
@@ -56,8 +57,8 @@ pub struct TreeJoint {
     /// moments, kg·m, and inertia, kg·m², about the origin of the joint's frame
     /// in its axes; `None` if no merged body has an `<inertial>`.
     pub inertial: Option<[f64; 10]>,
-    /// Limit of its torque or force, N·m or N.
-    pub effort: Option<f64>,
+    /// Its limits, without those of zero, which exporters write for unknown ones.
+    pub limits: KnownLimits,
 }
 
 #[derive(Clone, Debug)]
@@ -107,6 +108,20 @@ pub(super) struct Limits {
     pub(super) upper: Option<f64>,
     pub(super) effort: Option<f64>,
     pub(super) velocity: Option<f64>,
+}
+
+impl Limits {
+    /// Returns the limits that say something.
+    pub(super) fn known(&self) -> KnownLimits {
+        let positive = |value: Option<f64>| value.filter(|value| *value > 0.0);
+        let positions = self.lower.zip(self.upper);
+        KnownLimits {
+            position_rad: (positions.filter(|(low, high)| low < high)).map(<[f64; 2]>::from),
+            velocity_rad_per_s: positive(self.velocity),
+            torque_nm: positive(self.effort),
+            ..KnownLimits::default()
+        }
+    }
 }
 
 impl Urdf {

@@ -107,7 +107,7 @@ fn frames_and_merged_bodies_are_those_of_a_hand_computation() {
     assert_close(shoulder.joint.rotation.as_flattened(), &quarter);
     assert_close(&shoulder.joint.axis, &[0.0, 0.0, 1.0]);
     assert_eq!(
-        (shoulder.link.as_str(), shoulder.effort),
+        (shoulder.link.as_str(), shoulder.limits.torque_nm),
         ("upper", Some(40.0))
     );
     // 2 kg at x = 0.5: 0.5 kg·m² about y and z.

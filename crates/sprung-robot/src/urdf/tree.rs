@@ -98,7 +98,7 @@ fn tree(urdf: &Urdf, moving: &[&str]) -> Result<Vec<TreeJoint>, UrdfError> {
                 kind: freedom.kind,
             },
             inertial: None,
-            effort: freedom.limits.effort,
+            limits: freedom.limits.known(),
         });
     }
     for (link, seat) in urdf.links.iter().zip(link_seats) {
