@@ -24,6 +24,8 @@ pub enum Phase {
     Validating,
     /// Compares results with each other; counted in results.
     Comparing,
+    /// Designs an experiment; counted in steps of the search.
+    Designing,
 }
 
 impl Phase {
@@ -40,6 +42,7 @@ impl Phase {
             Self::Simulating => "simulating",
             Self::Validating => "validating",
             Self::Comparing => "comparing",
+            Self::Designing => "designing",
         }
     }
 }

@@ -21,6 +21,7 @@
 //! - `regressor`: the regressor `[Y_a | Y_b]` of one sample,
 //! - `motion`: the equations of motion and the accelerations that solve them,
 //! - [`linearized`]: derivatives of the accelerations,
+//! - [`pull`]: derivatives of weighted sums of the regressor by the motion,
 //! - [`servo`]: a position servo with the friction of its gear under load,
 //! - [`filter`]: the filter pair `f_D`, `g_D`,
 //! - [`velocity`]: averaged velocity, computed on line,
@@ -46,6 +47,7 @@ pub mod linearized;
 pub mod links;
 mod motion;
 pub mod parameters;
+pub mod pull;
 pub mod recursive;
 mod regressor;
 pub mod robot;

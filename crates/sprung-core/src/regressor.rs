@@ -131,7 +131,7 @@ impl Robot<'_> {
 
 impl Links<'_> {
     /// Returns the columns of a link that are in theta.
-    fn chosen(&self, link: usize) -> &[usize] {
+    pub(crate) fn chosen(&self, link: usize) -> &[usize] {
         &self.selected[self.first[link]..self.first[link + 1]]
     }
 

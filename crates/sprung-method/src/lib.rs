@@ -7,6 +7,7 @@
 pub mod check;
 pub mod compare;
 pub mod estimate;
+pub mod excite;
 pub mod fit;
 pub mod frequency;
 pub mod prepare;

@@ -89,6 +89,9 @@ pub struct Reference {
     /// Centre of the motion of revolute joints, degrees, one per joint.
     #[serde(default)]
     pub centre_deg: Vec<f64>,
+    /// Centre of the motion of prismatic joints, m, one per joint.
+    #[serde(default)]
+    pub centre_m: Vec<f64>,
 }
 
 /// One sine of a reference.

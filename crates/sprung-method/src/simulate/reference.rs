@@ -41,13 +41,14 @@ impl Trajectory {
                 })
             })
             .collect();
-        let centre = reference.centre_deg.iter().map(|c| c.to_radians());
+        let centre = |joint: usize| {
+            let turned = reference.centre_deg.get(joint).map(|c| c.to_radians());
+            let moved = reference.centre_m.get(joint).copied();
+            turned.unwrap_or_default() + moved.unwrap_or_default()
+        };
         Self {
             terms,
-            centre: centre
-                .chain(std::iter::repeat(0.0))
-                .take(joints.len())
-                .collect(),
+            centre: (0..joints.len()).map(centre).collect(),
         }
     }
 

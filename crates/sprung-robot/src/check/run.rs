@@ -71,23 +71,29 @@ pub(super) fn check_controller(
 fn check_reference(reference: &Reference, path: &[&str], robot: &Robot) -> Result<(), Fault> {
     let joints: Vec<&str> = robot.joint.iter().map(|j| j.name.as_str()).collect();
     let n = joints.len();
-    let centre = &reference.centre_deg;
-    let at_centre = [path, &["centre_deg"]].concat();
-    if !(centre.is_empty() || centre.len() == n) || centre.iter().any(|c| !c.is_finite()) {
-        return Err(fault(
-            &at_centre,
-            format!("centre_deg needs {n} finite numbers, one per joint"),
-        ));
-    }
     let slides = |i: usize| robot.kind(i) == JointKind::Prismatic;
-    if let Some(i) = (0..n).find(|&i| slides(i) && centre.get(i).is_some_and(|c| *c != 0.0)) {
-        return Err(fault(
-            &at_centre,
-            format!(
-                "{} is prismatic; its number in centre_deg must be 0",
-                joints[i]
-            ),
-        ));
+    for (key, centre, other) in [
+        ("centre_deg", &reference.centre_deg, "centre_m"),
+        ("centre_m", &reference.centre_m, "centre_deg"),
+    ] {
+        let at = [path, &[key]].concat();
+        if !(centre.is_empty() || centre.len() == n) || centre.iter().any(|c| !c.is_finite()) {
+            return Err(fault(
+                &at,
+                format!("{key} needs {n} finite numbers, one per joint"),
+            ));
+        }
+        let is_other = |i: usize| slides(i) == (key == "centre_deg");
+        if let Some(i) = (0..centre.len()).find(|&i| is_other(i) && centre[i] != 0.0) {
+            let kind = if slides(i) { "prismatic" } else { "revolute" };
+            return Err(fault(
+                &at,
+                format!(
+                    "{} is {kind}; its number in {key} must be 0, and {other} has its centre",
+                    joints[i]
+                ),
+            ));
+        }
     }
     for (k, sine) in reference.sines.iter().enumerate() {
         let k = k.to_string();

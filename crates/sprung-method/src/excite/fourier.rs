@@ -1,0 +1,209 @@
+//! Finite Fourier series that begin and end at rest.
+
+use std::f64::consts::TAU;
+
+use crate::description::{Reference, Sine};
+use crate::model::Model;
+use sprung_core::chain::JointKind;
+
+/// Highest time derivative that a series gives.
+pub const ORDERS: usize = 5;
+
+/// The motion of all joints: for each a centre, and sines and cosines of multiples of one frequency.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// Lowest angular frequency, rad/s.
+    pub rate: f64,
+    /// Multiples of it.
+    pub harmonics: Vec<usize>,
+    /// Centre, then sine and cosine of each multiple, rad (m), per joint.
+    pub joints: Vec<Vec<f64>>,
+}
+
+impl Series {
+    /// Writes the position of a joint and its first four derivatives, rad (m), rad/s (m/s), ….
+    #[must_use]
+    pub fn at(&self, joint: usize, time: f64) -> [f64; ORDERS] {
+        let own = &self.joints[joint];
+        let mut all = [0.0; ORDERS];
+        all[0] = own[0];
+        for (pair, &multiple) in own[1..].chunks(2).zip(&self.harmonics) {
+            let rate = self.rate * multiple as f64;
+            let (sin, cos) = (rate * time).sin_cos();
+            let mut waves = [[sin, cos], [cos, -sin]];
+            let mut scale = 1.0;
+            for (order, value) in all.iter_mut().enumerate() {
+                let [of_sine, of_cosine] = waves[order % 2];
+                *value += scale * (pair[0] * of_sine + pair[1] * of_cosine);
+                scale *= rate;
+                if order % 2 == 1 {
+                    for wave in &mut waves {
+                        *wave = wave.map(|x| -x);
+                    }
+                }
+            }
+        }
+        all
+    }
+
+    /// Returns the largest possible absolute value of a derivative of a joint's motion about its centre.
+    #[must_use]
+    pub fn bound(&self, joint: usize, order: i32) -> f64 {
+        let pairs = self.joints[joint][1..].chunks(2).zip(&self.harmonics);
+        pairs
+            .map(|(pair, &multiple)| {
+                pair[0].hypot(pair[1]) * (self.rate * multiple as f64).powi(order)
+            })
+            .sum()
+    }
+
+    /// Returns the period of the series, s.
+    #[must_use]
+    pub fn period(&self) -> f64 {
+        TAU / self.rate
+    }
+
+    /// Returns the series with all amplitudes times a factor. The motion still begins at the same position.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let mut own = self.clone();
+        for joint in &mut own.joints {
+            let cosines: f64 = joint[1..].iter().skip(1).step_by(2).sum();
+            for amplitude in &mut joint[1..] {
+                *amplitude *= factor;
+            }
+            joint[0] += (1.0 - factor) * cosines;
+        }
+        own
+    }
+
+    /// Returns the series as the reference of a controller. `None` if a prismatic joint has a centre other than zero.
+    #[must_use]
+    pub fn reference(&self, model: &Model) -> Reference {
+        let mut sines = Vec::new();
+        for (joint, own) in self.joints.iter().enumerate() {
+            let turns = model.kind(joint) == JointKind::Revolute;
+            for (pair, &multiple) in own[1..].chunks(2).zip(&self.harmonics) {
+                let amplitude = pair[0].hypot(pair[1]);
+                if amplitude == 0.0 {
+                    continue;
+                }
+                sines.push(Sine {
+                    joint: model.joints()[joint].clone(),
+                    amplitude_deg: if turns { amplitude.to_degrees() } else { 0.0 },
+                    amplitude_m: if turns { 0.0 } else { amplitude },
+                    frequency_hz: multiple as f64 * self.rate / TAU,
+                    phase_deg: pair[1].atan2(pair[0]).to_degrees(),
+                });
+            }
+        }
+        let turns = |joint: usize| model.kind(joint) == JointKind::Revolute;
+        let joints = self.joints.iter().enumerate();
+        Reference {
+            sines,
+            centre_deg: (joints.clone())
+                .map(|(joint, own)| if turns(joint) { own[0].to_degrees() } else { 0.0 })
+                .collect(),
+            centre_m: joints
+                .map(|(joint, own)| if turns(joint) { 0.0 } else { own[0] })
+                .collect(),
+        }
+    }
+}
+
+/// The series of one joint as linear functions of free numbers: those whose velocity and acceleration are zero at
+/// the beginning of a period.
+#[derive(Clone, Debug)]
+pub struct Basis {
+    /// Coefficients (centre, sines and cosines) of each free number.
+    functions: Vec<Vec<f64>>,
+}
+
+impl Basis {
+    /// - `sizes`: typical amplitude of each multiple, rad (m); the first free number is the centre, in units of
+    ///   `centre`.
+    #[must_use]
+    pub fn new(harmonics: &[usize], sizes: &[f64], centre: f64) -> Self {
+        let count = 1 + 2 * harmonics.len();
+        let mut functions = vec![vec![0.0; count]];
+        functions[0][0] = centre;
+        for (side, power) in [(0, 1), (1, 2)] {
+            let weights: Vec<f64> = (harmonics.iter().zip(sizes))
+                .map(|(&multiple, size)| size * (multiple as f64).powi(power))
+                .collect();
+            for free in complement(&weights) {
+                let mut function = vec![0.0; count];
+                for (k, (x, size)) in free.iter().zip(sizes).enumerate() {
+                    function[1 + 2 * k + side] = x * size;
+                }
+                functions.push(function);
+            }
+        }
+        Self { functions }
+    }
+
+    /// Returns the number of free numbers.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.functions.len()
+    }
+
+    /// Returns the coefficients of free numbers.
+    #[must_use]
+    pub fn coefficients(&self, free: &[f64]) -> Vec<f64> {
+        let mut sum = vec![0.0; self.functions[0].len()];
+        for (x, function) in free.iter().zip(&self.functions) {
+            for (sum, own) in sum.iter_mut().zip(function) {
+                *sum += x * own;
+            }
+        }
+        sum
+    }
+
+    /// Returns the derivatives by the free numbers from those by the coefficients.
+    #[must_use]
+    pub fn pull(&self, by_coefficients: &[f64]) -> Vec<f64> {
+        let functions = self.functions.iter();
+        functions
+            .map(|own| own.iter().zip(by_coefficients).map(|(f, g)| f * g).sum())
+            .collect()
+    }
+
+    /// Returns the free numbers nearest to given coefficients.
+    #[must_use]
+    pub fn free(&self, coefficients: &[f64]) -> Vec<f64> {
+        let count = self.count();
+        let mut normal = vec![0.0; count * count];
+        let right = self.pull(coefficients);
+        for (i, a) in self.functions.iter().enumerate() {
+            for (j, b) in self.functions.iter().enumerate().take(i + 1) {
+                normal[i * count + j] = a.iter().zip(b).map(|(a, b)| a * b).sum();
+            }
+        }
+        let mut free = right;
+        if sprung_core::linear::factor(&mut normal, count) {
+            sprung_core::linear::solve(&normal, &mut free);
+        }
+        free
+    }
+}
+
+/// Returns an orthonormal basis of the vectors perpendicular to `w`, by the reflection that turns `w` into the first
+/// axis.
+fn complement(w: &[f64]) -> Vec<Vec<f64>> {
+    let length = w.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let mut v = w.to_vec();
+    let Some(first) = v.first_mut() else {
+        return Vec::new();
+    };
+    *first += length.copysign(*first);
+    let square: f64 = v.iter().map(|x| x * x).sum();
+    (1..w.len())
+        .map(|axis| {
+            let factor = if square > 0.0 { 2.0 * v[axis] / square } else { 0.0 };
+            let mut own: Vec<f64> = v.iter().map(|x| -factor * x).collect();
+            own[axis] += 1.0;
+            own
+        })
+        .collect()
+}
