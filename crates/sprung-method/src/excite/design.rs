@@ -16,7 +16,7 @@ use super::fourier::{Basis, Series};
 use super::information::Weighting;
 use super::kinematics::Kinematics;
 use super::motion::Follows;
-use super::noise::{Errors, fastest};
+use super::noise::{Errors, Fastest};
 use super::objective::judge;
 use super::physics::Physics;
 use super::problem::{Peak, Problem, Scenario};
@@ -106,7 +106,7 @@ impl Frequencies {
         let base = settings.base_frequency_hz.unwrap_or(1.0 / settings.duration_s);
         let periods = (settings.duration_s * base + 1e-9).floor().max(1.0) as usize;
         let n = task.model.joint_count();
-        let resonances = fastest(task.model, task.theta).resonances;
+        let resonances = Fastest::of(task.model, task.theta).resonances;
         let most = (MOST_FREE / n / 2).max(3);
         let wanted = settings.harmonics.unwrap_or_else(|| {
             let by_limits = (task.bounds.joints.iter()).filter_map(|own| {
@@ -160,7 +160,7 @@ pub(super) fn problem(task: &Task<'_>, frequencies: &Frequencies, parts: &[f64; 
             Basis::new(harmonics, &sizes, orders[0].half.min(1.0))
         })
         .collect();
-    let speeds = fastest(model, task.theta);
+    let speeds = Fastest::of(model, task.theta);
     let most = harmonics.last().copied().unwrap_or(1);
     let fast = speeds.resonances.iter().fold(0.0, |most: f64, hz| most.max(*hz));
     let period = if task.controller.is_some() { frequencies.duration() } else { TAU / rate };
@@ -176,10 +176,13 @@ pub(super) fn problem(task: &Task<'_>, frequencies: &Frequencies, parts: &[f64; 
     let scenarios = draws(task)
         .into_iter()
         .map(|theta| {
-            let physics = Physics::new(model, &theta);
             let follows = match task.controller {
-                None => Follows::Exactly(Followed::new(physics, *rate, harmonics, samples)),
+                None => {
+                    let physics = Physics::new(model, &theta);
+                    Follows::Exactly(Followed::new(physics, *rate, harmonics, samples))
+                }
                 Some(controller) => {
+                    let physics = Physics::new(&speeds.softened(model), &theta);
                     let sample = period / samples as f64;
                     let every = (sample / speeds.step).ceil().max(1.0) as usize;
                     Follows::Loop(Simulated::new(

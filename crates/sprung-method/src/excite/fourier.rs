@@ -7,7 +7,7 @@ use crate::model::Model;
 use sprung_core::chain::JointKind;
 
 /// Highest time derivative that a series gives.
-pub const ORDERS: usize = 5;
+pub(super) const ORDERS: usize = 5;
 
 /// The motion of all joints: for each a centre, and sines and cosines of multiples of one frequency.
 #[derive(Clone, Debug, PartialEq)]
@@ -114,7 +114,7 @@ impl Series {
 /// The series of one joint as linear functions of free numbers: those whose velocity and acceleration are zero at
 /// the beginning of a period.
 #[derive(Clone, Debug)]
-pub struct Basis {
+pub(super) struct Basis {
     /// Coefficients (centre, sines and cosines) of each free number.
     functions: Vec<Vec<f64>>,
 }
@@ -123,7 +123,7 @@ impl Basis {
     /// - `sizes`: typical amplitude of each multiple, rad (m); the first free number is the centre, in units of
     ///   `centre`.
     #[must_use]
-    pub fn new(harmonics: &[usize], sizes: &[f64], centre: f64) -> Self {
+    pub(super) fn new(harmonics: &[usize], sizes: &[f64], centre: f64) -> Self {
         let count = 1 + 2 * harmonics.len();
         let mut functions = vec![vec![0.0; count]];
         functions[0][0] = centre;
@@ -144,13 +144,13 @@ impl Basis {
 
     /// Returns the number of free numbers.
     #[must_use]
-    pub fn count(&self) -> usize {
+    pub(super) fn count(&self) -> usize {
         self.functions.len()
     }
 
     /// Returns the coefficients of free numbers.
     #[must_use]
-    pub fn coefficients(&self, free: &[f64]) -> Vec<f64> {
+    pub(super) fn coefficients(&self, free: &[f64]) -> Vec<f64> {
         let mut sum = vec![0.0; self.functions[0].len()];
         for (x, function) in free.iter().zip(&self.functions) {
             for (sum, own) in sum.iter_mut().zip(function) {
@@ -162,7 +162,7 @@ impl Basis {
 
     /// Returns the derivatives by the free numbers from those by the coefficients.
     #[must_use]
-    pub fn pull(&self, by_coefficients: &[f64]) -> Vec<f64> {
+    pub(super) fn pull(&self, by_coefficients: &[f64]) -> Vec<f64> {
         let functions = self.functions.iter();
         functions
             .map(|own| own.iter().zip(by_coefficients).map(|(f, g)| f * g).sum())
@@ -171,7 +171,7 @@ impl Basis {
 
     /// Returns the free numbers nearest to given coefficients.
     #[must_use]
-    pub fn free(&self, coefficients: &[f64]) -> Vec<f64> {
+    pub(super) fn free(&self, coefficients: &[f64]) -> Vec<f64> {
         let count = self.count();
         let mut normal = vec![0.0; count * count];
         let right = self.pull(coefficients);

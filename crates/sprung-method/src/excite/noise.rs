@@ -1,6 +1,7 @@
 //! Spectra of the errors of the equations of motion, as the noise of sensors and disturbances cause them.
 
 use faer::{Mat, c64, linalg::solvers::Solve};
+use sprung_core::friction::Scale;
 use sprung_core::parameters::JointParameter;
 use sprung_core::robot::Values;
 
@@ -163,36 +164,57 @@ pub(super) struct Fastest {
     pub(super) resonances: Vec<f64>,
     /// Step with which Runge-Kutta steps of order 4 are stable, s.
     pub(super) step: f64,
+    /// Largest sharpness of Coulomb friction for this step, s/rad (s/m), per joint.
+    sharpness: Vec<f64>,
 }
 
 /// Longest step of the simulation, s.
-const LONGEST_STEP: f64 = 4e-3;
+const LONGEST_STEP: f64 = 2.5e-3;
 
-/// Returns how fast the equations are, by inertias and stiffnesses of single joints.
-pub(super) fn fastest(model: &Model, theta: &[f64]) -> Fastest {
-    let n = model.joint_count();
-    let masses = mean_mass(model, theta, &[vec![0.0; n]]);
-    let [stiffness, _] = slopes_at(model, theta, MOVING);
-    let [_, damping] = slopes_at(model, theta, 0.0);
-    let rows = model.coordinates();
-    let mut resonances = Vec::new();
-    let mut step = LONGEST_STEP;
-    for row in 0..rows {
-        let inertia = masses[(row, row)];
-        if !(inertia.is_finite() && inertia > 0.0) {
-            continue;
+impl Fastest {
+    /// Returns how fast the equations of a robot are, by inertias and stiffnesses of single joints.
+    pub(super) fn of(model: &Model, theta: &[f64]) -> Self {
+        let (n, rows) = (model.joint_count(), model.coordinates());
+        let masses = mean_mass(model, theta, &[vec![0.0; n]]);
+        let [stiffness, viscous] = slopes_at(model, theta, MOVING);
+        let [_, still] = slopes_at(model, theta, 0.0);
+        let inertia = |row: usize| masses[(row, row)];
+        let is_mass = |row: &usize| inertia(*row).is_finite() && inertia(*row) > 0.0;
+        let mut step = LONGEST_STEP;
+        for row in (0..rows).filter(is_mass) {
+            let rate = viscous[(row, row)].abs() / inertia(row);
+            let angular = (stiffness[(row, row)].abs() / inertia(row)).sqrt();
+            step = step.min(1.0 / rate.max(angular));
         }
-        let rate = damping[(row, row)].abs() / inertia;
-        let angular = (stiffness[(row, row)].abs() / inertia).sqrt();
-        step = step.min(2.0 / rate.max(f64::MIN_POSITIVE)).min(1.0 / angular.max(f64::MIN_POSITIVE));
-    }
-    for joint in (0..n).filter(|&joint| model.is_flexible(joint)) {
-        let motor = model.torque_row(joint);
-        let sum = 1.0 / masses[(joint, joint)] + 1.0 / masses[(motor, motor)];
-        let angular = (stiffness[(motor, motor)].abs() * sum).sqrt();
-        if angular.is_finite() {
-            resonances.push(angular / std::f64::consts::TAU);
+        let sharpness = |joint: usize| {
+            let rows = [joint, model.torque_row(joint)].into_iter().filter(is_mass);
+            let parts = rows.map(|row| {
+                let by_coulomb = still[(row, row)] - viscous[(row, row)];
+                let free = 2.0 * inertia(row) / step - viscous[(row, row)];
+                if by_coulomb > free { free / by_coulomb } else { 1.0 }
+            });
+            model.sharpness(joint) * parts.fold(1.0, f64::min)
+        };
+        let resonance = |joint: usize| {
+            let motor = model.torque_row(joint);
+            let sum = 1.0 / inertia(joint) + 1.0 / inertia(motor);
+            (stiffness[(motor, motor)].abs() * sum).sqrt() / std::f64::consts::TAU
+        };
+        let flexible = (0..n).filter(|&joint| model.is_flexible(joint));
+        Self {
+            resonances: flexible.map(resonance).filter(|hz| hz.is_finite()).collect(),
+            sharpness: (0..n).map(sharpness).collect(),
+            step,
         }
     }
-    Fastest { resonances, step }
+
+    /// Returns a model whose Coulomb friction is not too sharp for the step. The information of a motion hardly
+    /// depends on it.
+    pub(super) fn softened(&self, model: &Model) -> Model {
+        let mut soft = model.clone();
+        for (joint, &sharpness) in self.sharpness.iter().enumerate() {
+            soft.set_scale(joint, Scale::Sharpness, sharpness);
+        }
+        soft
+    }
 }
