@@ -19,7 +19,7 @@ mod steps;
 
 pub use errors::{FactorsError, IdentifyError, LsffError};
 pub use estimators::lsff::Lsff;
-pub use estimators::prediction_error::{KnownNoise, KnownTruth, information_bound};
+pub use estimators::prediction_error::{Bound, KnownNoise, KnownTruth, information_bound};
 pub use identify::{identify, identify_and_tell};
 pub use judge::{percent, predictions};
 pub use late_channels::late_channels;

@@ -233,7 +233,7 @@ pub fn scales(model: &Model, theta: &[f64]) -> Vec<f64> {
 const SMALL_PART: f64 = 0.01;
 
 /// Returns the sets of values of a task: the given one, or draws about it.
-fn draws(task: &Task<'_>) -> Vec<Vec<f64>> {
+pub(super) fn draws(task: &Task<'_>) -> Vec<Vec<f64>> {
     let error = task.settings.value_error;
     if error == 0.0 {
         return vec![task.theta.to_vec()];

@@ -1,7 +1,10 @@
 //! The design of experiments: motions within limits that determine the parameters best.
 
+mod approach;
 mod bounds;
+mod certify;
 mod design;
+mod enclosure;
 mod followed;
 mod fourier;
 mod information;
@@ -10,14 +13,23 @@ mod motion;
 mod noise;
 mod objective;
 mod physics;
+mod plan;
 mod problem;
+mod result;
 mod search;
 mod simulated;
 #[cfg(test)]
 mod tests;
 
+pub use approach::Approach;
 pub use bounds::{Bounds, Interval, JointBounds, Limited};
-pub use design::{Designed, Frequencies, NoPose, Task, design, information, scales, value_of};
+pub use certify::{Broken, Kept, Simulation};
+pub use design::{Designed, Frequencies, NoPose, Task, information, scales, value_of};
 pub use fourier::Series;
 pub use kinematics::{Kinematics, Places};
 pub use noise::Errors;
+pub use plan::{Loop, Plan, Refused, certify, missing_limit, plan};
+pub use result::{
+    EXCITATION_FORMAT, Excitation, Excited, JointMotion, LimitUsed, More, MotionResult, Promised,
+    SearchResult, Skeleton, Trajectory,
+};

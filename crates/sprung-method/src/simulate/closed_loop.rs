@@ -130,8 +130,8 @@ impl ClosedLoop {
     /// - `theta`: parameters of the plant, \[p\].
     /// - `period`: T, s.
     /// - `start`: positions of links and motors at the first sample, \[n\], rad (m). Without them
-    ///   the links start at the centre of the reference, and the motors where the springs hold the
-    ///   links.
+    ///   the links start where the reference begins at rest, or else at its centre, and the motors where
+    ///   the springs hold the links.
     ///
     /// # Errors
     ///
@@ -168,7 +168,7 @@ impl ClosedLoop {
         let reference = Trajectory::new(&controller.reference, model);
         let state = match start {
             Some((q, phi)) => JointState::at_rest(q, phi),
-            None => at_rest_in_springs(model, theta, reference.centre())?,
+            None => at_rest_in_springs(model, theta, &reference.start())?,
         };
         let plant = Plant::new(model, theta, &state);
         Ok(Self {

@@ -12,6 +12,9 @@ struct Term {
     phase: f64,
 }
 
+/// Part of the largest velocity or acceleration that counts as rest.
+const AT_REST: f64 = 1e-6;
+
 /// A reference trajectory of all joints.
 #[derive(Clone, Debug)]
 pub struct Trajectory {
@@ -52,10 +55,26 @@ impl Trajectory {
         }
     }
 
-    /// Returns the centres of the joints' motions, \[n\], rad (m).
+    /// Returns the positions at which a motion starts, \[n\], rad (m): those at time zero if no joint has a velocity or an
+    /// acceleration then, or else the centres.
     #[must_use]
-    pub(crate) fn centre(&self) -> &[f64] {
-        &self.centre
+    pub(crate) fn start(&self) -> Vec<f64> {
+        let mut first = vec![[0.0; 5]; self.centre.len()];
+        self.at(0.0, &mut first);
+        let mut most = vec![[0.0; 3]; self.centre.len()];
+        for term in &self.terms {
+            for (order, most) in most[term.joint].iter_mut().enumerate() {
+                *most += (term.amplitude * term.rate.powi(order as i32)).abs();
+            }
+        }
+        let rests = |(first, most): (&[f64; 5], &[f64; 3])| {
+            (1..3).all(|order| first[order].abs() <= AT_REST * most[order])
+        };
+        if first.iter().zip(&most).all(rests) {
+            first.iter().map(|own| own[0]).collect()
+        } else {
+            self.centre.clone()
+        }
     }
 
     /// Writes the position of every joint and its first four derivatives at `time` in s; rad (m),

@@ -166,7 +166,8 @@ impl Other {
             delays: &BTreeMap::from(delays),
         };
         with_source(log, |source| {
-            information_bound(&experiment, &model, truth, source).expect("the log is right")
+            let bound = information_bound(&experiment, &model, truth, source);
+            bound.expect("the log is right").map(|own| own.standard_errors())
         })
     }
 

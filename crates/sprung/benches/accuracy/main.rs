@@ -178,7 +178,8 @@ fn bound(demo: &Demo, settings: &Simulate, log: &[u8]) -> Option<Vec<f64>> {
             noise: &noise,
             delays: &BTreeMap::new(),
         };
-        information_bound(&demo.experiment, &demo.model, truth, source).expect("the log is right")
+        let bound = information_bound(&demo.experiment, &demo.model, truth, source);
+        bound.expect("the log is right").map(|own| own.standard_errors())
     })
 }
 

@@ -61,6 +61,7 @@ fn bound(twin: &Twin, settings: &Simulate, log: &[u8]) -> Vec<f64> {
     })
     .unwrap()
     .unwrap()
+    .standard_errors()
 }
 
 /// Median of absolute values.

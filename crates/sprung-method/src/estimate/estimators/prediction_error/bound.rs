@@ -53,8 +53,30 @@ impl From<&Simulate> for KnownNoise {
     }
 }
 
-/// Returns the Cramér-Rao bound of each parameter's standard deviation, \[p\]; zero for fixed
-/// parameters. Returns `None` if the log is too short or does not determine all parameters.
+/// Smallest covariance of unbiased estimates: the bound of Cramér and Rao.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bound {
+    /// Indices of the free parameters.
+    pub free: Vec<usize>,
+    /// Their covariance, \[free × free\], row by row, SI units.
+    pub covariance: Vec<f64>,
+    parameters: usize,
+}
+
+impl Bound {
+    /// Returns the smallest standard deviation of each parameter, \[p\]; zero for fixed parameters.
+    #[must_use]
+    pub fn standard_errors(&self) -> Vec<f64> {
+        let count = self.free.len();
+        let mut all = vec![0.0; self.parameters];
+        for (place, &index) in self.free.iter().enumerate() {
+            all[index] = self.covariance[place * (count + 1)].sqrt();
+        }
+        all
+    }
+}
+
+/// Returns the Cramér-Rao bound of the parameters. Returns `None` if the log is too short or does not determine all parameters.
 ///
 /// The bound is that of Gaussian measurements: the inverse of the information of the filter's
 /// innovations at the true parameters and the true noise. Encoders count as measurements at the
@@ -78,7 +100,7 @@ pub fn information_bound(
     model: &Model,
     truth: KnownTruth<'_>,
     source: LogSource<'_>,
-) -> Result<Option<Vec<f64>>, IdentifyError> {
+) -> Result<Option<Bound>, IdentifyError> {
     let KnownTruth { theta, noise, .. } = truth;
     let log = experiment.log.as_ref().ok_or(PrepareError::NoLog)?;
     let channels = Channels::new(&experiment.robot, log)?;
@@ -124,14 +146,19 @@ pub fn information_bound(
     let count = unknowns.values() + open.len();
     let mut normal = run.sums.normal.first(count);
     add_prior(&unknowns, &z, &mut normal);
-    let mut bound = vec![0.0; theta.len()];
-    let Some(covariance) = solve::covariance(&normal.information, count) else {
+    let Some(all) = solve::covariance(&normal.information, count) else {
         return Ok(None);
     };
-    for (place, &index) in unknowns.free.iter().enumerate() {
-        bound[index] = covariance[place * (count + 1)].sqrt();
-    }
-    Ok(Some(bound))
+    let places = 0..unknowns.free.len();
+    let rows = places.clone();
+    Ok(Some(Bound {
+        covariance: rows
+            .flat_map(|i| places.clone().map(move |j| i * count + j))
+            .map(|at| all[at])
+            .collect(),
+        free: unknowns.free.clone(),
+        parameters: theta.len(),
+    }))
 }
 
 fn levels(model: &Model, noise: &KnownNoise, sensors: usize) -> Levels {

@@ -61,7 +61,7 @@ use crate::progress::{Listener, Phase};
 use crate::regression::{PassError, Reading};
 use crate::stopwatch::Stopwatch;
 pub(in crate::estimate) use before::Before;
-pub use bound::{KnownNoise, KnownTruth, information_bound};
+pub use bound::{Bound, KnownNoise, KnownTruth, information_bound};
 use describe::describe;
 use effects::TorquesTiming;
 use findings::about;

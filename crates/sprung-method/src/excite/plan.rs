@@ -1,0 +1,184 @@
+//! From a task to a certified motion: a motion that breaks a limit is designed again within narrower ones.
+
+use super::bounds::{Bounds, Limited};
+use super::certify::{
+    Broken, Kept, Simulation, certify_followed, certify_reference, check_loop,
+};
+use super::design::{Designed, Frequencies, NoPose, Task, design, draws};
+use super::fourier::Series;
+use crate::description::Controller;
+use crate::progress::Listener;
+
+/// A motion that keeps its limits.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// The search.
+    pub designed: Designed,
+    /// How near the motion comes to its limits between samples.
+    pub certified: Vec<Kept>,
+    /// How near the simulated motion comes to its limits.
+    pub simulated: Vec<Kept>,
+    /// The simulated motion.
+    pub simulation: Simulation,
+}
+
+/// The loop that will run.
+#[derive(Clone, Debug)]
+pub struct Loop {
+    /// The controller; its reference is replaced by the motion.
+    pub controller: Controller,
+    /// Its period, s.
+    pub period: f64,
+}
+
+/// Why no motion keeps the limits.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Refused {
+    /// No pose keeps them at rest.
+    Pose(NoPose),
+    /// No motion that was tried keeps them.
+    Motion(Broken),
+}
+
+/// Designs after which a motion is made smaller instead.
+const REPAIRS: usize = 6;
+
+/// Factor of amplitudes after a broken limit, and the largest number of such steps.
+const SMALLER: f64 = 0.9;
+const SHRINKS: usize = 60;
+
+/// Designs a certified motion.
+///
+/// - `from`: a motion from which the search begins.
+///
+/// # Errors
+///
+/// [`Refused`] with the limit that no motion keeps.
+pub fn plan(
+    task: &Task<'_>,
+    frequencies: &Frequencies,
+    runs: &Loop,
+    from: Option<&Series>,
+    progress: &mut dyn Listener,
+) -> Result<Plan, Refused> {
+    let mut parts = [1.0 - task.settings.margin; Limited::ALL.len()];
+    let mut designed =
+        design(task, frequencies, &parts, from, progress).map_err(Refused::Pose)?;
+    let of_starts = designed.of_starts.clone();
+    for _ in 0..REPAIRS {
+        match certify(task, frequencies, runs, &designed.series) {
+            Ok((certified, simulated, simulation)) => {
+                designed.of_starts = of_starts;
+                return Ok(Plan {
+                    designed,
+                    certified,
+                    simulated,
+                    simulation,
+                });
+            }
+            Err(broken) if broken.part.is_finite() => {
+                parts[broken.what as usize] *= 0.995 / broken.part.clamp(1.0, 2.0);
+                let again = design(task, frequencies, &parts, Some(&designed.series), progress);
+                match again {
+                    Ok(again) => designed = again,
+                    Err(_) => break,
+                }
+            }
+            Err(_) => break,
+        }
+    }
+    let mut last = None;
+    for _ in 0..SHRINKS {
+        match certify(task, frequencies, runs, &designed.series) {
+            Ok((certified, simulated, simulation)) => {
+                designed.of_starts = of_starts;
+                return Ok(Plan {
+                    designed,
+                    certified,
+                    simulated,
+                    simulation,
+                });
+            }
+            Err(broken) => last = Some(broken),
+        }
+        designed.series = designed.series.scaled(SMALLER);
+    }
+    match last {
+        Some(broken) => Err(Refused::Motion(broken)),
+        None => Err(Refused::Pose(NoPose {
+            what: Limited::Position,
+            joint: 0,
+            place: f64::INFINITY,
+        })),
+    }
+}
+
+/// Certifies a motion for all values that the robot may have.
+///
+/// # Errors
+///
+/// [`Broken`] with the first limit that the motion breaks.
+pub fn certify(
+    task: &Task<'_>,
+    frequencies: &Frequencies,
+    runs: &Loop,
+    series: &Series,
+) -> Result<(Vec<Kept>, Vec<Kept>, Simulation), Broken> {
+    let model = task.model;
+    let mut certified = certify_reference(series, task.bounds)?;
+    let is_rigid = (0..model.joint_count()).all(|joint| !model.is_flexible(joint));
+    let controller = Controller {
+        reference: series.reference(model),
+        ..runs.controller.clone()
+    };
+    let mut simulated: Vec<Kept> = Vec::new();
+    let mut first = None;
+    let times = (runs.period, frequencies.duration());
+    for theta in std::iter::once(task.theta.to_vec()).chain(draws(task)) {
+        if is_rigid && task.controller.is_none() {
+            let robot = (model, theta.as_slice());
+            let own = certify_followed(series, robot, task.bounds, task.kinematics)?;
+            join(&mut certified, own);
+        }
+        let robot = (model, &theta);
+        let (kept, simulation) =
+            check_loop(robot, &controller, times, task.bounds, task.kinematics)?;
+        join(&mut simulated, kept);
+        first.get_or_insert(simulation);
+    }
+    Ok((certified, simulated, first.unwrap_or_default()))
+}
+
+/// Keeps the larger part of each limit.
+fn join(all: &mut Vec<Kept>, more: Vec<Kept>) {
+    for own in more {
+        match all.iter_mut().find(|known| known.what == own.what && known.joint == own.joint) {
+            Some(known) if known.part >= own.part => {}
+            Some(known) => *known = own,
+            None => all.push(own),
+        }
+    }
+}
+
+/// Returns the first quantity without any limit that a design needs; `None` if the limits are enough.
+///
+/// A motion needs an end in each joint: limits of torque, or of position and of velocity or acceleration.
+#[must_use]
+pub fn missing_limit(bounds: &Bounds, has_loop: bool) -> Option<(usize, Vec<Limited>)> {
+    for (joint, own) in bounds.joints.iter().enumerate() {
+        let [position, velocity, acceleration, _] = own.orders;
+        let is_slow = velocity.is_limited() || acceleration.is_limited();
+        let has_force = own.torque.is_limited() || has_loop && own.deflection.is_limited();
+        if !(is_slow && (position.is_limited() || has_force)) && !(has_force && has_loop) {
+            let mut missing = Vec::new();
+            if !position.is_limited() {
+                missing.push(Limited::Position);
+            }
+            if !is_slow {
+                missing.push(Limited::Velocity);
+            }
+            return Some((joint, missing));
+        }
+    }
+    None
+}
