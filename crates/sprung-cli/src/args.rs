@@ -53,6 +53,9 @@ pub(crate) enum Verb {
     /// Simulate a log with the digital twin that an experiment describes.
     #[command(before_help = "Example: sprung simulate experiment.toml --set simulate.seed=7")]
     Simulate(Simulate),
+    /// Design an experiment: a motion within the robot's limits, and the standard errors that it promises.
+    #[command(before_help = "Example: sprung excite experiment.toml --out design")]
+    Excite(Excite),
     /// Write an identified robot for simulators and controllers.
     #[command(before_help = "Example: sprung export experiment.toml --format mjcf")]
     Export(Export),
@@ -77,6 +80,7 @@ impl Verb {
             | Self::Identify(Identify { common, .. })
             | Self::Validate(Validate { common, .. })
             | Self::Simulate(Simulate { common, .. })
+            | Self::Excite(Excite { common, .. })
             | Self::Export(Export { common, .. }) => common.json,
             Self::Compare(args) => args.json,
             Self::Demo(_) | Self::New(_) | Self::Schema | Self::Completions(_) | Self::Man(_) => {
@@ -271,6 +275,34 @@ pub(crate) struct Simulate {
     pub(crate) expected_errors: bool,
     #[command(flatten)]
     pub(crate) common: Common,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Excite {
+    /// Experiment file, or the folder that holds experiment.toml.
+    pub(crate) experiment: PathBuf,
+    /// What makes the motion: optimal (a search), or paper (the reference of the founding paper, judged in the same way).
+    #[arg(long, value_enum, default_value_t = Method::Optimal, value_name = "METHOD")]
+    pub(crate) method: Method,
+    /// Values of the robot: identification.json, or a TOML file with values by name [default: the nominal values].
+    #[arg(long, value_name = "FILE")]
+    pub(crate) parameters: Option<PathBuf>,
+    /// A first small motion for an unknown robot: a part of all limits, usual values for drives that the file does not
+    /// describe.
+    #[arg(long)]
+    pub(crate) warm_up: bool,
+    /// A recorded log with the columns of [log]: the new motion adds to what it tells.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) from_log: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) common: Common,
+}
+
+/// What makes a motion.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Method {
+    Optimal,
+    Paper,
 }
 
 #[derive(Debug, Args)]

@@ -63,6 +63,16 @@ impl Terminal {
     ///
     /// - `what`: text until the run reports its first phase.
     pub(crate) fn follow<T>(self, what: &str, run: impl FnOnce(&mut dyn Listener) -> T) -> T {
+        self.follow_until(|| false, what, run)
+    }
+
+    /// Runs a function like [`follow`](Self::follow), and asks it to stop when `is_stopped` says so.
+    pub(crate) fn follow_until<T>(
+        self,
+        is_stopped: impl Fn() -> bool + Sync,
+        what: &str,
+        run: impl FnOnce(&mut dyn Listener) -> T,
+    ) -> T {
         let bar = bar(what, self.voice.no_progress || !self.speaks());
         let outcome = run(&mut |progress: Progress| {
             match progress.expected_s {
@@ -71,7 +81,11 @@ impl Terminal {
                 }
                 _ => show(&bar, progress),
             }
-            Answer::GoOn
+            if is_stopped() {
+                Answer::Stop
+            } else {
+                Answer::GoOn
+            }
         });
         bar.finish_and_clear();
         outcome

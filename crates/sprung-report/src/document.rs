@@ -99,6 +99,26 @@ pub enum Block {
     Code(String),
     /// A fixed drawing beside the blocks that follow.
     Drawing(Drawing),
+    /// An arm that moves.
+    Skeleton(Skeleton),
+}
+
+/// An arm that moves: points, and lines between them. The base is the origin.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Skeleton {
+    /// Description of the motion.
+    pub caption: String,
+    /// Height of the floor, m.
+    pub floor: f64,
+    /// Sides of the squares of the floor, m.
+    pub grid: f64,
+    /// Index of the point that carries each point; `None` for one on the base. The tool is the last
+    /// point.
+    pub parents: Vec<Option<usize>>,
+    /// Time of each frame, s.
+    pub time: Vec<f64>,
+    /// Places of all points in each frame, m; the z axis points up.
+    pub points: Vec<Vec<[f64; 3]>>,
 }
 
 /// A drawing of the program itself.

@@ -20,6 +20,11 @@ impl Joints {
                 joints.push(joint.to_owned());
             }
         }
+        Self::of_names(joints)
+    }
+
+    /// Returns the joints of these names, base first, with numbered links.
+    pub(super) fn of_names(joints: Vec<String>) -> Self {
         let links = (1..=joints.len()).map(|i| format!("link{i}")).collect();
         Self { joints, links }
     }

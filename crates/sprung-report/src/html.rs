@@ -9,7 +9,7 @@ use minijinja::syntax::SyntaxConfig;
 use minijinja::{Environment, UndefinedBehavior, Value, context};
 
 use self::error::ReportError;
-use super::document::Document;
+use super::document::{Block, Document};
 
 const TEMPLATE: &str = include_str!("assets/report.html.jinja");
 const STYLE: &str = include_str!("assets/report.css");
@@ -18,6 +18,7 @@ const SCRIPTS: [&str; 3] = [
     include_str!("assets/downloads.js"),
     include_str!("assets/report.js"),
 ];
+const SKELETON_SCRIPT: &str = include_str!("assets/skeleton.js");
 const PLOT_STYLE: &str = include_str!("assets/uplot/uPlot.min.css");
 const PLOT_SCRIPT: &str = include_str!("assets/uplot/uPlot.iife.min.js");
 const PLOT_LICENSE: &str = include_str!("assets/uplot/LICENSE");
@@ -57,13 +58,22 @@ pub fn render(document: &Document) -> Result<String, ReportError> {
             sections => view::sections(document),
             figures => Value::from_safe_string(figures),
             style => Value::from_safe_string(STYLE.to_owned()),
-            script => Value::from_safe_string(SCRIPTS.join("\n")),
+            script => Value::from_safe_string(script(document)),
             plot_style => Value::from_safe_string(PLOT_STYLE.to_owned()),
             plot_script => Value::from_safe_string(PLOT_SCRIPT.to_owned()),
             plot_license => Value::from_safe_string(PLOT_LICENSE.to_owned()),
         },
     )?;
     Ok(page)
+}
+
+/// Returns the scripts that the blocks of a document need.
+fn script(document: &Document) -> String {
+    let mut blocks = document.sections.iter().flat_map(|section| &section.blocks);
+    let moves = blocks.any(|block| matches!(block, Block::Skeleton(_)));
+    let mut scripts = SCRIPTS.to_vec();
+    scripts.extend(moves.then_some(SKELETON_SCRIPT));
+    scripts.join("\n")
 }
 
 #[cfg(test)]

@@ -206,7 +206,7 @@ fn common_scale(mut half_widths: Vec<f64>) -> f64 {
 }
 
 /// Returns the next number that is one, two or five times a power of ten.
-fn round_up(value: f64) -> f64 {
+pub(super) fn round_up(value: f64) -> f64 {
     let power = 10_f64.powf(value.log10().floor());
     let steps = [1.0, 2.0, 5.0].map(|step| step * power);
     let reached = steps.into_iter().find(|step| *step >= value);

@@ -26,6 +26,12 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
 }
 
+/// Returns a rounded number without zeros at its end.
+pub(super) fn short(value: f64, digits: usize) -> String {
+    let rounded: f64 = (significant(value, digits).parse()).unwrap_or(value);
+    rounded.to_string()
+}
+
 /// Returns a rounded value, or a dash if there is no value.
 pub(super) fn or_dash(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| "–".to_owned(), |value| significant(value, digits))

@@ -22,6 +22,8 @@ pub struct Excite {
     pub resonances: bool,
     /// What the search makes best.
     pub objective: Objective,
+    /// Names of the parameters that count; all if empty.
+    pub parameters: Vec<String>,
     /// Largest number of steps of each search.
     pub steps: usize,
     /// Number of searches from different random motions.
@@ -56,6 +58,7 @@ impl Default for Excite {
             harmonics: None,
             resonances: false,
             objective: Objective::default(),
+            parameters: Vec::new(),
             steps: 150,
             starts: 4,
             seed: 1,

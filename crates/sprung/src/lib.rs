@@ -89,9 +89,9 @@ pub mod description {
     pub use sprung_robot::{
         Column, ColumnName, Columns, Constraints, Controller, ControllerKind, CsvForm, Cutoff,
         Delay, DelaysOfLog, DescriptionError, DhJoint, DiscretizationName, Distance, EncoderOffset,
-        Estimator, Experiment, FILL_IN, Factor, Feedforward, FilePart, FrictionCovariates,
-        FrictionLaw, Identify, InitialMomentum, Joint, Kinematics, Language, Laws, Log,
-        MissingValues, NamedFiles, NoShape, Nominal, NotSupported, OnCheckError, OwnCall, Payload,
+        Estimator, Excite, Experiment, FILL_IN, Factor, Feedforward, FilePart, FrictionCovariates,
+        FrictionLaw, Identify, InitialMomentum, Joint, Kinematics, Language, Laws, Limits, Log,
+        MissingValues, NamedFiles, NoShape, Nominal, NotSupported, Objective, OnCheckError, OwnCall, Payload,
         PerJoint, Physical, Prior, Reference, Robot, SamplingTimes, ServoDrive, Shape, Side,
         Simulate, Sine, SpringTerm, Start, StartError, StartName, StartsAt, TorqueHold,
         TorqueReading, Transmission, Tree, TreeJoint, Unit, Urdf, UrdfError, UrdfJoint, Validate,
@@ -104,7 +104,7 @@ pub mod description {
 pub mod estimate {
     #[doc(inline)]
     pub use sprung_method::estimate::{
-        Applied, Choices, CovarianceOfErrors, CrossCheckResult, CutoffChoice, CutoffPoint, Decided,
+        Applied, Bound, Choices, CovarianceOfErrors, CrossCheckResult, CutoffChoice, CutoffPoint, Decided,
         Decision, DelayUsed, EncoderOffsetResult, ErrorParts, EstimateResult, FactorsError,
         Feature, FeatureKind, FrequencyResponse, GainUsed, HeldOutResidual, Identification,
         Identified, IdentifyError, JointPrediction, JointResponse, KnownNoise, KnownTruth, LawRung,
@@ -115,6 +115,15 @@ pub mod estimate {
         RungResult, SensorNoise, SettingsUsed, SignUsed, SimulationFit, SpringFromMotor,
         StandardParameter, Unseen, Verdict, fit, identify, identify_and_tell, information_bound,
         late_channels, parameters_csv, residual, torques, trace,
+    };
+}
+
+/// Designed experiments: motions, limits and promises.
+pub mod excite {
+    #[doc(inline)]
+    pub use sprung_method::excite::{
+        Excitation, Excited, JointMotion, LimitUsed, More, MotionResult, Promised, SearchResult,
+        Simulation, Skeleton, Trajectory,
     };
 }
 

@@ -4,6 +4,7 @@ mod begin;
 mod check;
 mod compare;
 mod demo;
+mod excite;
 mod export;
 mod generated;
 mod identify;
@@ -43,6 +44,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Validate(args) => with_threads(args.common.work, || validate::run(&args)),
         Verb::Compare(args) => compare::run(&args),
         Verb::Simulate(args) => with_threads(args.common.work, || simulate::run(&args)),
+        Verb::Excite(args) => with_threads(args.common.work, || excite::run(&args)),
         Verb::Export(args) => with_threads(args.common.work, || export::run(&args)),
         Verb::Completions(args) => Ok(generated::completions(&args)),
         Verb::Man(args) => generated::man(&args),

@@ -4,7 +4,6 @@ use std::f64::consts::TAU;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use faer::Mat;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -19,10 +18,11 @@ use super::motion::Follows;
 use super::noise::{Errors, Fastest};
 use super::objective::judge;
 use super::physics::Physics;
+use super::promise::Information;
 use super::problem::{Peak, Problem, Scenario};
 use super::search::{Found, search};
 use super::simulated::Simulated;
-use crate::description::{Controller, Excite, Objective};
+use crate::description::{Controller, Excite};
 use crate::model::Model;
 use crate::progress::{Listener, Phase};
 
@@ -44,7 +44,7 @@ pub struct Task<'a> {
     /// Places of links and tool, if the description has lengths.
     pub kinematics: Option<&'a Kinematics>,
     /// Information of earlier experiments, \[free × free\].
-    pub known: Option<&'a Mat<f64>>,
+    pub known: Option<&'a Information>,
     /// Free parameters that count, places among the free ones; all if empty.
     pub chosen: &'a [usize],
 }
@@ -195,7 +195,7 @@ pub(super) fn problem(task: &Task<'_>, frequencies: &Frequencies, parts: &[f64; 
             };
             let weighting =
                 Weighting::new(model, &theta, task.errors, &poses, (samples, period, lines), repeats)
-                    .with_known(task.known);
+                    .with_known(task.known.map(|own| &own.0));
             Scenario { theta, follows, weighting }
         })
         .collect();
@@ -437,17 +437,23 @@ fn pose(problem: &mut Problem, rng: &mut ChaCha8Rng) -> Result<Vec<f64>, NoPose>
     }
 }
 
-/// Returns the value of an objective and the information of a motion, by the surrogate.
+/// Returns the information of a motion by the surrogate of the search; nuisance parameters follow the free ones.
 #[must_use]
-pub fn information(task: &Task<'_>, frequencies: &Frequencies, series: &Series) -> Option<Mat<f64>> {
+pub fn information(
+    task: &Task<'_>,
+    frequencies: &Frequencies,
+    series: &Series,
+) -> Option<Information> {
     let mut problem = problem(task, frequencies, &[1.0; Limited::ALL.len()]);
     let scenario = problem.scenarios.first_mut()?;
     let moved = scenario.follows.run(&series.joints)?;
-    Some(scenario.weighting.columns(&moved.entries).matrix)
+    Some(Information(scenario.weighting.columns(&moved.entries).matrix))
 }
 
-/// Returns the value of an objective of an information matrix.
+/// Returns the value of the objective of a task for a motion; `None` if it does not determine all parameters.
 #[must_use]
-pub fn value_of(objective: Objective, matrix: &Mat<f64>, scales: &[f64], chosen: &[usize]) -> Option<f64> {
-    judge(objective, matrix, scales, chosen).map(|own| own.value)
+pub fn value_of(task: &Task<'_>, frequencies: &Frequencies, series: &Series) -> Option<f64> {
+    let problem = problem(task, frequencies, &[1.0; Limited::ALL.len()]);
+    let matrix = information(task, frequencies, series)?.0;
+    judge(problem.objective, &matrix, &problem.scales, &problem.chosen).map(|own| own.value)
 }

@@ -169,9 +169,4 @@ impl Weighting {
         }
         self.transform.transpose() * by_spectra
     }
-
-    /// Returns the number of nuisance parameters.
-    pub(super) fn nuisances(&self) -> usize {
-        self.nuisances.len()
-    }
 }

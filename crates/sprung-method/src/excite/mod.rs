@@ -15,6 +15,7 @@ mod objective;
 mod physics;
 mod plan;
 mod problem;
+mod promise;
 mod result;
 mod search;
 mod simulated;
@@ -29,6 +30,7 @@ pub use fourier::Series;
 pub use kinematics::{Kinematics, Places};
 pub use noise::Errors;
 pub use plan::{Loop, Plan, Refused, certify, missing_limit, plan};
+pub use promise::{Information, add_cures, more, promise};
 pub use result::{
     EXCITATION_FORMAT, Excitation, Excited, JointMotion, LimitUsed, More, MotionResult, Promised,
     SearchResult, Skeleton, Trajectory,

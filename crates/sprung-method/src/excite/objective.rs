@@ -163,9 +163,3 @@ fn factors(matrix: &Mat<f64>) -> Option<(Vec<f64>, Vec<f64>)> {
     }
     factor(&mut scaled, p).then_some((scaled, length))
 }
-
-/// Returns the standard errors of the chosen parameters; `None` if the information does not determine all.
-pub(super) fn standard_errors(matrix: &Mat<f64>) -> Option<Vec<f64>> {
-    let inverse = inverse(matrix)?;
-    Some((0..matrix.nrows()).map(|i| inverse[(i, i)].sqrt()).collect())
-}

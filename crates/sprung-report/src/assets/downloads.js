@@ -1,7 +1,7 @@
 // Downloads: each figure as SVG or PNG, each table as CSV. Nothing is loaded from elsewhere.
 
 // Parts of a figure that are controls.
-const CONTROLS = "figcaption, .hint, .reset, .downloads, .u-over, .u-under, .u-legend, output";
+const CONTROLS = "figcaption, .hint, .reset, .downloads, .skeleton-bar, .u-over, .u-under, .u-legend, output";
 
 // Space around a saved figure, pixels.
 const MARGIN = 10;

@@ -89,7 +89,10 @@ const curve = (() => {
 // A panel with errors has a second coordinate system with the differences from its first curve.
 function panelsOf(data) {
   return data.panels.flatMap((panel) => {
-    const series = panel.series.map((s) => ({ ...s, values: curve(s.curve) }));
+    const { length } = store.axes[panel.axis];
+    // A constant curve is stored as one value.
+    const all = (values) => (values.length === 1 ? Array(length).fill(values[0]) : values);
+    const series = panel.series.map((s) => ({ ...s, values: all(curve(s.curve)) }));
     const own = { ...panel, series };
     if (panel.errors === null) return [own];
     const [measured, ...models] = series;

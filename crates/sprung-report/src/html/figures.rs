@@ -1,24 +1,42 @@
 //! Writes the data of all figures as JSON that is safe inside a `script` element.
 //!
 //! The values of a curve are 32-bit floats in Base64: 5.3 characters instead of about ten, and seven
-//! digits. Equal curves and equal axes are stored once.
+//! digits. Equal curves and equal axes are stored once, and a constant curve is one value.
 
 use std::collections::HashMap;
 
 use serde::Serialize;
 
-use super::super::document::{Block, Document, Figure, Layout, Line, Panel, Series, Style};
+use super::super::document::{
+    Block, Document, Figure, Layout, Line, Panel, Series, Skeleton, Style,
+};
 use super::base64;
 use super::error::ReportError;
 
 // A long log at a high rate needs more digits for its times than for its values.
 const AXIS_DIGITS: usize = 12;
 
+/// Significant digits of the largest coordinate of an arm.
+const PLACE_DIGITS: i32 = 4;
+
 #[derive(Default, Serialize)]
 struct Data<'a> {
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    skeletons: Vec<SkeletonData<'a>>,
     axes: Vec<Vec<f64>>,
     curves: Vec<String>,
     figures: Vec<FigureData<'a>>,
+}
+
+/// Places are multiples of a unit, because whole numbers are short.
+#[derive(Serialize)]
+struct SkeletonData<'a> {
+    unit: f64,
+    floor: f64,
+    grid: f64,
+    parents: &'a [Option<usize>],
+    time: Vec<f64>,
+    points: Vec<Vec<i32>>,
 }
 
 #[derive(Serialize)]
@@ -64,8 +82,12 @@ impl<'a> Stored<'a> {
     }
 
     fn curve(&mut self, series: &Series) -> usize {
-        let values = series.values.iter();
-        let bytes = values.flat_map(|value| float(*value).to_le_bytes());
+        let values: Vec<f32> = series.values.iter().map(|value| float(*value)).collect();
+        let is_constant = values
+            .windows(2)
+            .all(|two| two[0].to_bits() == two[1].to_bits());
+        let stored = if is_constant { 1 } else { values.len() };
+        let bytes = (values.iter().take(stored)).flat_map(|value| value.to_le_bytes());
         let next = self.curves.len();
         let text = base64::encode(&bytes.collect::<Vec<u8>>());
         *self.curves.entry(text).or_insert(next)
@@ -76,15 +98,19 @@ impl<'a> Stored<'a> {
 pub(super) fn to_json(document: &Document) -> Result<String, ReportError> {
     let mut stored = Stored::default();
     let mut figures = Vec::new();
+    let mut skeletons = Vec::new();
     for block in document.sections.iter().flat_map(|section| &section.blocks) {
         if let Block::Figure(figure) = block {
             figures.push(figure_data(figure, &mut stored)?);
+        } else if let Block::Skeleton(skeleton) = block {
+            skeletons.push(skeleton_data(skeleton));
         }
     }
     let axis = |axis: &&[f64]| axis.iter().map(|&x| round(x, AXIS_DIGITS)).collect();
     let mut curves: Vec<(String, usize)> = stored.curves.into_iter().collect();
     curves.sort_by_key(|(_, index)| *index);
     let data = Data {
+        skeletons,
         axes: stored.axes.iter().map(axis).collect(),
         curves: curves.into_iter().map(|(text, _)| text).collect(),
         figures,
@@ -121,6 +147,25 @@ fn figure_data<'a>(
         layout: figure.layout,
         panels,
     })
+}
+
+fn skeleton_data(skeleton: &Skeleton) -> SkeletonData<'_> {
+    let coordinates = || skeleton.points.iter().flatten().flatten();
+    let largest = coordinates().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let power = largest.log10().floor().max(-9.0) as i32 + 1 - PLACE_DIGITS;
+    let unit = round(10_f64.powi(power), 1);
+    let frame = |points: &Vec<[f64; 3]>| {
+        let coordinates = points.iter().flatten();
+        coordinates.map(|x| (x / unit).round() as i32).collect()
+    };
+    SkeletonData {
+        unit,
+        floor: round(skeleton.floor, 6),
+        grid: skeleton.grid,
+        parents: &skeleton.parents,
+        time: skeleton.time.iter().map(|&t| round(t, 6)).collect(),
+        points: skeleton.points.iter().map(frame).collect(),
+    }
 }
 
 /// Returns a value as the page stores it; a gap is not a number.

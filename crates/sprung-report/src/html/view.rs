@@ -77,6 +77,10 @@ fn block_view(block: &Block, figures: &mut usize) -> Value {
                 caption => drawing.caption.as_str(),
             }
         }
+        // The script finds the data of each arm by its place among all arms.
+        Block::Skeleton(shown) => {
+            context! { kind => "skeleton", caption => shown.caption.as_str() }
+        }
         Block::Intervals(shown) => intervals_view(shown),
         Block::Bars(shown) => {
             let rows: Value = shown.rows.iter().map(bar_row_view).collect();

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::excite::ExciteError;
 use sprung_base::finding::Finding;
 use sprung_base::progress::Stopped;
 use sprung_export::ExportError;
@@ -210,6 +211,9 @@ pub enum SessionError {
     /// A log is too short for standard errors.
     #[error("the simulated log is too short for standard errors; raise duration_s in [simulate]")]
     NoBound,
+    /// No experiment can be designed.
+    #[error(transparent)]
+    Excite(#[from] ExciteError),
     /// The experiment has no validation run of this name.
     #[error("no [[validate]] block is called \"{name}\"; the blocks are: {}", .known.join(", "))]
     NoRun {
@@ -395,6 +399,7 @@ impl SessionError {
             | Self::NoTwin
             | Self::ExactTwin { .. }
             | Self::NoBound
+            | Self::Excite(_)
             | Self::NoRun { .. }
             | Self::NoController
             | Self::NoTarget

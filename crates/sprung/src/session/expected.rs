@@ -11,7 +11,7 @@ use super::load::Session;
 use super::simulate::Recording;
 use sprung_base::progress::Listener;
 use sprung_log::{Input, LogSource};
-use sprung_method::estimate::{KnownNoise, KnownTruth, information_bound};
+use sprung_method::estimate::{Bound, KnownNoise, KnownTruth, information_bound};
 
 /// Part of the largest parameter with the same unit below which a standard error counts as small for a parameter of zero.
 const SMALL_PART: f64 = 0.01;
@@ -51,6 +51,36 @@ impl Session {
         twin: &Recording<'_>,
         progress: &mut dyn Listener,
     ) -> Result<Vec<ExpectedError>, SessionError> {
+        let bound = self.bound(twin, progress)?.standard_errors();
+        let largest = |unit: &str| {
+            (twin.model.parameters().iter().zip(&twin.theta))
+                .filter(|(parameter, _)| parameter.unit == unit)
+                .fold(0.0, |most: f64, (_, value)| most.max(value.abs()))
+        };
+        let parameters = twin.model.parameters().iter().zip(&twin.theta);
+        Ok((parameters.zip(bound))
+            .filter(|((parameter, _), _)| parameter.fixed.is_none())
+            .map(|((parameter, &value), standard_error)| ExpectedError {
+                name: parameter.name.clone(),
+                unit: parameter.unit.to_owned(),
+                value,
+                standard_error,
+                is_determined: standard_error
+                    < value.abs().max(SMALL_PART * largest(parameter.unit)),
+            })
+            .collect())
+    }
+
+    /// Returns the smallest covariance of the parameters that the experiment of a twin buys.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`expected_errors`](Self::expected_errors).
+    pub(super) fn bound(
+        &self,
+        twin: &Recording<'_>,
+        progress: &mut dyn Listener,
+    ) -> Result<Bound, SessionError> {
         let session = match twin.overlay {
             Some(over) => self.with_log(over)?,
             None => self.clone(),
@@ -71,23 +101,6 @@ impl Session {
             delays: &delays,
         };
         let bound = information_bound(experiment, &twin.model, truth, source)?;
-        let bound = bound.ok_or(SessionError::NoBound)?;
-        let largest = |unit: &str| {
-            (twin.model.parameters().iter().zip(&twin.theta))
-                .filter(|(parameter, _)| parameter.unit == unit)
-                .fold(0.0, |most: f64, (_, value)| most.max(value.abs()))
-        };
-        let parameters = twin.model.parameters().iter().zip(&twin.theta);
-        Ok((parameters.zip(bound))
-            .filter(|((parameter, _), _)| parameter.fixed.is_none())
-            .map(|((parameter, &value), standard_error)| ExpectedError {
-                name: parameter.name.clone(),
-                unit: parameter.unit.to_owned(),
-                value,
-                standard_error,
-                is_determined: standard_error
-                    < value.abs().max(SMALL_PART * largest(parameter.unit)),
-            })
-            .collect())
+        bound.ok_or(SessionError::NoBound)
     }
 }

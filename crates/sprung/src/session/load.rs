@@ -100,10 +100,13 @@ impl Session {
 
     /// Returns this session with columns of another log in place of those of `[log]`.
     pub(super) fn with_log(&self, over: &Log) -> Result<Self, SessionError> {
-        let name = self.name();
-        let experiment = self.experiment.with_log(&name, over)?;
+        self.with_experiment(self.experiment.with_log(&self.name(), over)?)
+    }
+
+    /// Returns this session with another experiment.
+    pub(super) fn with_experiment(&self, experiment: Experiment) -> Result<Self, SessionError> {
         Ok(Self {
-            model: model(&name, &experiment)?,
+            model: model(&self.name(), &experiment)?,
             experiment,
             ..self.clone()
         })
@@ -149,10 +152,8 @@ impl Session {
             joint.laws = Some(Laws::Declared);
         }
         Ok(Self {
-            model: model(&self.name(), &experiment)?,
-            experiment,
             earlier_laws,
-            ..self.clone()
+            ..self.with_experiment(experiment)?
         })
     }
 

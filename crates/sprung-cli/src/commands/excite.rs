@@ -1,0 +1,161 @@
+//! `sprung excite`: designs an experiment.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use sprung::excite::{Excitation, Excited};
+use sprung::model::short;
+use sprung::report::significant;
+use sprung::session::{ExciteMethod, ExciteRequest, Parameters, Session, excitation_files};
+
+use crate::args::{Excite, Method};
+
+use crate::exit_code::{ExitCode, Failure};
+use crate::output::{Folder, results_folder};
+use crate::results::{REPORT_FILE, write_json};
+use crate::terminal::{Grid, Terminal, complain, dash};
+
+/// Files that a design writes.
+const EXCITATION_FILE: &str = "excitation.json";
+const FILES: [&str; 6] = [
+    EXCITATION_FILE,
+    "trajectory.csv",
+    "trajectory.yaml",
+    "hold-out.csv",
+    "reference.toml",
+    REPORT_FILE,
+];
+
+/// Part of a limit from which a line of the terminal names it, percent.
+const NEAR_PERCENT: f64 = 90.0;
+
+pub(crate) fn run(args: &Excite) -> Result<ExitCode, Failure> {
+    let common = &args.common;
+    let terminal = Terminal::new(common.voice, common.json);
+    let session = Session::open(&args.experiment, &common.overrides)?;
+    let parameters = (args.parameters.as_deref())
+        .map(Parameters::open)
+        .transpose()?;
+    let request = ExciteRequest {
+        method: match args.method {
+            Method::Optimal => ExciteMethod::Optimal,
+            Method::Paper => ExciteMethod::Paper,
+        },
+        is_warm_up: args.warm_up,
+        from_log: (args.from_log.as_deref()).map(std::path::absolute).transpose().map_err(|error| {
+            Failure::new(ExitCode::File, format!("the folder of --from-log is not known: {error}"))
+        })?,
+    };
+    let inputs = session.inputs().into_iter().chain(args.parameters.clone()).chain(args.from_log.clone());
+    let folder = Folder::new(&results_folder(&session, common), inputs, &FILES)?;
+    let stop = stop_on_interrupt();
+    let is_stopped = || stop.load(Ordering::Relaxed);
+    let excited = terminal.follow_until(is_stopped, "designing", |progress| {
+        session.excite(&request, parameters.as_ref(), progress)
+    })?;
+
+    let mut output = folder.output()?;
+    for (name, text) in excitation_files(&session, &excited) {
+        output.text(name, &text)?;
+    }
+    if excited.hold_out.is_none() {
+        output.outdates("hold-out.csv");
+    }
+    write_json(&mut output, EXCITATION_FILE, &excited.excitation)?;
+
+
+    output.commit()?;
+
+    terminal.json(&excited.excitation);
+    say(terminal, &excited, is_stopped());
+
+    Ok(ExitCode::Done)
+}
+
+/// Returns a flag that the first interrupt of the user sets; the second one ends the program.
+fn stop_on_interrupt() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let own = Arc::clone(&stop);
+    // Without a handler an interrupt ends the program, and earlier results stay.
+    let _ = ctrlc::set_handler(move || {
+        if own.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        complain("the search stops, and its best motion is judged; press Ctrl-C again to end without results");
+    });
+    stop
+}
+
+fn say(terminal: Terminal, excited: &Excited, is_stopped: bool) {
+    let own = &excited.excitation;
+    let motion = &own.motion;
+    let highest = motion.harmonics.last().copied().unwrap_or(1) as f64 * motion.base_frequency_hz;
+    terminal.say(format!(
+        "{}: {} s, {} to {} Hz, {}{}",
+        own.robot,
+        significant(motion.duration_s, 4),
+        significant(motion.base_frequency_hz, 3),
+        significant(highest, 3),
+        if own.is_certified {
+            "every limit holds, between samples too"
+        } else {
+            "limits are broken"
+        },
+        if is_stopped { ", search stopped" } else { "" }
+    ));
+    if motion.approach_s > 0.0 {
+        terminal.say(format!(
+            "approach from start_rad: {} s before the motion",
+            significant(motion.approach_s, 3)
+        ));
+    } else {
+        let poses: Vec<String> = (motion.joints.iter())
+            .map(|own| significant(own.start_rad, 4))
+            .collect();
+        terminal.say(format!("the motion starts at [{}] rad (m)", poses.join(", ")));
+    }
+    let near: Vec<String> = (own.limits.iter())
+        .filter(|limit| limit.used_percent >= NEAR_PERCENT)
+        .map(|limit| {
+            let joint = limit.joint.as_deref().map_or(String::new(), |own| format!(" of {own}"));
+            format!("{}{joint} {} %", limit.quantity, significant(limit.used_percent, 3))
+        })
+        .collect();
+    if !near.is_empty() {
+        terminal.say(format!("limits in use: {}", near.join(", ")));
+    }
+    terminal.table(&promise_table(own));
+    for parameter in own.undetermined() {
+        terminal.say(format!(
+            "{} is not determined: {}",
+            short(&parameter.name),
+            parameter.cure.as_deref().unwrap_or("its standard error exceeds its value")
+        ));
+    }
+    for more in &own.more {
+        terminal.say(format!(
+            "{}: standard errors times {}",
+            more.what,
+            significant(more.factor, 3)
+        ));
+    }
+    for assumed in &own.assumed {
+        terminal.say(format!("assumed: {assumed}"));
+    }
+}
+
+fn promise_table(own: &Excitation) -> Grid {
+    let header = ["parameter", "unit", "value", "± s.e.", "%"].map(str::to_owned);
+    let mut table = Grid::new(header.into(), 2).divided(3, 2);
+    for own in &own.promise {
+        let error = own.is_determined.then_some(own.standard_error);
+        table.add_row(vec![
+            short(&own.name).into_owned(),
+            own.unit.clone(),
+            significant(own.value, 5),
+            dash(error, 2),
+            dash(own.relative_percent.filter(|_| own.is_determined), 2),
+        ]);
+    }
+    table
+}

@@ -1,0 +1,213 @@
+//! The standard errors that a motion buys, and what would buy more.
+
+use std::collections::BTreeMap;
+
+use faer::Mat;
+
+use super::design::{Frequencies, Task, information, scales};
+use super::fourier::Series;
+use super::objective::inverse;
+use super::result::{More, Promised};
+use crate::description::Experiment;
+use crate::estimate::Bound;
+use crate::model::Model;
+
+/// Factor of a standard error that is worth to be told as a cure.
+const WORTH: f64 = 1.3;
+
+/// Amplitudes of a larger motion.
+const LARGER: f64 = 1.5;
+
+/// Tilt of the base, rad.
+const TILT: f64 = 0.5;
+
+/// Information about the free parameters, SI units.
+#[derive(Clone, Debug)]
+pub struct Information(pub(super) Mat<f64>);
+
+impl Information {
+    /// Returns the information of a bound; `None` if its covariance is not positive definite.
+    #[must_use]
+    pub fn of_bound(bound: &Bound) -> Option<Self> {
+        let count = bound.free.len();
+        let covariance = Mat::from_fn(count, count, |i, j| bound.covariance[i * count + j]);
+        inverse(&covariance).map(Self)
+    }
+
+    /// Returns the information of both experiments.
+    #[must_use]
+    pub fn with(&self, other: &Self) -> Self {
+        Self(&self.0 + &other.0)
+    }
+
+    /// Returns the information of an experiment that is repeated.
+    #[must_use]
+    pub fn times(&self, factor: f64) -> Self {
+        Self(&self.0 * faer::Scale(factor))
+    }
+
+    /// Returns the standard errors; infinite if the information does not determine all parameters.
+    #[must_use]
+    pub fn standard_errors(&self) -> Vec<f64> {
+        match inverse(&self.0) {
+            Some(own) => (0..own.nrows()).map(|i| own[(i, i)].sqrt()).collect(),
+            None => vec![f64::INFINITY; self.0.nrows()],
+        }
+    }
+}
+
+/// Returns the promise of an information matrix.
+#[must_use]
+pub fn promise(model: &Model, theta: &[f64], information: &Information) -> Vec<Promised> {
+    let errors = information.standard_errors();
+    let least = scales(model, theta);
+    let parameters = model.parameters().iter().zip(theta);
+    (parameters.filter(|(own, _)| own.fixed.is_none()))
+        .zip(errors.iter().zip(least))
+        .map(|((own, &value), (&standard_error, scale))| Promised {
+            name: own.name.clone(),
+            unit: own.unit.to_owned(),
+            value,
+            standard_error,
+            relative_percent: (value != 0.0).then(|| 100.0 * standard_error / value.abs()),
+            is_determined: standard_error < scale,
+            cure: None,
+        })
+        .collect()
+}
+
+/// A change of an experiment, and the standard errors of the free parameters with it.
+struct Change {
+    words: String,
+    errors: Vec<Option<f64>>,
+}
+
+/// Writes the change that determines each undetermined parameter best, by the surrogate of the search.
+///
+/// - `experiment`, `values`: the robot and its values by name, for another tilt of its base.
+pub fn add_cures(
+    promise: &mut [Promised],
+    task: &Task<'_>,
+    (frequencies, series): (&Frequencies, &Series),
+    experiment: &Experiment,
+    values: &BTreeMap<String, f64>,
+) {
+    if promise.iter().all(|own| own.is_determined) {
+        return;
+    }
+    let Some(now) = information(task, frequencies, series) else {
+        return;
+    };
+    let now = now.standard_errors();
+    let mut changes = Vec::new();
+    let mut add = |words: String, matrix: Option<Information>| {
+        if let Some(matrix) = matrix {
+            let errors = matrix.standard_errors().into_iter().map(Some).collect();
+            changes.push(Change { words, errors });
+        }
+    };
+    add(
+        format!("amplitudes {LARGER} times as large"),
+        information(task, frequencies, &series.scaled(LARGER)),
+    );
+    let of_rate = |factor: f64| {
+        let own = Frequencies {
+            rate: frequencies.rate * factor,
+            ..frequencies.clone()
+        };
+        let series = Series {
+            rate: series.rate * factor,
+            ..series.clone()
+        };
+        information(task, &own, &series)
+    };
+    add("the same motion at half the speed".to_owned(), of_rate(0.5));
+    add("the same motion 1.5 times as fast".to_owned(), of_rate(1.5));
+    if let Some(change) = tilted(task, (frequencies, series), experiment, values) {
+        changes.push(change);
+    }
+    for (place, own) in promise.iter_mut().enumerate().filter(|(_, own)| !own.is_determined) {
+        let gain = |change: &Change| {
+            let error = change.errors.get(place).copied().flatten();
+            error.map_or(0.0, |error| now[place] / error)
+        };
+        let best = (changes.iter()).max_by(|a, b| gain(a).total_cmp(&gain(b)));
+        own.cure = Some(match best {
+            Some(change) if gain(change) > WORTH => format!(
+                "{} divide its standard error by {:.1}",
+                change.words,
+                gain(change)
+            ),
+            _ => "neither amplitude nor speed nor a tilt of the base determines it; a longer experiment, a payload, or \
+                  sensors with less noise may"
+                .to_owned(),
+        });
+    }
+}
+
+/// Returns the errors with another tilt of the base.
+fn tilted(
+    task: &Task<'_>,
+    (frequencies, series): (&Frequencies, &Series),
+    experiment: &Experiment,
+    values: &BTreeMap<String, f64>,
+) -> Option<Change> {
+    let mut experiment = experiment.clone();
+    experiment.robot.tree.as_ref()?;
+    let [x, y, z] = experiment.robot.gravity();
+    let (sin, cos) = TILT.sin_cos();
+    experiment.robot.gravity_m_per_s2 = Some([x, cos * y - sin * z, sin * y + cos * z]);
+    let model = Model::new(&experiment).ok()?;
+    let theta = model.theta(values).or_else(|_| model.nominal()).ok()?;
+    let own = Task {
+        model: &model,
+        theta: &theta,
+        known: None,
+        chosen: &[],
+        ..task.clone()
+    };
+    let errors = information(&own, frequencies, series)?.standard_errors();
+    let free: Vec<&str> = (model.parameters().iter())
+        .filter(|own| own.fixed.is_none())
+        .map(|own| own.name.as_str())
+        .collect();
+    let of = |name: &str| free.iter().position(|own| *own == name).map(|place| errors[place]);
+    Some(Change {
+        words: format!("a base tilted by {:.0}°", TILT.to_degrees()),
+        errors: (task.model.parameters().iter())
+            .filter(|own| own.fixed.is_none())
+            .map(|own| of(&own.name))
+            .collect(),
+    })
+}
+
+/// Returns what more experiments buy.
+#[must_use]
+pub fn more(
+    model: &Model,
+    theta: &[f64],
+    information: &Information,
+    second: Option<&Information>,
+) -> Vec<More> {
+    let now = information.standard_errors();
+    let of = |what: &str, own: &Information| {
+        let errors = own.standard_errors();
+        let logs = errors.iter().zip(&now).map(|(then, now)| (then / now).ln());
+        let mean = logs.sum::<f64>() / now.len().max(1) as f64;
+        More {
+            what: what.to_owned(),
+            factor: mean.exp(),
+            undetermined: (errors.iter().zip(scales(model, theta)))
+                .filter(|(error, scale)| **error >= *scale)
+                .count(),
+        }
+    };
+    let mut all = vec![
+        of("the motion twice", &information.times(2.0)),
+        of("the motion four times", &information.times(4.0)),
+    ];
+    if let Some(second) = second {
+        all.push(of("the motion, and the one for validation", &information.with(second)));
+    }
+    all
+}

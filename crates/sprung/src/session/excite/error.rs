@@ -1,0 +1,182 @@
+//! Why no experiment can be designed.
+
+use sprung_method::excite::{Bounds, Broken, Limited, NoPose, Refused};
+use sprung_model::Model;
+use sprung_core::chain::JointKind;
+
+/// Why no experiment can be designed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExciteError {
+    /// A joint has no limits.
+    #[error(
+        "{joint} has no limit of its {what}, so its motion has no end; add limits = {{ {keys} }} to its [[robot.joint]], \
+         or to [robot.joint_defaults] for all joints"
+    )]
+    NoLimit {
+        /// Name of the joint.
+        joint: String,
+        /// Quantities without limits.
+        what: String,
+        /// Keys with examples of values.
+        keys: String,
+    },
+    /// No motion keeps a limit.
+    #[error("{0}")]
+    Refused(String),
+    /// The closed loop runs away.
+    #[error(
+        "the closed loop of [controller] with these values is unstable: it runs away at {time_s:.2} s; check kp_nm_per_rad \
+         and kd_nms_per_rad, and the nominal values"
+    )]
+    Unstable {
+        /// Time, s.
+        time_s: f64,
+    },
+    /// The values are not those of a robot that can exist.
+    #[error("no robot can have these values: {0}; correct the nominal values, or give --parameters FILE")]
+    Impossible(String),
+    /// Values are missing.
+    #[error(
+        "these values have no nominal value: {names}; give them, --parameters FILE of an identification, or --warm-up for a \
+         first small motion"
+    )]
+    Missing {
+        /// Names of the parameters.
+        names: String,
+    },
+    /// Masses are missing, which a first motion needs.
+    #[error("--warm-up needs the masses of the links, and {names} have no nominal value; give a URDF with masses, or nominal values")]
+    NoMasses {
+        /// Names of the parameters.
+        names: String,
+    },
+    /// A parameter that was asked for does not exist, or no motion determines it.
+    #[error("{why}; [excite] parameters takes names of these: {known}")]
+    NotDetermined {
+        /// The parameter, and why no motion determines it.
+        why: String,
+        /// Names of the parameters.
+        known: String,
+    },
+    /// The tool has a limit, and the kinematics have no lengths.
+    #[error("{key} of [excite] needs the lengths of the links, and kinematics = \"planar-2r\" has none; describe the robot with urdf, dh_modified or dh_classic")]
+    NoLengths {
+        /// The key.
+        key: &'static str,
+    },
+    /// The robot is a position servo.
+    #[error("{joint} is a position servo, whose log has no torque; sprung excite designs experiments with torques")]
+    Servo {
+        /// Name of the joint.
+        joint: String,
+    },
+}
+
+impl ExciteError {
+    /// Returns why no motion was found.
+    pub(super) fn refused(refused: &Refused, model: &Model, bounds: &Bounds) -> Self {
+        match refused {
+            Refused::Motion(broken) if broken.runs_away => Self::Unstable {
+                time_s: broken.time_s,
+            },
+            Refused::Pose(own) if !own.place.is_finite() => Self::Unstable { time_s: 0.0 },
+            Refused::Pose(own) => Self::Refused(of_pose(own, model, bounds)),
+            Refused::Motion(own) => Self::Refused(of_motion(own, model, bounds)),
+        }
+    }
+
+    /// Returns why the robot does not reach the start.
+    pub(super) fn approach(broken: &Broken, model: &Model, bounds: &Bounds) -> Self {
+        Self::Refused(format!(
+            "the robot cannot come from start_rad to the motion: {}",
+            of_motion(broken, model, bounds)
+        ))
+    }
+
+    /// Returns the error of a joint without limits.
+    pub(super) fn no_limit(joint: &str, missing: &[Limited]) -> Self {
+        let words: Vec<&str> = missing.iter().map(|own| own.word()).collect();
+        let key = |own: &Limited| match own {
+            Limited::Position => "position_rad = [-1.0, 1.0]".to_owned(),
+            other => format!("{} = 1.0", other.key()),
+        };
+        let keys: Vec<String> = missing.iter().map(key).collect();
+        Self::NoLimit {
+            joint: joint.to_owned(),
+            what: words.join(" and of its "),
+            keys: keys.join(", "),
+        }
+    }
+}
+
+/// Returns the unit of a limited quantity of a joint.
+pub(super) fn unit(what: Limited, model: &Model, joint: usize) -> String {
+    let unit = what.unit();
+    match (model.kind(joint), what) {
+        (JointKind::Revolute, _) | (_, Limited::ToolSpeed | Limited::Height) => unit.to_owned(),
+        (JointKind::Prismatic, Limited::Torque | Limited::TorqueRate) => unit.replace("N·m", "N"),
+        (JointKind::Prismatic, _) => unit.replace("rad", "m"),
+    }
+}
+
+fn of_pose(own: &NoPose, model: &Model, bounds: &Bounds) -> String {
+    let name = &model.joints()[own.joint];
+    match own.what {
+        Limited::Height => format!(
+            "no pose keeps all links and the tool above floor_m = {:.4} m; the best pose found is {:.3} m too low at {name}: \
+             lower floor_m by that",
+            bounds.floor.unwrap_or_default(),
+            own.place.max(1.0) - 1.0
+        ),
+        what => {
+            let limit = bounds.joints[own.joint].of(what);
+            format!(
+                "no pose keeps the {} of {name} at rest: the best pose found needs {:.0} % of its limit {:.4} {}; raise the \
+                 limit to {:.4} {}, or allow other positions",
+                what.word(),
+                100.0 * own.place,
+                limit.half,
+                unit(what, model, own.joint),
+                limit.half * own.place * 1.02,
+                unit(what, model, own.joint),
+            )
+        }
+    }
+}
+
+fn of_motion(own: &Broken, model: &Model, bounds: &Bounds) -> String {
+    let name = &model.joints()[own.joint];
+    if own.what == Limited::Height {
+        return format!(
+            "no motion that was tried keeps {name} above floor_m = {:.4} m: it is at {:.4} m after {:.3} s; lower floor_m to \
+             {:.4} m",
+            bounds.floor.unwrap_or_default(),
+            own.value,
+            own.time_s,
+            own.value - 0.001
+        );
+    }
+    let limit = match own.what {
+        Limited::ToolSpeed => bounds.tool_speed,
+        what => bounds.joints[own.joint].of(what),
+    };
+    let unit = unit(own.what, model, own.joint);
+    if own.what == Limited::Position {
+        let [low, high] = [limit.middle - limit.half, limit.middle + limit.half];
+        return format!(
+            "the position of {name} is {:.4} {unit} after {:.3} s, outside of position_rad = [{low:.4}, {high:.4}]; widen the \
+             limits, or change the motion",
+            own.value, own.time_s
+        );
+    }
+    format!(
+        "the {} of {name} reaches {:.4} {unit} after {:.3} s, and its limit is {:.4} {unit}, also in the smallest motion that \
+         was tried; raise it to {:.4} {unit}",
+        own.what.word(),
+        own.value,
+        own.time_s,
+        limit.half,
+        limit.half * own.part * 1.02
+    )
+}

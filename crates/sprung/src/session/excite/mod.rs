@@ -1,0 +1,500 @@
+//! Designs experiments: from limits and values to a certified motion and the standard errors that it promises.
+
+mod error;
+mod files;
+mod promise;
+mod task;
+
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+
+use sprung_base::progress::{Answer, Listener, Phase, Progress};
+use sprung_log::LogSource;
+use sprung_method::estimate::{KnownTruth, information_bound};
+use sprung_method::excite::{
+    Approach, EXCITATION_FORMAT, Excitation, Excited, Frequencies, Information, JointMotion, Kept, Limited,
+    LimitUsed, MotionResult, Plan, SearchResult, Series, Skeleton, Task, certify, add_cures, missing_limit, more, plan, promise,
+    value_of,
+};
+use sprung_robot::Task as Verb;
+
+use super::error::SessionError;
+use super::load::Session;
+use super::parameters::Parameters;
+pub use error::ExciteError;
+use task::Setup;
+
+/// What makes the motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ExciteMethod {
+    /// The search.
+    #[default]
+    Optimal,
+    /// The reference of the paper, Eq. (29), without a search.
+    Paper,
+}
+
+/// What is asked of a design beside the experiment.
+#[derive(Clone, Debug, Default)]
+pub struct ExciteRequest {
+    /// What makes the motion.
+    pub method: ExciteMethod,
+    /// Whether the robot is unknown, and a first small motion is wanted.
+    pub is_warm_up: bool,
+    /// A recorded log, beside which the new motion counts.
+    pub from_log: Option<PathBuf>,
+}
+
+/// Length of the motion for validation, part of that of the motion. So its frequencies are others.
+const HOLD_OUT: f64 = 0.8;
+
+/// Steps of the search for the motion for validation, part of those of the motion.
+const HOLD_OUT_STEPS: usize = 5;
+
+/// Part of velocities and accelerations by which interpolated points of a message may differ from the motion.
+const INTERPOLATED: f64 = 2e-3;
+
+/// Frames of the moving arm.
+const FRAMES: usize = 300;
+
+/// A listener that may stop the search, and nothing after it.
+struct UntilDesigned<'a>(&'a mut dyn Listener);
+
+impl Listener for UntilDesigned<'_> {
+    fn hear(&mut self, progress: Progress) -> Answer {
+        let answer = self.0.hear(progress);
+        if progress.phase == Phase::Designing {
+            answer
+        } else {
+            Answer::GoOn
+        }
+    }
+}
+
+impl Session {
+    /// Designs an experiment: a motion within the limits of the robot that determines its parameters best, and the
+    /// standard errors that it promises.
+    ///
+    /// - `parameters`: values of the robot; the nominal values if absent.
+    /// - `progress`: a stop ends the search, and the best motion so far is returned.
+    ///
+    /// # Errors
+    ///
+    /// [`SessionError::Excite`] if no motion keeps the limits or the values are not those of a robot;
+    /// [`SessionError`] if a log or a value is faulty.
+    pub fn excite(
+        &self,
+        request: &ExciteRequest,
+        parameters: Option<&Parameters>,
+        progress: &mut dyn Listener,
+    ) -> Result<Excited, SessionError> {
+        if let Some(joint) = (self.experiment().robot.joint.iter()).find(|own| own.servo.is_some()) {
+            return Err(ExciteError::Servo { joint: joint.name.clone() }.into());
+        }
+        self.allow(Verb::Simulate)?;
+        let progress = &mut UntilDesigned(progress);
+        let (experiment, model) = match parameters {
+            Some(own) => self.described_by(own)?,
+            None => (self.experiment().clone(), self.model().clone()),
+        };
+        let setup = Setup::new(experiment, model, parameters, request.is_warm_up)?;
+        let known = match &request.from_log {
+            Some(file) => Some(self.information_of_log(&setup, file)?),
+            None => None,
+        };
+        let chosen = setup.chosen()?;
+        let task = setup.task(known.as_ref(), &chosen);
+        match request.method {
+            ExciteMethod::Optimal => self.optimal(request, &setup, &task, known.as_ref(), progress),
+            ExciteMethod::Paper => self.paper(&setup, &task, progress),
+        }
+    }
+
+    fn optimal(
+        &self,
+        request: &ExciteRequest,
+        setup: &Setup,
+        task: &Task<'_>,
+        known: Option<&Information>,
+        progress: &mut dyn Listener,
+    ) -> Result<Excited, SessionError> {
+        if let Some((joint, missing)) = missing_limit(task.bounds, setup.is_pd) {
+            return Err(ExciteError::no_limit(&setup.model.joints()[joint], &missing).into());
+        }
+        let frequencies = Frequencies::of(task);
+        let refused = |own| ExciteError::refused(&own, &setup.model, &setup.bounds);
+        let found = plan(task, &frequencies, &setup.runs, None, progress).map_err(refused)?;
+        let approach = setup.approach(&found.designed.series)?;
+
+        let mut own = setup.experiment.excite.clone();
+        own.duration_s = HOLD_OUT * frequencies.duration();
+        own.base_frequency_hz = Some(frequencies.rate / TAU / HOLD_OUT);
+        own.steps = (own.steps / HOLD_OUT_STEPS).max(1);
+        own.starts = 1;
+        own.seed = own.seed.wrapping_add(0x0007_0100);
+        let other = Task { settings: &own, ..task.clone() };
+        let others = Frequencies::of(&other);
+        let second = plan(&other, &others, &setup.runs, None, progress).map_err(refused)?;
+        let way = setup.approach(&second.designed.series)?;
+
+        let motion = |plan: &Plan, frequencies: &Frequencies| {
+            setup.with_motion(plan.designed.series.reference(&setup.model), frequencies.duration())
+        };
+        let full = promise::full(self, setup, motion(&found, &frequencies), progress)?;
+        let full = known.map_or_else(|| full.clone(), |known| full.with(known));
+        let beside = promise::full(self, setup, motion(&second, &others), progress)?;
+        let mut promised = promise(&setup.model, &setup.theta, &full);
+        add_cures(
+            &mut promised,
+            task,
+            (&frequencies, &found.designed.series),
+            &setup.experiment,
+            &setup.named(),
+        );
+        let more = more(&setup.model, &setup.theta, &full, Some(&beside));
+
+        let period = setup.runs.period;
+        let samples = |plan: &Plan, frequencies: &Frequencies, approach: Option<&Approach>| {
+            let series = &plan.designed.series;
+            files::samples(&setup.model, series, frequencies.duration(), approach, period)
+        };
+        let trajectory = samples(&found, &frequencies, approach.as_ref());
+        let hold_out = samples(&second, &others, way.as_ref());
+        let excitation = Excitation {
+            format: EXCITATION_FORMAT,
+            generator: Excitation::generator(),
+            robot: setup.experiment.robot.name.clone(),
+            method: "optimal".to_owned(),
+            objective: task.settings.objective.word().to_owned(),
+            is_warm_up: request.is_warm_up,
+            is_certified: true,
+            motion: setup.motion(&found.designed.series, &frequencies, approach.as_ref()),
+            hold_out: Some(setup.motion(&second.designed.series, &others, way.as_ref())),
+            limits: setup.limits(&found.certified, &found.simulated),
+            promise: promised,
+            more,
+            assumed: setup.assumed.clone(),
+            search: SearchResult {
+                seed: task.settings.seed,
+                steps: task.settings.steps,
+                objectives: found.designed.of_starts.clone(),
+                objective: found.designed.objective,
+            },
+        };
+        Ok(Excited {
+            skeleton: setup.skeleton(&found),
+            excitation,
+            simulation: found.simulation,
+            trajectory,
+            hold_out: Some(hold_out),
+        })
+    }
+
+    /// Judges the reference of the paper.
+    ///
+    /// # Source
+    ///
+    /// Eq. (29).
+    fn paper(
+        &self,
+        setup: &Setup,
+        task: &Task<'_>,
+        progress: &mut dyn Listener,
+    ) -> Result<Excited, SessionError> {
+        let series = paper_reference(setup.model.joint_count());
+        let frequencies = Frequencies {
+            rate: series.rate,
+            harmonics: series.harmonics.clone(),
+            periods: (task.settings.duration_s * series.rate / TAU + 1e-9).floor().max(1.0) as usize,
+        };
+        // Limits that are far wider show how much of them the motion uses.
+        const WIDER: f64 = 1e6;
+        let wide = task.bounds.narrowed(&[WIDER; Limited::ALL.len()]);
+        let wider = Task { bounds: &wide, ..task.clone() };
+        let judged = certify(&wider, &frequencies, &setup.runs, &series);
+        let (mut certified, mut simulated, simulation) = judged.map_err(|broken| {
+            let refused = sprung_method::excite::Refused::Motion(broken);
+            ExciteError::refused(&refused, &setup.model, &setup.bounds)
+        })?;
+        for own in certified.iter_mut().chain(&mut simulated) {
+            own.part *= WIDER;
+        }
+        let is_certified = certified.iter().chain(&simulated).all(|own| own.part <= 1.0);
+        let reference = series.reference(&setup.model);
+        let experiment = setup.with_motion(reference, frequencies.duration());
+        let full = promise::full(self, setup, experiment, progress)?;
+        let mut promised = promise(&setup.model, &setup.theta, &full);
+        add_cures(
+            &mut promised,
+            task,
+            (&frequencies, &series),
+            &setup.experiment,
+            &setup.named(),
+        );
+        let objective = value_of(task, &frequencies, &series);
+        let (model, period) = (&setup.model, setup.runs.period);
+        let excitation = Excitation {
+            format: EXCITATION_FORMAT,
+            generator: Excitation::generator(),
+            robot: setup.experiment.robot.name.clone(),
+            method: "paper".to_owned(),
+            objective: task.settings.objective.word().to_owned(),
+            is_warm_up: false,
+            is_certified,
+            motion: setup.motion(&series, &frequencies, None),
+            hold_out: None,
+            limits: setup.limits(&certified, &simulated),
+            more: more(model, &setup.theta, &full, None),
+            promise: promised,
+            assumed: setup.assumed.clone(),
+            search: SearchResult {
+                seed: task.settings.seed,
+                steps: 0,
+                objectives: Vec::new(),
+                objective: objective.unwrap_or(f64::INFINITY),
+            },
+        };
+        Ok(Excited {
+            excitation,
+            simulation,
+            trajectory: files::samples(model, &series, frequencies.duration(), None, period),
+            hold_out: None,
+            skeleton: None,
+        })
+    }
+
+    /// Returns the information of a recorded log at the values of the design.
+    fn information_of_log(&self, setup: &Setup, file: &Path) -> Result<Information, SessionError> {
+        let mut experiment = setup.experiment.clone();
+        if let Some(log) = &mut experiment.log {
+            log.file = Some(vec![file.to_owned().into()]);
+        }
+        let delays = std::collections::BTreeMap::new();
+        let noise = setup.noise();
+        let truth = KnownTruth {
+            theta: &setup.theta,
+            noise: &noise,
+            delays: &delays,
+        };
+        let name = file.display().to_string();
+        let mut open = |_: Option<&Path>| self.files.open(file);
+        let source = LogSource::files(&name, &mut open);
+        let bound = information_bound(&experiment, &setup.model, truth, source)?;
+        let bound = bound.ok_or(SessionError::NoBound)?;
+        Information::of_bound(&bound).ok_or(SessionError::NoBound)
+    }
+}
+
+impl Setup {
+    fn task<'a>(&'a self, known: Option<&'a Information>, chosen: &'a [usize]) -> Task<'a> {
+        Task {
+            model: &self.model,
+            theta: &self.theta,
+            settings: &self.experiment.excite,
+            bounds: &self.bounds,
+            errors: &self.errors,
+            controller: Some(&self.runs.controller).filter(|_| self.is_pd),
+            kinematics: self.kinematics.as_ref(),
+            known,
+            chosen,
+        }
+    }
+
+    /// Returns the places of the parameters that count among the free ones.
+    fn chosen(&self) -> Result<Vec<usize>, ExciteError> {
+        let free: Vec<&str> = (self.model.parameters().iter())
+            .filter(|own| own.fixed.is_none())
+            .map(|own| own.name.as_str())
+            .collect();
+        let place = |name: &String| {
+            free.iter().position(|own| own == name).ok_or_else(|| {
+                let known = self.model.parameters().iter().find(|own| own.name == *name);
+                let why = match known {
+                    Some(_) => format!("{name} has a fixed value, so nothing is to be determined"),
+                    None => format!(
+                        "the equations have no parameter \"{name}\": no motion determines it alone, or the name is wrong"
+                    ),
+                };
+                ExciteError::NotDetermined { why, known: free.join(", ") }
+            })
+        };
+        self.experiment.excite.parameters.iter().map(place).collect()
+    }
+
+    fn approach(&self, series: &Series) -> Result<Option<Approach>, ExciteError> {
+        let from = &self.experiment.excite.start_rad;
+        if from.is_empty() {
+            return Ok(None);
+        }
+        let robot = (&self.model, self.theta.as_slice());
+        Approach::new(from, series, robot, &self.bounds, self.kinematics.as_ref())
+            .map_err(|broken| ExciteError::approach(&broken, &self.model, &self.bounds))
+    }
+
+    fn motion(
+        &self,
+        series: &Series,
+        frequencies: &Frequencies,
+        approach: Option<&Approach>,
+    ) -> MotionResult {
+        let joints = self.model.joints().iter().zip(&series.joints).enumerate();
+        let side = |own: &[f64], side: usize| own[1..].iter().skip(side).step_by(2).copied().collect();
+        MotionResult {
+            duration_s: frequencies.duration(),
+            approach_s: approach.map_or(0.0, |own| own.duration),
+            base_frequency_hz: frequencies.rate / TAU,
+            harmonics: frequencies.harmonics.clone(),
+            periods: frequencies.periods,
+            joints: joints
+                .map(|(joint, (name, own))| JointMotion {
+                    joint: name.clone(),
+                    centre_rad: own[0],
+                    start_rad: series.at(joint, 0.0)[0],
+                    sine_rad: side(own, 0),
+                    cosine_rad: side(own, 1),
+                })
+                .collect(),
+        }
+    }
+
+    /// Returns the used part of each limit, the largest first.
+    fn limits(&self, certified: &[Kept], simulated: &[Kept]) -> Vec<LimitUsed> {
+        let all = [(certified, "between samples"), (simulated, "simulated")];
+        let mut rows: Vec<LimitUsed> = Vec::new();
+        for (kept, shown) in all {
+            for own in kept {
+                let row = self.limit(own, shown);
+                let same = |other: &&mut LimitUsed| {
+                    other.joint == row.joint && other.quantity == row.quantity
+                };
+                match rows.iter_mut().find(same) {
+                    Some(known) if known.used_percent >= row.used_percent => {}
+                    Some(known) => *known = row,
+                    None => rows.push(row),
+                }
+            }
+        }
+        rows.sort_by(|a, b| b.used_percent.total_cmp(&a.used_percent));
+        rows
+    }
+
+    fn limit(&self, own: &Kept, shown: &str) -> LimitUsed {
+        let is_tool = own.what == Limited::ToolSpeed;
+        let interval = if is_tool {
+            self.bounds.tool_speed
+        } else {
+            self.bounds.joints[own.joint].of(own.what)
+        };
+        let is_height = own.what == Limited::Height;
+        LimitUsed {
+            joint: (!is_tool).then(|| self.model.joints()[own.joint].clone()),
+            quantity: own.what.word().to_owned(),
+            unit: error::unit(own.what, &self.model, own.joint),
+            lowest: if is_height {
+                self.bounds.floor
+            } else {
+                Some(interval.middle - interval.half)
+            },
+            highest: (!is_height).then_some(interval.middle + interval.half),
+            used_percent: 100.0 * own.part,
+            time_s: own.time_s,
+            shown: shown.to_owned(),
+        }
+    }
+
+    fn skeleton(&self, plan: &Plan) -> Option<Skeleton> {
+        let kinematics = self.kinematics.as_ref()?;
+        let simulation = &plan.simulation;
+        let every = simulation.time_s.len().div_ceil(FRAMES).max(1);
+        let n = self.model.joint_count();
+        let mut own = Skeleton {
+            parents: kinematics.parents(),
+            ..Skeleton::default()
+        };
+        own.parents.push(Some(n - 1));
+        let upright = upright(kinematics.up);
+        for t in (0..simulation.time_s.len()).step_by(every) {
+            let q: Vec<f64> = (0..n).map(|joint| simulation.link[joint][t]).collect();
+            let places = kinematics.places(&q, &vec![0.0; n]);
+            own.time_s.push(simulation.time_s[t]);
+            let turned = |point: &[f64; 3]| {
+                upright.map(|axis| axis.iter().zip(point).map(|(a, x)| a * x).sum())
+            };
+            own.points.push(places.points.iter().map(turned).collect());
+        }
+        Some(own)
+    }
+}
+
+/// Returns axes of a frame whose z axis is `up`, one per row.
+fn upright(up: [f64; 3]) -> [[f64; 3]; 3] {
+    let other = if up[0].abs() < 0.9 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
+    let along: f64 = other.iter().zip(up).map(|(a, b)| a * b).sum();
+    let x = [0, 1, 2].map(|i| other[i] - along * up[i]);
+    let length = x.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let x = x.map(|x| x / length);
+    let y = [
+        up[1] * x[2] - up[2] * x[1],
+        up[2] * x[0] - up[0] * x[2],
+        up[0] * x[1] - up[1] * x[0],
+    ];
+    [x, y, up]
+}
+
+/// Returns the reference of the paper: for joints in turn those of its first and of its second joint.
+///
+/// # Source
+///
+/// Eq. (29).
+fn paper_reference(joints: usize) -> Series {
+    // Multiples of 0.1 Hz, amplitude 3°; phases of both joints, degrees.
+    let harmonics = vec![2, 5, 10];
+    let phases = [[45.0, 30.0, 0.0], [0.0, 90.0, 36.0]];
+    let amplitude = 3.0_f64.to_radians();
+    Series {
+        rate: TAU * 0.1,
+        joints: (0..joints)
+            .map(|joint| {
+                let waves = phases[joint % 2].map(|phase: f64| {
+                    let (sin, cos) = phase.to_radians().sin_cos();
+                    [amplitude * cos, amplitude * sin]
+                });
+                std::iter::once(0.0).chain(waves.into_iter().flatten()).collect()
+            })
+            .collect(),
+        harmonics,
+    }
+}
+
+/// Returns the texts of the files of a design, with their names: `trajectory.csv`, `trajectory.yaml`, `reference.toml`, and
+/// `hold-out.csv` if there is a motion for validation.
+#[must_use]
+pub fn excitation_files(session: &Session, excited: &Excited) -> Vec<(&'static str, String)> {
+    let own = &excited.trajectory;
+    let step = files::spacing(own, INTERPOLATED);
+    let motion = &excited.excitation.motion;
+    let series = Series {
+        rate: TAU * motion.base_frequency_hz,
+        harmonics: motion.harmonics.clone(),
+        joints: (motion.joints.iter())
+            .map(|joint| {
+                let pairs = joint.sine_rad.iter().zip(&joint.cosine_rad);
+                let pairs = pairs.flat_map(|(sine, cosine)| [*sine, *cosine]);
+                std::iter::once(joint.centre_rad).chain(pairs).collect()
+            })
+            .collect(),
+    };
+    let reference = files::toml(&series, session.model(), motion.duration_s);
+    let mut all = vec![
+        ("trajectory.csv", files::csv(own)),
+        ("trajectory.yaml", files::yaml(own, step)),
+        ("reference.toml", reference),
+    ];
+    if let Some(own) = &excited.hold_out {
+        all.push(("hold-out.csv", files::csv(own)));
+    }
+    all
+}
+
+
+
