@@ -421,3 +421,351 @@ fn search(excitation: &Excitation) -> Vec<(String, String)> {
         .map(|(key, value)| (key.to_owned(), value))
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use sprung_method::excite::{
+        JointMotion, More, SearchResult, Simulation, Skeleton, Trajectory,
+    };
+
+    use super::*;
+    use crate::document::{Figure, Table};
+    use crate::render;
+
+    fn promised(name: &str, relative_percent: f64, cure: Option<&str>) -> Promised {
+        Promised {
+            name: name.to_owned(),
+            unit: "N·m/rad".to_owned(),
+            value: 50.0,
+            standard_error: 0.5 * relative_percent,
+            relative_percent: Some(relative_percent),
+            is_determined: cure.is_none(),
+            cure: cure.map(str::to_owned),
+        }
+    }
+
+    fn limit(joint: &str, what: Limited, half: f64, used_percent: f64) -> LimitUsed {
+        LimitUsed {
+            joint: Some(joint.to_owned()),
+            quantity: what.word().to_owned(),
+            unit: what.unit().to_owned(),
+            lowest: Some(-half),
+            highest: Some(half),
+            used_percent,
+            time_s: 1.25,
+            shown: "between samples".to_owned(),
+        }
+    }
+
+    fn motion() -> MotionResult {
+        let joint = |name: &str| JointMotion {
+            joint: name.to_owned(),
+            centre_rad: 0.0,
+            start_rad: 0.0,
+            sine_rad: vec![0.5, 0.1],
+            cosine_rad: vec![0.0, 0.0],
+        };
+        MotionResult {
+            duration_s: 10.0,
+            approach_s: 1.0,
+            base_frequency_hz: 0.1,
+            harmonics: vec![1, 40],
+            periods: 1,
+            joints: vec![joint("shoulder"), joint("elbow")],
+        }
+    }
+
+    /// Samples over an approach of 2 s and a motion of 10 s.
+    fn trajectory() -> Trajectory {
+        let time_s: Vec<f64> = (0..=12_000).map(|k| 1e-3 * f64::from(k)).collect();
+        let wave = |size: f64| vec![time_s.iter().map(|t| size * t.sin()).collect(); 2];
+        Trajectory {
+            joints: vec!["shoulder".to_owned(), "elbow".to_owned()],
+            turns: vec![true, false],
+            position: wave(0.5),
+            velocity: wave(1.0),
+            acceleration: wave(3.0),
+            time_s,
+        }
+    }
+
+    fn excited() -> Excited {
+        let time_s: Vec<f64> = (0..=1000).map(|k| 0.01 * f64::from(k)).collect();
+        let wave = |size: f64| time_s.iter().map(|t| size * t.cos()).collect::<Vec<f64>>();
+        let excitation = Excitation {
+            format: 1,
+            generator: Excitation::generator(),
+            robot: "arm".to_owned(),
+            method: "optimal".to_owned(),
+            objective: "d-optimal".to_owned(),
+            is_warm_up: false,
+            is_certified: true,
+            motion: motion(),
+            hold_out: Some(motion()),
+            limits: vec![
+                limit("elbow", Limited::Velocity, 4.0, 25.0),
+                limit("shoulder", Limited::Position, 0.51, 98.0),
+            ],
+            promise: vec![
+                promised("shoulder.stiffness", 1.0, None),
+                promised("elbow.stiffness", 3.0, None),
+                promised(
+                    "link2.mx",
+                    250.0,
+                    Some("a base tilted by 29° divide its standard error by 4.0"),
+                ),
+            ],
+            more: vec![More {
+                what: "the motion twice".to_owned(),
+                factor: 0.707,
+                undetermined: 1,
+            }],
+            assumed: vec!["motor encoders with 65536 counts".to_owned()],
+            search: SearchResult {
+                seed: 7,
+                steps: 100,
+                objectives: vec![-3.25, -3.125],
+                objective: -3.25,
+            },
+        };
+        Excited {
+            excitation,
+            simulation: Simulation {
+                link: vec![wave(0.5), wave(0.5)],
+                motor: vec![wave(0.52), wave(0.5)],
+                torque: vec![wave(12.0), wave(5.0)],
+                time_s: time_s.clone(),
+            },
+            trajectory: trajectory(),
+            hold_out: Some(trajectory()),
+            skeleton: Some(Skeleton {
+                parents: vec![None, Some(0), Some(1)],
+                points: (time_s.iter())
+                    .map(|t| vec![[0.0, 0.0, 0.4], [0.3 * t.cos(), 0.3 * t.sin(), 0.7], [0.5, 0.1, 0.6]])
+                    .collect(),
+                time_s,
+            }),
+        }
+    }
+
+    fn composed(excited: &Excited) -> Document {
+        compose_excitation(excited, "sprung excite", "[robot]")
+    }
+
+    fn tables(document: &Document, id: &str) -> Vec<Table> {
+        let blocks = document.sections.iter().filter(|own| own.id == id);
+        let blocks = blocks.flat_map(|own| &own.blocks);
+        blocks
+            .filter_map(|block| match block {
+                Block::Table(table) => Some(table.clone()),
+                _ => None,
+            })
+            .collect()
+    }
+
+    fn figures(document: &Document) -> Vec<&Figure> {
+        let blocks = document.sections.iter().flat_map(|own| &own.blocks);
+        blocks
+            .filter_map(|block| match block {
+                Block::Figure(figure) => Some(figure),
+                _ => None,
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_report_says_what_the_motion_promises() {
+        let document = composed(&excited());
+        let ids: Vec<&str> = document.sections.iter().map(|own| own.id.as_str()).collect();
+        assert_eq!(
+            ids,
+            ["promise", "limits", "motion", "arm", "hold-out", "settings"]
+        );
+        assert_eq!(
+            document.subtitle,
+            "Designed experiment: 10 s, 0.1 to 4 Hz, 2 joints"
+        );
+        assert_eq!(
+            document.summary,
+            "The motion promises a median relative standard error of 2.0 % over 2 determined \
+             parameters; 1 parameter stays undetermined."
+        );
+        assert_eq!(document.verdict.unwrap().tone, Tone::Good);
+    }
+
+    #[test]
+    fn an_undetermined_parameter_has_its_cure() {
+        let document = composed(&excited());
+        let tables = tables(&document, "promise");
+        let [undetermined, more, parameters] = &tables[..] else {
+            panic!("three tables")
+        };
+        let cure = "A base tilted by 29° divide its standard error by 4.0.";
+        assert_eq!(undetermined.rows[0].cells, ["link2.mx", "250 %", cure]);
+        assert_eq!(more.rows[0].cells, ["the motion twice", "0.707", "1"]);
+        assert_eq!(
+            parameters.headings,
+            [(0, "shoulder".to_owned()), (1, "elbow".to_owned())]
+        );
+        assert_eq!(parameters.rows[2].tone, Tone::Doubtful);
+    }
+
+    #[test]
+    fn a_motion_that_determines_all_has_no_list_of_cures() {
+        let mut own = excited();
+        own.excitation.promise.pop();
+        let document = composed(&own);
+        assert_eq!(tables(&document, "promise").len(), 2);
+        assert!(document.summary.ends_with("no parameter stays undetermined."));
+        own.excitation.promise.clear();
+        assert_eq!(composed(&own).summary, "No parameter stays undetermined.");
+    }
+
+    #[test]
+    fn the_most_used_limit_comes_first_and_a_broken_one_decides() {
+        let mut own = excited();
+        let [table] = &tables(&composed(&own), "limits")[..] else {
+            panic!("one table")
+        };
+        let used: Vec<&str> = table.rows.iter().map(|row| row.cells[5].as_str()).collect();
+        assert_eq!(used, ["98.0", "25.0"]);
+        own.excitation.limits[0].used_percent = 140.0;
+        own.excitation.is_certified = false;
+        let document = composed(&own);
+        assert_eq!(document.verdict.unwrap().tone, Tone::Bad);
+        assert_eq!(
+            document.reason,
+            "The motion uses 140 % of the limit of the velocity of elbow."
+        );
+    }
+
+    #[test]
+    fn curves_have_few_points_their_units_and_the_limits_that_are_near() {
+        let document = composed(&excited());
+        let figures = figures(&document);
+        let ids: Vec<&str> = figures.iter().map(|own| own.id.as_str()).collect();
+        assert_eq!(
+            ids,
+            [
+                "position",
+                "velocity",
+                "acceleration",
+                "deflection",
+                "torque",
+                "hold-out-position"
+            ]
+        );
+        let [shoulder, elbow] = &figures[0].panels[..] else {
+            panic!("two panels")
+        };
+        assert_eq!(shoulder.x.len(), 1000);
+        assert_eq!(shoulder.x.last(), Some(&12.0));
+        assert_eq!(shoulder.series[1].values[0], Some(0.51));
+        assert!((shoulder.marks[0].at - 2.0).abs() < 1e-9);
+        assert_eq!(elbow.y_label, "elbow position [m]");
+        // The velocity of the elbow uses a quarter of its limit, whose line would hide it.
+        assert_eq!(figures[1].panels[1].series[1].values[0], None);
+        assert_eq!(figures[1].panels[1].note, "25 % of limit");
+        // The elbow has no spring.
+        assert_eq!(figures[3].panels.len(), 1);
+    }
+
+    #[test]
+    fn only_a_page_with_an_arm_has_its_script() {
+        let mut own = excited();
+        let script = "class ArmView";
+        let page = render(&composed(&own)).unwrap();
+        assert_eq!(page.matches(script).count(), 1);
+        assert_eq!(page.matches("<div data-skeleton>").count(), 1);
+        let data = page.split_once("\"skeletons\":[").unwrap().1;
+        let frames = data.split_once("\"points\":[[").unwrap().1;
+        let frames = frames.split_once("]]").unwrap().0;
+        assert_eq!(frames.matches("],[").count() + 1, 300);
+        assert!(frames.starts_with("0,0,4000,3000,0,7000,"), "{frames:.60}");
+        own.skeleton = None;
+        let page = render(&composed(&own)).unwrap();
+        assert!(!page.contains(script) && !page.contains("\"skeletons\""));
+    }
+
+    // TEMPORARY-BEGIN
+    #[test]
+    fn temporary_page() {
+        let names: Vec<String> = (1..=7).map(|k| format!("joint{k}")).collect();
+        let mut own = excited();
+        let time: Vec<f64> = (0..=11_500).map(|k| 1e-3 * f64::from(k)).collect();
+        let at = |j: usize, t: f64| {
+            let t = (t - 1.5).max(0.0);
+            let a = 0.9 / (1.0 + 0.2 * j as f64);
+            a * (0.628 * t * (1.0 + j as f64 % 3.0)).sin() + 0.3 * a * (6.28 * t * 0.7 + j as f64).sin() - 0.3 * a * (j as f64).sin()
+        };
+        let d = |f: &dyn Fn(f64) -> f64, t: f64| (f(t + 1e-4) - f(t - 1e-4)) / 2e-4;
+        let pos = |j: usize, t: f64| at(j, t);
+        let vel = |j: usize, t: f64| d(&|t| at(j, t), t);
+        let acc = |j: usize, t: f64| d(&|t| vel(j, t), t);
+        let make = |f: &dyn Fn(usize, f64) -> f64, time: &[f64]| -> Vec<Vec<f64>> {
+            (0..7).map(|j| time.iter().map(|t| f(j, *t)).collect()).collect()
+        };
+        let trajectory = Trajectory {
+            joints: names.clone(),
+            turns: vec![true; 7],
+            position: make(&pos, &time),
+            velocity: make(&vel, &time),
+            acceleration: make(&acc, &time),
+            time_s: time.clone(),
+        };
+        let sim: Vec<f64> = (0..=1430).map(|k| 0.007 * f64::from(k)).collect();
+        let most = |v: &Vec<f64>| v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let mut limits = Vec::new();
+        let link = make(&|j, t| at(j, t + 1.5), &sim);
+        let torque = make(&|j, t| 40.0 / (1.0 + j as f64) * (at(j, t + 1.5) + 0.05 * acc(j, t + 1.5)), &sim);
+        let motor: Vec<Vec<f64>> = link.iter().zip(&torque).map(|(l, t)| l.iter().zip(t).map(|(l, t)| l + t / 5000.0).collect()).collect();
+        for j in 0..7 {
+            for (what, v) in [(Limited::Position, &trajectory.position[j]), (Limited::Velocity, &trajectory.velocity[j]), (Limited::Acceleration, &trajectory.acceleration[j]), (Limited::Torque, &torque[j])] {
+                let part = [0.98, 0.99, 0.4, 0.2, 0.85][(j + what as usize) % 5];
+                limits.push(limit(&names[j], what, (most(v) / part * 100.0).ceil() / 100.0, 100.0 * part));
+            }
+        }
+        limits.push(LimitUsed { joint: None, quantity: "speed of the tool".into(), unit: "m/s".into(), lowest: None, highest: Some(1.5), used_percent: 97.2, time_s: 3.3, shown: "simulated".into() });
+        limits.push(LimitUsed { joint: Some("joint7".into()), quantity: "height above the floor".into(), unit: "m".into(), lowest: Some(-0.05), highest: None, used_percent: 61.0, time_s: 3.3, shown: "simulated".into() });
+        let mut promise = Vec::new();
+        for (j, name) in names.iter().enumerate() {
+            for (k, what) in ["rotor_inertia", "stiffness", "link_viscous", "motor_viscous", "link_coulomb", "motor_coulomb"].iter().enumerate() {
+                promise.push(promised(&format!("{name}.{what}"), 0.08 * (1.0 + k as f64 * 3.0) * (1.0 + j as f64), None));
+            }
+            for (k, what) in ["mx", "mz", "ixx", "ixz", "izz + link7.iyy + 0.21*link7.m + 0.088*link7.mz"].iter().enumerate() {
+                let cure = (j == 6 && k == 3 || j == 0 && k == 0).then_some("neither amplitude nor speed nor a tilt of the base determines it; a longer experiment, a payload, or sensors with less noise may");
+                promise.push(promised(&format!("link{}.{what}", j + 1), if cure.is_some() { 240.0 } else { 0.4 * (1.0 + k as f64) * (1.0 + j as f64) }, cure));
+            }
+        }
+        let frames: Vec<Vec<[f64; 3]>> = sim.iter().map(|t| {
+            let q: Vec<f64> = (0..7).map(|j| at(j, t + 1.5)).collect();
+            let lengths = [0.0, 0.33, 0.0, 0.32, 0.08, 0.38, 0.09];
+            let (mut p, mut pitch, mut out) = ([0.0, 0.0, 0.33], 0.3, Vec::new());
+            for j in 0..7 {
+                out.push(p);
+                pitch += 0.35 + 0.8 * q[j];
+                let yaw = 1.3 * q[0] + 0.5 * q[j];
+                let l = lengths[j] + 0.02;
+                p = [p[0] + l * f64::sin(pitch) * yaw.cos(), p[1] + l * f64::sin(pitch) * yaw.sin(), p[2] + l * f64::cos(pitch)];
+            }
+            out.push(p);
+            out
+        }).collect();
+        own.excitation.motion.joints = names.iter().map(|n| JointMotion { joint: n.clone(), ..own.excitation.motion.joints[0].clone() }).collect();
+        own.excitation.robot = "seven-joint arm".into();
+        own.excitation.limits = limits;
+        own.excitation.promise = promise;
+        own.excitation.more = vec![
+            More { what: "the motion twice".into(), factor: 0.707, undetermined: 1 },
+            More { what: "the motion four times".into(), factor: 0.5, undetermined: 0 },
+            More { what: "the motion, and the one for validation".into(), factor: 0.6912, undetermined: 0 }];
+        own.excitation.assumed = vec!["the links follow the trajectory: position control of the motors with a bandwidth of 20 Hz and the torques of the model without friction, because the file has no [controller]".into(), "collisions of links with each other and with obstacles were not looked at".into()];
+        own.simulation = Simulation { time_s: sim.clone(), link, motor, torque };
+        own.hold_out = Some(trajectory.clone());
+        own.trajectory = trajectory;
+        own.skeleton = Some(Skeleton { time_s: sim, parents: (0..8).map(|i: usize| i.checked_sub(1)).collect(), points: frames });
+        let page = render(&compose_excitation(&own, "sprung excite experiment.toml", "[robot]\nname = \"seven\"\n")).unwrap();
+        std::fs::write("/tmp/excitation-test.html", page).unwrap();
+    }
+    // TEMPORARY-END
+}

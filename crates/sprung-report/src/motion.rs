@@ -272,9 +272,9 @@ fn skeleton(places: &Places, limits: &[LimitUsed]) -> Option<Skeleton> {
     let grid = round_up(size / SQUARES);
     Some(Skeleton {
         caption: format!(
-            "Links, joints, and the tool with its path; left, the arm from the side, which turns; \
-             right, from above. The squares of the {} have sides of {} m. The tool is between {} \
-             and {} m above the base, and at most {} m beside it.",
+            "Links, joints, and the tool with its path. The first view is from the side; drag it to \
+             turn it. The second is from above. The squares of the {} have sides of {} m. The tool \
+             is between {} and {} m above the base, and at most {} m beside it.",
             if floor.is_some() {
                 "lowest allowed floor"
             } else {

@@ -20,7 +20,7 @@ use super::objective::judge;
 use super::physics::Physics;
 use super::promise::Information;
 use super::problem::{Peak, Problem, Scenario};
-use super::search::{Found, search};
+use super::search::{BARRIERS, Found, search};
 use super::simulated::Simulated;
 use crate::description::{Controller, Excite};
 use crate::model::Model;
@@ -56,8 +56,6 @@ pub struct Designed {
     pub series: Series,
     /// Value of the objective: a logarithm of standard errors.
     pub objective: f64,
-    /// Steps of the best search.
-    pub steps: usize,
     /// Values of the objective of all searches, the best first.
     pub of_starts: Vec<f64>,
 }
@@ -85,7 +83,14 @@ const MOST_LINES: usize = 250;
 
 /// Poses tried for a search, and random motions tried for each start.
 const POSES: usize = 400;
-const RANDOM_MOTIONS: usize = 6;
+const RANDOM_MOTIONS: usize = 3;
+
+/// Bisections of the size of a random motion.
+const BISECTIONS: usize = 6;
+
+/// Part of the steps after which only the best searches go on, and their number.
+const FIRST_PART: usize = 5;
+const GO_ON: usize = 2;
 
 /// The frequencies of a motion.
 #[derive(Clone, Debug, PartialEq)]
@@ -271,11 +276,26 @@ pub fn design(
     let settings = task.settings;
     let problem = problem(task, frequencies, parts);
     let starts = if from.is_some() { 1 } else { settings.starts };
-    let total = (starts * settings.steps) as u64;
+    let first = if starts > GO_ON { settings.steps / FIRST_PART } else { 0 };
+    let total = (starts * first + starts.min(GO_ON) * (settings.steps - first)) as u64;
     let done = AtomicU64::new(0);
     let stopped = AtomicBool::new(progress.tell(Phase::Designing, 0, Some(total)).is_err());
     let listener = Mutex::new(progress);
-    let found: Vec<Result<Found, NoPose>> = (0..starts)
+    let go_on = || {
+        let count = done.fetch_add(1, Ordering::Relaxed) + 1;
+        if let Ok(mut listener) = listener.lock()
+            && listener.tell(Phase::Designing, count.min(total), Some(total)).is_err()
+        {
+            stopped.store(true, Ordering::Relaxed);
+        }
+        !stopped.load(Ordering::Relaxed)
+    };
+    let run = |own: &mut Problem, x: &[f64], steps: usize, barriers: &[f64]| {
+        let steps = if stopped.load(Ordering::Relaxed) { 0 } else { steps };
+        let found = search(own, x, steps, barriers, &mut |_| go_on());
+        found.ok_or_else(|| worst(own, x))
+    };
+    let begun: Vec<Result<Found, NoPose>> = (0..starts)
         .into_par_iter()
         .map(|start| {
             let mut own = problem.clone();
@@ -286,34 +306,34 @@ pub fn design(
                 }
                 None => random_start(&mut own, settings.seed.wrapping_add(start as u64)),
             }?;
-            let mut go_on = |_: &Found| {
-                let count = done.fetch_add(1, Ordering::Relaxed) + 1;
-                if let Ok(mut listener) = listener.lock()
-                    && listener.tell(Phase::Designing, count.min(total), Some(total)).is_err()
-                {
-                    stopped.store(true, Ordering::Relaxed);
-                }
-                !stopped.load(Ordering::Relaxed)
-            };
-            let steps = if stopped.load(Ordering::Relaxed) { 0 } else { settings.steps };
-            let found = search(&mut own, &x, steps, &mut go_on);
-            found.ok_or_else(|| worst(&mut own, &x))
+            run(&mut own, &x, first, &BARRIERS[..1])
         })
         .collect();
     let mut good: Vec<Found> = Vec::new();
     let mut last = None;
-    for own in found {
+    for own in begun {
         match own {
             Ok(found) => good.push(found),
             Err(no) => last = Some(no),
         }
     }
     good.sort_by(|a, b| a.objective.total_cmp(&b.objective));
+    let barriers = if from.is_some() { &BARRIERS[2..] } else { &BARRIERS[..] };
+    let gone_on: Vec<Found> = (good.par_iter().take(GO_ON))
+        .filter_map(|begun| {
+            let mut own = problem.clone();
+            let found = run(&mut own, &begun.x, settings.steps - first, barriers).ok()?;
+            Some(if found.objective < begun.objective { found } else { begun.clone() })
+        })
+        .collect();
+    for (own, found) in good.iter_mut().zip(gone_on) {
+        *own = found;
+    }
+    good.sort_by(|a, b| a.objective.total_cmp(&b.objective));
     match (good.first(), last) {
         (Some(best), _) => Ok(Designed {
             series: problem.series(&best.x),
             objective: best.objective,
-            steps: best.steps,
             of_starts: good.iter().map(|own| own.objective).collect(),
         }),
         (None, Some(no)) => Err(no),
@@ -398,7 +418,7 @@ pub(super) fn random_motion(
         low = high;
         high *= 2.0;
     }
-    for _ in 0..12 {
+    for _ in 0..BISECTIONS {
         let middle = 0.5 * (low + high);
         if largest(problem, &at(middle)) < part {
             low = middle;

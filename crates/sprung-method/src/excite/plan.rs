@@ -40,10 +40,15 @@ pub enum Refused {
     Motion(Broken),
 }
 
-/// Designs after which a motion is made smaller instead.
-const REPAIRS: usize = 6;
+/// Repairs by another search after a broken limit, and the part of the steps that they take.
+const REPAIRS: usize = 5;
+const REPAIR_PART: usize = 5;
 
-/// Factor of amplitudes after a broken limit, and the largest number of such steps.
+/// A limit that is broken by less is kept by a smaller motion, at most so often.
+const SLIGHT: f64 = 1.05;
+const SLIGHT_SHRINKS: usize = 4;
+
+/// Factor of amplitudes if no repair helps, and the largest number of all changes.
 const SMALLER: f64 = 0.9;
 const SHRINKS: usize = 60;
 
@@ -64,34 +69,17 @@ pub fn plan(
     let mut parts = [1.0 - task.settings.margin; Limited::ALL.len()];
     let mut designed =
         design(task, frequencies, &parts, from, progress).map_err(Refused::Pose)?;
-    let of_starts = designed.of_starts.clone();
-    for _ in 0..REPAIRS {
-        match certify(task, frequencies, runs, &designed.series) {
-            Ok((certified, simulated, simulation)) => {
-                designed.of_starts = of_starts;
-                return Ok(Plan {
-                    designed,
-                    certified,
-                    simulated,
-                    simulation,
-                });
-            }
-            Err(broken) if broken.part.is_finite() => {
-                parts[broken.what as usize] *= 0.995 / broken.part.clamp(1.0, 2.0);
-                let again = design(task, frequencies, &parts, Some(&designed.series), progress);
-                match again {
-                    Ok(again) => designed = again,
-                    Err(_) => break,
-                }
-            }
-            Err(_) => break,
-        }
-    }
+    let mut short = task.settings.clone();
+    short.steps = (short.steps / REPAIR_PART).max(1);
+    let again = Task {
+        settings: &short,
+        ..task.clone()
+    };
+    let mut repairs = 0;
     let mut last = None;
-    for _ in 0..SHRINKS {
-        match certify(task, frequencies, runs, &designed.series) {
+    for shrinks in 0..SHRINKS {
+        let broken = match certify(task, frequencies, runs, &designed.series) {
             Ok((certified, simulated, simulation)) => {
-                designed.of_starts = of_starts;
                 return Ok(Plan {
                     designed,
                     certified,
@@ -99,9 +87,25 @@ pub fn plan(
                     simulation,
                 });
             }
-            Err(broken) => last = Some(broken),
+            Err(broken) => broken,
+        };
+        let part = broken.part;
+        let what = broken.what;
+        last = Some(broken);
+        let is_slight = part < SLIGHT && shrinks < SLIGHT_SHRINKS;
+        if !is_slight && part.is_finite() && repairs < REPAIRS {
+            repairs += 1;
+            parts[what as usize] *= 0.995 / part.clamp(1.0, 2.0);
+            let from = Some(&designed.series);
+            if let Ok(found) = design(&again, frequencies, &parts, from, progress) {
+                designed.series = found.series;
+                designed.objective = found.objective;
+                continue;
+            }
+            repairs = REPAIRS;
         }
-        designed.series = designed.series.scaled(SMALLER);
+        let factor = if is_slight { 0.998 / part } else { SMALLER };
+        designed.series = designed.series.scaled(factor);
     }
     match last {
         Some(broken) => Err(Refused::Motion(broken)),

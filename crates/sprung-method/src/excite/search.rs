@@ -8,7 +8,7 @@ use sprung_core::linear::{factor, solve};
 use super::problem::{Problem, Value};
 
 /// Weights of the barriers, stage by stage.
-const BARRIERS: [f64; 4] = [0.3, 0.1, 0.03, 0.01];
+pub(super) const BARRIERS: [f64; 4] = [0.3, 0.1, 0.03, 0.01];
 
 /// A point of a search.
 #[derive(Clone, Debug)]
@@ -22,6 +22,7 @@ pub(super) struct Found {
 
 /// Searches from a point within the limits.
 ///
+/// - `barriers`: weights of the barriers, stage by stage.
 /// - `go_on`: called with each better point after a step; the search ends when it returns `false`.
 ///
 /// Returns `None` if the start is outside of the limits.
@@ -29,19 +30,20 @@ pub(super) fn search(
     problem: &mut Problem,
     start: &[f64],
     steps: usize,
+    barriers: &[f64],
     go_on: &mut dyn FnMut(&Found) -> bool,
 ) -> Option<Found> {
     let mut learnt = Learnt::new(start.len());
     let mut x = start.to_vec();
-    let first = problem.value(&x, BARRIERS[0])?;
+    let first = problem.value(&x, *barriers.first()?)?;
     let mut best = Found {
         x: x.clone(),
         objective: first.objective,
         steps: 0,
     };
-    for (stage, barrier) in BARRIERS.into_iter().enumerate() {
+    for (stage, &barrier) in barriers.iter().enumerate() {
         let mut value = problem.value(&x, barrier)?;
-        let until = steps * (stage + 1) / BARRIERS.len();
+        let until = steps * (stage + 1) / barriers.len();
         while best.steps < until {
             let direction = learnt.direction(&value);
             let slope: f64 = direction.iter().zip(gradient(&value)).map(|(d, g)| d * g).sum();

@@ -25,7 +25,11 @@ pub(super) struct Simulated {
     /// References of positions and velocities at half steps, \[half steps × n\].
     reference: [Mat<f64>; 2],
     torque: Vec<f64>,
+    motor: Vec<f64>,
 }
+
+/// Stages of a Runge-Kutta step.
+const STAGES: usize = 4;
 
 /// Position beyond which a joint counts as run away, rad (m).
 const RUNAWAY: f64 = 100.0;
@@ -49,6 +53,7 @@ impl Simulated {
             samples,
             waves: waves(rate, harmonics, 2, &times),
             torque: vec![0.0; physics.model.coordinates()],
+            motor: vec![0.0; physics.model.joint_count()],
             reference: [Mat::zeros(0, 0), Mat::zeros(0, 0)],
             physics,
         }
@@ -70,14 +75,12 @@ impl Simulated {
     /// Writes the torques on all coordinates, at a half step.
     fn command(&mut self, half: usize, at: &Instant) {
         let [position, velocity] = &self.reference;
-        let motor: Vec<f64> = (0..self.kp.len())
-            .map(|joint| {
-                self.kp[joint] * (position[(half, joint)] - at.motor[0][joint])
-                    + self.kd[joint] * (velocity[(half, joint)] - at.motor[1][joint])
-            })
-            .collect();
+        for (joint, motor) in self.motor.iter_mut().enumerate() {
+            *motor = self.kp[joint] * (position[(half, joint)] - at.motor[0][joint])
+                + self.kd[joint] * (velocity[(half, joint)] - at.motor[1][joint]);
+        }
         let torques = Torques {
-            motor: &motor,
+            motor: &self.motor,
             link: None,
         };
         if (self.physics.model.robot().coordinate_torques(&torques, &mut self.torque)).is_err() {
@@ -115,7 +118,7 @@ impl Simulated {
         k: usize,
         x: &[f64],
         at: &mut Instant,
-        stages: &mut [[Vec<f64>; 2]; 4],
+        stages: &mut [[Vec<f64>; 2]; STAGES],
     ) {
         let h = self.step;
         for (stage, (half, factor)) in [(0, 0.0), (1, 0.5), (1, 0.5), (2, 1.0)].into_iter().enumerate() {
@@ -160,17 +163,19 @@ impl Simulated {
         self.refer(coefficients);
         let (mut x, _) = self.start();
         let mut instant = Instant::zero(n);
-        let mut stages: [[Vec<f64>; 2]; 4] =
+        let mut stages: [[Vec<f64>; 2]; STAGES] =
             std::array::from_fn(|_| std::array::from_fn(|_| vec![0.0; 2 * rows]));
         let steps = self.every * self.samples;
-        let mut trace = Vec::with_capacity(steps * 2 * rows);
+        let mut trace = Vec::with_capacity(STAGES * steps * 2 * rows);
         let mut at = Vec::with_capacity(self.samples);
         let mut entries = Mat::zeros(self.samples, count);
         let mut torque = Mat::zeros(self.samples, rows);
         let mut own = vec![0.0; count];
         for k in 0..steps {
-            trace.extend_from_slice(&x);
             self.stages(k, &x, &mut instant, &mut stages);
+            for [state, _] in &stages {
+                trace.extend_from_slice(state);
+            }
             if k % self.every == 0 {
                 let t = k / self.every;
                 self.unpack(&x, &mut instant);
@@ -208,15 +213,15 @@ impl Simulated {
         self.refer(&moved.coefficients);
         let count = moved.entries.ncols();
         let mut out = [0, 1].map(|order: usize| Mat::zeros(self.waves[order].nrows(), n));
-        let mut stages: [[Vec<f64>; 2]; 4] =
-            std::array::from_fn(|_| std::array::from_fn(|_| vec![0.0; 2 * rows]));
         let mut instant = Instant::zero(n);
         let mut own = Instant::zero(n);
         let mut adjoint = vec![0.0; 2 * rows];
-        let (mut back, mut sum) = (vec![0.0; 2 * rows], vec![0.0; 2 * rows]);
+        let [mut back, mut sum, mut by_rate] = [0, 1, 2].map(|_| vec![0.0; 2 * rows]);
         for k in (0..self.every * self.samples).rev() {
-            let x = &moved.trace[k * 2 * rows..(k + 1) * 2 * rows];
-            self.stages(k, x, &mut instant, &mut stages);
+            let state = |stage: usize| {
+                let first = (STAGES * k + stage) * 2 * rows;
+                &moved.trace[first..first + 2 * rows]
+            };
             let h = self.step;
             sum.copy_from_slice(&adjoint);
             back.fill(0.0);
@@ -224,11 +229,11 @@ impl Simulated {
                 [(1.0, 0.5, 0), (2.0, 0.5, 1), (2.0, 1.0, 1), (1.0, 0.0, 2)].into_iter().enumerate().rev()
             {
                 // `back` has the derivative by the state of the next stage.
-                let by_rate: Vec<f64> = (adjoint.iter().zip(&back))
-                    .map(|(adjoint, back)| h / 6.0 * weight * adjoint + next * h * back)
-                    .collect();
-                let y = stages[stage][0].clone();
-                self.back(2 * k + half, &y, &by_rate, &mut instant, &mut back, &mut out);
+                for ((by, adjoint), back) in by_rate.iter_mut().zip(&adjoint).zip(&back) {
+                    *by = h / 6.0 * weight * adjoint + next * h * back;
+                }
+                let y = state(stage);
+                self.back(2 * k + half, y, &by_rate, &mut instant, &mut back, &mut out);
                 for (sum, back) in sum.iter_mut().zip(&back) {
                     *sum += back;
                 }
@@ -246,14 +251,13 @@ impl Simulated {
                     }
                 }
                 // Accelerations follow from the state as in the first stage.
-                let mut by_rate = vec![0.0; 2 * rows];
+                by_rate.fill(0.0);
                 for joint in 0..n {
                     let motor = model.torque_row(joint);
                     by_rate[rows + joint] += own.link[2][joint];
                     by_rate[rows + motor] += own.motor[2][joint];
                 }
-                let x = x.to_vec();
-                self.back(2 * k, &x, &by_rate, &mut instant, &mut back, &mut out);
+                self.back(2 * k, state(0), &by_rate, &mut instant, &mut back, &mut out);
                 for (adjoint, back) in adjoint.iter_mut().zip(&back) {
                     *adjoint += back;
                 }

@@ -301,6 +301,15 @@ mod tests {
     }
 
     #[test]
+    fn a_constant_curve_is_one_value() {
+        let axis = [0.0, 1.0, 2.0];
+        let constant = panel(&axis, &[Some(0.5); 3]);
+        let json = to_json(&document(vec![constant, panel(&axis, &[None; 3])])).unwrap();
+        assert_eq!(decoded(&json, 0), [Some(0.5)]);
+        assert_eq!(decoded(&json, 1), [None]);
+    }
+
+    #[test]
     fn a_series_of_another_length_is_refused() {
         let error = to_json(&document(vec![panel(&[0.0, 1.0], &[None])])).unwrap_err();
         assert!(matches!(
