@@ -40,6 +40,7 @@ pub(crate) fn run(args: &Excite) -> Result<ExitCode, Failure> {
         method: match args.method {
             Method::Optimal => ExciteMethod::Optimal,
             Method::Paper => ExciteMethod::Paper,
+            Method::Random => ExciteMethod::Random,
         },
         is_warm_up: args.warm_up,
         from_log: (args.from_log.as_deref()).map(std::path::absolute).transpose().map_err(|error| {

@@ -23,7 +23,8 @@ use super::problem::{Peak, Problem, Scenario};
 use super::search::{BARRIERS, Found, search};
 use super::simulated::Simulated;
 use crate::description::{Controller, Excite};
-use crate::model::Model;
+use crate::model::{Model, Parameter};
+use sprung_core::parameters::JointParameter;
 use crate::progress::{Listener, Phase};
 
 /// What is to be designed.
@@ -211,14 +212,22 @@ pub(super) fn problem(task: &Task<'_>, frequencies: &Frequencies, parts: &[f64; 
         bounds,
         scenarios,
         task.kinematics.cloned(),
-        (task.settings.objective, scales(model, task.theta), chosen),
+        (task.settings.objective, scales(model, task.theta, task.bounds), chosen),
         (samples, period / samples as f64),
     )
 }
 
-/// Returns the values to which errors of the free parameters are relative.
+/// Returns the values to which errors of the free parameters are relative: their own, but at least a part of the largest
+/// one with the same unit; for offsets and preloads at least a part of the largest torque.
 #[must_use]
-pub fn scales(model: &Model, theta: &[f64]) -> Vec<f64> {
+pub fn scales(model: &Model, theta: &[f64], bounds: &Bounds) -> Vec<f64> {
+    let torque = |own: &Parameter| match own.joint {
+        Some((JointParameter::TorqueOffset | JointParameter::Preload, joint)) => {
+            let limit = bounds.joints[joint].torque;
+            if limit.is_limited() { SMALL_PART * limit.half } else { 0.0 }
+        }
+        _ => 0.0,
+    };
     let all: Vec<_> = model.parameters().iter().zip(theta).collect();
     let largest = |unit: &str| {
         (all.iter().filter(|(own, _)| own.unit == unit))
@@ -227,7 +236,7 @@ pub fn scales(model: &Model, theta: &[f64]) -> Vec<f64> {
     (all.iter())
         .filter(|(own, _)| own.fixed.is_none())
         .map(|(own, value)| {
-            let least = SMALL_PART * largest(own.unit);
+            let least = (SMALL_PART * largest(own.unit)).max(torque(own));
             let scale = value.abs().max(least);
             if scale > 0.0 { scale } else { 1.0 }
         })
@@ -427,6 +436,23 @@ pub(super) fn random_motion(
         }
     }
     Ok(at(low))
+}
+
+/// Returns a random motion whose largest place is `part` of the limits.
+///
+/// # Errors
+///
+/// [`NoPose`] if no pose keeps the limits at rest.
+pub fn random(
+    task: &Task<'_>,
+    frequencies: &Frequencies,
+    part: f64,
+    seed: u64,
+) -> Result<Series, NoPose> {
+    let mut problem = problem(task, frequencies, &[1.0; Limited::ALL.len()]);
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let x = random_motion(&mut problem, &mut rng, part)?;
+    Ok(problem.series(&x))
 }
 
 /// Returns free numbers of a random pose that keeps the limits at rest.

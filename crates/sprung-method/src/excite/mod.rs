@@ -25,7 +25,7 @@ mod tests;
 pub use approach::Approach;
 pub use bounds::{Bounds, Interval, JointBounds, Limited};
 pub use certify::{Broken, Kept, Simulation};
-pub use design::{Designed, Frequencies, NoPose, Task, information, scales, value_of};
+pub use design::{Designed, Frequencies, NoPose, Task, information, random, scales, value_of};
 pub use fourier::Series;
 pub use kinematics::{Kinematics, Places};
 pub use noise::Errors;

@@ -92,7 +92,7 @@ fn by_variances(inverse: &Mat<f64>, weights: impl Iterator<Item = (usize, f64)>)
 }
 
 /// Half the logarithm of the condition number of the information of the chosen parameters with columns of length one.
-fn condition(matrix: &Mat<f64>, chosen: &[usize]) -> Option<Judged> {
+pub(super) fn condition(matrix: &Mat<f64>, chosen: &[usize]) -> Option<Judged> {
     let p = chosen.len();
     let length = |i: usize| matrix[(chosen[i], chosen[i])].sqrt();
     let scaled = Mat::from_fn(p, p, |i, j| {

@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use faer::Mat;
 
+use super::bounds::Bounds;
 use super::design::{Frequencies, Task, information, scales};
 use super::fourier::Series;
-use super::objective::inverse;
+use super::objective::{condition, inverse};
 use super::result::{More, Promised};
 use crate::description::Experiment;
 use crate::estimate::Bound;
@@ -46,6 +47,13 @@ impl Information {
         Self(&self.0 * faer::Scale(factor))
     }
 
+    /// Returns the condition number of the columns of some parameters, each of length one; infinite if they do not
+    /// determine these parameters.
+    #[must_use]
+    pub fn condition_number(&self, places: &[usize]) -> f64 {
+        condition(&self.0, places).map_or(f64::INFINITY, |own| own.value.exp())
+    }
+
     /// Returns the standard errors; infinite if the information does not determine all parameters.
     #[must_use]
     pub fn standard_errors(&self) -> Vec<f64> {
@@ -58,9 +66,13 @@ impl Information {
 
 /// Returns the promise of an information matrix.
 #[must_use]
-pub fn promise(model: &Model, theta: &[f64], information: &Information) -> Vec<Promised> {
+pub fn promise(
+    (model, theta): (&Model, &[f64]),
+    bounds: &Bounds,
+    information: &Information,
+) -> Vec<Promised> {
     let errors = information.standard_errors();
-    let least = scales(model, theta);
+    let least = scales(model, theta, bounds);
     let parameters = model.parameters().iter().zip(theta);
     (parameters.filter(|(own, _)| own.fixed.is_none()))
         .zip(errors.iter().zip(least))
@@ -134,7 +146,7 @@ pub fn add_cures(
         let best = (changes.iter()).max_by(|a, b| gain(a).total_cmp(&gain(b)));
         own.cure = Some(match best {
             Some(change) if gain(change) > WORTH => format!(
-                "{} divide its standard error by {:.1}",
+                "with {} its standard error falls by a factor of {:.1}",
                 change.words,
                 gain(change)
             ),
@@ -184,8 +196,8 @@ fn tilted(
 /// Returns what more experiments buy.
 #[must_use]
 pub fn more(
-    model: &Model,
-    theta: &[f64],
+    (model, theta): (&Model, &[f64]),
+    bounds: &Bounds,
     information: &Information,
     second: Option<&Information>,
 ) -> Vec<More> {
@@ -197,7 +209,7 @@ pub fn more(
         More {
             what: what.to_owned(),
             factor: mean.exp(),
-            undetermined: (errors.iter().zip(scales(model, theta)))
+            undetermined: (errors.iter().zip(scales(model, theta, bounds)))
                 .filter(|(error, scale)| **error >= *scale)
                 .count(),
         }

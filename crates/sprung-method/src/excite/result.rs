@@ -33,7 +33,10 @@ pub struct Excitation {
     pub limits: Vec<LimitUsed>,
     /// Standard errors that the motion buys.
     pub promise: Vec<Promised>,
-    /// Those that more experiments would buy.
+    /// Condition number of the information about the inertial parameters of the links, with columns of length one; `None`
+    /// if there are none.
+    pub links_condition_number: Option<f64>,
+    /// Standard errors that more experiments would buy.
     pub more: Vec<More>,
     /// Assumptions of the design, one sentence each.
     pub assumed: Vec<String>,

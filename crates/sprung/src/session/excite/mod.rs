@@ -13,9 +13,10 @@ use sprung_log::LogSource;
 use sprung_method::estimate::{KnownTruth, information_bound};
 use sprung_method::excite::{
     Approach, EXCITATION_FORMAT, Excitation, Excited, Frequencies, Information, JointMotion, Kept, Limited,
-    LimitUsed, MotionResult, Plan, SearchResult, Series, Skeleton, Task, certify, add_cures, missing_limit, more, plan, promise,
+    LimitUsed, MotionResult, Plan, Refused, SearchResult, Series, Skeleton, Task, certify, add_cures, missing_limit, more, plan, promise, random,
     value_of,
 };
+use sprung_model::Model;
 use sprung_robot::Task as Verb;
 
 use super::error::SessionError;
@@ -32,6 +33,8 @@ pub enum ExciteMethod {
     Optimal,
     /// The reference of the paper, Eq. (29), without a search.
     Paper,
+    /// A random series, as large as the limits allow, without a search.
+    Random,
 }
 
 /// What is asked of a design beside the experiment.
@@ -106,7 +109,25 @@ impl Session {
         let task = setup.task(known.as_ref(), &chosen);
         match request.method {
             ExciteMethod::Optimal => self.optimal(request, &setup, &task, known.as_ref(), progress),
-            ExciteMethod::Paper => self.paper(&setup, &task, progress),
+            ExciteMethod::Paper => {
+                let series = paper_reference(setup.model.joint_count());
+                let frequencies = Frequencies {
+                    rate: series.rate,
+                    harmonics: series.harmonics.clone(),
+                    periods: (task.settings.duration_s * series.rate / TAU + 1e-9).floor().max(1.0)
+                        as usize,
+                };
+                self.judged("paper", &setup, &task, (&frequencies, &series), progress)
+            }
+            ExciteMethod::Random => {
+                setup.require_limits()?;
+                let frequencies = Frequencies::of(&task);
+                let part = 1.0 - task.settings.margin;
+                let series = random(&task, &frequencies, part, task.settings.seed);
+                let refused = |own| ExciteError::refused(&own, &setup.model, &setup.bounds);
+                let series = series.map_err(|own| refused(Refused::Pose(own)))?;
+                self.judged("random", &setup, &task, (&frequencies, &series), progress)
+            }
         }
     }
 
@@ -118,9 +139,7 @@ impl Session {
         known: Option<&Information>,
         progress: &mut dyn Listener,
     ) -> Result<Excited, SessionError> {
-        if let Some((joint, missing)) = missing_limit(task.bounds, setup.is_pd) {
-            return Err(ExciteError::no_limit(&setup.model.joints()[joint], &missing).into());
-        }
+        setup.require_limits()?;
         let frequencies = Frequencies::of(task);
         let refused = |own| ExciteError::refused(&own, &setup.model, &setup.bounds);
         let found = plan(task, &frequencies, &setup.runs, None, progress).map_err(refused)?;
@@ -143,7 +162,7 @@ impl Session {
         let full = promise::full(self, setup, motion(&found, &frequencies), progress)?;
         let full = known.map_or_else(|| full.clone(), |known| full.with(known));
         let beside = promise::full(self, setup, motion(&second, &others), progress)?;
-        let mut promised = promise(&setup.model, &setup.theta, &full);
+        let mut promised = promise(setup.robot(), &setup.bounds, &full);
         add_cures(
             &mut promised,
             task,
@@ -151,7 +170,7 @@ impl Session {
             &setup.experiment,
             &setup.named(),
         );
-        let more = more(&setup.model, &setup.theta, &full, Some(&beside));
+        let more = more(setup.robot(), &setup.bounds, &full, Some(&beside));
 
         let period = setup.runs.period;
         let samples = |plan: &Plan, frequencies: &Frequencies, approach: Option<&Approach>| {
@@ -172,6 +191,7 @@ impl Session {
             hold_out: Some(setup.motion(&second.designed.series, &others, way.as_ref())),
             limits: setup.limits(&found.certified, &found.simulated),
             promise: promised,
+            links_condition_number: setup.links_condition_number(&full),
             more,
             assumed: setup.assumed.clone(),
             search: SearchResult {
@@ -190,30 +210,22 @@ impl Session {
         })
     }
 
-    /// Judges the reference of the paper.
-    ///
-    /// # Source
-    ///
-    /// Eq. (29).
-    fn paper(
+    /// Judges a motion that no search made.
+    fn judged(
         &self,
+        method: &str,
         setup: &Setup,
         task: &Task<'_>,
+        (frequencies, series): (&Frequencies, &Series),
         progress: &mut dyn Listener,
     ) -> Result<Excited, SessionError> {
-        let series = paper_reference(setup.model.joint_count());
-        let frequencies = Frequencies {
-            rate: series.rate,
-            harmonics: series.harmonics.clone(),
-            periods: (task.settings.duration_s * series.rate / TAU + 1e-9).floor().max(1.0) as usize,
-        };
         // Limits that are far wider show how much of them the motion uses.
         const WIDER: f64 = 1e6;
         let wide = task.bounds.narrowed(&[WIDER; Limited::ALL.len()]);
         let wider = Task { bounds: &wide, ..task.clone() };
-        let judged = certify(&wider, &frequencies, &setup.runs, &series);
+        let judged = certify(&wider, frequencies, &setup.runs, series);
         let (mut certified, mut simulated, simulation) = judged.map_err(|broken| {
-            let refused = sprung_method::excite::Refused::Motion(broken);
+            let refused = Refused::Motion(broken);
             ExciteError::refused(&refused, &setup.model, &setup.bounds)
         })?;
         for own in certified.iter_mut().chain(&mut simulated) {
@@ -223,29 +235,30 @@ impl Session {
         let reference = series.reference(&setup.model);
         let experiment = setup.with_motion(reference, frequencies.duration());
         let full = promise::full(self, setup, experiment, progress)?;
-        let mut promised = promise(&setup.model, &setup.theta, &full);
+        let mut promised = promise(setup.robot(), &setup.bounds, &full);
         add_cures(
             &mut promised,
             task,
-            (&frequencies, &series),
+            (frequencies, series),
             &setup.experiment,
             &setup.named(),
         );
-        let objective = value_of(task, &frequencies, &series);
+        let objective = value_of(task, frequencies, series);
         let (model, period) = (&setup.model, setup.runs.period);
         let excitation = Excitation {
             format: EXCITATION_FORMAT,
             generator: Excitation::generator(),
             robot: setup.experiment.robot.name.clone(),
-            method: "paper".to_owned(),
+            method: method.to_owned(),
             objective: task.settings.objective.word().to_owned(),
             is_warm_up: false,
             is_certified,
-            motion: setup.motion(&series, &frequencies, None),
+            motion: setup.motion(series, frequencies, None),
             hold_out: None,
             limits: setup.limits(&certified, &simulated),
-            more: more(model, &setup.theta, &full, None),
+            more: more(setup.robot(), &setup.bounds, &full, None),
             promise: promised,
+            links_condition_number: setup.links_condition_number(&full),
             assumed: setup.assumed.clone(),
             search: SearchResult {
                 seed: task.settings.seed,
@@ -257,7 +270,7 @@ impl Session {
         Ok(Excited {
             excitation,
             simulation,
-            trajectory: files::samples(model, &series, frequencies.duration(), None, period),
+            trajectory: files::samples(model, series, frequencies.duration(), None, period),
             hold_out: None,
             skeleton: None,
         })
@@ -321,13 +334,35 @@ impl Setup {
         self.experiment.excite.parameters.iter().map(place).collect()
     }
 
+    /// Checks that the limits end the motion of every joint.
+    fn require_limits(&self) -> Result<(), ExciteError> {
+        match missing_limit(&self.bounds, self.is_pd) {
+            Some((joint, missing)) => {
+                Err(ExciteError::no_limit(&self.model.joints()[joint], &missing))
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn robot(&self) -> (&Model, &[f64]) {
+        (&self.model, &self.theta)
+    }
+
+    fn links_condition_number(&self, information: &Information) -> Option<f64> {
+        let free = self.model.parameters().iter().filter(|own| own.fixed.is_none());
+        let places: Vec<usize> = (free.enumerate())
+            .filter(|(_, own)| own.joint.is_none())
+            .map(|(place, _)| place)
+            .collect();
+        (!places.is_empty()).then(|| information.condition_number(&places))
+    }
+
     fn approach(&self, series: &Series) -> Result<Option<Approach>, ExciteError> {
         let from = &self.experiment.excite.start_rad;
         if from.is_empty() {
             return Ok(None);
         }
-        let robot = (&self.model, self.theta.as_slice());
-        Approach::new(from, series, robot, &self.bounds, self.kinematics.as_ref())
+        Approach::new(from, series, self.robot(), &self.bounds, self.kinematics.as_ref())
             .map_err(|broken| ExciteError::approach(&broken, &self.model, &self.bounds))
     }
 

@@ -1,0 +1,182 @@
+//! Random arms with random limits: each motion is certified, or refused with the reason.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use sprung::excite::Excited;
+use sprung::session::{ExciteMethod, Session};
+
+use super::{excite, session};
+
+/// A link and its joint.
+pub(crate) struct Link {
+    pub(crate) xyz: [f64; 3],
+    pub(crate) rpy: [f64; 3],
+    pub(crate) axis: [f64; 3],
+    pub(crate) mass: f64,
+    pub(crate) centre: [f64; 3],
+    pub(crate) radius: f64,
+    pub(crate) range: [f64; 2],
+    pub(crate) torque: f64,
+    pub(crate) velocity: f64,
+    pub(crate) acceleration: f64,
+    pub(crate) jerk: f64,
+    pub(crate) rotor: f64,
+    pub(crate) viscous: f64,
+    pub(crate) coulomb: f64,
+    pub(crate) stiffness: Option<f64>,
+}
+
+/// A serial arm.
+pub(crate) struct Arm {
+    pub(crate) links: Vec<Link>,
+}
+
+impl Arm {
+    fn urdf(&self) -> String {
+        let list = |v: &[f64; 3]| format!("{} {} {}", v[0], v[1], v[2]);
+        let mut text = "<robot name='arm'><link name='base'/>".to_owned();
+        for (k, own) in self.links.iter().enumerate() {
+            let inertia = 0.4 * own.mass * own.radius * own.radius;
+            text.push_str(&format!(
+                "<link name='l{k}'><inertial><origin xyz='{}'/><mass value='{}'/><inertia ixx='{inertia}' iyy='{inertia}' \
+                 izz='{inertia}' ixy='0' ixz='0' iyz='0'/></inertial></link>\
+                 <joint name='j{k}' type='revolute'><parent link='{}'/><child link='l{k}'/><origin xyz='{}' rpy='{}'/>\
+                 <axis xyz='{}'/><limit lower='{}' upper='{}' effort='{}' velocity='{}'/></joint>",
+                list(&own.centre),
+                own.mass,
+                if k == 0 { "base".to_owned() } else { format!("l{}", k - 1) },
+                list(&own.xyz),
+                list(&own.rpy),
+                list(&own.axis),
+                own.range[0],
+                own.range[1],
+                own.torque,
+                own.velocity
+            ));
+        }
+        text.push_str("</robot>");
+        text
+    }
+
+    /// Returns the session of the arm.
+    pub(crate) fn session(&self, set: &[String]) -> Session {
+        let mut text = "format = 1\n[robot]\nname = \"arm\"\nurdf = \"arm.urdf\"\n".to_owned();
+        for (k, own) in self.links.iter().enumerate() {
+            let (transmission, spring) = match own.stiffness {
+                None => ("rigid", String::new()),
+                Some(stiffness) => ("flexible", format!(", stiffness = {stiffness}")),
+            };
+            text.push_str(&format!(
+                "[[robot.joint]]\nname = \"j{k}\"\ntransmission = \"{transmission}\"\nlimits = {{ acceleration_rad_per_s2 = {}, \
+                 jerk_rad_per_s3 = {} }}\nnominal = {{ rotor_inertia = {}, motor_viscous = {}, motor_coulomb = {}{spring} }}\n",
+                own.acceleration, own.jerk, own.rotor, own.viscous, own.coulomb
+            ));
+        }
+        session(&text, set, &self.urdf())
+    }
+
+    /// Returns a random arm of two to seven joints.
+    fn random(seed: u64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let n = rng.random_range(2..=7);
+        let is_flexible = rng.random_bool(0.3);
+        // Some arms are too weak for their own weight.
+        let strength = if rng.random_bool(0.15) { 0.1 } else { 1.0 };
+        let mut links: Vec<Link> = Vec::new();
+        for k in 0..n {
+            let size = 0.4 * 0.8_f64.powi(k);
+            let mut within = |most: f64| rng.random_range(-most..most);
+            let xyz = [within(size), within(size), within(size)];
+            let centre = [within(0.5 * size), within(0.5 * size), within(0.5 * size)];
+            let middle = within(1.0);
+            let axis = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]][rng.random_range(0..3)];
+            let half = rng.random_range(0.5..2.5);
+            let mass = 4.0 * 0.75_f64.powi(k) * rng.random_range(0.5..1.5);
+            let weight = 9.81 * 8.0 * 0.75_f64.powi(k) * size;
+            let torque = strength * weight * rng.random_range(1.0..3.0);
+            let acceleration = rng.random_range(2.0..20.0);
+            links.push(Link {
+                xyz,
+                rpy: [0.0; 3],
+                axis,
+                mass,
+                centre,
+                radius: 0.05,
+                range: [middle - half, middle + half],
+                torque,
+                velocity: rng.random_range(0.5..4.0),
+                acceleration,
+                jerk: acceleration * rng.random_range(10.0..500.0),
+                rotor: 0.02 * torque / 9.81,
+                viscous: 0.01 * torque,
+                coulomb: 0.02 * torque,
+                stiffness: is_flexible.then_some(20.0 * torque),
+            });
+        }
+        Self { links }
+    }
+}
+
+/// Checks the samples of a motion and the torques between them; returns the first broken limit.
+fn broken(arm: &Arm, found: &Excited) -> Option<String> {
+    let own = &found.trajectory;
+    for (joint, link) in arm.links.iter().enumerate() {
+        let most = |list: &[f64]| list.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
+        let position = &own.position[joint];
+        if position.iter().any(|q| !(link.range[0]..=link.range[1]).contains(q)) {
+            return Some(format!("position of j{joint}"));
+        }
+        if most(&own.velocity[joint]) > link.velocity {
+            return Some(format!("velocity of j{joint}"));
+        }
+        if most(&own.acceleration[joint]) > link.acceleration {
+            return Some(format!("acceleration of j{joint}"));
+        }
+        let steps = own.acceleration[joint].windows(2).map(|own| (own[1] - own[0]).abs());
+        let jerk = steps.fold(0.0, f64::max) / (own.time_s[1] - own.time_s[0]);
+        if jerk > 1.001 * link.jerk {
+            return Some(format!("jerk of j{joint}: {jerk} {}", link.jerk));
+        }
+        let torque = &found.simulation.torque[joint];
+        if most(torque) > link.torque {
+            return Some(format!("torque of j{joint}"));
+        }
+    }
+    None
+}
+
+pub(crate) fn run(first: u64, count: u64) {
+    let (mut certified, mut refused, mut wrong) = (0, 0, 0);
+    let started = std::time::Instant::now();
+    for seed in first..first + count {
+        let arm = Arm::random(seed);
+        let session = arm.session(&["excite.steps=20".to_owned(), "excite.starts=2".to_owned()]);
+        match excite(&session, ExciteMethod::Optimal, None) {
+            Ok(found) => match broken(&arm, &found) {
+                None => certified += 1,
+                Some(what) => {
+                    wrong += 1;
+                    println!("{seed}: {what} is broken");
+                }
+            },
+            Err(error) => {
+                let feasible = (0..200).any(|k| {
+                    let session = arm.session(&[format!("excite.seed={}", 7000 + k)]);
+                    excite(&session, ExciteMethod::Random, None)
+                        .is_ok_and(|own| own.excitation.is_certified)
+                });
+                if feasible {
+                    wrong += 1;
+                    println!("{seed}: refused, but a random series is feasible: {error}");
+                } else {
+                    refused += 1;
+                    println!("{seed}: {error}");
+                }
+            }
+        }
+    }
+    println!(
+        "{count} arms: {certified} certified, {refused} refused where no random series is feasible, {wrong} wrong; {:.0} s",
+        started.elapsed().as_secs_f64()
+    );
+}

@@ -1,0 +1,131 @@
+//! The arm of the paper: the designed motion beside its reference, Eq. (29), at equal and at twice the peak torque, and the
+//! spread of refined estimates beside the promise.
+
+use rayon::prelude::*;
+use sprung::demo;
+use sprung::excite::{Excited, Promised};
+use sprung::progress::Unheard;
+use sprung::session::{ExciteMethod, Session, excitation_files};
+
+use super::{errors, excite, mean_ratio, session};
+
+/// Sets the true values as those of the design.
+fn demo_session(set: &[String]) -> Session {
+    let truth: toml::Table = demo::TRUTH.parse().expect("the truth is a table");
+    let mut nominal = String::from("robot.nominal={");
+    let mut of_joints = [String::new(), String::new()];
+    for (name, value) in &truth {
+        match name.split_once('.') {
+            Some(("joint1", own)) => of_joints[0].push_str(&format!("{own}={value},")),
+            Some(("joint2", own)) => of_joints[1].push_str(&format!("{own}={value},")),
+            _ => nominal.push_str(&format!("\"{name}\"={value},")),
+        }
+    }
+    let mut all = vec![format!("{}}}", nominal.trim_end_matches(','))];
+    for (joint, own) in of_joints.iter().enumerate() {
+        all.push(format!("robot.joint.{joint}.nominal={{{}}}", own.trim_end_matches(',')));
+    }
+    all.extend(set.iter().cloned());
+    session(demo::EXPERIMENT, &all, demo::TRUTH)
+}
+
+/// Returns the largest torques and deflections of a simulated motion, per joint.
+fn peaks(excited: &Excited) -> Vec<[f64; 2]> {
+    let own = &excited.simulation;
+    let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |a: f64, x| a.max(x.abs()));
+    (0..own.link.len())
+        .map(|joint| {
+            let pairs = own.motor[joint].iter().zip(&own.link[joint]);
+            [
+                largest(&mut own.torque[joint].iter().copied()),
+                largest(&mut pairs.map(|(phi, q)| phi - q)),
+            ]
+        })
+        .collect()
+}
+
+pub(crate) fn run(runs: u64) {
+    let paper = excite(&demo_session(&[]), ExciteMethod::Paper, None).expect("the paper's motion");
+    let peaks = peaks(&paper);
+    for (words, torques, deflections) in [
+        ("equal peaks", 1.0, 1.0),
+        ("twice the torque and deflection", 2.0, 2.0),
+        ("twice the torque, no limit of deflection", 2.0, 1e3),
+    ] {
+        let set: Vec<String> = (peaks.iter().enumerate())
+            .map(|(joint, [torque, deflection])| {
+                format!(
+                    "robot.joint.{joint}.limits={{torque_nm={}, deflection_rad={}}}",
+                    torques * torque,
+                    deflections * deflection
+                )
+            })
+            .collect();
+        let session = demo_session(&set);
+        let started = std::time::Instant::now();
+        let found = excite(&session, ExciteMethod::Optimal, None).expect("a motion");
+        let time = started.elapsed().as_secs_f64();
+        let (before, after) = (errors(&paper), errors(&found));
+        let ratios: Vec<f64> = before.iter().zip(&after).map(|(a, b)| a / b).collect();
+        println!(
+            "{words}: standard errors smaller by {:.3} in the geometric mean, joint2.link_viscous {:.2}, least {:.3}; {time:.0} s",
+            mean_ratio(&before, &after),
+            ratios[6],
+            ratios.iter().fold(f64::INFINITY, |a, b| a.min(*b))
+        );
+        let all: Vec<String> = ratios.iter().map(|own| format!("{own:.2}")).collect();
+        println!("  {}", all.join(" "));
+        if torques == 1.0 && runs > 0 {
+            spread(&session, &found, runs);
+        }
+        for seed in 2..=3 {
+            let mut set = set.clone();
+            set.push(format!("excite.seed={seed}"));
+            let other = excite(&demo_session(&set), ExciteMethod::Optimal, None).expect("a motion");
+            println!(
+                "  seed {seed}: objective {:+.1} %, errors {:+.1} %",
+                100.0 * (other.excitation.search.objective - found.excitation.search.objective),
+                100.0 * (mean_ratio(&errors(&other), &after) - 1.0)
+            );
+        }
+    }
+}
+
+/// Compares the spread of refined estimates from simulated logs of a motion with its promise.
+fn spread(session: &Session, found: &Excited, runs: u64) {
+    let files = excitation_files(session, found);
+    let (_, reference) = files.iter().find(|(name, _)| *name == "reference.toml").expect("a reference");
+    let (before, after) = demo::EXPERIMENT.split_once("[controller.reference]").expect("a reference");
+    let (_, after) = after.split_once("\n]\n").expect("the end of the sines");
+    let text = format!("{before}{reference}{after}");
+    let set = ["identify.estimator=prediction-error".to_owned(), "identify.laws=declared".to_owned()];
+    let estimates: Vec<Vec<f64>> = (0..runs)
+        .into_par_iter()
+        .map(|seed| {
+            let twin = super::session(&text, &[], demo::TRUTH);
+            let mut log = Vec::new();
+            let recording = twin.twin(None, None).expect("a twin").with_seed(seed + 1);
+            recording.write(&mut log, &mut Unheard).expect("a log");
+            let log = String::from_utf8(log).expect("text");
+            let own = super::session(&text, &set, &log);
+            let found = own.identify(&mut Unheard).expect("an estimate");
+            let parameters = &found.identification.results[0].parameters;
+            parameters.iter().map(|own| own.value.unwrap_or(f64::NAN)).collect()
+        })
+        .collect();
+    let mut ratios = Vec::new();
+    for (k, Promised { name, standard_error, .. }) in found.excitation.promise.iter().enumerate() {
+        let mean = estimates.iter().map(|own| own[k]).sum::<f64>() / runs as f64;
+        let square: f64 = estimates.iter().map(|own| (own[k] - mean).powi(2)).sum();
+        let ratio = (square / (runs - 1) as f64).sqrt() / standard_error;
+        println!("  {name}: observed over promised spread {ratio:.2}");
+        ratios.push(ratio);
+    }
+    ratios.sort_by(f64::total_cmp);
+    println!(
+        "  {runs} runs: median {:.2}, {:.2} to {:.2}",
+        ratios[ratios.len() / 2],
+        ratios[0],
+        ratios[ratios.len() - 1]
+    );
+}
