@@ -14,8 +14,7 @@ pub(crate) fn exception(py: Python<'_>, error: &SessionError) -> PyErr {
         ErrorKind::Stopped => "Stopped",
     };
     let mut described = error.described();
-    if let SessionError::IsServo(call) = error {
-        let text = call.text(Language::Python);
+    if let Some(text) = in_python(error) {
         let (fault, remedy) = split_remedy(&text);
         described.remedy = remedy.map(str::to_owned);
         fault.clone_into(&mut described.text);
@@ -30,6 +29,18 @@ pub(crate) fn exception(py: Python<'_>, error: &SessionError) -> PyErr {
         described.place.as_deref(),
         &findings,
     )
+}
+
+/// Returns the text for Python of an error whose usual text names words of the command line.
+fn in_python(error: &SessionError) -> Option<String> {
+    match error {
+        SessionError::IsServo(call) => Some(call.text(Language::Python)),
+        SessionError::Excite(own) => {
+            let text = own.to_string().replace("--parameters FILE", "parameters");
+            Some(text.replace("--warm-up", "warm_up=True"))
+        }
+        _ => None,
+    }
 }
 
 /// Returns an exception about the arguments of a call.

@@ -7,6 +7,7 @@ mod arrow;
 mod cli;
 mod dynamics;
 mod errors;
+mod excite;
 mod many_logs;
 mod runner;
 mod servo;
@@ -27,6 +28,7 @@ fn _sprung(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<worked::Checked>()?;
     module.add_class::<worked::Validated>()?;
     module.add_class::<servo::IdentifiedServo>()?;
+    module.add_class::<excite::Excited>()?;
     module.add_class::<many_logs::RobotChoices>()?;
     module.add_class::<many_logs::ReducedLogs>()?;
     module.add_class::<dynamics::Dynamics>()?;

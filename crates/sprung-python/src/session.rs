@@ -1,4 +1,4 @@
-//! Experiments: check, identify, validate, simulate, export.
+//! Experiments: check, identify, validate, simulate, excite, export.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -13,13 +13,14 @@ use sprung::description::Start;
 use sprung::export::{Form, Format};
 use sprung::log::{Arrays, Input, LogSource};
 use sprung::session::{
-    Depth, Disk, Files, NewExperiment, Parameters, QuantityArrays, ReadIdentification,
-    SessionError, start_from_urdf,
+    Depth, Disk, ExciteRequest, Files, NewExperiment, Parameters, QuantityArrays,
+    ReadIdentification, SessionError, start_from_urdf,
 };
 
 use crate::arrays;
 use crate::dynamics::Dynamics;
 use crate::errors::{exception, wrong_input};
+use crate::excite::{Excited, Source, Values, method};
 use crate::runner::Run;
 use crate::servo::{IdentifiedServo, ServoCheck};
 use crate::worked::{Checked, Identified, Validated, file};
@@ -393,6 +394,30 @@ impl Session {
         let twin = self.inner.twin(None, None);
         twin.map(|twin| twin.truth())
             .map_err(|error| exception(py, &error))
+    }
+
+    /// Designs an experiment: a motion within the limits of the robot, and what it promises.
+    fn excite(
+        &self,
+        py: Python<'_>,
+        method: &str,
+        warm_up: bool,
+        parameters: Option<Values<'_>>,
+        from_log: Option<PathBuf>,
+        run: Run,
+    ) -> PyResult<Excited> {
+        let request = ExciteRequest {
+            method: self::method(py, method)?,
+            is_warm_up: warm_up,
+            from_log,
+        };
+        let source = parameters.map(Source::from);
+        let session = Arc::clone(&self.inner);
+        let excited = run.work(py, move |progress| {
+            let parameters = source.map(Source::read).transpose()?;
+            session.excite(&request, parameters.as_ref(), progress)
+        })?;
+        Ok(Excited::new(Arc::clone(&self.inner), excited))
     }
 
     /// Returns the robot with the parameters of one result of an identification.

@@ -2,18 +2,13 @@
 
 use sprung_method::excite::{Excitation, Excited, LimitUsed, Limited, Promised};
 
-use super::document::{
-    Badge, Block, Document, Fold, IntervalRow, Intervals, Mark, Row, Section, Table, Tone,
-};
-use super::groups::Joints;
+use super::document::{Badge, Block, Document, Fold, Row, Section, Table, Tone};
 use super::motion;
-use super::numbers::{or_dash, short, significant};
+use super::numbers::{finite_or_dash, short, significant};
+use super::promise;
 use super::section::{folded, section};
 use super::tables::{number, text};
 use super::verdict::as_sentence;
-
-/// Largest and smallest power of ten of the scale of standard errors, percent.
-const MOST_DECADES: [i32; 2] = [-3, 3];
 
 /// Composes the report of a designed experiment.
 ///
@@ -22,7 +17,7 @@ const MOST_DECADES: [i32; 2] = [-3, 3];
 pub fn compose_excitation(excited: &Excited, command: &str, experiment: &str) -> Document {
     let excitation = &excited.excitation;
     let mut sections = vec![
-        promise(excitation),
+        promise::section_of(excitation),
         limits(&excitation.limits),
         motion::section_of(excited),
     ];
@@ -150,184 +145,21 @@ fn owner(limit: &LimitUsed) -> &str {
     limit.joint.as_deref().unwrap_or("the tool")
 }
 
-/// Composes the section about standard errors.
-fn promise(excitation: &Excitation) -> Section {
-    let names = excitation.motion.joints.iter().map(|own| own.joint.clone());
-    let joints = Joints::of_names(names.collect());
-    let sorted = joints.sorted(&excitation.promise, |own| &own.name);
-    let mut blocks: Vec<Block> = errors(&joints, &sorted)
-        .into_iter()
-        .map(Block::Intervals)
-        .collect();
-    if excitation.undetermined().next().is_some() {
-        blocks.push(Block::Table(undetermined(excitation)));
-    }
-    if !excitation.more.is_empty() {
-        blocks.push(Block::Table(more(excitation)));
-    }
-    blocks.push(Block::Table(parameters(&joints, &sorted)));
-    section(
-        "promise",
-        "What it promises",
-        "A log of this motion gives these standard errors (bound of Cramér and Rao), if the robot \
-         has the values of the design and the assumptions at the end of this page hold. A 95 % \
-         interval is twice as wide to each side.",
-        blocks,
-    )
-}
-
-/// Returns the relative standard errors on one logarithmic scale; `None` without any.
-fn errors(joints: &Joints, promise: &[&Promised]) -> Option<Intervals> {
-    let power = |own: &Promised| {
-        let percent = own.relative_percent.filter(|percent| *percent > 0.0)?;
-        Some(percent.log10()).filter(|power| power.is_finite())
-    };
-    let powers = || promise.iter().filter_map(|own| power(own));
-    let smallest = powers().min_by(f64::total_cmp)?;
-    let greatest = powers().max_by(f64::total_cmp)?;
-    let [least, most] = MOST_DECADES;
-    let mut low = (smallest.floor() as i32).clamp(least, most - 2);
-    let high = (greatest.ceil() as i32).clamp(low + 2, most);
-    // The line in the middle of the rows stands at a power of ten, too.
-    if (high - low) % 2 == 1 {
-        low -= 1;
-    }
-    let width = f64::from(high - low);
-    let place = |power: f64| 2.0 * (power - f64::from(low)) / width - 1.0;
-    let tick = |power: i32| {
-        let percent = short(10_f64.powi(power), 1);
-        (place(f64::from(power)), format!("{percent} %"))
-    };
-    let row = |own: &&Promised| IntervalRow {
-        group: joints.group(&own.name).to_owned(),
-        label: joints.within(&own.name).to_owned(),
-        scale: relative(own),
-        marks: vec![power(own).map(|power| Mark {
-            at: place(power),
-            interval: Some([-1.0, place(power)]),
-        })],
-        tone: tone(own),
-    };
-    Some(Intervals {
-        caption:
-            "Relative standard errors on a logarithmic scale; arrows mark those outside of it. \
-                  Coloured rows are undetermined parameters."
-                .to_owned(),
-        names: vec!["relative standard error".to_owned()],
-        ticks: [low, i32::midpoint(low, high), high].map(tick).to_vec(),
-        rows: promise.iter().map(row).collect(),
-        folded: false,
-    })
-}
-
-fn relative(own: &Promised) -> String {
-    let finite = own.relative_percent.filter(|percent| percent.is_finite());
-    match finite {
-        Some(percent) => format!("{} %", significant(percent, 2)),
-        None if own.standard_error.is_finite() => {
-            format!("{} {}", significant(own.standard_error, 2), own.unit)
-        }
-        None => "–".to_owned(),
-    }
-}
-
-fn tone(own: &Promised) -> Tone {
-    if own.is_determined {
-        Tone::Neutral
-    } else {
-        Tone::Doubtful
-    }
-}
-
-fn undetermined(excitation: &Excitation) -> Table {
-    let row = |own: &Promised| Row {
-        cells: vec![
-            own.name.clone(),
-            relative(own),
-            (own.cure.as_deref()).map_or_else(|| "–".to_owned(), as_sentence),
-        ],
-        tone: tone(own),
-    };
-    Table {
-        caption: "Parameters that the motion does not determine, and the change that determines \
-                  each of them best."
-            .to_owned(),
-        columns: vec![text("Parameter"), text("relative s.e."), text("what to do")],
-        rows: excitation.undetermined().map(row).collect(),
-        ..Table::default()
-    }
-}
-
-fn more(excitation: &Excitation) -> Table {
-    let rows = excitation.more.iter().map(|own| Row {
-        cells: vec![
-            own.what.clone(),
-            significant(own.factor, 3),
-            own.undetermined.to_string(),
-        ],
-        tone: Tone::Neutral,
-    });
-    Table {
-        caption: "What more experiments buy: their standard errors over those of this motion \
-                  (geometric mean), and the number of parameters that stay undetermined."
-            .to_owned(),
-        columns: vec![
-            text("Experiments"),
-            number("standard errors ×"),
-            number("undetermined"),
-        ],
-        rows: rows.collect(),
-        ..Table::default()
-    }
-}
-
-fn parameters(joints: &Joints, promise: &[&Promised]) -> Table {
-    let mut headings: Vec<(usize, String)> = Vec::new();
-    for (i, own) in promise.iter().enumerate() {
-        let group = joints.group(&own.name);
-        if headings.last().is_none_or(|(_, last)| last != group) {
-            headings.push((i, group.to_owned()));
-        }
-    }
-    let row = |own: &&Promised| Row {
-        cells: vec![
-            own.name.clone(),
-            own.unit.clone(),
-            significant(own.value, 4),
-            finite_or_dash(Some(own.standard_error), 2),
-            finite_or_dash(own.relative_percent, 2),
-        ],
-        tone: tone(own),
-    };
-    Table {
-        caption: "Parameters, with the values for which the motion was designed.".to_owned(),
-        columns: vec![
-            text("Parameter"),
-            text("Unit"),
-            number("value"),
-            number("standard error"),
-            number("standard error [%]"),
-        ],
-        rows: promise.iter().map(row).collect(),
-        headings,
-    }
-}
-
-fn finite_or_dash(value: Option<f64>, digits: usize) -> String {
-    or_dash(value.filter(|value| value.is_finite()), digits)
-}
-
 /// Composes the section about limits, the most used one first.
 fn limits(limits: &[LimitUsed]) -> Section {
     let mut sorted: Vec<&LimitUsed> = limits.iter().collect();
     sorted.sort_by(|a, b| b.used_percent.total_cmp(&a.used_percent));
+    let limit = |at: Option<f64>| match at.filter(|at| at.is_finite()) {
+        Some(at) => short(at, 4),
+        None => "–".to_owned(),
+    };
     let row = |own: &&LimitUsed| Row {
         cells: vec![
             own.joint.clone().unwrap_or_else(|| "tool".to_owned()),
             own.quantity.clone(),
             own.unit.clone(),
-            finite_or_dash(own.lowest, 4),
-            finite_or_dash(own.highest, 4),
+            limit(own.lowest),
+            limit(own.highest),
             significant(own.used_percent, 3),
             significant(own.time_s, 4),
             own.shown.clone(),
@@ -398,6 +230,7 @@ fn search(excitation: &Excitation) -> Vec<(String, String)> {
     let objectives = search.objectives.iter();
     let objectives: Vec<String> = objectives.map(|own| significant(*own, 4)).collect();
     let motion = &excitation.motion;
+    let condition = excitation.links_condition_number;
     let mut pairs = vec![
         ("Method", excitation.method.clone()),
         ("Objective", excitation.objective.clone()),
@@ -406,6 +239,10 @@ fn search(excitation: &Excitation) -> Vec<(String, String)> {
             finite_or_dash(Some(search.objective), 4),
         ),
         ("Objectives of all searches", objectives.join(", ")),
+        (
+            "Condition number of the information about the links",
+            condition.map_or_else(String::new, |own| significant(own, 3)),
+        ),
         ("Largest number of steps", search.steps.to_string()),
         ("Seed", search.seed.to_string()),
         (
@@ -425,7 +262,7 @@ fn search(excitation: &Excitation) -> Vec<(String, String)> {
 #[cfg(test)]
 mod tests {
     use sprung_method::excite::{
-        JointMotion, More, SearchResult, Simulation, Skeleton, Trajectory,
+        JointMotion, More, MotionResult, SearchResult, Simulation, Skeleton, Trajectory,
     };
 
     use super::*;
@@ -520,6 +357,7 @@ mod tests {
                 factor: 0.707,
                 undetermined: 1,
             }],
+            links_condition_number: Some(12.5),
             assumed: vec!["motor encoders with 65536 counts".to_owned()],
             search: SearchResult {
                 seed: 7,
@@ -541,7 +379,13 @@ mod tests {
             skeleton: Some(Skeleton {
                 parents: vec![None, Some(0), Some(1)],
                 points: (time_s.iter())
-                    .map(|t| vec![[0.0, 0.0, 0.4], [0.3 * t.cos(), 0.3 * t.sin(), 0.7], [0.5, 0.1, 0.6]])
+                    .map(|t| {
+                        vec![
+                            [0.0, 0.0, 0.4],
+                            [0.3 * t.cos(), 0.3 * t.sin(), 0.7],
+                            [0.5, 0.1, 0.6],
+                        ]
+                    })
                     .collect(),
                 time_s,
             }),
@@ -556,9 +400,12 @@ mod tests {
         let blocks = document.sections.iter().filter(|own| own.id == id);
         let blocks = blocks.flat_map(|own| &own.blocks);
         blocks
-            .filter_map(|block| match block {
-                Block::Table(table) => Some(table.clone()),
-                _ => None,
+            .filter_map(|block| {
+                if let Block::Table(table) = block {
+                    Some(table.clone())
+                } else {
+                    None
+                }
             })
             .collect()
     }
@@ -566,9 +413,12 @@ mod tests {
     fn figures(document: &Document) -> Vec<&Figure> {
         let blocks = document.sections.iter().flat_map(|own| &own.blocks);
         blocks
-            .filter_map(|block| match block {
-                Block::Figure(figure) => Some(figure),
-                _ => None,
+            .filter_map(|block| {
+                if let Block::Figure(figure) = block {
+                    Some(figure)
+                } else {
+                    None
+                }
             })
             .collect()
     }
@@ -576,7 +426,11 @@ mod tests {
     #[test]
     fn the_report_says_what_the_motion_promises() {
         let document = composed(&excited());
-        let ids: Vec<&str> = document.sections.iter().map(|own| own.id.as_str()).collect();
+        let ids: Vec<&str> = document
+            .sections
+            .iter()
+            .map(|own| own.id.as_str())
+            .collect();
         assert_eq!(
             ids,
             ["promise", "limits", "motion", "arm", "hold-out", "settings"]
@@ -616,7 +470,11 @@ mod tests {
         own.excitation.promise.pop();
         let document = composed(&own);
         assert_eq!(tables(&document, "promise").len(), 2);
-        assert!(document.summary.ends_with("no parameter stays undetermined."));
+        assert!(
+            document
+                .summary
+                .ends_with("no parameter stays undetermined.")
+        );
         own.excitation.promise.clear();
         assert_eq!(composed(&own).summary, "No parameter stays undetermined.");
     }
@@ -686,86 +544,4 @@ mod tests {
         let page = render(&composed(&own)).unwrap();
         assert!(!page.contains(script) && !page.contains("\"skeletons\""));
     }
-
-    // TEMPORARY-BEGIN
-    #[test]
-    fn temporary_page() {
-        let names: Vec<String> = (1..=7).map(|k| format!("joint{k}")).collect();
-        let mut own = excited();
-        let time: Vec<f64> = (0..=11_500).map(|k| 1e-3 * f64::from(k)).collect();
-        let at = |j: usize, t: f64| {
-            let t = (t - 1.5).max(0.0);
-            let a = 0.9 / (1.0 + 0.2 * j as f64);
-            a * (0.628 * t * (1.0 + j as f64 % 3.0)).sin() + 0.3 * a * (6.28 * t * 0.7 + j as f64).sin() - 0.3 * a * (j as f64).sin()
-        };
-        let d = |f: &dyn Fn(f64) -> f64, t: f64| (f(t + 1e-4) - f(t - 1e-4)) / 2e-4;
-        let pos = |j: usize, t: f64| at(j, t);
-        let vel = |j: usize, t: f64| d(&|t| at(j, t), t);
-        let acc = |j: usize, t: f64| d(&|t| vel(j, t), t);
-        let make = |f: &dyn Fn(usize, f64) -> f64, time: &[f64]| -> Vec<Vec<f64>> {
-            (0..7).map(|j| time.iter().map(|t| f(j, *t)).collect()).collect()
-        };
-        let trajectory = Trajectory {
-            joints: names.clone(),
-            turns: vec![true; 7],
-            position: make(&pos, &time),
-            velocity: make(&vel, &time),
-            acceleration: make(&acc, &time),
-            time_s: time.clone(),
-        };
-        let sim: Vec<f64> = (0..=1430).map(|k| 0.007 * f64::from(k)).collect();
-        let most = |v: &Vec<f64>| v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        let mut limits = Vec::new();
-        let link = make(&|j, t| at(j, t + 1.5), &sim);
-        let torque = make(&|j, t| 40.0 / (1.0 + j as f64) * (at(j, t + 1.5) + 0.05 * acc(j, t + 1.5)), &sim);
-        let motor: Vec<Vec<f64>> = link.iter().zip(&torque).map(|(l, t)| l.iter().zip(t).map(|(l, t)| l + t / 5000.0).collect()).collect();
-        for j in 0..7 {
-            for (what, v) in [(Limited::Position, &trajectory.position[j]), (Limited::Velocity, &trajectory.velocity[j]), (Limited::Acceleration, &trajectory.acceleration[j]), (Limited::Torque, &torque[j])] {
-                let part = [0.98, 0.99, 0.4, 0.2, 0.85][(j + what as usize) % 5];
-                limits.push(limit(&names[j], what, (most(v) / part * 100.0).ceil() / 100.0, 100.0 * part));
-            }
-        }
-        limits.push(LimitUsed { joint: None, quantity: "speed of the tool".into(), unit: "m/s".into(), lowest: None, highest: Some(1.5), used_percent: 97.2, time_s: 3.3, shown: "simulated".into() });
-        limits.push(LimitUsed { joint: Some("joint7".into()), quantity: "height above the floor".into(), unit: "m".into(), lowest: Some(-0.05), highest: None, used_percent: 61.0, time_s: 3.3, shown: "simulated".into() });
-        let mut promise = Vec::new();
-        for (j, name) in names.iter().enumerate() {
-            for (k, what) in ["rotor_inertia", "stiffness", "link_viscous", "motor_viscous", "link_coulomb", "motor_coulomb"].iter().enumerate() {
-                promise.push(promised(&format!("{name}.{what}"), 0.08 * (1.0 + k as f64 * 3.0) * (1.0 + j as f64), None));
-            }
-            for (k, what) in ["mx", "mz", "ixx", "ixz", "izz + link7.iyy + 0.21*link7.m + 0.088*link7.mz"].iter().enumerate() {
-                let cure = (j == 6 && k == 3 || j == 0 && k == 0).then_some("neither amplitude nor speed nor a tilt of the base determines it; a longer experiment, a payload, or sensors with less noise may");
-                promise.push(promised(&format!("link{}.{what}", j + 1), if cure.is_some() { 240.0 } else { 0.4 * (1.0 + k as f64) * (1.0 + j as f64) }, cure));
-            }
-        }
-        let frames: Vec<Vec<[f64; 3]>> = sim.iter().map(|t| {
-            let q: Vec<f64> = (0..7).map(|j| at(j, t + 1.5)).collect();
-            let lengths = [0.0, 0.33, 0.0, 0.32, 0.08, 0.38, 0.09];
-            let (mut p, mut pitch, mut out) = ([0.0, 0.0, 0.33], 0.3, Vec::new());
-            for j in 0..7 {
-                out.push(p);
-                pitch += 0.35 + 0.8 * q[j];
-                let yaw = 1.3 * q[0] + 0.5 * q[j];
-                let l = lengths[j] + 0.02;
-                p = [p[0] + l * f64::sin(pitch) * yaw.cos(), p[1] + l * f64::sin(pitch) * yaw.sin(), p[2] + l * f64::cos(pitch)];
-            }
-            out.push(p);
-            out
-        }).collect();
-        own.excitation.motion.joints = names.iter().map(|n| JointMotion { joint: n.clone(), ..own.excitation.motion.joints[0].clone() }).collect();
-        own.excitation.robot = "seven-joint arm".into();
-        own.excitation.limits = limits;
-        own.excitation.promise = promise;
-        own.excitation.more = vec![
-            More { what: "the motion twice".into(), factor: 0.707, undetermined: 1 },
-            More { what: "the motion four times".into(), factor: 0.5, undetermined: 0 },
-            More { what: "the motion, and the one for validation".into(), factor: 0.6912, undetermined: 0 }];
-        own.excitation.assumed = vec!["the links follow the trajectory: position control of the motors with a bandwidth of 20 Hz and the torques of the model without friction, because the file has no [controller]".into(), "collisions of links with each other and with obstacles were not looked at".into()];
-        own.simulation = Simulation { time_s: sim.clone(), link, motor, torque };
-        own.hold_out = Some(trajectory.clone());
-        own.trajectory = trajectory;
-        own.skeleton = Some(Skeleton { time_s: sim, parents: (0..8).map(|i: usize| i.checked_sub(1)).collect(), points: frames });
-        let page = render(&compose_excitation(&own, "sprung excite experiment.toml", "[robot]\nname = \"seven\"\n")).unwrap();
-        std::fs::write("/tmp/excitation-test.html", page).unwrap();
-    }
-    // TEMPORARY-END
 }

@@ -27,6 +27,7 @@ mod numbers;
 mod overview;
 mod payload;
 mod plots;
+mod promise;
 mod refined_delays;
 mod refinement;
 mod robot_tables;

@@ -9,15 +9,15 @@ use super::intervals::round_up;
 use super::numbers::{short, significant};
 use super::section::section;
 
-/// Most points of a curve, and most frames of the arm.
+/// Most points of a curve, and most frames of the arm: the page stays small.
 const MOST_POINTS: usize = 1000;
 const MOST_FRAMES: usize = 300;
 
 /// Largest deflection that rounding gives a joint without a spring, rad (m).
 const NO_DEFLECTION: f64 = 1e-12;
 
-/// Squares of the floor over the reach of the arm.
-const SQUARES: f64 = 4.0;
+/// Squares of the floor over the size of the arm.
+const SQUARES: f64 = 8.0;
 
 /// Times of curves of all joints, and what is drawn beside them.
 struct Motion<'a> {
@@ -47,7 +47,7 @@ impl<'a> Motion<'a> {
         let begins = samples.time_s.last().map_or(0.0, |last| last - duration);
         let mark = Line {
             at: begins,
-            text: "motion begins".to_owned(),
+            text: String::new(),
         };
         let has_approach = begins > 1e-3 * duration;
         Self {
@@ -63,9 +63,14 @@ impl<'a> Motion<'a> {
                 let values: Vec<f64> = self.shown.iter().map(|&i| values[i]).collect();
                 self.panel(what, (name, self.turns.get(joint) == Some(&false)), &values)
             });
+        let approach = if self.marks.is_empty() {
+            ""
+        } else {
+            " The motion begins at the dashed line, after the approach."
+        };
         Figure {
             id: id.to_owned(),
-            caption: caption.to_owned(),
+            caption: format!("{caption}{approach}"),
             x_label: "time [s]".to_owned(),
             layout: Layout::Grid,
             panels: panels.collect(),
@@ -268,24 +273,24 @@ fn skeleton(places: &Places, limits: &[LimitUsed]) -> Option<Skeleton> {
         .filter(|own| own.quantity == Limited::Height.word())
         .find_map(|own| own.lowest);
     // A floor far below the arm would leave little room to it.
-    let floor = limit.filter(|floor| *floor <= lowest && *floor > lowest - size);
+    let floor = limit.filter(|floor| *floor > lowest - size && *floor < highest);
     let grid = round_up(size / SQUARES);
     Some(Skeleton {
         caption: format!(
             "Links, joints, and the tool with its path. The first view is from the side; drag it to \
-             turn it. The second is from above. The squares of the {} have sides of {} m. The tool \
-             is between {} and {} m above the base, and at most {} m beside it.",
+             turn it. The second is from above. The squares lie at the {} and have sides of {} m. \
+             The tool is {} to {} m above the base, and at most {} m beside its axis.",
             if floor.is_some() {
-                "lowest allowed floor"
+                "lowest allowed height"
             } else {
-                "floor"
+                "height of the base"
             },
             short(grid, 1),
             significant(low, 3),
             significant(high, 3),
             significant(far, 3)
         ),
-        floor: floor.unwrap_or(lowest),
+        floor: floor.unwrap_or(0.0),
         grid,
         parents: places.parents.clone(),
         time: shown.iter().map(|(time, _)| *time).collect(),

@@ -37,6 +37,11 @@ pub(super) fn or_dash(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| "–".to_owned(), |value| significant(value, digits))
 }
 
+/// Returns a rounded value, or a dash if there is no finite value.
+pub(super) fn finite_or_dash(value: Option<f64>, digits: usize) -> String {
+    or_dash(value.filter(|value| value.is_finite()), digits)
+}
+
 /// Returns a value exactly as given if it has at most 8 characters, otherwise rounded.
 pub(super) fn given(value: Option<f64>) -> String {
     match value.map(|value| value.to_string()) {

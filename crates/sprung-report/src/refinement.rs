@@ -425,7 +425,8 @@ mod tests {
             | Block::Bars(_)
             | Block::Findings(_)
             | Block::Code(_)
-            | Block::Drawing(_) => None,
+            | Block::Drawing(_)
+            | Block::Skeleton(_) => None,
         });
         let (logs, delays) = (shown.next().unwrap(), shown.next().unwrap());
         assert_eq!(logs.names, ["all logs", "first.csv", "second.csv"]);
@@ -468,7 +469,8 @@ mod tests {
                 | Block::Bars(_)
                 | Block::Findings(_)
                 | Block::Code(_)
-                | Block::Drawing(_) => None,
+                | Block::Drawing(_)
+                | Block::Skeleton(_) => None,
             });
             tables.collect::<Vec<_>>()
         };

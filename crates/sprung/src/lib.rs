@@ -176,8 +176,9 @@ pub mod report {
     #[doc(inline)]
     pub use sprung_report::{
         Badge, Bar, BarRow, Bars, Block, Column, Contents, Document, Drawing, Figure, Finding,
-        Fold, IntervalRow, Intervals, Layout, Mark, Panel, ReportError, Row, Section, Series,
-        Style, Table, Tone, compose, compose_check, compose_comparison, compose_servo, render,
+        Fold, IntervalRow, Intervals, Layout, Mark, Panel, ReportError, Row, Section, Series, Skeleton,
+        Style, Table, Tone, compose, compose_check, compose_comparison, compose_excitation,
+        compose_servo, render,
         significant,
     };
 }

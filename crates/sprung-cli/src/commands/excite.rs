@@ -5,14 +5,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use sprung::excite::{Excitation, Excited};
 use sprung::model::short;
-use sprung::report::significant;
+use sprung::report::{compose_excitation, significant};
 use sprung::session::{ExciteMethod, ExciteRequest, Parameters, Session, excitation_files};
 
 use crate::args::{Excite, Method};
-
+use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};
 use crate::output::{Folder, results_folder};
-use crate::results::{REPORT_FILE, write_json};
+use crate::results::{REPORT_FILE, write_html, write_json};
 use crate::terminal::{Grid, Terminal, complain, dash};
 
 /// Files that a design writes.
@@ -63,13 +63,13 @@ pub(crate) fn run(args: &Excite) -> Result<ExitCode, Failure> {
         output.outdates("hold-out.csv");
     }
     write_json(&mut output, EXCITATION_FILE, &excited.excitation)?;
-
-
+    let document = compose_excitation(&excited, &command_line(), session.text());
+    let report = write_html(&mut output, REPORT_FILE, &document)?;
     output.commit()?;
 
     terminal.json(&excited.excitation);
     say(terminal, &excited, is_stopped());
-
+    terminal.say(format!("\nreport: {}", report.display()));
     Ok(ExitCode::Done)
 }
 

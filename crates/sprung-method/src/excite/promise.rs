@@ -219,7 +219,7 @@ pub fn more(
         of("the motion four times", &information.times(4.0)),
     ];
     if let Some(second) = second {
-        all.push(of("the motion, and the one for validation", &information.with(second)));
+        all.push(of("this motion and the validation one", &information.with(second)));
     }
     all
 }

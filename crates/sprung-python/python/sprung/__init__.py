@@ -20,6 +20,7 @@ from sprung._errors import (
     SprungWarning,
     Stopped,
 )
+from sprung._excitation import Excitation, LimitUsed, More, Promised, Trajectory
 from sprung._experiment import Experiment
 from sprung._finding import Evidence, Finding
 from sprung._model import Model, Motion
@@ -35,17 +36,21 @@ __all__ = [
     "Choices",
     "Comparison",
     "Evidence",
+    "Excitation",
     "Experiment",
     "ExperimentError",
     "FileError",
     "Finding",
     "InputError",
+    "LimitUsed",
     "LogError",
     "LogFactors",
     "Model",
+    "More",
     "Motion",
     "Parameter",
     "Parameters",
+    "Promised",
     "Result",
     "Servo",
     "ServoCheck",
@@ -53,6 +58,7 @@ __all__ = [
     "SprungError",
     "SprungWarning",
     "Stopped",
+    "Trajectory",
     "Validation",
     "__version__",
     "compare",

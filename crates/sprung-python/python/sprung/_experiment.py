@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import numbers
 import os
 import warnings
 from collections.abc import Mapping, Sequence
@@ -14,7 +15,8 @@ import numpy as np
 
 from sprung import _sprung
 from sprung._columns import Columns, Named, named
-from sprung._errors import ExperimentError, InputError, SprungWarning
+from sprung._errors import ExperimentError, InputError, SprungWarning, one_of
+from sprung._excitation import Excitation
 from sprung._files import write_text
 from sprung._progress import Progress, heard
 from sprung._result import Check, Result, Validation
@@ -27,6 +29,10 @@ if TYPE_CHECKING:
 Overrides: TypeAlias = "Mapping[str, Any] | Sequence[str]"
 #: A path, columns in memory, or several of one kind.
 Log: TypeAlias = "str | os.PathLike[str] | Columns | Sequence[Any]"
+#: A result, values by the names of parameters, or a file of the command line.
+Values: TypeAlias = "Result | Mapping[str, float] | str | os.PathLike[str]"
+
+_METHODS = ("optimal", "paper", "random")
 
 
 class Experiment:
@@ -411,6 +417,45 @@ class Experiment:
         with heard(progress, "simulating") as callback:
             return self._session.simulate(run, handle, seed, _run(threads, callback))
 
+    def excite(
+        self,
+        *,
+        method: str = "optimal",
+        warm_up: bool = False,
+        parameters: Values | None = None,
+        from_log: str | os.PathLike[str] | None = None,
+        threads: int = 0,
+        progress: Progress = None,
+    ) -> Excitation:
+        """Designs an experiment: a motion within the limits of the robot that determines its parameters
+        best, and the standard errors that it promises.
+
+        Args:
+            method: ``optimal`` for a search with the settings of ``[excite]``; ``paper`` for the
+                reference of the paper, ``random`` for a random motion, both judged without a search.
+            warm_up: whether the robot is unknown, and a first small motion is wanted.
+            parameters: values for which the motion is designed: a result, ``identification.json`` or
+                a TOML file of values, or a dict of values by name; the nominal values if absent.
+            from_log: path of a recorded log, beside which the new motion counts.
+            threads: number of threads; 0 for one per processor. Results do not depend on it.
+            progress: callback with phase, work done and total; it ends the search by returning
+                ``False``, and the best motion so far is returned. ``True`` shows a bar of tqdm.
+
+        Returns:
+            The motion, how near it comes to each limit, and its promise.
+
+        Raises:
+            ExperimentError: if limits or values are missing, or no motion keeps the limits.
+            LogError: if the recorded log cannot be read.
+            FileError: if the file of the values cannot be read.
+        """
+        one_of("method", method, _METHODS)
+        values = _values(parameters)
+        log = None if from_log is None else _path("from_log", from_log, "give the path of a log")
+        with heard(progress, "designing") as callback:
+            run = _run(threads, callback)
+            return Excitation._of(self._session.excite(method, warm_up, values, log, run))
+
     def truth(self) -> dict[str, float]:
         """Returns the true parameters of the digital twin, by name."""
         return self._session.truth()
@@ -505,6 +550,27 @@ def _plain(value: Any) -> Any:
         "experiment",
         "give tables, lists, texts and numbers",
     )
+
+
+def _values(given: Values | None) -> _sprung.Values | None:
+    if given is None:
+        return None
+    if isinstance(given, Result):
+        return given._handle, given._index
+    remedy = "give a Result, numbers by the names of parameters, or the path of a file"
+    if not isinstance(given, Mapping):
+        return _path("parameters", given, remedy)
+    for name, value in given.items():
+        if not isinstance(value, numbers.Real):
+            kind = type(value).__name__
+            raise InputError(f"the value of {name!r} is of type {kind}", "parameters", remedy)
+    return {str(name): float(value) for name, value in given.items()}
+
+
+def _path(name: str, given: object, remedy: str) -> str:
+    if not isinstance(given, str | os.PathLike):
+        raise InputError(f"{name} is of type {type(given).__name__}", name, remedy)
+    return os.path.abspath(given)
 
 
 def _run(threads: int, callback: Any) -> _sprung.Run:

@@ -35,3 +35,18 @@ def write_text(path: str | os.PathLike[str], text: str) -> Path:
             str(path),
         ) from error
     return path
+
+
+def remove(path: str | os.PathLike[str]) -> None:
+    """Removes a file if it exists.
+
+    Raises:
+        FileError: if the file cannot be removed.
+    """
+    path = Path(path)
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise FileError(
+            f"cannot remove {path}: {error.strerror}", "file", "give another path", str(path)
+        ) from error

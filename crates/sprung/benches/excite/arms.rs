@@ -7,6 +7,9 @@ use sprung::session::{ExciteMethod, Session};
 
 use super::{excite, session};
 
+/// Time of a design that is named, s.
+const SLOW_S: f64 = 10.0;
+
 /// A link and its joint.
 pub(crate) struct Link {
     pub(crate) xyz: [f64; 3],
@@ -151,7 +154,14 @@ pub(crate) fn run(first: u64, count: u64) {
     for seed in first..first + count {
         let arm = Arm::random(seed);
         let session = arm.session(&["excite.steps=20".to_owned(), "excite.starts=2".to_owned()]);
-        match excite(&session, ExciteMethod::Optimal, None) {
+        let before = started.elapsed().as_secs_f64();
+        let outcome = excite(&session, ExciteMethod::Optimal, None);
+        let time = started.elapsed().as_secs_f64() - before;
+        if time > SLOW_S {
+            let flexible = arm.links[0].stiffness.is_some();
+            println!("{seed}: {time:.0} s, {} joints, springs: {flexible}", arm.links.len());
+        }
+        match outcome {
             Ok(found) => match broken(&arm, &found) {
                 None => certified += 1,
                 Some(what) => {

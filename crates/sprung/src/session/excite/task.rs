@@ -197,6 +197,16 @@ fn with_assumed_drives(
     Ok(theta)
 }
 
+/// Returns the inertia that each motor moves fast: that of its rotor, and without spring also the links, kg·m² (kg).
+fn fast_inertias(model: &Model, theta: &[f64]) -> Vec<f64> {
+    let rotor = |joint: usize| {
+        let index = model.index(JointParameter::RotorInertia, joint)?;
+        model.is_flexible(joint).then(|| theta[index])
+    };
+    let all = inertias(model, theta).into_iter().enumerate();
+    all.map(|(joint, own)| rotor(joint).unwrap_or(own)).collect()
+}
+
 /// Returns the inertia of each joint at zero, with the links that it carries and its rotor, kg·m² (kg).
 fn inertias(model: &Model, theta: &[f64]) -> Vec<f64> {
     let (n, rows) = (model.joint_count(), model.coordinates());
@@ -269,7 +279,7 @@ fn assumed_controller(
     let n = model.joint_count();
     let hz = experiment.excite.bandwidth_hz;
     let angular = std::f64::consts::TAU * hz;
-    let gain = inertias(model, theta)
+    let gain = fast_inertias(model, theta)
         .into_iter()
         .enumerate()
         .map(|(joint, inertia)| {

@@ -1,0 +1,177 @@
+//! Composes the section about the standard errors that a designed motion promises.
+
+use sprung_method::excite::{Excitation, Promised};
+
+use super::document::{Block, IntervalRow, Intervals, Mark, Row, Section, Table, Tone};
+use super::groups::Joints;
+use super::numbers::{finite_or_dash, short, significant};
+use super::section::section;
+use super::tables::{number, text};
+use super::verdict::as_sentence;
+
+/// Smallest and largest power of ten of the scale of standard errors, percent. Above 100 % a
+/// parameter is undetermined.
+const MOST_DECADES: [i32; 2] = [-4, 2];
+
+/// Composes the section about standard errors.
+pub(super) fn section_of(excitation: &Excitation) -> Section {
+    let names = excitation.motion.joints.iter().map(|own| own.joint.clone());
+    let joints = Joints::of_names(names.collect());
+    let sorted = joints.sorted(&excitation.promise, |own| &own.name);
+    let mut blocks: Vec<Block> = errors(&joints, &sorted)
+        .into_iter()
+        .map(Block::Intervals)
+        .collect();
+    if excitation.undetermined().next().is_some() {
+        blocks.push(Block::Table(undetermined(excitation)));
+    }
+    if !excitation.more.is_empty() {
+        blocks.push(Block::Table(more(excitation)));
+    }
+    blocks.push(Block::Table(parameters(&joints, &sorted)));
+    section(
+        "promise",
+        "What it promises",
+        "A log of this motion gives these standard errors (bound of Cramér and Rao), if the robot \
+         has the values of the design and the assumptions at the end of this page hold. A 95 % \
+         interval is twice as wide to each side.",
+        blocks,
+    )
+}
+
+/// Returns the relative standard errors on one logarithmic scale; `None` without any.
+fn errors(joints: &Joints, promise: &[&Promised]) -> Option<Intervals> {
+    let power = |own: &Promised| {
+        let percent = own.relative_percent.filter(|percent| *percent > 0.0)?;
+        Some(percent.log10()).filter(|power| power.is_finite())
+    };
+    let powers = || promise.iter().filter_map(|own| power(own));
+    let smallest = powers().min_by(f64::total_cmp)?;
+    let greatest = powers().max_by(f64::total_cmp)?;
+    let [least, most] = MOST_DECADES;
+    let mut low = (smallest.floor() as i32).clamp(least, most - 2);
+    let high = (greatest.ceil() as i32).clamp(low + 2, most);
+    // The line in the middle of the rows stands at a power of ten, too.
+    if (high - low) % 2 == 1 {
+        low -= 1;
+    }
+    let width = f64::from(high - low);
+    let place = |power: f64| 2.0 * (power - f64::from(low)) / width - 1.0;
+    let tick = |power: i32| {
+        let percent = short(10_f64.powi(power), 1);
+        (place(f64::from(power)), format!("{percent} %"))
+    };
+    let row = |own: &&Promised| IntervalRow {
+        group: joints.group(&own.name).to_owned(),
+        label: joints.within(&own.name).to_owned(),
+        scale: relative(own),
+        marks: vec![power(own).map(|power| Mark {
+            at: place(power),
+            interval: Some([-1.0, place(power)]),
+        })],
+        tone: tone(own),
+    };
+    Some(Intervals {
+        caption:
+            "Relative standard errors on a logarithmic scale; arrows mark those outside of it. \
+                  Coloured rows are undetermined parameters."
+                .to_owned(),
+        names: vec!["relative standard error".to_owned()],
+        ticks: [low, i32::midpoint(low, high), high].map(tick).to_vec(),
+        rows: promise.iter().map(row).collect(),
+        folded: false,
+    })
+}
+
+fn relative(own: &Promised) -> String {
+    let finite = own.relative_percent.filter(|percent| percent.is_finite());
+    match finite {
+        Some(percent) => format!("{} %", significant(percent, 2)),
+        None if own.standard_error.is_finite() => {
+            format!("{} {}", significant(own.standard_error, 2), own.unit)
+        }
+        None => "–".to_owned(),
+    }
+}
+
+fn tone(own: &Promised) -> Tone {
+    if own.is_determined {
+        Tone::Neutral
+    } else {
+        Tone::Doubtful
+    }
+}
+
+fn undetermined(excitation: &Excitation) -> Table {
+    let row = |own: &Promised| Row {
+        cells: vec![
+            own.name.clone(),
+            relative(own),
+            (own.cure.as_deref()).map_or_else(|| "–".to_owned(), as_sentence),
+        ],
+        tone: tone(own),
+    };
+    Table {
+        caption: "Parameters that the motion does not determine, and the change that determines \
+                  each of them best."
+            .to_owned(),
+        columns: vec![text("Parameter"), text("relative s.e."), text("what to do")],
+        rows: excitation.undetermined().map(row).collect(),
+        ..Table::default()
+    }
+}
+
+fn more(excitation: &Excitation) -> Table {
+    let rows = excitation.more.iter().map(|own| Row {
+        cells: vec![
+            own.what.clone(),
+            significant(own.factor, 3),
+            own.undetermined.to_string(),
+        ],
+        tone: Tone::Neutral,
+    });
+    Table {
+        caption: "What more experiments buy: their standard errors over those of this motion \
+                  (geometric mean), and the number of parameters that stay undetermined."
+            .to_owned(),
+        columns: vec![
+            text("Experiments"),
+            number("standard errors ×"),
+            number("undetermined"),
+        ],
+        rows: rows.collect(),
+        ..Table::default()
+    }
+}
+
+fn parameters(joints: &Joints, promise: &[&Promised]) -> Table {
+    let mut headings: Vec<(usize, String)> = Vec::new();
+    for (i, own) in promise.iter().enumerate() {
+        let group = joints.group(&own.name);
+        if headings.last().is_none_or(|(_, last)| last != group) {
+            headings.push((i, group.to_owned()));
+        }
+    }
+    let row = |own: &&Promised| Row {
+        cells: vec![
+            own.name.clone(),
+            own.unit.clone(),
+            significant(own.value, 4),
+            finite_or_dash(Some(own.standard_error), 2),
+            finite_or_dash(own.relative_percent, 2),
+        ],
+        tone: tone(own),
+    };
+    Table {
+        caption: "Parameters, with the values for which the motion was designed.".to_owned(),
+        columns: vec![
+            text("Parameter"),
+            text("Unit"),
+            number("value"),
+            number("standard error"),
+            number("standard error [%]"),
+        ],
+        rows: promise.iter().map(row).collect(),
+        headings,
+    }
+}
