@@ -281,8 +281,8 @@ pub(crate) struct Simulate {
 pub(crate) struct Excite {
     /// Experiment file, or the folder that holds experiment.toml.
     pub(crate) experiment: PathBuf,
-    /// What makes the motion: optimal (a search), paper (the reference of the founding paper) or random (a random
-    series as large as the limits allow), both judged in the same way.
+    /// What makes the motion: optimal (a search), paper (the reference of the founding paper) or random (a random series
+    /// as large as the limits allow); the last two are judged without a search.
     #[arg(long, value_enum, default_value_t = Method::Optimal, value_name = "METHOD")]
     pub(crate) method: Method,
     /// Values of the robot: identification.json, or a TOML file with values by name [default: the nominal values].

@@ -1,4 +1,4 @@
-//! Designed experiments: JSON, arrays and texts of files.
+//! Designed experiments: JSON, arrays, texts of files and reports.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -8,11 +8,12 @@ use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2, ToPyArray};
 use pyo3::prelude::*;
 use sprung::excite::Trajectory;
+use sprung::report::compose_excitation;
 use sprung::session::{ExciteMethod, Parameters, Session, SessionError, excitation_files};
 use sprung::validate::ParameterSet;
 
 use crate::errors::wrong_input;
-use crate::worked::{Identified, file};
+use crate::worked::{Identified, file, html};
 
 /// Names of what makes a motion.
 const METHODS: [(&str, ExciteMethod); 3] = [
@@ -43,7 +44,7 @@ pub(crate) enum Values<'py> {
 
 /// The same, free of the interpreter.
 pub(crate) enum Source {
-    Known(Parameters),
+    Known(Box<Parameters>),
     File(PathBuf),
 }
 
@@ -56,16 +57,16 @@ impl From<Values<'_>> for Source {
                 if set < all.sets.len() {
                     all.sets.swap(0, set);
                 }
-                Self::Known(all)
+                Self::Known(Box::new(all))
             }
-            Values::Named(values) => Self::Known(Parameters {
+            Values::Named(values) => Self::Known(Box::new(Parameters {
                 sets: vec![ParameterSet {
                     label: "given".to_owned(),
                     values,
                     promise: Vec::new(),
                 }],
                 identification: None,
-            }),
+            })),
             Values::File(path) => Self::File(path),
         }
     }
@@ -75,7 +76,7 @@ impl Source {
     /// Returns the parameters; reads the file if there is one.
     pub(crate) fn read(self) -> Result<Parameters, SessionError> {
         match self {
-            Self::Known(parameters) => Ok(parameters),
+            Self::Known(parameters) => Ok(*parameters),
             Self::File(path) => Parameters::open(&path),
         }
     }
@@ -125,6 +126,15 @@ impl Excited {
         (files.into_iter())
             .map(|(name, text)| (name.to_owned(), text))
             .collect()
+    }
+
+    /// The report as HTML.
+    fn report(&self, py: Python<'_>) -> PyResult<String> {
+        let text = self.session.text();
+        html(
+            py,
+            &compose_excitation(&self.excited, "sprung.Experiment.excite", text),
+        )
     }
 }
 

@@ -9,6 +9,7 @@ import math
 import pickle
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -77,7 +78,7 @@ def test_the_promise_has_all_parameters(
 def test_limits_are_used_and_kept(designed: sprung.Excitation) -> None:
     used = [own.used_percent for own in designed.limits]
     assert used == sorted(used, reverse=True) and 0.0 < used[0] <= 100.0
-    torque = {own.joint: own for own in designed.limits if own.quantity == "torque"}
+    torque = {own.joint: own for own in designed.limits if own.quantity == "motor torque"}
     assert torque["joint1"].unit == "N·m"
     assert torque["joint1"].lowest == -4.8 and torque["joint1"].highest == 4.8
     assert torque["joint2"].highest == 5.0
@@ -98,11 +99,14 @@ def test_motions_without_a_search(arm: sprung.Experiment) -> None:
     assert free.certified and free.trajectory == paper.trajectory
 
 
-def test_a_first_motion_is_smaller(arm: sprung.Experiment, designed: sprung.Excitation) -> None:
-    first = arm.excite(warm_up=True)
-    assert first.contents["is_warm_up"] and not designed.contents["is_warm_up"]
-    speeds = [np.abs(own.trajectory.velocity_rad_per_s).max() for own in (first, designed)]
-    assert speeds[0] < speeds[1]
+def test_a_first_motion_is_smaller() -> None:
+    limits = {"torque_nm": 5.0, "deflection_rad": 0.2, "velocity_rad_per_s": 1.0}
+    short = {"excite.steps": 4, "excite.starts": 1, "excite.duration_s": 4}
+    arm = sprung.Experiment.demo({"robot.joint_defaults.limits": limits, **short})
+    first, usual = arm.excite(warm_up=True), arm.excite()
+    assert first.contents["is_warm_up"] and not usual.contents["is_warm_up"]
+    speeds = [np.abs(own.trajectory.velocity_rad_per_s).max() for own in (first, usual)]
+    assert speeds[0] < 0.5 * speeds[1]
 
 
 def test_values_come_from_results_files_and_dicts(
@@ -123,7 +127,8 @@ def test_values_come_from_results_files_and_dicts(
 
 def test_the_chosen_estimator_counts(arm: sprung.Experiment) -> None:
     both = sprung.Experiment.demo({"identify.estimator": ["least-squares", "lsff"]})
-    with pytest.warns(sprung.SprungWarning):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
         result = both.identify(both.simulate(seed=5)).by("lsff")
     designed = arm.excite(method="paper", parameters=result)
     assert {own.name: own.value for own in designed.promise} == {
@@ -188,6 +193,8 @@ def test_a_callback_ends_the_search(designed: sprung.Excitation) -> None:
 
     stopped = long.excite(progress=progress)
     assert stopped.certified and heard and heard[0][0] == "designing"
+    searched = [(done, total) for phase, done, total in heard if phase == "designing"]
+    assert all(total is not None and done < total for done, total in searched)
     assert [own.name for own in stopped.promise] == [own.name for own in designed.promise]
 
 
@@ -206,8 +213,10 @@ def test_the_command_line_writes_the_same_files(
     names = {path.name for path in folder.iterdir()}
     assert names == {
         "excitation.json", "trajectory.csv", "trajectory.yaml", "hold-out.csv", "reference.toml",
+        "report.html",
     }
-    for name in names:
+    # The reports name their commands.
+    for name in names - {"report.html"}:
         assert (folder / name).read_bytes() == (tmp_path / "of-command" / name).read_bytes(), name
 
 
@@ -219,6 +228,10 @@ def test_files_hold_the_motion(
     table = np.genfromtxt(folder / "trajectory.csv", delimiter=",", names=True)
     assert np.array_equal(table["t_s"], designed.trajectory.time_s)
     assert np.array_equal(table["joint2_position_rad"], designed.trajectory.position_rad[:, 1])
+    page = (folder / "report.html").read_text()
+    assert page.startswith("<!DOCTYPE html>") and "sprung.Experiment.excite" in page
+    assert designed.report(tmp_path / "report.html").read_text() == page
+    assert designed._repr_html_().startswith("<iframe srcdoc=")
     # A design without a motion for validation leaves no old one behind.
     arm.excite(method="paper").write(folder)
     assert not (folder / "hold-out.csv").exists()

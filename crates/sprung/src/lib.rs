@@ -42,7 +42,7 @@
 //!
 //! ```text
 //! finding, curves, named, numbers, progress, sha256, stopwatch |
-//! description → model → log → simulate → preprocess → regression → fit → prepare → frequency → check → estimate → validate → compare → export → servo → session → report
+//! description → model → log → simulate → preprocess → regression → fit → prepare → frequency → check → estimate → validate → compare → excite → export → servo → session → report
 //! ```
 //!
 //! Functions outside [`session`] take values and readers and return values or strings. The library

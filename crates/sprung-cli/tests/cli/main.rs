@@ -16,6 +16,7 @@ mod common;
 mod compare;
 mod corpus;
 mod drift;
+mod excite;
 mod expected_errors;
 mod export;
 mod folders;

@@ -79,7 +79,7 @@ impl Peaks {
 /// # Errors
 ///
 /// [`Broken`] with the first limit that the series breaks.
-pub fn certify_reference(series: &Series, bounds: &Bounds) -> Result<Vec<Kept>, Broken> {
+pub(super) fn certify_reference(series: &Series, bounds: &Bounds) -> Result<Vec<Kept>, Broken> {
     let mut peaks = Peaks::default();
     let most = series.harmonics.last().copied().unwrap_or(1);
     let pieces = 16 * most;
@@ -344,12 +344,10 @@ const POINTS: usize = 1500;
 
 /// Simulates the closed loop with exact sensors, and checks the limits of its motion at every period of the controller.
 ///
-/// - `has_reference`: whether the limits of positions hold for the motion beside those of the reference.
-///
 /// # Errors
 ///
 /// [`Broken`] with the first limit that the motion breaks.
-pub fn check_loop(
+pub(super) fn check_loop(
     (model, theta): (&Model, &Theta),
     controller: &Controller,
     (period, duration): (f64, f64),

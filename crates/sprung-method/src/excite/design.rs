@@ -24,7 +24,6 @@ use super::search::{BARRIERS, Found, search};
 use super::simulated::Simulated;
 use crate::description::{Controller, Excite};
 use crate::model::{Model, Parameter};
-use sprung_core::parameters::JointParameter;
 use crate::progress::{Listener, Phase};
 
 /// What is to be designed.
@@ -179,6 +178,7 @@ pub(super) fn problem(task: &Task<'_>, frequencies: &Frequencies, parts: &[f64; 
     let free = (model.parameters().iter()).filter(|own| own.fixed.is_none()).count();
     let chosen = if task.chosen.is_empty() { (0..free).collect() } else { task.chosen.to_vec() };
     let poses = vec![(0..n).map(|joint| bounds.joints[joint].orders[0].middle).collect::<Vec<f64>>()];
+    let scales = scales(model, task.theta, task.bounds);
     let scenarios = draws(task)
         .into_iter()
         .map(|theta| {
@@ -201,7 +201,7 @@ pub(super) fn problem(task: &Task<'_>, frequencies: &Frequencies, parts: &[f64; 
             };
             let weighting =
                 Weighting::new(model, &theta, task.errors, &poses, (samples, period, lines), repeats)
-                    .with_known(task.known.map(|own| &own.0));
+                    .with_known(task.known.map(|own| &own.0), &scales);
             Scenario { theta, follows, weighting }
         })
         .collect();
@@ -212,17 +212,17 @@ pub(super) fn problem(task: &Task<'_>, frequencies: &Frequencies, parts: &[f64; 
         bounds,
         scenarios,
         task.kinematics.cloned(),
-        (task.settings.objective, scales(model, task.theta, task.bounds), chosen),
+        (task.settings.objective, scales, chosen),
         (samples, period / samples as f64),
     )
 }
 
 /// Returns the values to which errors of the free parameters are relative: their own, but at least a part of the largest
-/// one with the same unit; for offsets and preloads at least a part of the largest torque.
+/// one with the same unit; torques of zero, such as offsets, to a part of the largest torque of their joint.
 #[must_use]
 pub fn scales(model: &Model, theta: &[f64], bounds: &Bounds) -> Vec<f64> {
-    let torque = |own: &Parameter| match own.joint {
-        Some((JointParameter::TorqueOffset | JointParameter::Preload, joint)) => {
+    let torque = |own: &Parameter, value: f64| match own.joint {
+        Some((_, joint)) if value == 0.0 && own.unit == "N·m" => {
             let limit = bounds.joints[joint].torque;
             if limit.is_limited() { SMALL_PART * limit.half } else { 0.0 }
         }
@@ -236,7 +236,7 @@ pub fn scales(model: &Model, theta: &[f64], bounds: &Bounds) -> Vec<f64> {
     (all.iter())
         .filter(|(own, _)| own.fixed.is_none())
         .map(|(own, value)| {
-            let least = (SMALL_PART * largest(own.unit)).max(torque(own));
+            let least = (SMALL_PART * largest(own.unit)).max(torque(own, **value));
             let scale = value.abs().max(least);
             if scale > 0.0 { scale } else { 1.0 }
         })
@@ -275,7 +275,7 @@ pub(super) fn draws(task: &Task<'_>) -> Vec<Vec<f64>> {
 /// # Errors
 ///
 /// [`NoPose`] if no pose keeps the limits at rest.
-pub fn design(
+pub(super) fn design(
     task: &Task<'_>,
     frequencies: &Frequencies,
     parts: &[f64; Limited::ALL.len()],
@@ -302,7 +302,11 @@ pub fn design(
     let run = |own: &mut Problem, x: &[f64], steps: usize, barriers: &[f64]| {
         let steps = if stopped.load(Ordering::Relaxed) { 0 } else { steps };
         let found = search(own, x, steps, barriers, &mut |_| go_on());
-        found.ok_or_else(|| worst(own, x))
+        found.ok_or_else(|| {
+            let no = worst(own, x);
+            // Within the limits no value means that the loop has no motion.
+            if no.place < 1.0 { NoPose { place: f64::INFINITY, ..no } } else { no }
+        })
     };
     let begun: Vec<Result<Found, NoPose>> = (0..starts)
         .into_par_iter()

@@ -19,6 +19,9 @@ pub(super) struct Columns {
     pub(super) matrix: Mat<f64>,
 }
 
+/// Standard error of a parameter without any information, in its scale.
+const UNKNOWN: f64 = 1e4;
+
 /// From the entries of the regressor at even times to the information of the free parameters.
 #[derive(Clone, Debug)]
 pub(super) struct Weighting {
@@ -100,8 +103,14 @@ impl Weighting {
         }
     }
 
-    /// Returns the weighting beside the information of earlier logs, \[free × free\].
-    pub(super) fn with_known(mut self, information: Option<&Mat<f64>>) -> Self {
+    /// Returns the weighting beside the information of earlier logs, \[free × free\], and beside so little about each
+    /// parameter that a motion without any information has an objective, too.
+    ///
+    /// - `scales`: of the free parameters.
+    pub(super) fn with_known(mut self, information: Option<&Mat<f64>>, scales: &[f64]) -> Self {
+        for (i, scale) in scales.iter().enumerate() {
+            self.known[(i, i)] += (UNKNOWN * scale).powi(-2);
+        }
         if let Some(own) = information {
             for i in 0..own.nrows() {
                 for j in 0..own.ncols() {

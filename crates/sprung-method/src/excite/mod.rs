@@ -19,6 +19,7 @@ mod promise;
 mod result;
 mod search;
 mod simulated;
+mod stability;
 #[cfg(test)]
 mod tests;
 
@@ -31,6 +32,7 @@ pub use kinematics::{Kinematics, Places};
 pub use noise::Errors;
 pub use plan::{Loop, Plan, Refused, certify, missing_limit, plan};
 pub use promise::{Information, add_cures, more, promise};
+pub use stability::growth;
 pub use result::{
     EXCITATION_FORMAT, Excitation, Excited, JointMotion, LimitUsed, More, MotionResult, Promised,
     SearchResult, Skeleton, Trajectory,

@@ -97,7 +97,7 @@ pub(super) fn whiteners(
         .collect()
 }
 
-fn mean_mass(model: &Model, theta: &[f64], poses: &[Vec<f64>]) -> Mat<f64> {
+pub(super) fn mean_mass(model: &Model, theta: &[f64], poses: &[Vec<f64>]) -> Mat<f64> {
     let rows = model.coordinates();
     let bodies = model.bodies(theta);
     let values = Values {
@@ -117,12 +117,12 @@ fn mean_mass(model: &Model, theta: &[f64], poses: &[Vec<f64>]) -> Mat<f64> {
 }
 
 /// Velocity at which friction is linearised, beyond the transition of Coulomb friction, rad/s (m/s).
-const MOVING: f64 = 1.0;
+pub(super) const MOVING: f64 = 1.0;
 
 /// Returns the derivatives of the torques of the drives by positions and velocities of all coordinates.
 ///
 /// - `velocity`: of all joints, rad/s (m/s).
-fn slopes_at(model: &Model, theta: &[f64], velocity: f64) -> [Mat<f64>; 2] {
+pub(super) fn slopes_at(model: &Model, theta: &[f64], velocity: f64) -> [Mat<f64>; 2] {
     let (n, rows) = (model.joint_count(), model.coordinates());
     let robot = model.robot();
     let still = vec![0.0; n];

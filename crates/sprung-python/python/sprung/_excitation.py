@@ -1,4 +1,4 @@
-"""Designed experiments: motions, limits and promises."""
+"""Designed experiments: motions, limits, promises and reports."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sprung._files import remove, write_text
+from sprung._result import _Report
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -162,7 +163,7 @@ class More:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Excitation:
+class Excitation(_Report):
     """A designed experiment.
 
     Attributes:
@@ -233,7 +234,7 @@ class Excitation:
         return self._handle.json()
 
     def write(self, folder: str | os.PathLike[str]) -> Path:
-        """Writes the files of ``sprung excite``: trajectories, reference, excitation.
+        """Writes the files of ``sprung excite``: trajectories, reference, report, excitation.
 
         Each file is written whole or not at all; ``excitation.json`` comes last. Without a motion for
         validation, ``hold-out.csv`` of an earlier design is removed.
@@ -243,8 +244,12 @@ class Excitation:
             write_text(folder / name, text)
         if self.hold_out is None:
             remove(folder / _HOLD_OUT)
+        write_text(folder / "report.html", self._html())
         write_text(folder / "excitation.json", self.to_json())
         return folder
+
+    def _html(self) -> str:
+        return self._handle.report()
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Excitation):
@@ -257,7 +262,8 @@ class Excitation:
 
     def __reduce__(self) -> tuple[Any, ...]:
         own = self._handle
-        return _excitation, (own.json(), own.trajectory(), own.hold_out(), own.files())
+        motions = (own.trajectory(), own.hold_out())
+        return _excitation, (own.json(), *motions, own.files(), own.report())
 
     def __repr__(self) -> str:
         highest = max(self.harmonics, default=1) * self.base_frequency_hz
@@ -278,11 +284,13 @@ class _Pickled:
         trajectory: Samples,
         hold_out: Samples | None,
         files: list[tuple[str, str]],
+        page: str,
     ) -> None:
         self._json = json_text
         self._trajectory = trajectory
         self._hold_out = hold_out
         self._files = files
+        self._page = page
 
     def json(self) -> str:
         return self._json
@@ -296,14 +304,18 @@ class _Pickled:
     def files(self) -> list[tuple[str, str]]:
         return self._files
 
+    def report(self) -> str:
+        return self._page
+
 
 def _excitation(
     json_text: str,
     trajectory: Samples,
     hold_out: Samples | None,
     files: list[tuple[str, str]],
+    page: str,
 ) -> Excitation:
-    return Excitation._of(_Pickled(json_text, trajectory, hold_out, files))
+    return Excitation._of(_Pickled(json_text, trajectory, hold_out, files, page))
 
 
 def _number(given: float | None) -> float:

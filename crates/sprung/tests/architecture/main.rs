@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use files::{Files, LIBRARY};
 
 /// Modules of `sprung` in order. A module uses only modules before it.
-const ORDER: [&str; 25] = [
+const ORDER: [&str; 26] = [
     "finding",
     "curves",
     "ellipsoid",
@@ -33,6 +33,7 @@ const ORDER: [&str; 25] = [
     "estimate",
     "validate",
     "compare",
+    "excite",
     "export",
     "servo",
     "session",

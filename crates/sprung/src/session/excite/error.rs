@@ -26,12 +26,15 @@ pub enum ExciteError {
     Refused(String),
     /// The closed loop runs away.
     #[error(
-        "the closed loop of [controller] with these values is unstable: it runs away at {time_s:.2} s; check kp_nm_per_rad \
-         and kd_nms_per_rad, and the nominal values"
+        "the closed loop with these values is unstable: a small motion grows {} within {time_s:.2} s; check the gains of \
+         [controller], or bandwidth_hz of [excite] without one, and the nominal values",
+        if *.runs_away { "without bound" } else { "by a factor of 2.7" }
     )]
     Unstable {
         /// Time, s.
         time_s: f64,
+        /// Whether the simulated loop ran away within this time.
+        runs_away: bool,
     },
     /// The values are not those of a robot that can exist.
     #[error("no robot can have these values: {0}; correct the nominal values, or give --parameters FILE")]
@@ -75,12 +78,21 @@ pub enum ExciteError {
 
 impl ExciteError {
     /// Returns why no motion was found.
-    pub(super) fn refused(refused: &Refused, model: &Model, bounds: &Bounds) -> Self {
+    pub(super) fn refused(
+        refused: &Refused,
+        model: &Model,
+        bounds: &Bounds,
+        duration: f64,
+    ) -> Self {
         match refused {
             Refused::Motion(broken) if broken.runs_away => Self::Unstable {
                 time_s: broken.time_s,
+                runs_away: true,
             },
-            Refused::Pose(own) if !own.place.is_finite() => Self::Unstable { time_s: 0.0 },
+            Refused::Pose(own) if !own.place.is_finite() => Self::Unstable {
+                time_s: duration,
+                runs_away: true,
+            },
             Refused::Pose(own) => Self::Refused(of_pose(own, model, bounds)),
             Refused::Motion(own) => Self::Refused(of_motion(own, model, bounds)),
         }

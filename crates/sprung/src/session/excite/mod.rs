@@ -124,7 +124,7 @@ impl Session {
                 let frequencies = Frequencies::of(&task);
                 let part = 1.0 - task.settings.margin;
                 let series = random(&task, &frequencies, part, task.settings.seed);
-                let refused = |own| ExciteError::refused(&own, &setup.model, &setup.bounds);
+                let refused = |own| setup.refused(&own);
                 let series = series.map_err(|own| refused(Refused::Pose(own)))?;
                 self.judged("random", &setup, &task, (&frequencies, &series), progress)
             }
@@ -141,7 +141,7 @@ impl Session {
     ) -> Result<Excited, SessionError> {
         setup.require_limits()?;
         let frequencies = Frequencies::of(task);
-        let refused = |own| ExciteError::refused(&own, &setup.model, &setup.bounds);
+        let refused = |own| setup.refused(&own);
         let found = plan(task, &frequencies, &setup.runs, None, progress).map_err(refused)?;
         let approach = setup.approach(&found.designed.series)?;
 
@@ -225,8 +225,7 @@ impl Session {
         let wider = Task { bounds: &wide, ..task.clone() };
         let judged = certify(&wider, frequencies, &setup.runs, series);
         let (mut certified, mut simulated, simulation) = judged.map_err(|broken| {
-            let refused = Refused::Motion(broken);
-            ExciteError::refused(&refused, &setup.model, &setup.bounds)
+            setup.refused(&Refused::Motion(broken))
         })?;
         for own in certified.iter_mut().chain(&mut simulated) {
             own.part *= WIDER;
@@ -342,6 +341,11 @@ impl Setup {
             }
             None => Ok(()),
         }
+    }
+
+    fn refused(&self, refused: &Refused) -> ExciteError {
+        let duration = self.experiment.excite.duration_s;
+        ExciteError::refused(refused, &self.model, &self.bounds, duration)
     }
 
     fn robot(&self) -> (&Model, &[f64]) {

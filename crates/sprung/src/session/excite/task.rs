@@ -6,7 +6,7 @@ use sprung_core::chain::JointKind;
 use sprung_core::parameters::JointParameter;
 use sprung_core::robot::Values;
 use sprung_method::estimate::KnownNoise;
-use sprung_method::excite::{Bounds, Errors, Kinematics, Loop};
+use sprung_method::excite::{Bounds, Errors, Kinematics, Loop, growth};
 use sprung_model::{Model, ModelError, Scratch};
 use sprung_robot::{Controller, ControllerKind, Experiment, Feedforward, Log, Reference, Simulate};
 
@@ -67,6 +67,13 @@ impl Setup {
             Some(own) => own,
             None => assumed_controller(&experiment, &model, &theta, &mut assumed),
         };
+        if is_pd && let Some(rate) = growth(&model, &theta, &controller, &vec![0.0; model.joint_count()]) {
+            return Err(ExciteError::Unstable {
+                time_s: 1.0 / rate,
+                runs_away: false,
+            }
+            .into());
+        }
         let twin = match experiment.simulate.take() {
             Some(own) => own,
             None => assumed_twin(&experiment, &bounds, &mut assumed)?,
