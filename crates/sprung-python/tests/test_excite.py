@@ -126,10 +126,10 @@ def test_values_come_from_results_files_and_dicts(
 
 
 def test_the_chosen_estimator_counts(arm: sprung.Experiment) -> None:
-    both = sprung.Experiment.demo({"identify.estimator": ["least-squares", "lsff"]})
+    both = sprung.Experiment.demo({"identify.estimator": ["prediction-error", "least-squares"]})
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        result = both.identify(both.simulate(seed=5)).by("lsff")
+        result = both.identify(both.simulate(seed=5)).by("least-squares")
     designed = arm.excite(method="paper", parameters=result)
     assert {own.name: own.value for own in designed.promise} == {
         name: own.value for name, own in result.parameters.items()

@@ -1,5 +1,7 @@
 //! `[excite]`: the experiment that `sprung excite` designs.
 
+use std::path::PathBuf;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -45,6 +47,9 @@ pub struct Excite {
     /// Height, along the direction against gravity in the frame of the base, that no origin of a link and not the
     /// tool may pass, m.
     pub floor_m: Option<f64>,
+    /// `excitation.json` of the design whose motion the log records, relative to the experiment file: an identification
+    /// compares its standard errors with the promised ones.
+    pub promise: Option<PathBuf>,
     /// Bandwidth of the motors' position control without `[controller]`, Hz.
     pub bandwidth_hz: f64,
 }
@@ -69,6 +74,7 @@ impl Default for Excite {
             tool_xyz_m: [0.0; 3],
             tool_speed_m_per_s: None,
             floor_m: None,
+            promise: None,
             bandwidth_hz: 10.0,
         }
     }

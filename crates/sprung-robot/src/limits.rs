@@ -30,7 +30,8 @@ impl Limits {
         Self {
             position_rad: self.position_rad.or(other.position_rad),
             velocity_rad_per_s: self.velocity_rad_per_s.or(other.velocity_rad_per_s),
-            acceleration_rad_per_s2: (self.acceleration_rad_per_s2).or(other.acceleration_rad_per_s2),
+            acceleration_rad_per_s2: (self.acceleration_rad_per_s2)
+                .or(other.acceleration_rad_per_s2),
             jerk_rad_per_s3: self.jerk_rad_per_s3.or(other.jerk_rad_per_s3),
             torque_nm: self.torque_nm.or(other.torque_nm),
             torque_rate_nm_per_s: self.torque_rate_nm_per_s.or(other.torque_rate_nm_per_s),

@@ -91,11 +91,11 @@ pub mod description {
         Delay, DelaysOfLog, DescriptionError, DhJoint, DiscretizationName, Distance, EncoderOffset,
         Estimator, Excite, Experiment, FILL_IN, Factor, Feedforward, FilePart, FrictionCovariates,
         FrictionLaw, Identify, InitialMomentum, Joint, Kinematics, Language, Laws, Limits, Log,
-        MissingValues, NamedFiles, NoShape, Nominal, NotSupported, Objective, OnCheckError, OwnCall, Payload,
-        PerJoint, Physical, Prior, Reference, Robot, SamplingTimes, ServoDrive, Shape, Side,
-        Simulate, Sine, SpringTerm, Start, StartError, StartName, StartsAt, TorqueHold,
-        TorqueReading, Transmission, Tree, TreeJoint, Unit, Urdf, UrdfError, UrdfJoint, Validate,
-        Weights, Window, no_files, read, schema, template, what_works,
+        MissingValues, NamedFiles, NoShape, Nominal, NotSupported, Objective, OnCheckError,
+        OwnCall, Payload, PerJoint, Physical, Prior, Reference, Robot, SamplingTimes, ServoDrive,
+        Shape, Side, Simulate, Sine, SpringTerm, Start, StartError, StartName, StartsAt,
+        TorqueHold, TorqueReading, Transmission, Tree, TreeJoint, Unit, Urdf, UrdfError, UrdfJoint,
+        Validate, Weights, Window, no_files, read, schema, template, what_works,
     };
 }
 
@@ -104,17 +104,17 @@ pub mod description {
 pub mod estimate {
     #[doc(inline)]
     pub use sprung_method::estimate::{
-        Applied, Bound, Choices, CovarianceOfErrors, CrossCheckResult, CutoffChoice, CutoffPoint, Decided,
-        Decision, DelayUsed, EncoderOffsetResult, ErrorParts, EstimateResult, FactorsError,
-        Feature, FeatureKind, FrequencyResponse, GainUsed, HeldOutResidual, Identification,
-        Identified, IdentifyError, JointPrediction, JointResponse, KnownNoise, KnownTruth, LawRung,
-        LawsByHoldOut, LogFactors, LogInfo, Lsff, LsffError, ModelDependence, MotorRowResult,
-        ParameterEstimate, PayloadParameter, PayloadResult, PhysicalResult, RefinedDelay,
-        RefinedEccentricity, RefinedOffset, RefinedSaturation, RefinedSharpness, RefinedVelocity,
-        Refinement, ResidualPrior, ResponseCurves, RigidByHoldOut, RigidJoint, RowDisturbance,
-        RungResult, SensorNoise, SettingsUsed, SignUsed, SimulationFit, SpringFromMotor,
-        StandardParameter, Unseen, Verdict, fit, identify, identify_and_tell, information_bound,
-        late_channels, parameters_csv, residual, torques, trace,
+        Applied, Bound, Choices, CovarianceOfErrors, CrossCheckResult, CutoffChoice, CutoffPoint,
+        Decided, Decision, DelayUsed, EncoderOffsetResult, ErrorParts, EstimateResult,
+        FactorsError, Feature, FeatureKind, FrequencyResponse, GainUsed, HeldOutResidual,
+        Identification, Identified, IdentifyError, JointPrediction, JointResponse, KnownNoise,
+        KnownTruth, LawRung, LawsByHoldOut, LogFactors, LogInfo, Lsff, LsffError, ModelDependence,
+        MotorRowResult, ParameterEstimate, PayloadParameter, PayloadResult, PhysicalResult,
+        RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation, RefinedSharpness,
+        RefinedVelocity, Refinement, ResidualPrior, ResponseCurves, RigidByHoldOut, RigidJoint,
+        RowDisturbance, RungResult, SensorNoise, SettingsUsed, SignUsed, SimulationFit,
+        SpringFromMotor, StandardParameter, Unseen, Verdict, fit, identify, identify_and_tell,
+        information_bound, late_channels, parameters_csv, residual, torques, trace,
     };
 }
 
@@ -176,10 +176,9 @@ pub mod report {
     #[doc(inline)]
     pub use sprung_report::{
         Badge, Bar, BarRow, Bars, Block, Column, Contents, Document, Drawing, Figure, Finding,
-        Fold, IntervalRow, Intervals, Layout, Mark, Panel, ReportError, Row, Section, Series, Skeleton,
-        Style, Table, Tone, compose, compose_check, compose_comparison, compose_excitation,
-        compose_servo, render,
-        significant,
+        Fold, IntervalRow, Intervals, Layout, Mark, Panel, ReportError, Row, Section, Series,
+        Skeleton, Style, Table, Tone, compose, compose_check, compose_comparison,
+        compose_excitation, compose_servo, render, significant,
     };
 }
 

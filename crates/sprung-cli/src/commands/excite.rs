@@ -43,11 +43,21 @@ pub(crate) fn run(args: &Excite) -> Result<ExitCode, Failure> {
             Method::Random => ExciteMethod::Random,
         },
         is_warm_up: args.warm_up,
-        from_log: (args.from_log.as_deref()).map(std::path::absolute).transpose().map_err(|error| {
-            Failure::new(ExitCode::File, format!("the folder of --from-log is not known: {error}"))
-        })?,
+        from_log: (args.from_log.as_deref())
+            .map(std::path::absolute)
+            .transpose()
+            .map_err(|error| {
+                Failure::new(
+                    ExitCode::File,
+                    format!("the folder of --from-log is not known: {error}"),
+                )
+            })?,
     };
-    let inputs = session.inputs().into_iter().chain(args.parameters.clone()).chain(args.from_log.clone());
+    let inputs = session
+        .inputs()
+        .into_iter()
+        .chain(args.parameters.clone())
+        .chain(args.from_log.clone());
     let folder = Folder::new(&results_folder(&session, common), inputs, &FILES)?;
     let stop = stop_on_interrupt();
     let is_stopped = || stop.load(Ordering::Relaxed);
@@ -74,6 +84,10 @@ pub(crate) fn run(args: &Excite) -> Result<ExitCode, Failure> {
 }
 
 /// Returns a flag that the first interrupt of the user sets; the second one ends the program.
+#[expect(
+    clippy::exit,
+    reason = "the second interrupt ends the program as one without a handler does"
+)]
 fn stop_on_interrupt() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let own = Arc::clone(&stop);
@@ -82,7 +96,9 @@ fn stop_on_interrupt() -> Arc<AtomicBool> {
         if own.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
-        complain("the search stops, and its best motion is judged; press Ctrl-C again to end without results");
+        complain(
+            "the search stops, and its best motion is judged; press Ctrl-C again to end without results",
+        );
     });
     stop
 }
@@ -113,13 +129,23 @@ fn say(terminal: Terminal, excited: &Excited, is_stopped: bool) {
         let poses: Vec<String> = (motion.joints.iter())
             .map(|own| significant(own.start_rad, 4))
             .collect();
-        terminal.say(format!("the motion starts at [{}] rad (m)", poses.join(", ")));
+        terminal.say(format!(
+            "the motion starts at [{}] rad (m)",
+            poses.join(", ")
+        ));
     }
     let near: Vec<String> = (own.limits.iter())
         .filter(|limit| limit.used_percent >= NEAR_PERCENT)
         .map(|limit| {
-            let joint = limit.joint.as_deref().map_or(String::new(), |own| format!(" of {own}"));
-            format!("{}{joint} {} %", limit.quantity, significant(limit.used_percent, 3))
+            let joint = limit
+                .joint
+                .as_deref()
+                .map_or(String::new(), |own| format!(" of {own}"));
+            format!(
+                "{}{joint} {} %",
+                limit.quantity,
+                significant(limit.used_percent, 3)
+            )
         })
         .collect();
     if !near.is_empty() {
@@ -130,7 +156,10 @@ fn say(terminal: Terminal, excited: &Excited, is_stopped: bool) {
         terminal.say(format!(
             "{} is not determined: {}",
             short(&parameter.name),
-            parameter.cure.as_deref().unwrap_or("its standard error exceeds its value")
+            parameter
+                .cure
+                .as_deref()
+                .unwrap_or("its standard error exceeds its value")
         ));
     }
     for more in &own.more {

@@ -54,8 +54,14 @@ fn the_files_hold_one_motion_from_rest_to_rest() {
     let start = "excite.start_rad=[0.05, -0.02]";
     let json = designed(&case, &[&TORQUES[..], &SHORT, &[start]].concat(), &[]);
     let read = |name: &str| fs::read_to_string(case.path("design").join(name)).unwrap();
-    let (csv, yaml, toml) = (read("trajectory.csv"), read("trajectory.yaml"), read("reference.toml"));
-    assert!(csv.starts_with("t_s,joint1_position_rad,joint1_velocity_rad_per_s,joint1_acceleration_rad_per_s2,joint2"));
+    let (csv, yaml, toml) = (
+        read("trajectory.csv"),
+        read("trajectory.yaml"),
+        read("reference.toml"),
+    );
+    assert!(csv.starts_with(
+        "t_s,joint1_position_rad,joint1_velocity_rad_per_s,joint1_acceleration_rad_per_s2,joint2"
+    ));
     let columns = columns(&csv);
     let last = columns[0].len() - 1;
     for joint in 0..2 {
@@ -67,30 +73,60 @@ fn the_files_hold_one_motion_from_rest_to_rest() {
         // Each column is the derivative of the one before it.
         for t in (1..last).step_by(97) {
             let slope = (position[t + 1] - position[t - 1]) / 2e-3;
-            assert!((slope - velocity[t]).abs() < 1e-4, "{t}: {slope} {}", velocity[t]);
+            assert!(
+                (slope - velocity[t]).abs() < 1e-4,
+                "{t}: {slope} {}",
+                velocity[t]
+            );
             let slope = (velocity[t + 1] - velocity[t - 1]) / 2e-3;
-            assert!((slope - acceleration[t]).abs() < 5e-3, "{t}: {slope} {}", acceleration[t]);
+            assert!(
+                (slope - acceleration[t]).abs() < 5e-3,
+                "{t}: {slope} {}",
+                acceleration[t]
+            );
         }
         // The reference begins where the motion ends: each period ends at its beginning.
-        let begin = json["motion"]["joints"][joint]["start_rad"].as_f64().unwrap();
+        let begin = json["motion"]["joints"][joint]["start_rad"]
+            .as_f64()
+            .unwrap();
         assert!((position[last] - begin).abs() < 1e-8);
     }
     assert!(json["motion"]["approach_s"].as_f64().unwrap() > 0.5);
-    assert!(yaml.starts_with("joint_names: [\"joint1\", \"joint2\"]\npoints:\n- positions: [0.05, -0.02]\n"));
-    assert_eq!(yaml.matches("accelerations:").count(), yaml.matches("time_from_start:").count());
+    assert!(yaml.starts_with(
+        "joint_names: [\"joint1\", \"joint2\"]\npoints:\n- positions: [0.05, -0.02]\n"
+    ));
+    assert_eq!(
+        yaml.matches("accelerations:").count(),
+        yaml.matches("time_from_start:").count()
+    );
     // The twin follows the reference of the file.
     let text = fs::read_to_string(case.path("experiment.toml")).unwrap();
     let (before, after) = text.split_once("[controller.reference]").unwrap();
     let (_, after) = after.split_once("\n]\n").unwrap();
-    fs::write(case.path("experiment.toml"), format!("{before}{toml}{after}")).unwrap();
+    fs::write(
+        case.path("experiment.toml"),
+        format!("{before}{toml}{after}"),
+    )
+    .unwrap();
     let (experiment, out) = (case.path("experiment.toml"), case.path("twin"));
-    let args = ["simulate", experiment.to_str().unwrap(), "--expected-errors", "--json", "--out", out.to_str().unwrap()];
+    let args = [
+        "simulate",
+        experiment.to_str().unwrap(),
+        "--expected-errors",
+        "--json",
+        "--out",
+        out.to_str().unwrap(),
+    ];
     let output = sprung(&[&args[..], &["--set", "simulate.duration_s=5"]].concat());
     let found: Value = serde_json::from_str(&stdout(&output)).unwrap();
     let errors = found["expected_errors"].as_array().unwrap();
     // The twin of the demo has its true values, the design its nominal ones, without Coulomb friction.
     assert_eq!(errors.len(), json["promise"].as_array().unwrap().len());
-    assert!(errors.iter().all(|own| own["standard_error"].as_f64().unwrap() > 0.0));
+    assert!(
+        errors
+            .iter()
+            .all(|own| own["standard_error"].as_f64().unwrap() > 0.0)
+    );
 }
 
 #[test]
@@ -111,7 +147,15 @@ fn every_limit_is_kept_and_some_are_used() {
 fn the_same_seed_gives_the_same_files_on_any_number_of_threads() {
     let files = |threads: &str| {
         let case = Case::new();
-        let set = [&TORQUES[..], &["excite.steps=4", "excite.starts=3", "excite.duration_s=3", "excite.harmonics=4"]];
+        let set = [
+            &TORQUES[..],
+            &[
+                "excite.steps=4",
+                "excite.starts=3",
+                "excite.duration_s=3",
+                "excite.harmonics=4",
+            ],
+        ];
         designed(&case, &set.concat(), &["--threads", threads]);
         fs::read_to_string(case.path("design").join("trajectory.csv")).unwrap()
     };
@@ -144,7 +188,12 @@ fn a_recorded_log_counts_beside_the_new_motion() {
     let alone = designed(&case, &set, &parameters);
     let more = [&parameters[..], &["--from-log", log.to_str().unwrap()]].concat();
     let both = designed(&case, &set, &more);
-    for (alone, both) in alone["promise"].as_array().unwrap().iter().zip(both["promise"].as_array().unwrap()) {
+    for (alone, both) in alone["promise"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .zip(both["promise"].as_array().unwrap())
+    {
         let error = |own: &Value| own["standard_error"].as_f64().unwrap();
         assert!(error(both) < error(alone), "{alone} {both}");
     }
@@ -162,7 +211,10 @@ fn a_first_motion_of_an_unknown_robot_needs_masses_and_limits_only() {
     let output = excited(&case, &set, &[]);
     assert_eq!(output.status.code(), Some(2));
     let error = stderr(&output);
-    assert!(error.contains("joint1.stiffness") && error.contains("--warm-up"), "{error}");
+    assert!(
+        error.contains("joint1.stiffness") && error.contains("--warm-up"),
+        "{error}"
+    );
     let json = designed(&case, &set, &["--warm-up"]);
     assert_eq!(json["is_warm_up"], true);
     let assumed = json["assumed"].to_string();
@@ -175,15 +227,39 @@ fn faulty_limits_and_values_are_named() {
     let pd = "controller.kd_nms_per_rad=[-50.0, 0.01]";
     for (set, expected) in [
         (vec![], "joint1 has no limit of its position"),
-        (vec!["robot.joint.0.limits={position_rad=[1, -1]}"], "write the lowest position first"),
-        (vec!["robot.joint.0.limits={torque_nm=-1}"], "torque_nm = -1 must be positive"),
-        (vec!["excite.base_frequency_hz=0.05"], "shorter than one period of the lowest frequency, 20 s"),
-        (vec!["excite.start_rad=[0]"], "start_rad needs 2 finite numbers"),
+        (
+            vec!["robot.joint.0.limits={position_rad=[1, -1]}"],
+            "write the lowest position first",
+        ),
+        (
+            vec!["robot.joint.0.limits={torque_nm=-1}"],
+            "torque_nm = -1 must be positive",
+        ),
+        (
+            vec!["excite.base_frequency_hz=0.05"],
+            "shorter than one period of the lowest frequency, 20 s",
+        ),
+        (
+            vec!["excite.start_rad=[0]"],
+            "start_rad needs 2 finite numbers",
+        ),
         (vec!["excite.harmonics=2"], "must be between 3"),
-        (vec!["excite.objective=\"best\""], "unknown objective \"best\""),
-        ([&TORQUES[..], &["excite.parameters=[\"link1.m\"]"]].concat(), "no motion determines it alone"),
-        ([&TORQUES[..], &["excite.floor_m=0"]].concat(), "has none; describe the robot with urdf"),
-        ([&TORQUES[..], &SHORT, &[pd]].concat(), "the closed loop with these values is unstable"),
+        (
+            vec!["excite.objective=\"best\""],
+            "unknown objective \"best\"",
+        ),
+        (
+            [&TORQUES[..], &["excite.parameters=[\"link1.m\"]"]].concat(),
+            "no motion determines it alone",
+        ),
+        (
+            [&TORQUES[..], &["excite.floor_m=0"]].concat(),
+            "has none; describe the robot with urdf",
+        ),
+        (
+            [&TORQUES[..], &SHORT, &[pd]].concat(),
+            "the closed loop with these values is unstable",
+        ),
         (
             [&TORQUES[..], &["robot.joint.0.nominal.stiffness=-3"]].concat(),
             "no robot can have these values: joint1.stiffness",

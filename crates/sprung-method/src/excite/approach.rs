@@ -1,8 +1,9 @@
 //! The way from the pose of the robot to the first position of a motion.
 
 use super::bounds::{Bounds, Limited};
-use super::certify::{Broken, Path, certify_followed};
+use super::certify::{Path, certify_followed};
 use super::fourier::{ORDERS, Series};
+use super::kept::Broken;
 use super::kinematics::Kinematics;
 use crate::model::Model;
 
@@ -38,7 +39,9 @@ impl Approach {
         kinematics: Option<&Kinematics>,
     ) -> Result<Option<Self>, Broken> {
         let n = series.joints.len();
-        let ends: Vec<[f64; 2]> = (0..n).map(|joint| [from[joint], series.at(joint, 0.0)[0]]).collect();
+        let ends: Vec<[f64; 2]> = (0..n)
+            .map(|joint| [from[joint], series.at(joint, 0.0)[0]])
+            .collect();
         if ends.iter().all(|[from, to]| (from - to).abs() < 1e-9) {
             return Ok(None);
         }
@@ -59,10 +62,10 @@ impl Approach {
         }
         let mut shortest: f64 = 1.0;
         for (own, [from, to]) in bounds.joints.iter().zip(&ends) {
-            for order in 1..4 {
+            for (order, largest) in LARGEST.iter().enumerate().take(4).skip(1) {
                 let interval = own.orders[order];
                 if interval.is_limited() {
-                    let size = LARGEST[order] * (to - from).abs() / interval.half;
+                    let size = largest * (to - from).abs() / interval.half;
                     shortest = shortest.max(size.powf(1.0 / order as f64));
                 }
             }

@@ -149,10 +149,12 @@ impl JointBounds {
     /// Returns the limits of a description.
     #[must_use]
     pub fn new(limits: &Limits) -> Self {
-        let position = limits.position_rad.map_or(Interval::FREE, |[low, high]| Interval {
-            middle: 0.5 * (low + high),
-            half: 0.5 * (high - low),
-        });
+        let position = limits
+            .position_rad
+            .map_or(Interval::FREE, |[low, high]| Interval {
+                middle: 0.5 * (low + high),
+                half: 0.5 * (high - low),
+            });
         Self {
             orders: [
                 position,

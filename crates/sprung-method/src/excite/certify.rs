@@ -5,7 +5,6 @@
 
 use std::f64::consts::TAU;
 
-use serde::Serialize;
 use sprung_core::drives::Drive;
 use sprung_core::links::Step;
 use sprung_core::robot::Values;
@@ -14,65 +13,16 @@ use sprung_core::scalar::Scalar;
 use super::bounds::{Bounds, Interval, Limited};
 use super::enclosure::Enclosure;
 use super::fourier::{ORDERS, Series};
+use super::kept::{Broken, Kept, Peaks, broken};
 use super::kinematics::Kinematics;
-use crate::description::Controller;
+use super::problem::ORDERS as ORDERS_LIMITED;
 use crate::model::{Model, Theta};
-use crate::simulate::ClosedLoop;
-
-/// How near to its limit a quantity comes.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Kept {
-    /// The quantity.
-    pub what: Limited,
-    /// Joint; for a height that of the link, for the tool the last one.
-    pub joint: usize,
-    /// Largest part of the limit that the motion uses, at most 1.
-    pub part: f64,
-    /// Time of its largest value, s.
-    pub time_s: f64,
-}
-
-/// A limit that a motion breaks.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Broken {
-    /// The quantity.
-    pub what: Limited,
-    /// Joint, as in [`Kept`].
-    pub joint: usize,
-    /// Time, s.
-    pub time_s: f64,
-    /// Value; for a height the height.
-    pub value: f64,
-    /// Part of the limit that the value uses, above 1.
-    pub part: f64,
-    /// Whether the loop runs away instead.
-    pub runs_away: bool,
-}
 
 /// Shortest interval, s.
 const SHORTEST: f64 = 1e-7;
 
 /// Difference between the certified bound of a peak and its value that is small enough.
 const FINE: f64 = 5e-3;
-
-/// The peaks of a motion that keeps its limits.
-#[derive(Clone, Debug, Default)]
-struct Peaks(Vec<Kept>);
-
-impl Peaks {
-    fn note(&mut self, what: Limited, joint: usize, part: f64, time_s: f64) {
-        match (self.0.iter_mut()).find(|own| own.what == what && own.joint == joint) {
-            Some(own) if own.part >= part => {}
-            Some(own) => (own.part, own.time_s) = (part, time_s),
-            None => self.0.push(Kept { what, joint, part, time_s }),
-        }
-    }
-
-    fn part(&self, what: Limited, joint: usize) -> f64 {
-        let own = self.0.iter().find(|own| own.what == what && own.joint == joint);
-        own.map_or(0.0, |own| own.part)
-    }
-}
 
 /// Certifies the reference of each joint: positions, velocities, accelerations, jerks.
 ///
@@ -84,9 +34,7 @@ pub(super) fn certify_reference(series: &Series, bounds: &Bounds) -> Result<Vec<
     let most = series.harmonics.last().copied().unwrap_or(1);
     let pieces = 16 * most;
     for (joint, own) in bounds.joints.iter().enumerate() {
-        for (order, what) in
-            [Limited::Position, Limited::Velocity, Limited::Acceleration, Limited::Jerk].into_iter().enumerate()
-        {
+        for (order, what) in ORDERS_LIMITED.into_iter().enumerate() {
             let interval = own.orders[order];
             if !interval.is_limited() {
                 continue;
@@ -95,7 +43,10 @@ pub(super) fn certify_reference(series: &Series, bounds: &Bounds) -> Result<Vec<
             let place = |time: f64| interval.place(series.at(joint, time)[order]).abs();
             let mut known: f64 = 0.0;
             let length = series.period() / pieces as f64;
-            let mut open: Vec<[f64; 2]> = (0..pieces).rev().map(|k| [length * k as f64, length]).collect();
+            let mut open: Vec<[f64; 2]> = (0..pieces)
+                .rev()
+                .map(|k| [length * k as f64, length])
+                .collect();
             let mut peak = (0.0, 0.0);
             while let Some([from, length]) = open.pop() {
                 let ends = [from, from + length].map(place);
@@ -103,7 +54,11 @@ pub(super) fn certify_reference(series: &Series, bounds: &Bounds) -> Result<Vec<
                 known = known.max(least);
                 let bound = least + length * length / 8.0 * bend / interval.half;
                 if least > 1.0 {
-                    let time_s = if ends[0] >= ends[1] { from } else { from + length };
+                    let time_s = if ends[0] >= ends[1] {
+                        from
+                    } else {
+                        from + length
+                    };
                     let value = series.at(joint, time_s)[order];
                     return Err(broken(what, joint, time_s, value, least));
                 }
@@ -121,17 +76,6 @@ pub(super) fn certify_reference(series: &Series, bounds: &Bounds) -> Result<Vec<
         }
     }
     Ok(peaks.0)
-}
-
-fn broken(what: Limited, joint: usize, time_s: f64, value: f64, part: f64) -> Broken {
-    Broken {
-        what,
-        joint,
-        time_s,
-        value,
-        part,
-        runs_away: false,
-    }
 }
 
 /// A motion of which all derivatives are bounded.
@@ -175,7 +119,10 @@ pub(super) fn certify_followed(
     let mut peaks = Peaks::default();
     let (duration, pieces) = path.pieces();
     let length = duration / pieces as f64;
-    let mut open: Vec<[f64; 2]> = (0..pieces).rev().map(|k| [length * k as f64, length]).collect();
+    let mut open: Vec<[f64; 2]> = (0..pieces)
+        .rev()
+        .map(|k| [length * k as f64, length])
+        .collect();
     while let Some([from, length]) = open.pop() {
         let half = 0.5 * length;
         let middle = from + half;
@@ -188,51 +135,16 @@ pub(super) fn certify_followed(
                 motion[joint] = Enclosure::new(own[order], [rate - slack, rate + slack], half);
             }
         }
+        let found = torques.places(&motion, bounds, kinematics);
         let mut is_decided = true;
-        let mut found: Vec<(Limited, usize, f64, f64, f64)> = Vec::new();
-        let mut decide = |what, joint, interval: Interval, [low, high]: [f64; 2], middle: f64| {
-            if interval.is_limited() {
-                let part = interval.place(low).abs().max(interval.place(high).abs());
-                found.push((what, joint, part, interval.place(middle).abs(), middle));
-            }
-        };
-        let (motor, link) = torques.of(&motion);
-        for (joint, own) in bounds.joints.iter().enumerate() {
-            let torque = motor[joint];
-            decide(Limited::Torque, joint, own.torque, torque.range(), torque.middle());
-            if own.torque_rate.is_limited() {
-                let fastest = torque.fastest();
-                decide(Limited::TorqueRate, joint, own.torque_rate, [fastest; 2], fastest);
-            }
-            if let Some(stiffness) = torques.stiffness[joint] {
-                let own = own.deflection;
-                let deflection = link[joint] * (1.0 / stiffness);
-                decide(Limited::Deflection, joint, own, deflection.range(), deflection.middle());
-            }
-        }
-        if let Some(kinematics) = kinematics {
-            let places = kinematics.places(&motion[0], &motion[1]);
-            let [x, y, z] = places.velocity;
-            let square = x * x + y * y + z * z;
-            let speed = square.range().map(|x| x.max(0.0).sqrt());
-            let own = bounds.tool_speed;
-            decide(Limited::ToolSpeed, n - 1, own, speed, square.middle().max(0.0).sqrt());
-            if let Some(floor) = bounds.floor {
-                let parents = kinematics.parents();
-                for (point, place) in places.points.iter().enumerate() {
-                    if parents.get(point).is_some_and(Option::is_none) {
-                        continue;
-                    }
-                    let joint = parents.get(point).copied().flatten().unwrap_or(n - 1);
-                    let height = kinematics.height(place);
-                    let used = |height: f64| (1.0 - (height - floor)).max(0.0);
-                    let [low, high] = height.range();
-                    let interval = Interval { middle: 0.0, half: 1.0 };
-                    decide(Limited::Height, joint, interval, [used(high), used(low)], used(height.middle()));
-                }
-            }
-        }
-        for &(what, joint, bound, now, value) in &found {
+        for &Place {
+            what,
+            joint,
+            bound,
+            now,
+            value,
+        } in &found
+        {
             if now > 1.0 || bound > 1.0 && length < SHORTEST {
                 let value = if what == Limited::Height {
                     1.0 - value + bounds.floor.unwrap_or_default()
@@ -245,18 +157,30 @@ pub(super) fn certify_followed(
             is_decided &= bound <= 1.0 && bound <= known.max(0.5) + FINE;
         }
         if is_decided || length < SHORTEST {
-            for &(what, joint, bound, _, _) in &found {
-                peaks.note(what, joint, bound, middle);
+            for own in &found {
+                peaks.note(own.what, own.joint, own.bound, middle);
             }
         } else {
-            for &(what, joint, _, now, _) in &found {
-                peaks.note(what, joint, now, middle);
+            for own in &found {
+                peaks.note(own.what, own.joint, own.now, middle);
             }
             open.push([middle, half]);
             open.push([from, half]);
         }
     }
     Ok(peaks.0)
+}
+
+/// A limited quantity on a time interval.
+struct Place {
+    what: Limited,
+    joint: usize,
+    /// Bound of the used part of the limit on the interval.
+    bound: f64,
+    /// Used part in the middle of the interval.
+    now: f64,
+    /// Value in the middle.
+    value: f64,
 }
 
 /// Torques of a motion in which each motor moves with its link.
@@ -280,6 +204,83 @@ impl Torques {
             link: vec![Enclosure::ZERO; n],
             model: model.clone(),
         }
+    }
+
+    /// Returns the places of all limited quantities on a time interval.
+    fn places(
+        &mut self,
+        motion: &[Vec<Enclosure>; 3],
+        bounds: &Bounds,
+        kinematics: Option<&Kinematics>,
+    ) -> Vec<Place> {
+        let n = motion[0].len();
+        let mut found = Vec::new();
+        let mut decide = |what, joint, interval: Interval, range: [f64; 2], value: f64| {
+            if interval.is_limited() {
+                found.push(Place {
+                    what,
+                    joint,
+                    bound: range
+                        .map(|x| interval.place(x).abs())
+                        .into_iter()
+                        .fold(0.0, f64::max),
+                    now: interval.place(value).abs(),
+                    value,
+                });
+            }
+        };
+        let (motor, link) = self.of(motion);
+        for (joint, own) in bounds.joints.iter().enumerate() {
+            let torque = motor[joint];
+            decide(
+                Limited::Torque,
+                joint,
+                own.torque,
+                torque.range(),
+                torque.middle(),
+            );
+            let fastest = torque.fastest();
+            decide(
+                Limited::TorqueRate,
+                joint,
+                own.torque_rate,
+                [fastest; 2],
+                fastest,
+            );
+            if let Some(stiffness) = self.stiffness[joint] {
+                let deflection = link[joint] * (1.0 / stiffness);
+                let (range, middle) = (deflection.range(), deflection.middle());
+                decide(Limited::Deflection, joint, own.deflection, range, middle);
+            }
+        }
+        let Some(kinematics) = kinematics else {
+            return found;
+        };
+        let places = kinematics.places(&motion[0], &motion[1]);
+        let [x, y, z] = places.velocity;
+        let square = x * x + y * y + z * z;
+        let speed = |square: f64| square.max(0.0).sqrt();
+        let (range, middle) = (square.range().map(speed), speed(square.middle()));
+        decide(Limited::ToolSpeed, n - 1, bounds.tool_speed, range, middle);
+        if let Some(floor) = bounds.floor {
+            let used = |height: f64| (1.0 - (height - floor)).max(0.0);
+            let interval = Interval {
+                middle: 0.0,
+                half: 1.0,
+            };
+            let parents = kinematics.parents();
+            for (point, place) in places.points.iter().enumerate() {
+                // The origin of a joint on the base does not move.
+                if parents.get(point).is_some_and(Option::is_none) {
+                    continue;
+                }
+                let joint = parents.get(point).copied().flatten().unwrap_or(n - 1);
+                let height = kinematics.height(place);
+                let (range, middle) = (height.range().map(used), used(height.middle()));
+                decide(Limited::Height, joint, interval, range, middle);
+            }
+        }
+        found
     }
 
     /// Returns the torques of motors and links.
@@ -324,143 +325,4 @@ impl Torques {
         }
         (motor, carried)
     }
-}
-
-/// A motion of the closed loop, as it is recorded for reports.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Simulation {
-    /// Times, s.
-    pub time_s: Vec<f64>,
-    /// Link positions, rad (m), one list per joint.
-    pub link: Vec<Vec<f64>>,
-    /// Motor positions, rad (m), one list per joint.
-    pub motor: Vec<Vec<f64>>,
-    /// Motor torques, N·m (N), one list per joint.
-    pub torque: Vec<Vec<f64>>,
-}
-
-/// Points of a recorded simulation.
-const POINTS: usize = 1500;
-
-/// Simulates the closed loop with exact sensors, and checks the limits of its motion at every period of the controller.
-///
-/// # Errors
-///
-/// [`Broken`] with the first limit that the motion breaks.
-pub(super) fn check_loop(
-    (model, theta): (&Model, &Theta),
-    controller: &Controller,
-    (period, duration): (f64, f64),
-    bounds: &Bounds,
-    kinematics: Option<&Kinematics>,
-) -> Result<(Vec<Kept>, Simulation), Broken> {
-    let n = model.joint_count();
-    let none = |time_s| Broken {
-        what: Limited::Position,
-        joint: 0,
-        time_s,
-        value: f64::NAN,
-        part: f64::INFINITY,
-        runs_away: true,
-    };
-    let mut plant = ClosedLoop::new(model, theta, controller, period, None).map_err(|_| none(0.0))?;
-    let mut peaks = Peaks::default();
-    let mut record = Simulation {
-        link: vec![Vec::new(); n],
-        motor: vec![Vec::new(); n],
-        torque: vec![Vec::new(); n],
-        ..Simulation::default()
-    };
-    let samples = (duration / period).round() as usize;
-    let every = samples.div_ceil(POINTS).max(1);
-    let mut before: Option<Vec<f64>> = None;
-    for k in 0..=samples {
-        let state = plant.state();
-        let time = plant.time();
-        let tau = plant.command(time, &state.q, &state.phi);
-        let mut seen: Vec<(Limited, usize, Interval, f64)> = Vec::new();
-        for (joint, own) in bounds.joints.iter().enumerate() {
-            let [position, velocity, ..] = own.orders;
-            // Between samples a position moves by at most half a period of its velocity beyond its neighbours.
-            let beyond = 0.125 * period * period * accelerations(own);
-            let mut see = |what, interval, value: f64| seen.push((what, joint, interval, value));
-            for value in [state.q[joint], state.phi[joint]] {
-                see(Limited::Position, position, value + beyond.copysign(value - position.middle));
-            }
-            for value in [state.dq[joint], state.dphi[joint]] {
-                see(Limited::Velocity, velocity, value);
-            }
-            see(Limited::Torque, own.torque, tau[joint]);
-            see(Limited::Deflection, own.deflection, state.phi[joint] - state.q[joint]);
-            if let Some(before) = &before {
-                see(Limited::TorqueRate, own.torque_rate, (tau[joint] - before[joint]) / period);
-            }
-        }
-        for &(what, joint, interval, value) in &seen {
-            if interval.is_limited() {
-                let part = interval.place(value).abs();
-                if part > 1.0 || part.is_nan() {
-                    return Err(broken(what, joint, time, value, part));
-                }
-                peaks.note(what, joint, part, time);
-            }
-        }
-        if let Some(kinematics) = kinematics
-            && (bounds.tool_speed.is_limited() || bounds.floor.is_some())
-        {
-            places(&mut peaks, kinematics, bounds, (&state.q, &state.dq), time)?;
-        }
-        if k % every == 0 {
-            record.time_s.push(time);
-            for joint in 0..n {
-                record.link[joint].push(state.q[joint]);
-                record.motor[joint].push(state.phi[joint]);
-                record.torque[joint].push(tau[joint]);
-            }
-        }
-        plant.advance(&tau).map_err(|diverged| none(diverged.time))?;
-        before = Some(tau);
-    }
-    Ok((peaks.0, record))
-}
-
-fn accelerations(own: &super::bounds::JointBounds) -> f64 {
-    let limit = own.orders[2];
-    if limit.is_limited() { limit.half } else { 0.0 }
-}
-
-/// Checks the tool's speed and all heights at one time.
-fn places(
-    peaks: &mut Peaks,
-    kinematics: &Kinematics,
-    bounds: &Bounds,
-    (q, dq): (&[f64], &[f64]),
-    time: f64,
-) -> Result<(), Broken> {
-    let last = q.len() - 1;
-    let places = kinematics.places(q, dq);
-    let speed = places.velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
-    if bounds.tool_speed.is_limited() {
-        let part = bounds.tool_speed.place(speed);
-        if part > 1.0 {
-            return Err(broken(Limited::ToolSpeed, last, time, speed, part));
-        }
-        peaks.note(Limited::ToolSpeed, last, part, time);
-    }
-    if let Some(floor) = bounds.floor {
-        let parents = kinematics.parents();
-        for (point, place) in places.points.iter().enumerate() {
-            if parents.get(point).is_some_and(Option::is_none) {
-                continue;
-            }
-            let joint = parents.get(point).copied().flatten().unwrap_or(last);
-            let height = kinematics.height(place);
-            let part = (1.0 - (height - floor)).max(0.0);
-            if part > 1.0 {
-                return Err(broken(Limited::Height, joint, time, height, part));
-            }
-            peaks.note(Limited::Height, joint, part, time);
-        }
-    }
-    Ok(())
 }

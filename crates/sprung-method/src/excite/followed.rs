@@ -42,10 +42,10 @@ impl Followed {
         let mut deflection = Mat::zeros(samples, n);
         let mut own = vec![0.0; n];
         for (t, at) in at.iter_mut().enumerate() {
-            for order in 0..3 {
+            for (order, signal) in signals.iter().enumerate() {
                 for joint in 0..n {
-                    at.link[order][joint] = signals[order][(t, joint)];
-                    at.motor[order][joint] = signals[order][(t, joint)];
+                    at.link[order][joint] = signal[(t, joint)];
+                    at.motor[order][joint] = signal[(t, joint)];
                 }
             }
             if self.derivative.is_some() {

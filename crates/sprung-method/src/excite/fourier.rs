@@ -102,7 +102,13 @@ impl Series {
         Reference {
             sines,
             centre_deg: (joints.clone())
-                .map(|(joint, own)| if turns(joint) { own[0].to_degrees() } else { 0.0 })
+                .map(|(joint, own)| {
+                    if turns(joint) {
+                        own[0].to_degrees()
+                    } else {
+                        0.0
+                    }
+                })
                 .collect(),
             centre_m: joints
                 .map(|(joint, own)| if turns(joint) { 0.0 } else { own[0] })
@@ -200,7 +206,11 @@ fn complement(w: &[f64]) -> Vec<Vec<f64>> {
     let square: f64 = v.iter().map(|x| x * x).sum();
     (1..w.len())
         .map(|axis| {
-            let factor = if square > 0.0 { 2.0 * v[axis] / square } else { 0.0 };
+            let factor = if square > 0.0 {
+                2.0 * v[axis] / square
+            } else {
+                0.0
+            };
             let mut own: Vec<f64> = v.iter().map(|x| -factor * x).collect();
             own[axis] += 1.0;
             own

@@ -1,13 +1,16 @@
 //! The design of experiments: motions within limits that determine the parameters best.
 
 mod approach;
+mod assemble;
 mod bounds;
 mod certify;
+mod checked_loop;
 mod design;
 mod enclosure;
 mod followed;
 mod fourier;
 mod information;
+mod kept;
 mod kinematics;
 mod motion;
 mod noise;
@@ -20,20 +23,25 @@ mod result;
 mod search;
 mod simulated;
 mod stability;
+mod starts;
+mod task;
 #[cfg(test)]
 mod tests;
 
 pub use approach::Approach;
 pub use bounds::{Bounds, Interval, JointBounds, Limited};
-pub use certify::{Broken, Kept, Simulation};
-pub use design::{Designed, Frequencies, NoPose, Task, information, random, scales, value_of};
+pub use checked_loop::Simulation;
+pub use design::{Designed, information, value_of};
 pub use fourier::Series;
+pub use kept::{Broken, Kept};
 pub use kinematics::{Kinematics, Places};
 pub use noise::Errors;
 pub use plan::{Loop, Plan, Refused, certify, missing_limit, plan};
 pub use promise::{Information, add_cures, more, promise};
-pub use stability::growth;
 pub use result::{
     EXCITATION_FORMAT, Excitation, Excited, JointMotion, LimitUsed, More, MotionResult, Promised,
     SearchResult, Skeleton, Trajectory,
 };
+pub use stability::growth;
+pub use starts::{NoPose, random};
+pub use task::{Frequencies, Task, scales};

@@ -61,12 +61,7 @@ impl Follows {
 /// Basis functions of a series: 1, then sine and cosine of each multiple, with their derivatives by time.
 ///
 /// Returns one matrix for each order, \[times × functions\].
-pub(super) fn waves(
-    rate: f64,
-    harmonics: &[usize],
-    orders: usize,
-    times: &[f64],
-) -> Vec<Mat<f64>> {
+pub(super) fn waves(rate: f64, harmonics: &[usize], orders: usize, times: &[f64]) -> Vec<Mat<f64>> {
     let count = 1 + 2 * harmonics.len();
     (0..orders)
         .map(|order| {

@@ -81,7 +81,9 @@ pub(super) fn whiteners(
             let inverse = match scaled.llt(faer::Side::Lower) {
                 Ok(factor) => {
                     let lower = factor.L().to_owned();
-                    lower.partial_piv_lu().solve(Mat::<c64>::identity(rows, rows))
+                    lower
+                        .partial_piv_lu()
+                        .solve(Mat::<c64>::identity(rows, rows))
                 }
                 Err(_) => Mat::identity(rows, rows),
             };
@@ -108,7 +110,9 @@ pub(super) fn mean_mass(model: &Model, theta: &[f64], poses: &[Vec<f64>]) -> Mat
     let mut sum = Mat::zeros(rows, rows);
     let mut own = vec![0.0; rows * rows];
     for q in poses {
-        let computed = model.robot().mass_matrix(&values, q, &mut scratch.workspace(), &mut own);
+        let computed = model
+            .robot()
+            .mass_matrix(&values, q, &mut scratch.workspace(), &mut own);
         if computed.is_ok() {
             sum += Mat::from_fn(rows, rows, |i, j| own[i * rows + j] / poses.len() as f64);
         }
@@ -142,7 +146,10 @@ pub(super) fn slopes_at(model: &Model, theta: &[f64], velocity: f64) -> [Mat<f64
         let slopes = term.slopes(&drive, &robot.shapes[term.joint]);
         let motor = robot.motor_coordinate(term.joint);
         let value = theta[term.column];
-        for (order, slope) in [slopes.deflection, slopes.deflection_rate].into_iter().enumerate() {
+        for (order, slope) in [slopes.deflection, slopes.deflection_rate]
+            .into_iter()
+            .enumerate()
+        {
             if motor != term.joint {
                 all[order][(term.row, motor)] += value * slope;
                 all[order][(term.row, term.joint)] -= value * slope;
@@ -191,7 +198,11 @@ impl Fastest {
             let parts = rows.map(|row| {
                 let by_coulomb = still[(row, row)] - viscous[(row, row)];
                 let free = 2.0 * inertia(row) / step - viscous[(row, row)];
-                if by_coulomb > free { free / by_coulomb } else { 1.0 }
+                if by_coulomb > free {
+                    free / by_coulomb
+                } else {
+                    1.0
+                }
             });
             model.sharpness(joint) * parts.fold(1.0, f64::min)
         };
@@ -202,7 +213,10 @@ impl Fastest {
         };
         let flexible = (0..n).filter(|&joint| model.is_flexible(joint));
         Self {
-            resonances: flexible.map(resonance).filter(|hz| hz.is_finite()).collect(),
+            resonances: flexible
+                .map(resonance)
+                .filter(|hz| hz.is_finite())
+                .collect(),
             sharpness: (0..n).map(sharpness).collect(),
             step,
         }

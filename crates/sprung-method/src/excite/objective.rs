@@ -146,7 +146,11 @@ fn log_determinant(matrix: &Mat<f64>) -> Option<f64> {
     let (factors, length) = factors(matrix)?;
     let p = matrix.nrows();
     // The diagonal of the factors has the reciprocals of the pivots.
-    Some((0..p).map(|i| 2.0 * length[i].ln() - factors[i * p + i].ln()).sum())
+    Some(
+        (0..p)
+            .map(|i| 2.0 * length[i].ln() - factors[i * p + i].ln())
+            .sum(),
+    )
 }
 
 fn factors(matrix: &Mat<f64>) -> Option<(Vec<f64>, Vec<f64>)> {

@@ -121,8 +121,7 @@ impl Physics {
         self.accelerations(at);
         let mut workspace = self.scratch.workspace();
         let robot = self.model.robot();
-        let computed =
-            robot.torque_entries(&at.state(), &self.accelerations, &mut workspace, out);
+        let computed = robot.torque_entries(&at.state(), &self.accelerations, &mut workspace, out);
         if computed.is_err() {
             out.fill(f64::NAN);
         }

@@ -1,11 +1,13 @@
 //! From a task to a certified motion: a motion that breaks a limit is designed again within narrower ones.
 
 use super::bounds::{Bounds, Limited};
-use super::certify::{
-    Broken, Kept, Simulation, certify_followed, certify_reference, check_loop,
-};
-use super::design::{Designed, Frequencies, NoPose, Task, design, draws};
+use super::certify::{certify_followed, certify_reference};
+use super::checked_loop::{Simulation, check_loop};
+use super::design::{Designed, design};
 use super::fourier::Series;
+use super::kept::{Broken, Kept};
+use super::starts::NoPose;
+use super::task::{Frequencies, Task, draws};
 use crate::description::Controller;
 use crate::progress::Listener;
 
@@ -67,8 +69,7 @@ pub fn plan(
     progress: &mut dyn Listener,
 ) -> Result<Plan, Refused> {
     let mut parts = [1.0 - task.settings.margin; Limited::ALL.len()];
-    let mut designed =
-        design(task, frequencies, &parts, from, progress).map_err(Refused::Pose)?;
+    let mut designed = design(task, frequencies, &parts, from, progress).map_err(Refused::Pose)?;
     let mut short = task.settings.clone();
     short.steps = (short.steps / REPAIR_PART).max(1);
     let again = Task {
@@ -156,7 +157,10 @@ pub fn certify(
 /// Keeps the larger part of each limit.
 fn join(all: &mut Vec<Kept>, more: Vec<Kept>) {
     for own in more {
-        match all.iter_mut().find(|known| known.what == own.what && known.joint == own.joint) {
+        match all
+            .iter_mut()
+            .find(|known| known.what == own.what && known.joint == own.joint)
+        {
             Some(known) if known.part >= own.part => {}
             Some(known) => *known = own,
             None => all.push(own),

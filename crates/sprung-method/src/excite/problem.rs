@@ -70,7 +70,7 @@ struct Seen {
 }
 
 /// Quantities of the reference by their order.
-const ORDERS: [Limited; 4] = [
+pub(super) const ORDERS: [Limited; 4] = [
     Limited::Position,
     Limited::Velocity,
     Limited::Acceleration,
@@ -117,7 +117,9 @@ impl Problem {
         // The reference repeats, so one period of it is enough, and the samples are finer than those of the motion.
         let most = harmonics.last().copied().unwrap_or(1);
         let count = samples.max(SAMPLES_PER_WAVE * most);
-        let times: Vec<f64> = (0..count).map(|t| period * t as f64 / count as f64).collect();
+        let times: Vec<f64> = (0..count)
+            .map(|t| period * t as f64 / count as f64)
+            .collect();
         let functions = waves(rate, &harmonics, 4, &times);
         let reference = (bases.iter())
             .map(|basis| {
@@ -180,13 +182,20 @@ impl Problem {
     pub(super) fn peaks(&mut self, x: &[f64]) -> Option<Vec<Peak>> {
         let mut peaks: Vec<Peak> = Vec::new();
         let mut note = |what, joint, place: f64, time| {
-            let own = peaks.iter_mut().find(|own| own.what == what && own.joint == joint);
+            let own = peaks
+                .iter_mut()
+                .find(|own| own.what == what && own.joint == joint);
             match own {
                 Some(own) if own.place.abs() < place.abs() => {
                     (own.place, own.time) = (place, time);
                 }
                 Some(_) => {}
-                None => peaks.push(Peak { what, joint, place, time }),
+                None => peaks.push(Peak {
+                    what,
+                    joint,
+                    place,
+                    time,
+                }),
             }
         };
         let period = std::f64::consts::TAU / self.rate;
@@ -212,7 +221,12 @@ impl Problem {
         for scenario in &mut scenarios {
             match scenario.follows.run(&coefficients) {
                 Some(moved) => self.visit(scenario, &moved, |seen| {
-                    note(seen.what, seen.joint, seen.place, seen.t as f64 * self.sample);
+                    note(
+                        seen.what,
+                        seen.joint,
+                        seen.place,
+                        seen.t as f64 * self.sample,
+                    );
                 }),
                 None => all_run = false,
             }
@@ -231,11 +245,22 @@ impl Problem {
                 let mut see = |what, on, value: f64| {
                     let interval = bounds.of(what);
                     if interval.is_limited() {
-                        visit(Seen { what, joint, on, t, interval, place: interval.place(value) });
+                        visit(Seen {
+                            what,
+                            joint,
+                            on,
+                            t,
+                            interval,
+                            place: interval.place(value),
+                        });
                     }
                 };
                 see(Limited::Torque, Part::Motor, moved.torque[(t, row)]);
-                see(Limited::TorqueRate, Part::Motor, self.torque_rate(scenario, moved, t, row));
+                see(
+                    Limited::TorqueRate,
+                    Part::Motor,
+                    self.torque_rate(scenario, moved, t, row),
+                );
                 if self.has_motion(scenario, joint) {
                     see(Limited::Position, Part::Motor, at.motor[0][joint]);
                     see(Limited::Velocity, Part::Motor, at.motor[1][joint]);
@@ -243,7 +268,11 @@ impl Problem {
                 if self.model.is_flexible(joint) {
                     see(Limited::Position, Part::Link, at.link[0][joint]);
                     see(Limited::Velocity, Part::Link, at.link[1][joint]);
-                    see(Limited::Deflection, Part::Motor, at.motor[0][joint] - at.link[0][joint]);
+                    see(
+                        Limited::Deflection,
+                        Part::Motor,
+                        at.motor[0][joint] - at.link[0][joint],
+                    );
                 }
             }
         }
@@ -261,7 +290,14 @@ impl Problem {
             if interval.is_limited() {
                 let speed = places.velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
                 let (what, place) = (Limited::ToolSpeed, interval.place(speed));
-                visit(Seen { what, joint: n - 1, on: Part::Point(n), t, interval, place });
+                visit(Seen {
+                    what,
+                    joint: n - 1,
+                    on: Part::Point(n),
+                    t,
+                    interval,
+                    place,
+                });
             }
             if let Some(floor) = self.bounds.floor {
                 // The origin of a joint on the base does not move.
@@ -270,7 +306,14 @@ impl Problem {
                     let joint = parents.get(point).copied().flatten().unwrap_or(n - 1);
                     let interval = above(floor);
                     let place = interval.place(kinematics.height(place)).min(0.0);
-                    visit(Seen { what: Limited::Height, joint, on: Part::Point(point), t, interval, place });
+                    visit(Seen {
+                        what: Limited::Height,
+                        joint,
+                        on: Part::Point(point),
+                        t,
+                        interval,
+                        place,
+                    });
                 }
             }
         }
@@ -399,7 +442,11 @@ impl Problem {
             Limited::Position | Limited::Velocity => {
                 let order = usize::from(seen.what == Limited::Velocity);
                 let own = &mut by.at[t];
-                let side = if seen.on == Part::Link { &mut own.link } else { &mut own.motor };
+                let side = if seen.on == Part::Link {
+                    &mut own.link
+                } else {
+                    &mut own.motor
+                };
                 side[order][joint] += slope;
             }
             Limited::ToolSpeed | Limited::Height => self.add_place(moved, seen, slope, by),

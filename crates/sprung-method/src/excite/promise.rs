@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use faer::Mat;
 
 use super::bounds::Bounds;
-use super::design::{Frequencies, Task, information, scales};
+use super::design::information;
 use super::fourier::Series;
 use super::objective::{condition, inverse};
 use super::result::{More, Promised};
+use super::task::{Frequencies, Task, scales};
 use crate::description::Experiment;
 use crate::estimate::Bound;
 use crate::model::Model;
@@ -138,7 +139,11 @@ pub fn add_cures(
     if let Some(change) = tilted(task, (frequencies, series), experiment, values) {
         changes.push(change);
     }
-    for (place, own) in promise.iter_mut().enumerate().filter(|(_, own)| !own.is_determined) {
+    for (place, own) in promise
+        .iter_mut()
+        .enumerate()
+        .filter(|(_, own)| !own.is_determined)
+    {
         let gain = |change: &Change| {
             let error = change.errors.get(place).copied().flatten();
             error.map_or(0.0, |error| now[place] / error)
@@ -183,7 +188,11 @@ fn tilted(
         .filter(|own| own.fixed.is_none())
         .map(|own| own.name.as_str())
         .collect();
-    let of = |name: &str| free.iter().position(|own| *own == name).map(|place| errors[place]);
+    let of = |name: &str| {
+        free.iter()
+            .position(|own| *own == name)
+            .map(|place| errors[place])
+    };
     Some(Change {
         words: format!("a base tilted by {:.0}°", TILT.to_degrees()),
         errors: (task.model.parameters().iter())
@@ -219,7 +228,10 @@ pub fn more(
         of("the motion four times", &information.times(4.0)),
     ];
     if let Some(second) = second {
-        all.push(of("this motion and the validation one", &information.with(second)));
+        all.push(of(
+            "this motion and the validation one",
+            &information.with(second),
+        ));
     }
     all
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::certify::Simulation;
+use super::checked_loop::Simulation;
 use crate::estimate::GENERATOR;
 
 /// Version of the format of `excitation.json`.

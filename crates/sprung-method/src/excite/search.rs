@@ -46,11 +46,16 @@ pub(super) fn search(
         let until = steps * (stage + 1) / barriers.len();
         while best.steps < until {
             let direction = learnt.direction(&value);
-            let slope: f64 = direction.iter().zip(gradient(&value)).map(|(d, g)| d * g).sum();
+            let slope: f64 = direction
+                .iter()
+                .zip(gradient(&value))
+                .map(|(d, g)| d * g)
+                .sum();
             if slope.is_nan() || slope > -1e-7 {
                 break;
             }
-            let Some((length, next)) = line_search(problem, (&x, &direction), barrier, &value, slope)
+            let Some((length, next)) =
+                line_search(problem, (&x, &direction), barrier, &value, slope)
             else {
                 if learnt.is_fresh {
                     break;
@@ -77,7 +82,11 @@ pub(super) fn search(
 }
 
 fn gradient(value: &Value) -> impl Iterator<Item = f64> {
-    value.by_motion.iter().zip(&value.by_reference).map(|(a, b)| a + b)
+    value
+        .by_motion
+        .iter()
+        .zip(&value.by_reference)
+        .map(|(a, b)| a + b)
 }
 
 /// Returns the length of a step that decreases the value enough, and the value there.
@@ -90,7 +99,11 @@ fn line_search(
 ) -> Option<(f64, Value)> {
     let mut length = 1.0;
     for _ in 0..14 {
-        let next: Vec<f64> = x.iter().zip(direction).map(|(x, d)| x + length * d).collect();
+        let next: Vec<f64> = x
+            .iter()
+            .zip(direction)
+            .map(|(x, d)| x + length * d)
+            .collect();
         if let Some(next) = problem.value(&next, barrier)
             && next.total <= value.total + 1e-4 * length * slope
         {
@@ -168,7 +181,11 @@ impl Learnt {
         if !(bend.is_finite() && bend > 0.0) {
             return;
         }
-        let keep = if along >= 0.2 * bend { 1.0 } else { 0.8 * bend / (bend - along) };
+        let keep = if along >= 0.2 * bend {
+            1.0
+        } else {
+            0.8 * bend / (bend - along)
+        };
         let change: Vec<f64> = (change.iter().zip(&product))
             .map(|(y, p)| keep * y + (1.0 - keep) * p)
             .collect();

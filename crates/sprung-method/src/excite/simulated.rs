@@ -83,7 +83,13 @@ impl Simulated {
             motor: &self.motor,
             link: None,
         };
-        if (self.physics.model.robot().coordinate_torques(&torques, &mut self.torque)).is_err() {
+        if (self
+            .physics
+            .model
+            .robot()
+            .coordinate_torques(&torques, &mut self.torque))
+        .is_err()
+        {
             self.torque.fill(f64::NAN);
         }
     }
@@ -97,13 +103,7 @@ impl Simulated {
     }
 
     /// Writes the rate of a state.
-    fn rate(
-        &mut self,
-        half: usize,
-        x: &[f64],
-        at: &mut Instant,
-        out: &mut [f64],
-    ) {
+    fn rate(&mut self, half: usize, x: &[f64], at: &mut Instant, out: &mut [f64]) {
         let rows = x.len() / 2;
         self.unpack(x, at);
         self.command(half, at);
@@ -121,7 +121,10 @@ impl Simulated {
         stages: &mut [[Vec<f64>; 2]; STAGES],
     ) {
         let h = self.step;
-        for (stage, (half, factor)) in [(0, 0.0), (1, 0.5), (1, 0.5), (2, 1.0)].into_iter().enumerate() {
+        for (stage, (half, factor)) in [(0, 0.0), (1, 0.5), (1, 0.5), (2, 1.0)]
+            .into_iter()
+            .enumerate()
+        {
             let (done, rest) = stages.split_at_mut(stage);
             let [y, rate] = &mut rest[0];
             y.copy_from_slice(x);
@@ -226,7 +229,10 @@ impl Simulated {
             sum.copy_from_slice(&adjoint);
             back.fill(0.0);
             for (stage, (weight, next, half)) in
-                [(1.0, 0.5, 0), (2.0, 0.5, 1), (2.0, 1.0, 1), (1.0, 0.0, 2)].into_iter().enumerate().rev()
+                [(1.0, 0.5, 0), (2.0, 0.5, 1), (2.0, 1.0, 1), (1.0, 0.0, 2)]
+                    .into_iter()
+                    .enumerate()
+                    .rev()
             {
                 // `back` has the derivative by the state of the next stage.
                 for ((by, adjoint), back) in by_rate.iter_mut().zip(&adjoint).zip(&back) {
@@ -296,7 +302,6 @@ impl Simulated {
     }
 
     /// Writes the derivatives by a state from those by its rate, and adds those by the reference.
-    #[expect(clippy::too_many_arguments, reason = "the state, derivatives and memory")]
     fn back(
         &mut self,
         half: usize,

@@ -31,7 +31,11 @@ pub fn growth(model: &Model, theta: &[f64], controller: &Controller, q: &[f64]) 
         (false, false) => -by_velocity[(i - rows, j - rows)],
     });
     let values = state.eigenvalues().ok()?;
-    let largest = values.iter().fold(0.0, |most: f64, own| most.max(own.norm()));
-    let rate = values.iter().fold(f64::NEG_INFINITY, |most: f64, own| most.max(own.re));
+    let largest = values
+        .iter()
+        .fold(0.0, |most: f64, own| most.max(own.norm()));
+    let rate = values
+        .iter()
+        .fold(f64::NEG_INFINITY, |most: f64, own| most.max(own.re));
     (rate > GROWS * largest).then_some(rate)
 }

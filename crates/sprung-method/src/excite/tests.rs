@@ -1,10 +1,18 @@
 //! Tests of the design of experiments.
 
+use super::approach::Approach;
+use super::assemble::problem;
 use super::bounds::{Bounds, Limited};
-use super::design::{Frequencies, Task, design, information, problem, random_motion};
+use super::certify::certify_reference;
+use super::design::{design, value_of};
+use super::fourier::Series;
 use super::noise::Errors;
+use super::problem::ORDERS;
+use super::stability::growth;
+use super::starts::random_motion;
+use super::task::{Frequencies, Task};
 use crate::demo;
-use crate::description::{Experiment, no_files, read};
+use crate::description::{Excite, Experiment, no_files, read};
 use crate::model::Model;
 use crate::progress::Unheard;
 use rand::SeedableRng;
@@ -104,9 +112,120 @@ fn a_search_makes_the_errors_smaller() {
         chosen: &[],
     };
     let frequencies = Frequencies::of(&task);
-    let started = std::time::Instant::now();
-    let found = design(&task, &frequencies, &[0.98; Limited::ALL.len()], None, &mut Unheard);
-    let found = found.unwrap();
-    println!("{:?} {:?} {:?}", started.elapsed(), found.objective, found.of_starts);
-    assert!(information(&task, &frequencies, &found.series).is_some());
+    let parts = [0.98; Limited::ALL.len()];
+    let found = design(&task, &frequencies, &parts, None, &mut Unheard).unwrap();
+    let begun = Task {
+        settings: &Excite {
+            steps: 0,
+            ..experiment.excite.clone()
+        },
+        ..task.clone()
+    };
+    let start = design(&begun, &frequencies, &parts, None, &mut Unheard).unwrap();
+    // 0.1 are errors that are 10 % smaller.
+    assert!(
+        found.objective < start.objective - 0.1,
+        "{} {}",
+        found.objective,
+        start.objective
+    );
+    let value = value_of(&task, &frequencies, &found.series).unwrap();
+    assert!(
+        (value - found.objective).abs() < 1e-9,
+        "{value} {}",
+        found.objective
+    );
+}
+
+#[test]
+fn a_certificate_holds_on_a_grid_and_names_what_breaks() {
+    let experiment = demo_experiment(&[
+        LIMITS,
+        "excite.harmonics=5",
+        "excite.steps=5",
+        "excite.starts=1",
+    ]);
+    let model = Model::new(&experiment).unwrap();
+    let theta = truth(&model);
+    let errors = errors();
+    let bounds = Bounds::new(&experiment);
+    let task = Task {
+        model: &model,
+        theta: &theta,
+        settings: &experiment.excite,
+        bounds: &bounds,
+        errors: &errors,
+        controller: None,
+        kinematics: None,
+        known: None,
+        chosen: &[],
+    };
+    let frequencies = Frequencies::of(&task);
+    let found = design(
+        &task,
+        &frequencies,
+        &[0.95; Limited::ALL.len()],
+        None,
+        &mut Unheard,
+    )
+    .unwrap();
+    let kept = certify_reference(&found.series, &bounds).unwrap();
+    for own in &kept {
+        let order = ORDERS.iter().position(|what| *what == own.what).unwrap();
+        let interval = bounds.joints[own.joint].of(own.what);
+        let most = (0..20_000)
+            .map(|t| found.series.at(own.joint, 5e-4 * f64::from(t))[order])
+            .fold(0.0, |most: f64, x| most.max(interval.place(x).abs()));
+        assert!(most <= own.part + 1e-9, "{own:?} {most}");
+        assert!(own.part <= most + 0.01, "{own:?} {most}");
+    }
+    let larger = found.series.scaled(1.2);
+    let broken = certify_reference(&larger, &bounds).unwrap_err();
+    assert!(broken.part > 1.0 && broken.time_s < 10.0, "{broken:?}");
+}
+
+#[test]
+fn an_approach_begins_and_ends_at_rest_within_the_limits() {
+    let experiment = demo_experiment(&[LIMITS, "excite.harmonics=5"]);
+    let model = Model::new(&experiment).unwrap();
+    let theta = truth(&model);
+    let bounds = Bounds::new(&experiment);
+    let series = Series {
+        rate: 1.0,
+        harmonics: vec![1],
+        joints: vec![vec![0.5, 0.0, 0.0], vec![-0.3, 0.0, 0.0]],
+    };
+    let robot = (&model, theta.as_slice());
+    let way = Approach::new(&[0.0, 0.4], &series, robot, &bounds, None)
+        .unwrap()
+        .unwrap();
+    for joint in 0..2 {
+        let begin = way.at(joint, 0.0);
+        assert!((begin[0] - [0.0, 0.4][joint]).abs() < 1e-12);
+        assert!(begin[1..4].iter().all(|x| x.abs() < 1e-12), "{begin:?}");
+        let end = way.at(joint, way.duration);
+        assert!((end[0] - series.at(joint, 0.0)[0]).abs() < 1e-12);
+        assert!(end[1..4].iter().all(|x| x.abs() < 1e-9), "{end:?}");
+        for t in 0..1000 {
+            let at = way.at(joint, way.duration * f64::from(t) / 1000.0);
+            let own = &bounds.joints[joint].orders;
+            assert!(
+                (0..3).all(|order| own[order].place(at[order]).abs() <= 1.0),
+                "{t}: {at:?}"
+            );
+        }
+    }
+    let far = Approach::new(&[3.0, 0.0], &series, robot, &bounds, None).unwrap_err();
+    assert_eq!((far.what, far.joint), (Limited::Position, 0));
+}
+
+#[test]
+fn a_loop_that_grows_is_unstable() {
+    let experiment = demo_experiment(&[]);
+    let model = Model::new(&experiment).unwrap();
+    let theta = truth(&model);
+    let mut controller = experiment.controller.unwrap();
+    assert_eq!(growth(&model, &theta, &controller, &[0.0; 2]), None);
+    controller.kd_nms_per_rad[0] = -50.0;
+    assert!(growth(&model, &theta, &controller, &[0.0; 2]).unwrap() > 1.0);
 }

@@ -122,7 +122,10 @@ pub(super) fn check_excite(excite: &Excite, robot: &Robot) -> Result<(), Fault> 
         } else {
             "tool_xyz_m"
         };
-        return wrong(key, format!("{key} contains {}, which is not finite", Shown(*x)));
+        return wrong(
+            key,
+            format!("{key} contains {}, which is not finite", Shown(*x)),
+        );
     }
     Ok(())
 }

@@ -167,7 +167,9 @@ impl Other {
         };
         with_source(log, |source| {
             let bound = information_bound(&experiment, &model, truth, source);
-            bound.expect("the log is right").map(|own| own.standard_errors())
+            bound
+                .expect("the log is right")
+                .map(|own| own.standard_errors())
         })
     }
 

@@ -179,7 +179,9 @@ fn bound(demo: &Demo, settings: &Simulate, log: &[u8]) -> Option<Vec<f64>> {
             delays: &BTreeMap::new(),
         };
         let bound = information_bound(&demo.experiment, &demo.model, truth, source);
-        bound.expect("the log is right").map(|own| own.standard_errors())
+        bound
+            .expect("the log is right")
+            .map(|own| own.standard_errors())
     })
 }
 

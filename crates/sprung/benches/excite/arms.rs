@@ -126,7 +126,10 @@ fn broken(arm: &Arm, found: &Excited) -> Option<String> {
     for (joint, link) in arm.links.iter().enumerate() {
         let most = |list: &[f64]| list.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
         let position = &own.position[joint];
-        if position.iter().any(|q| !(link.range[0]..=link.range[1]).contains(q)) {
+        if position
+            .iter()
+            .any(|q| !(link.range[0]..=link.range[1]).contains(q))
+        {
             return Some(format!("position of j{joint}"));
         }
         if most(&own.velocity[joint]) > link.velocity {
@@ -135,7 +138,9 @@ fn broken(arm: &Arm, found: &Excited) -> Option<String> {
         if most(&own.acceleration[joint]) > link.acceleration {
             return Some(format!("acceleration of j{joint}"));
         }
-        let steps = own.acceleration[joint].windows(2).map(|own| (own[1] - own[0]).abs());
+        let steps = own.acceleration[joint]
+            .windows(2)
+            .map(|own| (own[1] - own[0]).abs());
         let jerk = steps.fold(0.0, f64::max) / (own.time_s[1] - own.time_s[0]);
         if jerk > 1.001 * link.jerk {
             return Some(format!("jerk of j{joint}: {jerk} {}", link.jerk));
@@ -159,7 +164,10 @@ pub(crate) fn run(first: u64, count: u64) {
         let time = started.elapsed().as_secs_f64() - before;
         if time > SLOW_S {
             let flexible = arm.links[0].stiffness.is_some();
-            println!("{seed}: {time:.0} s, {} joints, springs: {flexible}", arm.links.len());
+            println!(
+                "{seed}: {time:.0} s, {} joints, springs: {flexible}",
+                arm.links.len()
+            );
         }
         match outcome {
             Ok(found) => match broken(&arm, &found) {

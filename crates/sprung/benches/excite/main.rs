@@ -36,16 +36,17 @@ fn main() {
 /// Returns the number after a word.
 fn number(words: &[String], word: &str, usual: u64) -> u64 {
     let mut words = words.iter().skip_while(|own| *own != word);
-    let given = words.nth(1).map(|own| own.parse().expect("a number follows"));
+    let given = words
+        .nth(1)
+        .map(|own| own.parse().expect("a number follows"));
     given.unwrap_or(usual)
 }
 
 /// Reads an experiment whose files all have one text.
 pub(crate) fn session(text: &str, set: &[String], file: &str) -> Session {
     let file = file.to_owned();
-    let open = move |_: &Path| {
-        Ok(Box::new(Cursor::new(file.clone().into_bytes())) as Box<dyn Input>)
-    };
+    let open =
+        move |_: &Path| Ok(Box::new(Cursor::new(file.clone().into_bytes())) as Box<dyn Input>);
     Session::read("bench", text, set, open).expect("the experiment is right")
 }
 

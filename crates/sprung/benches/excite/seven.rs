@@ -17,7 +17,14 @@ pub(crate) fn arm() -> Arm {
         ([0.0, 0.0, 0.0], -Q, 3.0, [-1.7628, 1.7628], 87.0, 2.175),
         ([0.0, -0.316, 0.0], Q, 2.9, [-2.8973, 2.8973], 87.0, 2.175),
         ([0.0825, 0.0, 0.0], Q, 2.6, [-3.0718, -0.0698], 87.0, 2.175),
-        ([-0.0825, 0.384, 0.0], -Q, 2.7, [-2.8973, 2.8973], 12.0, 2.61),
+        (
+            [-0.0825, 0.384, 0.0],
+            -Q,
+            2.7,
+            [-2.8973, 2.8973],
+            12.0,
+            2.61,
+        ),
         ([0.0, 0.0, 0.0], Q, 1.6, [-0.0175, 3.7525], 12.0, 2.61),
         ([0.088, 0.0, 0.0], Q, 1.2, [-2.8973, 2.8973], 12.0, 2.61),
     ];
@@ -32,23 +39,25 @@ pub(crate) fn arm() -> Arm {
     ];
     Arm {
         links: (links.into_iter().zip(centres).zip(ACCELERATIONS))
-            .map(|(((xyz, roll, mass, range, torque, velocity), centre), acceleration)| Link {
-                xyz,
-                rpy: [roll, 0.0, 0.0],
-                axis: [0.0, 0.0, 1.0],
-                mass,
-                centre,
-                radius: 0.06,
-                range,
-                torque,
-                velocity,
-                acceleration,
-                jerk: 500.0 * acceleration,
-                rotor: 0.1,
-                viscous: 1.0,
-                coulomb: 0.5,
-                stiffness: None,
-            })
+            .map(
+                |(((xyz, roll, mass, range, torque, velocity), centre), acceleration)| Link {
+                    xyz,
+                    rpy: [roll, 0.0, 0.0],
+                    axis: [0.0, 0.0, 1.0],
+                    mass,
+                    centre,
+                    radius: 0.06,
+                    range,
+                    torque,
+                    velocity,
+                    acceleration,
+                    jerk: 500.0 * acceleration,
+                    rotor: 0.1,
+                    viscous: 1.0,
+                    coulomb: 0.5,
+                    stiffness: None,
+                },
+            )
             .collect(),
     }
 }
@@ -74,7 +83,10 @@ pub(crate) fn run(random: u64) {
             .map(|seed| {
                 let session = arm.session(&[format!("excite.seed={}", 1000 + seed)]);
                 let found = excite(&session, ExciteMethod::Random, None).expect("a series");
-                (found.excitation.search.objective, mean_ratio(&errors(&found), &own))
+                (
+                    found.excitation.search.objective,
+                    mean_ratio(&errors(&found), &own),
+                )
             })
             .collect();
         let best = all.iter().min_by(|a, b| a.0.total_cmp(&b.0));
@@ -86,7 +98,10 @@ pub(crate) fn run(random: u64) {
             );
         }
         for seed in [2, 3] {
-            let session = arm.session(&[format!("excite.steps={steps}"), format!("excite.seed={seed}")]);
+            let session = arm.session(&[
+                format!("excite.steps={steps}"),
+                format!("excite.seed={seed}"),
+            ]);
             let other = excite(&session, ExciteMethod::Optimal, None).expect("a motion");
             println!(
                 "seed {seed}: objective {:+.1} %",

@@ -23,7 +23,10 @@ fn demo_session(set: &[String]) -> Session {
     }
     let mut all = vec![format!("{}}}", nominal.trim_end_matches(','))];
     for (joint, own) in of_joints.iter().enumerate() {
-        all.push(format!("robot.joint.{joint}.nominal={{{}}}", own.trim_end_matches(',')));
+        all.push(format!(
+            "robot.joint.{joint}.nominal={{{}}}",
+            own.trim_end_matches(',')
+        ));
     }
     all.extend(set.iter().cloned());
     session(demo::EXPERIMENT, &all, demo::TRUTH)
@@ -32,7 +35,8 @@ fn demo_session(set: &[String]) -> Session {
 /// Returns the largest torques and deflections of a simulated motion, per joint.
 fn peaks(excited: &Excited) -> Vec<[f64; 2]> {
     let own = &excited.simulation;
-    let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |a: f64, x| a.max(x.abs()));
+    let largest =
+        |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |a: f64, x| a.max(x.abs()));
     (0..own.link.len())
         .map(|joint| {
             let pairs = own.motor[joint].iter().zip(&own.link[joint]);
@@ -94,11 +98,19 @@ pub(crate) fn run(runs: u64) {
 /// Compares the spread of refined estimates from simulated logs of a motion with its promise.
 fn spread(session: &Session, found: &Excited, runs: u64) {
     let files = excitation_files(session, found);
-    let (_, reference) = files.iter().find(|(name, _)| *name == "reference.toml").expect("a reference");
-    let (before, after) = demo::EXPERIMENT.split_once("[controller.reference]").expect("a reference");
+    let (_, reference) = files
+        .iter()
+        .find(|(name, _)| *name == "reference.toml")
+        .expect("a reference");
+    let (before, after) = demo::EXPERIMENT
+        .split_once("[controller.reference]")
+        .expect("a reference");
     let (_, after) = after.split_once("\n]\n").expect("the end of the sines");
     let text = format!("{before}{reference}{after}");
-    let set = ["identify.estimator=prediction-error".to_owned(), "identify.laws=declared".to_owned()];
+    let set = [
+        "identify.estimator=prediction-error".to_owned(),
+        "identify.laws=declared".to_owned(),
+    ];
     let estimates: Vec<Vec<f64>> = (0..runs)
         .into_par_iter()
         .map(|seed| {
@@ -110,11 +122,22 @@ fn spread(session: &Session, found: &Excited, runs: u64) {
             let own = super::session(&text, &set, &log);
             let found = own.identify(&mut Unheard).expect("an estimate");
             let parameters = &found.identification.results[0].parameters;
-            parameters.iter().map(|own| own.value.unwrap_or(f64::NAN)).collect()
+            parameters
+                .iter()
+                .map(|own| own.value.unwrap_or(f64::NAN))
+                .collect()
         })
         .collect();
     let mut ratios = Vec::new();
-    for (k, Promised { name, standard_error, .. }) in found.excitation.promise.iter().enumerate() {
+    for (
+        k,
+        Promised {
+            name,
+            standard_error,
+            ..
+        },
+    ) in found.excitation.promise.iter().enumerate()
+    {
         let mean = estimates.iter().map(|own| own[k]).sum::<f64>() / runs as f64;
         let square: f64 = estimates.iter().map(|own| (own[k] - mean).powi(2)).sum();
         let ratio = (square / (runs - 1) as f64).sqrt() / standard_error;

@@ -63,7 +63,7 @@ impl Session {
             _ => first(&self.with_earlier_laws(found.clone())),
         };
         let found = identify_and_tell(experiment, model, sources, progress, &mut first)?;
-        Ok(self.with_earlier_laws(found))
+        self.with_design(self.with_earlier_laws(found))
     }
 
     /// Adds the laws of earlier identifications, which the model has, to the results.

@@ -1,8 +1,8 @@
 //! Why no experiment can be designed.
 
+use sprung_core::chain::JointKind;
 use sprung_method::excite::{Bounds, Broken, Limited, NoPose, Refused};
 use sprung_model::Model;
-use sprung_core::chain::JointKind;
 
 /// Why no experiment can be designed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -37,7 +37,9 @@ pub enum ExciteError {
         runs_away: bool,
     },
     /// The values are not those of a robot that can exist.
-    #[error("no robot can have these values: {0}; correct the nominal values, or give --parameters FILE")]
+    #[error(
+        "no robot can have these values: {0}; correct the nominal values, or give --parameters FILE"
+    )]
     Impossible(String),
     /// Values are missing.
     #[error(
@@ -49,7 +51,9 @@ pub enum ExciteError {
         names: String,
     },
     /// Masses are missing, which a first motion needs.
-    #[error("--warm-up needs the masses of the links, and {names} have no nominal value; give a URDF with masses, or nominal values")]
+    #[error(
+        "--warm-up needs the masses of the links, and {names} have no nominal value; give a URDF with masses, or nominal values"
+    )]
     NoMasses {
         /// Names of the parameters.
         names: String,
@@ -63,13 +67,17 @@ pub enum ExciteError {
         known: String,
     },
     /// The tool has a limit, and the kinematics have no lengths.
-    #[error("{key} of [excite] needs the lengths of the links, and kinematics = \"planar-2r\" has none; describe the robot with urdf, dh_modified or dh_classic")]
+    #[error(
+        "{key} of [excite] needs the lengths of the links, and kinematics = \"planar-2r\" has none; describe the robot with urdf, dh_modified or dh_classic"
+    )]
     NoLengths {
         /// The key.
         key: &'static str,
     },
     /// The robot is a position servo.
-    #[error("{joint} is a position servo, whose log has no torque; sprung excite designs experiments with torques")]
+    #[error(
+        "{joint} is a position servo, whose log has no torque; sprung excite designs experiments with torques"
+    )]
     Servo {
         /// Name of the joint.
         joint: String,

@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
+use sprung_core::chain::JointKind;
 use sprung_method::excite::{Approach, Series, Trajectory};
 use sprung_model::Model;
-use sprung_core::chain::JointKind;
 
 /// Rest between approach and motion, s.
 pub(super) const REST_S: f64 = 0.5;
@@ -20,13 +20,17 @@ pub(super) fn samples(
     let n = model.joint_count();
     let mut own = Trajectory {
         joints: model.joints().to_vec(),
-        turns: (0..n).map(|joint| model.kind(joint) == JointKind::Revolute).collect(),
+        turns: (0..n)
+            .map(|joint| model.kind(joint) == JointKind::Revolute)
+            .collect(),
         position: vec![Vec::new(); n],
         velocity: vec![Vec::new(); n],
         acceleration: vec![Vec::new(); n],
         time_s: Vec::new(),
     };
-    let before = approach.map_or(0.0, |own| ((own.duration + REST_S) / period).ceil() * period);
+    let before = approach.map_or(0.0, |own| {
+        ((own.duration + REST_S) / period).ceil() * period
+    });
     let first = (before / period).round() as usize;
     let count = first + (duration / period).round() as usize;
     for k in 0..=count {
@@ -105,7 +109,11 @@ fn is_close(own: &Trajectory, step: usize, part: f64) -> bool {
             let to = (from + step).min(last);
             let length = own.time_s[to] - own.time_s[from];
             let end = |t: usize| {
-                [own.position[joint][t], own.velocity[joint][t], own.acceleration[joint][t]]
+                [
+                    own.position[joint][t],
+                    own.velocity[joint][t],
+                    own.acceleration[joint][t],
+                ]
             };
             for t in from..=to {
                 let found = quintic(end(from), end(to), length, own.time_s[t] - own.time_s[from]);
@@ -147,7 +155,11 @@ pub(super) fn yaml(own: &Trajectory, step: usize) -> String {
         let all: Vec<String> = values.iter().map(|own| float(own[t])).collect();
         all.join(", ")
     };
-    let names: Vec<String> = own.joints.iter().map(|name| format!("\"{name}\"")).collect();
+    let names: Vec<String> = own
+        .joints
+        .iter()
+        .map(|name| format!("\"{name}\""))
+        .collect();
     let mut text = format!("joint_names: [{}]\npoints:\n", names.join(", "));
     let last = own.time_s.len() - 1;
     let mut t = 0;
@@ -172,7 +184,11 @@ pub(super) fn yaml(own: &Trajectory, step: usize) -> String {
 /// Returns a number that YAML reads as a floating-point number.
 fn float(x: f64) -> String {
     let text = x.to_string();
-    if text.contains('.') { text } else { format!("{text}.0") }
+    if text.contains('.') {
+        text
+    } else {
+        format!("{text}.0")
+    }
 }
 
 /// Returns the motion as the reference of a controller in an experiment file.

@@ -2,6 +2,7 @@
 
 mod error;
 mod files;
+mod kept;
 mod promise;
 mod task;
 
@@ -12,9 +13,9 @@ use sprung_base::progress::{Answer, Listener, Phase, Progress};
 use sprung_log::LogSource;
 use sprung_method::estimate::{KnownTruth, information_bound};
 use sprung_method::excite::{
-    Approach, EXCITATION_FORMAT, Excitation, Excited, Frequencies, Information, JointMotion, Kept, Limited,
-    LimitUsed, MotionResult, Plan, Refused, SearchResult, Series, Skeleton, Task, certify, add_cures, missing_limit, more, plan, promise, random,
-    value_of,
+    Approach, EXCITATION_FORMAT, Excitation, Excited, Frequencies, Information, JointMotion, Kept,
+    LimitUsed, Limited, MotionResult, Plan, Refused, SearchResult, Series, Skeleton, Task,
+    add_cures, certify, missing_limit, more, plan, promise, random, value_of,
 };
 use sprung_model::Model;
 use sprung_robot::Task as Verb;
@@ -91,8 +92,12 @@ impl Session {
         parameters: Option<&Parameters>,
         progress: &mut dyn Listener,
     ) -> Result<Excited, SessionError> {
-        if let Some(joint) = (self.experiment().robot.joint.iter()).find(|own| own.servo.is_some()) {
-            return Err(ExciteError::Servo { joint: joint.name.clone() }.into());
+        if let Some(joint) = (self.experiment().robot.joint.iter()).find(|own| own.servo.is_some())
+        {
+            return Err(ExciteError::Servo {
+                joint: joint.name.clone(),
+            }
+            .into());
         }
         self.allow(Verb::Simulate)?;
         let progress = &mut UntilDesigned(progress);
@@ -114,8 +119,9 @@ impl Session {
                 let frequencies = Frequencies {
                     rate: series.rate,
                     harmonics: series.harmonics.clone(),
-                    periods: (task.settings.duration_s * series.rate / TAU + 1e-9).floor().max(1.0)
-                        as usize,
+                    periods: (task.settings.duration_s * series.rate / TAU + 1e-9)
+                        .floor()
+                        .max(1.0) as usize,
                 };
                 self.judged("paper", &setup, &task, (&frequencies, &series), progress)
             }
@@ -151,13 +157,19 @@ impl Session {
         own.steps = (own.steps / HOLD_OUT_STEPS).max(1);
         own.starts = 1;
         own.seed = own.seed.wrapping_add(0x0007_0100);
-        let other = Task { settings: &own, ..task.clone() };
+        let other = Task {
+            settings: &own,
+            ..task.clone()
+        };
         let others = Frequencies::of(&other);
         let second = plan(&other, &others, &setup.runs, None, progress).map_err(refused)?;
         let way = setup.approach(&second.designed.series)?;
 
         let motion = |plan: &Plan, frequencies: &Frequencies| {
-            setup.with_motion(plan.designed.series.reference(&setup.model), frequencies.duration())
+            setup.with_motion(
+                plan.designed.series.reference(&setup.model),
+                frequencies.duration(),
+            )
         };
         let full = promise::full(self, setup, motion(&found, &frequencies), progress)?;
         let full = known.map_or_else(|| full.clone(), |known| full.with(known));
@@ -175,7 +187,13 @@ impl Session {
         let period = setup.runs.period;
         let samples = |plan: &Plan, frequencies: &Frequencies, approach: Option<&Approach>| {
             let series = &plan.designed.series;
-            files::samples(&setup.model, series, frequencies.duration(), approach, period)
+            files::samples(
+                &setup.model,
+                series,
+                frequencies.duration(),
+                approach,
+                period,
+            )
         };
         let trajectory = samples(&found, &frequencies, approach.as_ref());
         let hold_out = samples(&second, &others, way.as_ref());
@@ -222,15 +240,20 @@ impl Session {
         // Limits that are far wider show how much of them the motion uses.
         const WIDER: f64 = 1e6;
         let wide = task.bounds.narrowed(&[WIDER; Limited::ALL.len()]);
-        let wider = Task { bounds: &wide, ..task.clone() };
+        let wider = Task {
+            bounds: &wide,
+            ..task.clone()
+        };
         let judged = certify(&wider, frequencies, &setup.runs, series);
-        let (mut certified, mut simulated, simulation) = judged.map_err(|broken| {
-            setup.refused(&Refused::Motion(broken))
-        })?;
+        let (mut certified, mut simulated, simulation) =
+            judged.map_err(|broken| setup.refused(&Refused::Motion(broken)))?;
         for own in certified.iter_mut().chain(&mut simulated) {
             own.part *= WIDER;
         }
-        let is_certified = certified.iter().chain(&simulated).all(|own| own.part <= 1.0);
+        let is_certified = certified
+            .iter()
+            .chain(&simulated)
+            .all(|own| own.part <= 1.0);
         let reference = series.reference(&setup.model);
         let experiment = setup.with_motion(reference, frequencies.duration());
         let full = promise::full(self, setup, experiment, progress)?;
@@ -330,7 +353,12 @@ impl Setup {
                 ExciteError::NotDetermined { why, known: free.join(", ") }
             })
         };
-        self.experiment.excite.parameters.iter().map(place).collect()
+        self.experiment
+            .excite
+            .parameters
+            .iter()
+            .map(place)
+            .collect()
     }
 
     /// Checks that the limits end the motion of every joint.
@@ -353,7 +381,11 @@ impl Setup {
     }
 
     fn links_condition_number(&self, information: &Information) -> Option<f64> {
-        let free = self.model.parameters().iter().filter(|own| own.fixed.is_none());
+        let free = self
+            .model
+            .parameters()
+            .iter()
+            .filter(|own| own.fixed.is_none());
         let places: Vec<usize> = (free.enumerate())
             .filter(|(_, own)| own.joint.is_none())
             .map(|(place, _)| place)
@@ -366,8 +398,14 @@ impl Setup {
         if from.is_empty() {
             return Ok(None);
         }
-        Approach::new(from, series, self.robot(), &self.bounds, self.kinematics.as_ref())
-            .map_err(|broken| ExciteError::approach(&broken, &self.model, &self.bounds))
+        Approach::new(
+            from,
+            series,
+            self.robot(),
+            &self.bounds,
+            self.kinematics.as_ref(),
+        )
+        .map_err(|broken| ExciteError::approach(&broken, &self.model, &self.bounds))
     }
 
     fn motion(
@@ -377,7 +415,8 @@ impl Setup {
         approach: Option<&Approach>,
     ) -> MotionResult {
         let joints = self.model.joints().iter().zip(&series.joints).enumerate();
-        let side = |own: &[f64], side: usize| own[1..].iter().skip(side).step_by(2).copied().collect();
+        let side =
+            |own: &[f64], side: usize| own[1..].iter().skip(side).step_by(2).copied().collect();
         MotionResult {
             duration_s: frequencies.duration(),
             approach_s: approach.map_or(0.0, |own| own.duration),
@@ -467,7 +506,11 @@ impl Setup {
 
 /// Returns axes of a frame whose z axis is `up`, one per row.
 fn upright(up: [f64; 3]) -> [[f64; 3]; 3] {
-    let other = if up[0].abs() < 0.9 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
+    let other = if up[0].abs() < 0.9 {
+        [1.0, 0.0, 0.0]
+    } else {
+        [0.0, 1.0, 0.0]
+    };
     let along: f64 = other.iter().zip(up).map(|(a, b)| a * b).sum();
     let x = [0, 1, 2].map(|i| other[i] - along * up[i]);
     let length = x.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -498,7 +541,9 @@ fn paper_reference(joints: usize) -> Series {
                     let (sin, cos) = phase.to_radians().sin_cos();
                     [amplitude * cos, amplitude * sin]
                 });
-                std::iter::once(0.0).chain(waves.into_iter().flatten()).collect()
+                std::iter::once(0.0)
+                    .chain(waves.into_iter().flatten())
+                    .collect()
             })
             .collect(),
         harmonics,
@@ -534,6 +579,3 @@ pub fn excitation_files(session: &Session, excited: &Excited) -> Vec<(&'static s
     }
     all
 }
-
-
-

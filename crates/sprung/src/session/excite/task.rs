@@ -6,7 +6,7 @@ use sprung_core::chain::JointKind;
 use sprung_core::parameters::JointParameter;
 use sprung_core::robot::Values;
 use sprung_method::estimate::KnownNoise;
-use sprung_method::excite::{Bounds, Errors, Kinematics, Loop, growth};
+use sprung_method::excite::{Bounds, Errors, Kinematics, Limited, Loop, growth};
 use sprung_model::{Model, ModelError, Scratch};
 use sprung_robot::{Controller, ControllerKind, Experiment, Feedforward, Log, Reference, Simulate};
 
@@ -27,9 +27,10 @@ const NOISE: f64 = 0.01;
 const ROTOR_PART: f64 = 0.3;
 const RESONANCE_HZ: f64 = 8.0;
 
-/// Parts of the limits that a first motion of an unknown robot uses: of velocities and torques; of positions.
+/// Parts of the limits that a first motion of an unknown robot uses; gravity needs its torque in a small motion, too.
 const WARM_UP: f64 = 0.3;
 const WARM_UP_POSITION: f64 = 0.5;
+const WARM_UP_TORQUE: f64 = 0.6;
 
 /// The experiment of a design, complete.
 pub(super) struct Setup {
@@ -67,7 +68,9 @@ impl Setup {
             Some(own) => own,
             None => assumed_controller(&experiment, &model, &theta, &mut assumed),
         };
-        if is_pd && let Some(rate) = growth(&model, &theta, &controller, &vec![0.0; model.joint_count()]) {
+        if is_pd
+            && let Some(rate) = growth(&model, &theta, &controller, &vec![0.0; model.joint_count()])
+        {
             return Err(ExciteError::Unstable {
                 time_s: 1.0 / rate,
                 runs_away: false,
@@ -161,14 +164,9 @@ fn values(
 }
 
 /// Returns the nominal values, with rotors and springs that a usual drive has where none are given.
-fn with_assumed_drives(
-    model: &Model,
-    assumed: &mut Vec<String>,
-) -> Result<Vec<f64>, SessionError> {
+fn with_assumed_drives(model: &Model, assumed: &mut Vec<String>) -> Result<Vec<f64>, SessionError> {
     let parameters = model.parameters();
-    let known = |own: &sprung_model::Parameter| {
-        (own.nominal).or(own.may_be_zero().then_some(0.0))
-    };
+    let known = |own: &sprung_model::Parameter| (own.nominal).or(own.may_be_zero().then_some(0.0));
     let masses: Vec<String> = (parameters.iter())
         .filter(|own| own.joint.is_none() && known(own).is_none())
         .map(|own| own.short().into_owned())
@@ -179,15 +177,22 @@ fn with_assumed_drives(
         }
         .into());
     }
-    let mut theta: Vec<f64> = parameters.iter().map(|own| known(own).unwrap_or(0.0)).collect();
+    let mut theta: Vec<f64> = parameters
+        .iter()
+        .map(|own| known(own).unwrap_or(0.0))
+        .collect();
     let inertias = inertias(model, &theta);
     let mut filled = Vec::new();
     for (index, own) in parameters.iter().enumerate() {
         let (None, Some((kind, joint))) = (known(own), own.joint) else {
             continue;
         };
-        let rotor = model.index(JointParameter::RotorInertia, joint).map(|index| theta[index]);
-        let rotor = rotor.filter(|own| *own > 0.0).unwrap_or(ROTOR_PART * inertias[joint]);
+        let rotor = model
+            .index(JointParameter::RotorInertia, joint)
+            .map(|index| theta[index]);
+        let rotor = rotor
+            .filter(|own| *own > 0.0)
+            .unwrap_or(ROTOR_PART * inertias[joint]);
         theta[index] = if kind == JointParameter::Stiffness {
             let angular = std::f64::consts::TAU * RESONANCE_HZ;
             angular * angular * rotor * inertias[joint] / (rotor + inertias[joint])
@@ -211,7 +216,8 @@ fn fast_inertias(model: &Model, theta: &[f64]) -> Vec<f64> {
         model.is_flexible(joint).then(|| theta[index])
     };
     let all = inertias(model, theta).into_iter().enumerate();
-    all.map(|(joint, own)| rotor(joint).unwrap_or(own)).collect()
+    all.map(|(joint, own)| rotor(joint).unwrap_or(own))
+        .collect()
 }
 
 /// Returns the inertia of each joint at zero, with the links that it carries and its rotor, kg·m² (kg).
@@ -224,8 +230,12 @@ fn inertias(model: &Model, theta: &[f64]) -> Vec<f64> {
         theta,
         bodies: &bodies,
     };
-    let computed =
-        (model.robot()).mass_matrix(&values, &vec![0.0; n], &mut scratch.workspace(), &mut matrix);
+    let computed = (model.robot()).mass_matrix(
+        &values,
+        &vec![0.0; n],
+        &mut scratch.workspace(),
+        &mut matrix,
+    );
     if computed.is_err() {
         matrix.fill(0.0);
     }
@@ -233,7 +243,11 @@ fn inertias(model: &Model, theta: &[f64]) -> Vec<f64> {
         .map(|joint| {
             let motor = model.torque_row(joint);
             let own = matrix[joint * (rows + 1)];
-            if motor == joint { own } else { own + matrix[motor * (rows + 1)] }
+            if motor == joint {
+                own
+            } else {
+                own + matrix[motor * (rows + 1)]
+            }
         })
         .collect()
 }
@@ -245,16 +259,23 @@ fn bounds(experiment: &Experiment, is_warm_up: bool, assumed: &mut Vec<String>) 
         return own;
     }
     assumed.push(format!(
-        "the first motion uses {} % of the ranges of positions and {} % of all other limits",
+        "the first motion uses {} % of the ranges of positions, {} % of the limits of torques and deflections, and {} % of those \
+         of velocities, accelerations, jerks, rates of torques and the speed of the tool",
         100.0 * WARM_UP_POSITION,
+        100.0 * WARM_UP_TORQUE,
         100.0 * WARM_UP
     ));
-    let mut parts = [WARM_UP; 9];
-    parts[sprung_method::excite::Limited::Position as usize] = WARM_UP_POSITION;
-    // Gravity needs its torque in a small motion, too.
-    parts[sprung_method::excite::Limited::Torque as usize] = 1.0;
-    parts[sprung_method::excite::Limited::Deflection as usize] = 1.0;
-    parts[sprung_method::excite::Limited::Height as usize] = 1.0;
+    let part = |what| match what {
+        Limited::Position => WARM_UP_POSITION,
+        Limited::Torque | Limited::Deflection => WARM_UP_TORQUE,
+        Limited::Height => 1.0,
+        Limited::Velocity
+        | Limited::Acceleration
+        | Limited::Jerk
+        | Limited::TorqueRate
+        | Limited::ToolSpeed => WARM_UP,
+    };
+    let parts = Limited::ALL.map(part);
     own.narrowed(&parts)
 }
 
@@ -362,7 +383,12 @@ fn completed(
             .map(|joint| {
                 let torque = bounds.joints[joint].torque;
                 let limit = experiment.robot.limits(joint).torque_nm.unwrap_or(1.0);
-                NOISE * if torque.is_limited() { torque.half } else { limit }
+                NOISE
+                    * if torque.is_limited() {
+                        torque.half
+                    } else {
+                        limit
+                    }
             })
             .collect();
         assumed.push(format!(
@@ -388,7 +414,9 @@ fn errors(twin: &Simulate, model: &Model) -> Errors {
             .collect()
     };
     let level = |list: &[f64]| -> Vec<f64> {
-        (0..n).map(|joint| list.get(joint).copied().unwrap_or(0.0)).collect()
+        (0..n)
+            .map(|joint| list.get(joint).copied().unwrap_or(0.0))
+            .collect()
     };
     Errors {
         period: twin.period_s,
@@ -419,7 +447,9 @@ fn assumed_log(model: &Model, assumed: &mut Vec<String>) -> Result<Log, SessionE
     );
     let mut positions = "motor positions";
     if (0..n).any(|joint| model.is_flexible(joint)) {
-        text.push_str(&format!("link_position_rad = [{}]\n", list("q")));
+        text += "link_position_rad = [";
+        text += &list("q");
+        text += "]\n";
         positions = "motor and link positions";
     }
     assumed.push(format!(

@@ -1,0 +1,73 @@
+//! Limits that a motion keeps or breaks.
+
+use serde::Serialize;
+
+use super::bounds::Limited;
+
+/// How near to its limit a quantity comes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Kept {
+    /// The quantity.
+    pub what: Limited,
+    /// Joint; for a height that of the link, for the tool the last one.
+    pub joint: usize,
+    /// Largest part of the limit that the motion uses, at most 1.
+    pub part: f64,
+    /// Time of its largest value, s.
+    pub time_s: f64,
+}
+
+/// A limit that a motion breaks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Broken {
+    /// The quantity.
+    pub what: Limited,
+    /// Joint, as in [`Kept`].
+    pub joint: usize,
+    /// Time, s.
+    pub time_s: f64,
+    /// Value; for a height the height.
+    pub value: f64,
+    /// Part of the limit that the value uses, above 1.
+    pub part: f64,
+    /// Whether the loop runs away instead.
+    pub runs_away: bool,
+}
+
+/// The peaks of a motion that keeps its limits.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Peaks(pub(super) Vec<Kept>);
+
+impl Peaks {
+    pub(super) fn note(&mut self, what: Limited, joint: usize, part: f64, time_s: f64) {
+        match (self.0.iter_mut()).find(|own| own.what == what && own.joint == joint) {
+            Some(own) if own.part >= part => {}
+            Some(own) => (own.part, own.time_s) = (part, time_s),
+            None => self.0.push(Kept {
+                what,
+                joint,
+                part,
+                time_s,
+            }),
+        }
+    }
+
+    pub(super) fn part(&self, what: Limited, joint: usize) -> f64 {
+        let own = self
+            .0
+            .iter()
+            .find(|own| own.what == what && own.joint == joint);
+        own.map_or(0.0, |own| own.part)
+    }
+}
+
+pub(super) fn broken(what: Limited, joint: usize, time_s: f64, value: f64, part: f64) -> Broken {
+    Broken {
+        what,
+        joint,
+        time_s,
+        value,
+        part,
+        runs_away: false,
+    }
+}
