@@ -53,7 +53,7 @@ pub(crate) enum Verb {
     /// Simulate a log with the digital twin that an experiment describes.
     #[command(before_help = "Example: sprung simulate experiment.toml --set simulate.seed=7")]
     Simulate(Simulate),
-    /// Design an experiment: a motion within the robot's limits, and the standard errors that it promises.
+    /// Design the motion to record: within all limits, with promised errors.
     #[command(before_help = "Example: sprung excite experiment.toml --out design")]
     Excite(Excite),
     /// Write an identified robot for simulators and controllers.

@@ -68,7 +68,7 @@ fn the_files_hold_one_motion_from_rest_to_rest() {
         let [position, velocity, acceleration] = [1, 2, 3].map(|k| &columns[3 * joint + k]);
         assert!((position[0] - [0.05, -0.02][joint]).abs() < 1e-9);
         for end in [0, last] {
-            assert_eq!([velocity[end], acceleration[end]], [0.0; 2]);
+            assert!(velocity[end].abs() + acceleration[end].abs() < 1e-12);
         }
         // Each column is the derivative of the one before it.
         for t in (1..last).step_by(97) {

@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use super::bounds::Limited;
 use super::followed::Followed;
+use super::follows::Follows;
 use super::fourier::Basis;
 use super::information::Weighting;
-use super::motion::Follows;
 use super::noise::Fastest;
 use super::physics::Physics;
 use super::problem::{Problem, Scenario};

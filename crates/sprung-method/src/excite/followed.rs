@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use faer::Mat;
 
 use super::motion::{ByMotion, Moved, fill_torque, waves};
-use super::physics::{Instant, Physics};
+use super::physics::{MotionAt, Physics};
 
 /// A robot whose links follow one period of a series.
 #[derive(Clone, Debug)]
@@ -37,7 +37,7 @@ impl Followed {
         let signals: Vec<Mat<f64>> = self.waves.iter().map(|own| own * &given).collect();
         let model = self.physics.model.clone();
         let count = model.robot().entries;
-        let mut at = vec![Instant::zero(n); samples];
+        let mut at = vec![MotionAt::zero(n); samples];
         let mut entries = vec![0.0; count];
         let mut deflection = Mat::zeros(samples, n);
         let mut own = vec![0.0; n];

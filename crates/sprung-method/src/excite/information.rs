@@ -20,7 +20,7 @@ pub(super) struct Columns {
 }
 
 /// Standard error of a parameter without any information, in its scale.
-const UNKNOWN: f64 = 1e4;
+const UNKNOWN: f64 = 100.0;
 
 /// From the entries of the regressor at even times to the information of the free parameters.
 #[derive(Clone, Debug)]

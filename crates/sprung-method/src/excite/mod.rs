@@ -8,8 +8,10 @@ mod checked_loop;
 mod design;
 mod enclosure;
 mod followed;
+mod follows;
 mod fourier;
 mod information;
+mod information_matrix;
 mod kept;
 mod kinematics;
 mod motion;
@@ -33,11 +35,12 @@ pub use bounds::{Bounds, Interval, JointBounds, Limited};
 pub use checked_loop::Simulation;
 pub use design::{Designed, information, value_of};
 pub use fourier::Series;
+pub use information_matrix::Information;
 pub use kept::{Broken, Kept};
 pub use kinematics::{Kinematics, Places};
 pub use noise::Errors;
 pub use plan::{Loop, Plan, Refused, certify, missing_limit, plan};
-pub use promise::{Information, add_cures, more, promise};
+pub use promise::{add_cures, more, promise};
 pub use result::{
     EXCITATION_FORMAT, Excitation, Excited, JointMotion, LimitUsed, More, MotionResult, Promised,
     SearchResult, Skeleton, Trajectory,

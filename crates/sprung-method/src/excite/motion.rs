@@ -1,17 +1,14 @@
-//! The motion that a reference causes, at even times, and the way back from derivatives by the motion to those by
-//! the reference.
+//! A motion at even times, and the waves of a series.
 
 use faer::Mat;
 
-use super::followed::Followed;
-use super::physics::Instant;
-use super::simulated::Simulated;
+use super::physics::MotionAt;
 
 /// A motion at even times.
 #[derive(Clone, Debug)]
 pub(super) struct Moved {
     /// The motion at each time.
-    pub(super) at: Vec<Instant>,
+    pub(super) at: Vec<MotionAt>,
     /// Entries of the regressor, \[samples × entries\].
     pub(super) entries: Mat<f64>,
     /// Torque on each coordinate by these entries, \[samples × rows\]; the rows of motors have their torques.
@@ -25,37 +22,8 @@ pub(super) struct Moved {
 /// Derivatives of a function by a motion.
 #[derive(Clone, Debug)]
 pub(super) struct ByMotion {
-    pub(super) at: Vec<Instant>,
+    pub(super) at: Vec<MotionAt>,
     pub(super) entries: Mat<f64>,
-}
-
-/// How a robot follows its reference.
-#[derive(Clone, Debug)]
-pub(super) enum Follows {
-    /// The links follow the reference.
-    Exactly(Followed),
-    /// A PD controller of the motors closes the loop.
-    Loop(Simulated),
-}
-
-impl Follows {
-    /// Returns the motion of a reference; `None` if it runs away.
-    ///
-    /// - `coefficients`: of the series, \[n × (1 + 2 harmonics)\].
-    pub(super) fn run(&mut self, coefficients: &[Vec<f64>]) -> Option<Moved> {
-        match self {
-            Self::Exactly(own) => Some(own.run(coefficients)),
-            Self::Loop(own) => own.run(coefficients),
-        }
-    }
-
-    /// Returns the derivatives by the coefficients.
-    pub(super) fn pull(&mut self, moved: &Moved, by: ByMotion) -> Vec<Vec<f64>> {
-        match self {
-            Self::Exactly(own) => own.pull(moved, by),
-            Self::Loop(own) => own.pull(moved, &by),
-        }
-    }
 }
 
 /// Basis functions of a series: 1, then sine and cosine of each multiple, with their derivatives by time.

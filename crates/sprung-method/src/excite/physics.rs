@@ -13,12 +13,12 @@ use crate::model::{Model, Scratch, Theta};
 
 /// Positions, velocities and accelerations of links, then of motors, \[n\] each.
 #[derive(Clone, Debug)]
-pub(super) struct Instant {
+pub(super) struct MotionAt {
     pub(super) link: [Vec<f64>; 3],
     pub(super) motor: [Vec<f64>; 3],
 }
 
-impl Instant {
+impl MotionAt {
     pub(super) fn zero(joints: usize) -> Self {
         let zeros = || std::array::from_fn(|_| vec![0.0; joints]);
         Self {
@@ -105,7 +105,7 @@ impl Physics {
         }
     }
 
-    fn accelerations(&mut self, at: &Instant) {
+    fn accelerations(&mut self, at: &MotionAt) {
         let n = at.link[2].len();
         self.accelerations[..n].copy_from_slice(&at.link[2]);
         for joint in 0..n {
@@ -117,7 +117,7 @@ impl Physics {
     }
 
     /// Writes the entries of the regressor of a motion.
-    pub(super) fn entries(&mut self, at: &Instant, out: &mut [f64]) {
+    pub(super) fn entries(&mut self, at: &MotionAt, out: &mut [f64]) {
         self.accelerations(at);
         let mut workspace = self.scratch.workspace();
         let robot = self.model.robot();
@@ -130,9 +130,9 @@ impl Physics {
     /// Adds the gradient of weighted entries by the motion.
     pub(super) fn pull(
         &mut self,
-        at: &Instant,
+        at: &MotionAt,
         weights: impl Iterator<Item = f64>,
-        out: &mut Instant,
+        out: &mut MotionAt,
     ) {
         for (own, weight) in self.weights.iter_mut().zip(weights) {
             *own = weight;
@@ -140,7 +140,7 @@ impl Physics {
         self.pull_weights(at, out);
     }
 
-    fn pull_weights(&mut self, at: &Instant, out: &mut Instant) {
+    fn pull_weights(&mut self, at: &MotionAt, out: &mut MotionAt) {
         self.accelerations(at);
         let mut workspace = Workspace {
             joints: &mut self.joints,
@@ -149,7 +149,7 @@ impl Physics {
             numbers: &mut self.numbers,
         };
         let [q, dq, ddq, _] = &mut self.partials;
-        let Instant { link, motor } = out;
+        let MotionAt { link, motor } = out;
         let mut gradient = Gradient {
             link: link.each_mut().map(Vec::as_mut_slice),
             motor: motor.each_mut().map(Vec::as_mut_slice),
@@ -180,7 +180,7 @@ impl Physics {
     }
 
     /// Adds the gradient of weighted deflections by the motion of the links.
-    pub(super) fn pull_deflections(&mut self, at: &Instant, by: &[f64], out: &mut Instant) {
+    pub(super) fn pull_deflections(&mut self, at: &MotionAt, by: &[f64], out: &mut MotionAt) {
         self.weights.fill(0.0);
         for &(entry, row, column) in &self.inertial {
             if let Some(stiffness) = self.stiffness[row] {
@@ -191,7 +191,7 @@ impl Physics {
     }
 
     /// Writes the accelerations of all coordinates to `rate`.
-    pub(super) fn accelerate(&mut self, at: &Instant, torque: &[f64]) {
+    pub(super) fn accelerate(&mut self, at: &MotionAt, torque: &[f64]) {
         let values = Values {
             theta: &self.theta,
             bodies: &self.bodies,
@@ -206,7 +206,7 @@ impl Physics {
     }
 
     /// Writes the accelerations, the inverse of the mass matrix and the derivatives by the state.
-    pub(super) fn differentiate(&mut self, at: &Instant, torque: &[f64]) {
+    pub(super) fn differentiate(&mut self, at: &MotionAt, torque: &[f64]) {
         let values = Values {
             theta: &self.theta,
             bodies: &self.bodies,

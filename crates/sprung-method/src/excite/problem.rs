@@ -4,12 +4,13 @@ use faer::Mat;
 use sprung_core::scalar::{Dual, Scalar};
 
 use super::bounds::{Bounds, Interval, Limited};
+use super::follows::Follows;
 use super::fourier::{Basis, Series};
 use super::information::Weighting;
 use super::kinematics::Kinematics;
-use super::motion::{ByMotion, Follows, Moved, waves};
+use super::motion::{ByMotion, Moved, waves};
 use super::objective::judge;
-use super::physics::Instant;
+use super::physics::MotionAt;
 use crate::description::Objective;
 use crate::model::Model;
 
@@ -394,7 +395,7 @@ impl Problem {
         }
         let by_entries = scenario.weighting.pull(&columns, &judged.by_matrix) * faer::Scale(share);
         let mut by = ByMotion {
-            at: vec![Instant::zero(n); samples],
+            at: vec![MotionAt::zero(n); samples],
             entries: by_entries,
         };
         for (seen, slope) in slopes {

@@ -2,16 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use faer::Mat;
-
 use super::bounds::Bounds;
 use super::design::information;
 use super::fourier::Series;
-use super::objective::{condition, inverse};
+use super::information_matrix::Information;
 use super::result::{More, Promised};
 use super::task::{Frequencies, Task, scales};
 use crate::description::Experiment;
-use crate::estimate::Bound;
 use crate::model::Model;
 
 /// Factor of a standard error that is worth to be told as a cure.
@@ -22,48 +19,6 @@ const LARGER: f64 = 1.5;
 
 /// Tilt of the base, rad.
 const TILT: f64 = 0.5;
-
-/// Information about the free parameters, SI units.
-#[derive(Clone, Debug)]
-pub struct Information(pub(super) Mat<f64>);
-
-impl Information {
-    /// Returns the information of a bound; `None` if its covariance is not positive definite.
-    #[must_use]
-    pub fn of_bound(bound: &Bound) -> Option<Self> {
-        let count = bound.free.len();
-        let covariance = Mat::from_fn(count, count, |i, j| bound.covariance[i * count + j]);
-        inverse(&covariance).map(Self)
-    }
-
-    /// Returns the information of both experiments.
-    #[must_use]
-    pub fn with(&self, other: &Self) -> Self {
-        Self(&self.0 + &other.0)
-    }
-
-    /// Returns the information of an experiment that is repeated.
-    #[must_use]
-    pub fn times(&self, factor: f64) -> Self {
-        Self(&self.0 * faer::Scale(factor))
-    }
-
-    /// Returns the condition number of the columns of some parameters, each of length one; infinite if they do not
-    /// determine these parameters.
-    #[must_use]
-    pub fn condition_number(&self, places: &[usize]) -> f64 {
-        condition(&self.0, places).map_or(f64::INFINITY, |own| own.value.exp())
-    }
-
-    /// Returns the standard errors; infinite if the information does not determine all parameters.
-    #[must_use]
-    pub fn standard_errors(&self) -> Vec<f64> {
-        match inverse(&self.0) {
-            Some(own) => (0..own.nrows()).map(|i| own[(i, i)].sqrt()).collect(),
-            None => vec![f64::INFINITY; self.0.nrows()],
-        }
-    }
-}
 
 /// Returns the promise of an information matrix.
 #[must_use]

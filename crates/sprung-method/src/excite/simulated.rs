@@ -7,7 +7,7 @@ use faer::Mat;
 use sprung_core::robot::Torques;
 
 use super::motion::{ByMotion, Moved, fill_torque, waves};
-use super::physics::{Instant, Physics};
+use super::physics::{MotionAt, Physics};
 use crate::description::Controller;
 
 /// A closed loop over the duration of an experiment.
@@ -60,7 +60,7 @@ impl Simulated {
     }
 
     /// Returns positions and velocities of all joints of a state.
-    fn unpack(&self, x: &[f64], at: &mut Instant) {
+    fn unpack(&self, x: &[f64], at: &mut MotionAt) {
         let model = &self.physics.model;
         let (positions, velocities) = x.split_at(model.coordinates());
         for joint in 0..model.joint_count() {
@@ -73,7 +73,7 @@ impl Simulated {
     }
 
     /// Writes the torques on all coordinates, at a half step.
-    fn command(&mut self, half: usize, at: &Instant) {
+    fn command(&mut self, half: usize, at: &MotionAt) {
         let [position, velocity] = &self.reference;
         for (joint, motor) in self.motor.iter_mut().enumerate() {
             *motor = self.kp[joint] * (position[(half, joint)] - at.motor[0][joint])
@@ -103,7 +103,7 @@ impl Simulated {
     }
 
     /// Writes the rate of a state.
-    fn rate(&mut self, half: usize, x: &[f64], at: &mut Instant, out: &mut [f64]) {
+    fn rate(&mut self, half: usize, x: &[f64], at: &mut MotionAt, out: &mut [f64]) {
         let rows = x.len() / 2;
         self.unpack(x, at);
         self.command(half, at);
@@ -117,7 +117,7 @@ impl Simulated {
         &mut self,
         k: usize,
         x: &[f64],
-        at: &mut Instant,
+        at: &mut MotionAt,
         stages: &mut [[Vec<f64>; 2]; STAGES],
     ) {
         let h = self.step;
@@ -137,10 +137,10 @@ impl Simulated {
         }
     }
 
-    fn start(&mut self) -> (Vec<f64>, Instant) {
+    fn start(&mut self) -> (Vec<f64>, MotionAt) {
         let model = self.physics.model.clone();
         let n = model.joint_count();
-        let mut at = Instant::zero(n);
+        let mut at = MotionAt::zero(n);
         for joint in 0..n {
             at.link[0][joint] = self.reference[0][(0, joint)];
         }
@@ -165,7 +165,7 @@ impl Simulated {
         let count = model.robot().entries;
         self.refer(coefficients);
         let (mut x, _) = self.start();
-        let mut instant = Instant::zero(n);
+        let mut instant = MotionAt::zero(n);
         let mut stages: [[Vec<f64>; 2]; STAGES] =
             std::array::from_fn(|_| std::array::from_fn(|_| vec![0.0; 2 * rows]));
         let steps = self.every * self.samples;
@@ -216,8 +216,8 @@ impl Simulated {
         self.refer(&moved.coefficients);
         let count = moved.entries.ncols();
         let mut out = [0, 1].map(|order: usize| Mat::zeros(self.waves[order].nrows(), n));
-        let mut instant = Instant::zero(n);
-        let mut own = Instant::zero(n);
+        let mut instant = MotionAt::zero(n);
+        let mut own = MotionAt::zero(n);
         let mut adjoint = vec![0.0; 2 * rows];
         let [mut back, mut sum, mut by_rate] = [0, 1, 2].map(|_| vec![0.0; 2 * rows]);
         for k in (0..self.every * self.samples).rev() {
@@ -288,7 +288,7 @@ impl Simulated {
         let (_, at) = self.start();
         let model = self.physics.model.clone();
         let n = model.joint_count();
-        let mut by = Instant::zero(n);
+        let mut by = MotionAt::zero(n);
         let of_motors: Vec<f64> = (0..n)
             .map(|joint| match model.torque_row(joint) {
                 row if row >= n => adjoint[row],
@@ -307,7 +307,7 @@ impl Simulated {
         half: usize,
         x: &[f64],
         by_rate: &[f64],
-        at: &mut Instant,
+        at: &mut MotionAt,
         by_state: &mut [f64],
         out: &mut [Mat<f64>; 2],
     ) {

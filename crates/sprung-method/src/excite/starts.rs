@@ -116,6 +116,8 @@ pub(super) fn random_motion(
             })
             .collect()
     };
+    // A pose near a limit leaves only a small motion.
+    let part = part.max(0.5 * (1.0 + largest(problem, &at(0.0))));
     let (mut low, mut high) = (0.0, 1.0);
     while largest(problem, &at(high)) < part && high < 1e3 {
         low = high;

@@ -6,9 +6,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::bounds::Bounds;
+use super::information_matrix::Information;
 use super::kinematics::Kinematics;
 use super::noise::{Errors, Fastest};
-use super::promise::Information;
 use crate::description::{Controller, Excite};
 use crate::model::{Model, Parameter};
 

@@ -30,9 +30,10 @@ The robot is described by one of `urdf`, `dh_modified`, `dh_classic` and `kinema
 ";
 
 /// Headings of the page and the definitions of the schema below them.
-const SECTIONS: [(&str, &str); 19] = [
+const SECTIONS: [(&str, &str); 21] = [
     ("robot", "Robot"),
     ("robot.joint", "Joint"),
+    ("robot.joint.limits", "Limits"),
     ("robot.joint.nominal", "Nominal"),
     ("robot.joint.friction_covariates", "FrictionCovariates"),
     ("robot.joint.servo", "ServoDrive"),
@@ -49,6 +50,7 @@ const SECTIONS: [(&str, &str); 19] = [
     ("Sine of a reference", "Sine"),
     ("validate", "Validate"),
     ("simulate", "Simulate"),
+    ("excite", "Excite"),
     ("The whole file", ""),
 ];
 

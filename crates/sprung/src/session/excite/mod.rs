@@ -1,6 +1,5 @@
 //! Designs experiments: from limits and values to a certified motion and the standard errors that it promises.
 
-mod error;
 mod files;
 mod kept;
 mod promise;
@@ -21,9 +20,9 @@ use sprung_model::Model;
 use sprung_robot::Task as Verb;
 
 use super::error::SessionError;
+use super::excite_error::{ExciteError, unit};
 use super::load::Session;
 use super::parameters::Parameters;
-pub use error::ExciteError;
 use task::Setup;
 
 /// What makes the motion.
@@ -467,7 +466,7 @@ impl Setup {
         LimitUsed {
             joint: (!is_tool).then(|| self.model.joints()[own.joint].clone()),
             quantity: own.what.word().to_owned(),
-            unit: error::unit(own.what, &self.model, own.joint),
+            unit: unit(own.what, &self.model, own.joint),
             lowest: if is_height {
                 self.bounds.floor
             } else {

@@ -10,8 +10,8 @@ use sprung_method::excite::{Bounds, Errors, Kinematics, Limited, Loop, growth};
 use sprung_model::{Model, ModelError, Scratch};
 use sprung_robot::{Controller, ControllerKind, Experiment, Feedforward, Log, Reference, Simulate};
 
-use super::error::ExciteError;
 use crate::session::error::SessionError;
+use crate::session::excite_error::ExciteError;
 use crate::session::parameters::Parameters;
 
 /// Damping of the assumed position control.

@@ -86,7 +86,7 @@ pub enum ExciteError {
 
 impl ExciteError {
     /// Returns why no motion was found.
-    pub(super) fn refused(
+    pub(in crate::session) fn refused(
         refused: &Refused,
         model: &Model,
         bounds: &Bounds,
@@ -107,7 +107,7 @@ impl ExciteError {
     }
 
     /// Returns why the robot does not reach the start.
-    pub(super) fn approach(broken: &Broken, model: &Model, bounds: &Bounds) -> Self {
+    pub(in crate::session) fn approach(broken: &Broken, model: &Model, bounds: &Bounds) -> Self {
         Self::Refused(format!(
             "the robot cannot come from start_rad to the motion: {}",
             of_motion(broken, model, bounds)
@@ -115,7 +115,7 @@ impl ExciteError {
     }
 
     /// Returns the error of a joint without limits.
-    pub(super) fn no_limit(joint: &str, missing: &[Limited]) -> Self {
+    pub(in crate::session) fn no_limit(joint: &str, missing: &[Limited]) -> Self {
         let words: Vec<&str> = missing.iter().map(|own| own.word()).collect();
         let key = |own: &Limited| match own {
             Limited::Position => "position_rad = [-1.0, 1.0]".to_owned(),
@@ -131,7 +131,7 @@ impl ExciteError {
 }
 
 /// Returns the unit of a limited quantity of a joint.
-pub(super) fn unit(what: Limited, model: &Model, joint: usize) -> String {
+pub(in crate::session) fn unit(what: Limited, model: &Model, joint: usize) -> String {
     let unit = what.unit();
     match (model.kind(joint), what) {
         (JointKind::Revolute, _) | (_, Limited::ToolSpeed | Limited::Height) => unit.to_owned(),
