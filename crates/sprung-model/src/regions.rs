@@ -113,6 +113,7 @@ mod tests {
     use sprung_core::chain::{ChainJoint, JointKind};
 
     use super::*;
+    use crate::description::Limits;
 
     fn point_mass([x, y, z]: [f64; 3]) -> [f64; BODY] {
         let [xx, yy, zz] = [x * x, y * y, z * z];

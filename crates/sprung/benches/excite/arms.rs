@@ -1,5 +1,7 @@
 //! Random arms with random limits: each motion is certified, or refused with the reason.
 
+use std::fmt::Write as _;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sprung::excite::Excited;
@@ -40,8 +42,7 @@ impl Arm {
         let mut text = "<robot name='arm'><link name='base'/>".to_owned();
         for (k, own) in self.links.iter().enumerate() {
             let inertia = 0.4 * own.mass * own.radius * own.radius;
-            text.push_str(&format!(
-                "<link name='l{k}'><inertial><origin xyz='{}'/><mass value='{}'/><inertia ixx='{inertia}' iyy='{inertia}' \
+            write!(text, "<link name='l{k}'><inertial><origin xyz='{}'/><mass value='{}'/><inertia ixx='{inertia}' iyy='{inertia}' \
                  izz='{inertia}' ixy='0' ixz='0' iyz='0'/></inertial></link>\
                  <joint name='j{k}' type='revolute'><parent link='{}'/><child link='l{k}'/><origin xyz='{}' rpy='{}'/>\
                  <axis xyz='{}'/><limit lower='{}' upper='{}' effort='{}' velocity='{}'/></joint>",
@@ -55,7 +56,7 @@ impl Arm {
                 own.range[1],
                 own.torque,
                 own.velocity
-            ));
+            ).expect("text");
         }
         text.push_str("</robot>");
         text
@@ -69,11 +70,10 @@ impl Arm {
                 None => ("rigid", String::new()),
                 Some(stiffness) => ("flexible", format!(", stiffness = {stiffness}")),
             };
-            text.push_str(&format!(
-                "[[robot.joint]]\nname = \"j{k}\"\ntransmission = \"{transmission}\"\nlimits = {{ acceleration_rad_per_s2 = {}, \
+            write!(text, "[[robot.joint]]\nname = \"j{k}\"\ntransmission = \"{transmission}\"\nlimits = {{ acceleration_rad_per_s2 = {}, \
                  jerk_rad_per_s3 = {} }}\nnominal = {{ rotor_inertia = {}, motor_viscous = {}, motor_coulomb = {}{spring} }}\n",
                 own.acceleration, own.jerk, own.rotor, own.viscous, own.coulomb
-            ));
+            ).expect("text");
         }
         session(&text, set, &self.urdf())
     }
