@@ -1,8 +1,9 @@
 //! Designs experiments: from limits and values to a certified motion and the standard errors that it promises.
 
+mod bound;
+mod described;
 mod files;
 mod kept;
-mod promise;
 mod task;
 
 use std::f64::consts::TAU;
@@ -12,15 +13,15 @@ use sprung_base::progress::{Answer, Listener, Phase, Progress};
 use sprung_log::LogSource;
 use sprung_method::estimate::{KnownTruth, information_bound};
 use sprung_method::excite::{
-    Approach, EXCITATION_FORMAT, Excitation, Excited, Frequencies, Information, JointMotion, Kept,
-    LimitUsed, Limited, MotionResult, Plan, Refused, SearchResult, Series, Skeleton, Task,
-    add_cures, certify, missing_limit, more, plan, promise, random, value_of,
+    Approach, EXCITATION_FORMAT, Excitation, Excited, Frequencies, Information, Limited, Plan,
+    Refused, SearchResult, Series, Task, add_cures, certify, missing_limit, more, plan, promise,
+    random, value_of,
 };
 use sprung_model::Model;
 use sprung_robot::Task as Verb;
 
 use super::error::SessionError;
-use super::excite_error::{ExciteError, unit};
+use super::excite_error::ExciteError;
 use super::load::Session;
 use super::parameters::Parameters;
 use task::Setup;
@@ -56,9 +57,6 @@ const HOLD_OUT_STEPS: usize = 5;
 
 /// Part of velocities and accelerations by which interpolated points of a message may differ from the motion.
 const INTERPOLATED: f64 = 2e-3;
-
-/// Frames of the moving arm.
-const FRAMES: usize = 300;
 
 /// A listener that may stop the search, and nothing after it.
 struct UntilDesigned<'a>(&'a mut dyn Listener);
@@ -170,9 +168,9 @@ impl Session {
                 frequencies.duration(),
             )
         };
-        let full = promise::full(self, setup, motion(&found, &frequencies), progress)?;
+        let full = bound::full(self, setup, motion(&found, &frequencies), progress)?;
         let full = known.map_or_else(|| full.clone(), |known| full.with(known));
-        let beside = promise::full(self, setup, motion(&second, &others), progress)?;
+        let beside = bound::full(self, setup, motion(&second, &others), progress)?;
         let mut promised = promise(setup.robot(), &setup.bounds, &full);
         add_cures(
             &mut promised,
@@ -255,7 +253,7 @@ impl Session {
             .all(|own| own.part <= 1.0);
         let reference = series.reference(&setup.model);
         let experiment = setup.with_motion(reference, frequencies.duration());
-        let full = promise::full(self, setup, experiment, progress)?;
+        let full = bound::full(self, setup, experiment, progress)?;
         let mut promised = promise(setup.robot(), &setup.bounds, &full);
         add_cures(
             &mut promised,
@@ -406,120 +404,6 @@ impl Setup {
         )
         .map_err(|broken| ExciteError::approach(&broken, &self.model, &self.bounds))
     }
-
-    fn motion(
-        &self,
-        series: &Series,
-        frequencies: &Frequencies,
-        approach: Option<&Approach>,
-    ) -> MotionResult {
-        let joints = self.model.joints().iter().zip(&series.joints).enumerate();
-        let side =
-            |own: &[f64], side: usize| own[1..].iter().skip(side).step_by(2).copied().collect();
-        MotionResult {
-            duration_s: frequencies.duration(),
-            approach_s: approach.map_or(0.0, |own| own.duration),
-            base_frequency_hz: frequencies.rate / TAU,
-            harmonics: frequencies.harmonics.clone(),
-            periods: frequencies.periods,
-            joints: joints
-                .map(|(joint, (name, own))| JointMotion {
-                    joint: name.clone(),
-                    centre_rad: own[0],
-                    start_rad: series.at(joint, 0.0)[0],
-                    sine_rad: side(own, 0),
-                    cosine_rad: side(own, 1),
-                })
-                .collect(),
-        }
-    }
-
-    /// Returns the used part of each limit, the largest first.
-    fn limits(&self, certified: &[Kept], simulated: &[Kept]) -> Vec<LimitUsed> {
-        let all = [(certified, "between samples"), (simulated, "simulated")];
-        let mut rows: Vec<LimitUsed> = Vec::new();
-        for (kept, shown) in all {
-            for own in kept {
-                let row = self.limit(own, shown);
-                let same = |other: &&mut LimitUsed| {
-                    other.joint == row.joint && other.quantity == row.quantity
-                };
-                match rows.iter_mut().find(same) {
-                    Some(known) if known.used_percent >= row.used_percent => {}
-                    Some(known) => *known = row,
-                    None => rows.push(row),
-                }
-            }
-        }
-        rows.sort_by(|a, b| b.used_percent.total_cmp(&a.used_percent));
-        rows
-    }
-
-    fn limit(&self, own: &Kept, shown: &str) -> LimitUsed {
-        let is_tool = own.what == Limited::ToolSpeed;
-        let interval = if is_tool {
-            self.bounds.tool_speed
-        } else {
-            self.bounds.joints[own.joint].of(own.what)
-        };
-        let is_height = own.what == Limited::Height;
-        LimitUsed {
-            joint: (!is_tool).then(|| self.model.joints()[own.joint].clone()),
-            quantity: own.what.word().to_owned(),
-            unit: unit(own.what, &self.model, own.joint),
-            lowest: if is_height {
-                self.bounds.floor
-            } else {
-                Some(interval.middle - interval.half)
-            },
-            highest: (!is_height).then_some(interval.middle + interval.half),
-            used_percent: 100.0 * own.part,
-            time_s: own.time_s,
-            shown: shown.to_owned(),
-        }
-    }
-
-    fn skeleton(&self, plan: &Plan) -> Option<Skeleton> {
-        let kinematics = self.kinematics.as_ref()?;
-        let simulation = &plan.simulation;
-        let every = simulation.time_s.len().div_ceil(FRAMES).max(1);
-        let n = self.model.joint_count();
-        let mut own = Skeleton {
-            parents: kinematics.parents(),
-            ..Skeleton::default()
-        };
-        own.parents.push(Some(n - 1));
-        let upright = upright(kinematics.up);
-        for t in (0..simulation.time_s.len()).step_by(every) {
-            let q: Vec<f64> = (0..n).map(|joint| simulation.link[joint][t]).collect();
-            let places = kinematics.places(&q, &vec![0.0; n]);
-            own.time_s.push(simulation.time_s[t]);
-            let turned = |point: &[f64; 3]| {
-                upright.map(|axis| axis.iter().zip(point).map(|(a, x)| a * x).sum())
-            };
-            own.points.push(places.points.iter().map(turned).collect());
-        }
-        Some(own)
-    }
-}
-
-/// Returns axes of a frame whose z axis is `up`, one per row.
-fn upright(up: [f64; 3]) -> [[f64; 3]; 3] {
-    let other = if up[0].abs() < 0.9 {
-        [1.0, 0.0, 0.0]
-    } else {
-        [0.0, 1.0, 0.0]
-    };
-    let along: f64 = other.iter().zip(up).map(|(a, b)| a * b).sum();
-    let x = [0, 1, 2].map(|i| other[i] - along * up[i]);
-    let length = x.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let x = x.map(|x| x / length);
-    let y = [
-        up[1] * x[2] - up[2] * x[1],
-        up[2] * x[0] - up[0] * x[2],
-        up[0] * x[1] - up[1] * x[0],
-    ];
-    [x, y, up]
 }
 
 /// Returns the reference of the paper: for joints in turn those of its first and of its second joint.

@@ -79,7 +79,7 @@ impl Setup {
         }
         let twin = match experiment.simulate.take() {
             Some(own) => own,
-            None => assumed_twin(&experiment, &bounds, &mut assumed)?,
+            None => assumed_twin(&experiment, &mut assumed)?,
         };
         let twin = completed(twin, &experiment, &model, &bounds, &mut assumed);
         let errors = errors(&twin, &model);
@@ -334,16 +334,19 @@ fn assumed_controller(
 
 fn assumed_twin(
     experiment: &Experiment,
-    _: &Bounds,
     assumed: &mut Vec<String>,
 ) -> Result<Simulate, SessionError> {
-    let text = format!("period_s = {}", experiment.excite.period_s);
+    let period = experiment.excite.period_s;
     assumed.push(format!(
-        "the log has the period of the controller, {} s, because the file has no [simulate]",
-        experiment.excite.period_s
+        "the log has the period of the controller, {period} s, because the file has no [simulate]"
     ));
-    toml::from_str(&text).map_err(|error| SessionError::NotParameters {
-        file: "[simulate]".to_owned(),
+    parsed("[simulate]", &format!("period_s = {period}"))
+}
+
+/// Reads a part of an experiment.
+fn parsed<T: serde::de::DeserializeOwned>(part: &str, text: &str) -> Result<T, SessionError> {
+    toml::from_str(text).map_err(|error| SessionError::NotParameters {
+        file: part.to_owned(),
         why: error.to_string(),
     })
 }
@@ -455,8 +458,5 @@ fn assumed_log(model: &Model, assumed: &mut Vec<String>) -> Result<Log, SessionE
     assumed.push(format!(
         "the log has {positions} and motor torques of all joints, because the file has no [log]"
     ));
-    toml::from_str(&text).map_err(|error| SessionError::NotParameters {
-        file: "[log]".to_owned(),
-        why: error.to_string(),
-    })
+    parsed("[log]", &text)
 }
