@@ -31,6 +31,12 @@ pub struct Designed {
     pub of_starts: Vec<f64>,
 }
 
+/// Returns the seed of a start; those of other seeds are others.
+fn seed_of(seed: u64, start: usize) -> u64 {
+    seed.wrapping_mul(0x9e37_79b9_7f4a_7c15)
+        .wrapping_add(start as u64)
+}
+
 /// Designs a motion.
 ///
 /// # Errors
@@ -95,7 +101,7 @@ pub(super) fn design(
                     let x = own.free(series);
                     inside(&mut own, &x, series)
                 }
-                None => random_start(&mut own, settings.seed.wrapping_add(start as u64)),
+                None => random_start(&mut own, seed_of(settings.seed, start)),
             }?;
             run(&mut own, &x, first, &BARRIERS[..1])
         })
