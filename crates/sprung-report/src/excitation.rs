@@ -57,7 +57,7 @@ fn plural(count: usize) -> &'static str {
 
 fn badge(excitation: &Excitation) -> Badge {
     let (tone, text) = if excitation.is_certified {
-        (Tone::Good, "Every limit holds, between samples too")
+        (Tone::Good, "Every limit holds")
     } else {
         (Tone::Bad, "Not certified")
     };

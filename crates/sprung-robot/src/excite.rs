@@ -20,7 +20,7 @@ pub struct Excite {
     pub base_frequency_hz: Option<f64>,
     /// Number of multiples of the lowest frequency; chosen by the limits if absent.
     pub harmonics: Option<usize>,
-    /// Whether the motion also has a multisine about each resonance of the springs.
+    /// Whether the motion also has a multisine about each resonance of the springs, up to 1000 times the lowest frequency.
     pub resonances: bool,
     /// What the search makes best.
     pub objective: Objective,
@@ -30,13 +30,13 @@ pub struct Excite {
     pub steps: usize,
     /// Number of searches from different random motions.
     pub starts: usize,
-    /// Seed of these motions.
+    /// Seed of the random motions.
     pub seed: u64,
     /// Part of each limit that stays free.
     pub margin: f64,
     /// Relative error that the nominal values may have; the motion keeps its limits for such values too.
     pub value_error: f64,
-    /// Number of draws of such values.
+    /// Number of random robots whose values have the errors of `value_error`.
     pub draws: usize,
     /// Position of the joints from which the robot approaches the motion, rad (m), one per joint.
     pub start_rad: Vec<f64>,

@@ -114,7 +114,7 @@ fn say(terminal: Terminal, excited: &Excited, is_stopped: bool) {
         significant(motion.base_frequency_hz, 3),
         significant(highest, 3),
         if own.is_certified {
-            "every limit holds, between samples too"
+            "every limit holds"
         } else {
             "limits are broken"
         },

@@ -261,6 +261,18 @@ fn faulty_limits_and_values_are_named() {
             "the closed loop with these values is unstable",
         ),
         (
+            [
+                &TORQUES[1..],
+                &SHORT,
+                &[
+                    "robot.joint.0.limits={torque_nm=4.8, deflection_rad=0.17, position_rad=[-0.5, 0.5]}",
+                    "excite.start_rad=[2, 0]",
+                ],
+            ]
+            .concat(),
+            "the robot cannot come from start_rad to the motion: the position of joint1 is 2.0000 rad",
+        ),
+        (
             [&TORQUES[..], &["robot.joint.0.nominal.stiffness=-3"]].concat(),
             "no robot can have these values: joint1.stiffness",
         ),

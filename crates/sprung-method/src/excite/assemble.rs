@@ -53,27 +53,18 @@ pub(super) fn problem(
         .resonances
         .iter()
         .fold(0.0, |most: f64, hz| most.max(*hz));
-    let period = if task.controller.is_some() {
-        frequencies.duration()
+    // A loop is simulated over some periods, because it begins at rest; more of them tell the same again.
+    let simulated = (*periods).min((MOST_LINES / most).max(1));
+    let length = if task.controller.is_some() {
+        simulated
     } else {
-        TAU / rate
+        1
     };
-    let base = 1.0 / period;
+    let period = TAU / rate * length as f64;
+    let repeats = *periods as f64 / length as f64;
     let top = (LINES_PER_HARMONIC * most as f64 * rate / TAU).max(LINES_PER_RESONANCE * fast);
-    let lines = ((top / base).ceil() as usize + 1).clamp(8, MOST_LINES.max(2 * most * periods));
-    let per_period = if task.controller.is_some() {
-        *periods
-    } else {
-        1
-    };
-    let samples = (5 * lines / 2)
-        .max(16 * most * per_period)
-        .next_multiple_of(2);
-    let repeats = if task.controller.is_some() {
-        1
-    } else {
-        *periods
-    };
+    let lines = ((top * period).ceil() as usize + 1).clamp(8, MOST_LINES.max(2 * most * length));
+    let samples = (5 * lines / 2).max(16 * most * length).next_multiple_of(2);
     let free = (model.parameters().iter())
         .filter(|own| own.fixed.is_none())
         .count();

@@ -121,14 +121,12 @@ pub(super) fn design(
         &BARRIERS[..]
     };
     let gone_on: Vec<Found> = (good.par_iter().take(GO_ON))
-        .filter_map(|begun| {
+        .map(|begun| {
             let mut own = problem.clone();
-            let found = run(&mut own, &begun.x, settings.steps - first, barriers).ok()?;
-            Some(if found.objective < begun.objective {
-                found
-            } else {
-                begun.clone()
-            })
+            match run(&mut own, &begun.x, settings.steps - first, barriers) {
+                Ok(found) if found.objective < begun.objective => found,
+                Ok(_) | Err(_) => begun.clone(),
+            }
         })
         .collect();
     for (own, found) in good.iter_mut().zip(gone_on) {

@@ -77,7 +77,7 @@ impl Series {
         own
     }
 
-    /// Returns the series as the reference of a controller. `None` if a prismatic joint has a centre other than zero.
+    /// Returns the series as the reference of a controller.
     #[must_use]
     pub fn reference(&self, model: &Model) -> Reference {
         let mut sines = Vec::new();

@@ -48,7 +48,7 @@ impl Weighting {
         errors: &Errors,
         poses: &[Vec<f64>],
         (samples, duration, lines): (usize, f64, usize),
-        repeats: usize,
+        repeats: f64,
     ) -> Self {
         let rows = model.coordinates();
         let rates: Vec<f64> = (0..lines).map(|k| TAU * k as f64 / duration).collect();
@@ -57,7 +57,7 @@ impl Weighting {
         let sample = duration / samples as f64;
         for (k, own) in all.iter_mut().enumerate() {
             let count: f64 = if k == 0 { 1.0 } else { 2.0 };
-            *own *= faer::Scale(sample * (count * repeats as f64 / duration).sqrt());
+            *own *= faer::Scale(sample * (count * repeats / duration).sqrt());
         }
         let parameters = model.parameters().iter().enumerate();
         let free: Vec<usize> = parameters

@@ -56,8 +56,6 @@ const SHRINKS: usize = 60;
 
 /// Designs a certified motion.
 ///
-/// - `from`: a motion from which the search begins.
-///
 /// # Errors
 ///
 /// [`Refused`] with the limit that no motion keeps.
@@ -65,11 +63,10 @@ pub fn plan(
     task: &Task<'_>,
     frequencies: &Frequencies,
     runs: &Loop,
-    from: Option<&Series>,
     progress: &mut dyn Listener,
 ) -> Result<Plan, Refused> {
     let mut parts = [1.0 - task.settings.margin; Limited::ALL.len()];
-    let mut designed = design(task, frequencies, &parts, from, progress).map_err(Refused::Pose)?;
+    let mut designed = design(task, frequencies, &parts, None, progress).map_err(Refused::Pose)?;
     let mut short = task.settings.clone();
     short.steps = (short.steps / REPAIR_PART).max(1);
     let again = Task {
@@ -139,7 +136,11 @@ pub fn certify(
     let mut simulated: Vec<Kept> = Vec::new();
     let mut first = None;
     let times = (runs.period, frequencies.duration());
-    for theta in std::iter::once(task.theta.to_vec()).chain(draws(task)) {
+    let mut values = draws(task);
+    if task.settings.value_error > 0.0 {
+        values.insert(0, task.theta.to_vec());
+    }
+    for theta in values {
         if is_rigid && task.controller.is_none() {
             let robot = (model, theta.as_slice());
             let own = certify_followed(series, robot, task.bounds, task.kinematics)?;

@@ -3,7 +3,6 @@
 use serde::Serialize;
 
 use super::checked_loop::Simulation;
-use crate::estimate::GENERATOR;
 
 /// Version of the format of `excitation.json`.
 pub const EXCITATION_FORMAT: u32 = 1;
@@ -23,7 +22,8 @@ pub struct Excitation {
     pub objective: String,
     /// Whether this is a first small motion for an unknown robot.
     pub is_warm_up: bool,
-    /// Whether all limits hold, between samples too.
+    /// Whether all limits hold: those of the reference between samples, those of the simulated loop at every period of the
+    /// controller.
     pub is_certified: bool,
     /// The motion.
     pub motion: MotionResult,
@@ -184,12 +184,6 @@ pub struct Skeleton {
 }
 
 impl Excitation {
-    /// Returns the text of the generator.
-    #[must_use]
-    pub fn generator() -> String {
-        GENERATOR.to_owned()
-    }
-
     /// Returns the parameters that the motion does not determine.
     pub fn undetermined(&self) -> impl Iterator<Item = &Promised> {
         self.promise.iter().filter(|own| !own.is_determined)

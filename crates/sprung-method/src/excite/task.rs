@@ -38,6 +38,9 @@ pub struct Task<'a> {
 /// Most free numbers of a search.
 const MOST_FREE: usize = 140;
 
+/// Largest multiple of the lowest frequency; more would need more memory than a design has.
+const MOST_MULTIPLE: usize = 1000;
+
 /// The frequencies of a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frequencies {
@@ -70,7 +73,7 @@ impl Frequencies {
             let top = by_limits
                 .chain(resonances.iter().map(|hz| 1.2 * hz))
                 .fold(1.0, f64::max);
-            ((top / base).ceil() as usize).clamp(4, most.min(40))
+            ((top / base).ceil() as usize).clamp(4, most.clamp(4, 40))
         });
         let mut harmonics: Vec<usize> = (1..=wanted).collect();
         if settings.resonances {
@@ -78,7 +81,7 @@ impl Frequencies {
                 let middle = (hz / base).round() as usize;
                 harmonics.extend([middle.saturating_sub(1), middle, middle + 1]);
             }
-            harmonics.retain(|own| *own > 0);
+            harmonics.retain(|own| (1..=MOST_MULTIPLE).contains(own));
             harmonics.sort_unstable();
             harmonics.dedup();
         }

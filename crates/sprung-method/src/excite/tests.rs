@@ -40,44 +40,47 @@ fn errors() -> Errors {
     }
 }
 
-/// Compares the gradient of a problem with differences.
-fn check_gradient(more: &[&str], has_loop: bool) {
+/// Runs a test on a task for the demo's arm.
+fn with_task(more: &[&str], has_loop: bool, test: impl FnOnce(&Task<'_>, &Frequencies)) {
     let experiment = demo_experiment(more);
     let model = Model::new(&experiment).unwrap();
-    let theta = truth(&model);
-    let errors = errors();
-    let bounds = Bounds::new(&experiment);
-    let controller = experiment.controller.as_ref().filter(|_| has_loop);
+    let (theta, errors, bounds) = (truth(&model), errors(), Bounds::new(&experiment));
     let task = Task {
         model: &model,
         theta: &theta,
         settings: &experiment.excite,
         bounds: &bounds,
         errors: &errors,
-        controller,
+        controller: experiment.controller.as_ref().filter(|_| has_loop),
         kinematics: None,
         known: None,
         chosen: &[],
     };
-    let frequencies = Frequencies::of(&task);
-    let mut problem = problem(&task, &frequencies, &[1.0; Limited::ALL.len()]);
-    let mut rng = ChaCha8Rng::seed_from_u64(3);
-    let x = random_motion(&mut problem, &mut rng, 0.8).unwrap();
-    let value = problem.value(&x, 0.1).unwrap();
-    for k in [0, 1, 2, x.len() / 2, x.len() - 1] {
-        let step = 1e-6;
-        let at = |step: f64, problem: &mut super::problem::Problem| {
-            let mut x = x.clone();
-            x[k] += step;
-            problem.value(&x, 0.1).unwrap().total
-        };
-        let slope = (at(step, &mut problem) - at(-step, &mut problem)) / (2.0 * step);
-        let found = value.by_motion[k] + value.by_reference[k];
-        assert!(
-            (found - slope).abs() < 1e-4 * (1e-3 + slope.abs()),
-            "{k}: {found} {slope}"
-        );
-    }
+    test(&task, &Frequencies::of(&task));
+}
+
+/// Compares the gradient of a problem with differences.
+fn check_gradient(more: &[&str], has_loop: bool) {
+    with_task(more, has_loop, |task, frequencies| {
+        let mut problem = problem(task, frequencies, &[1.0; Limited::ALL.len()]);
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        let x = random_motion(&mut problem, &mut rng, 0.8).unwrap();
+        let value = problem.value(&x, 0.1).unwrap();
+        for k in [0, 1, 2, x.len() / 2, x.len() - 1] {
+            let step = 1e-6;
+            let at = |step: f64, problem: &mut super::problem::Problem| {
+                let mut x = x.clone();
+                x[k] += step;
+                problem.value(&x, 0.1).unwrap().total
+            };
+            let slope = (at(step, &mut problem) - at(-step, &mut problem)) / (2.0 * step);
+            let found = value.by_motion[k] + value.by_reference[k];
+            assert!(
+                (found - slope).abs() < 1e-4 * (1e-3 + slope.abs()),
+                "{k}: {found} {slope}"
+            );
+        }
+    });
 }
 
 const LIMITS: &str = "robot.joint_defaults.limits={position_rad=[-1.0, 1.2], velocity_rad_per_s=3.0, \
@@ -95,93 +98,65 @@ fn the_gradient_of_a_closed_loop_is_that_of_differences() {
 
 #[test]
 fn a_search_makes_the_errors_smaller() {
-    let experiment = demo_experiment(&[LIMITS, "excite.steps=40", "excite.starts=2"]);
-    let model = Model::new(&experiment).unwrap();
-    let theta = truth(&model);
-    let errors = errors();
-    let bounds = Bounds::new(&experiment);
-    let task = Task {
-        model: &model,
-        theta: &theta,
-        settings: &experiment.excite,
-        bounds: &bounds,
-        errors: &errors,
-        controller: experiment.controller.as_ref(),
-        kinematics: None,
-        known: None,
-        chosen: &[],
-    };
-    let frequencies = Frequencies::of(&task);
-    let parts = [0.98; Limited::ALL.len()];
-    let found = design(&task, &frequencies, &parts, None, &mut Unheard).unwrap();
-    let begun = Task {
-        settings: &Excite {
-            steps: 0,
-            ..experiment.excite.clone()
-        },
-        ..task.clone()
-    };
-    let start = design(&begun, &frequencies, &parts, None, &mut Unheard).unwrap();
-    // 0.1 are errors that are 10 % smaller.
-    assert!(
-        found.objective < start.objective - 0.1,
-        "{} {}",
-        found.objective,
-        start.objective
-    );
-    let value = value_of(&task, &frequencies, &found.series).unwrap();
-    assert!(
-        (value - found.objective).abs() < 1e-9,
-        "{value} {}",
-        found.objective
-    );
+    let more = [LIMITS, "excite.steps=40", "excite.starts=2"];
+    with_task(&more, true, |task, frequencies| {
+        let parts = [0.98; Limited::ALL.len()];
+        let found = design(task, frequencies, &parts, None, &mut Unheard).unwrap();
+        let begun = Task {
+            settings: &Excite {
+                steps: 0,
+                ..task.settings.clone()
+            },
+            ..task.clone()
+        };
+        let start = design(&begun, frequencies, &parts, None, &mut Unheard).unwrap();
+        // 0.1 are errors that are 10 % smaller.
+        assert!(
+            found.objective < start.objective - 0.1,
+            "{} {}",
+            found.objective,
+            start.objective
+        );
+        let value = value_of(task, frequencies, &found.series).unwrap();
+        assert!(
+            (value - found.objective).abs() < 1e-9,
+            "{value} {}",
+            found.objective
+        );
+    });
 }
 
 #[test]
 fn a_certificate_holds_on_a_grid_and_names_what_breaks() {
-    let experiment = demo_experiment(&[
+    let more = [
         LIMITS,
         "excite.harmonics=5",
         "excite.steps=5",
         "excite.starts=1",
-    ]);
-    let model = Model::new(&experiment).unwrap();
-    let theta = truth(&model);
-    let errors = errors();
-    let bounds = Bounds::new(&experiment);
-    let task = Task {
-        model: &model,
-        theta: &theta,
-        settings: &experiment.excite,
-        bounds: &bounds,
-        errors: &errors,
-        controller: None,
-        kinematics: None,
-        known: None,
-        chosen: &[],
-    };
-    let frequencies = Frequencies::of(&task);
-    let found = design(
-        &task,
-        &frequencies,
-        &[0.95; Limited::ALL.len()],
-        None,
-        &mut Unheard,
-    )
-    .unwrap();
-    let kept = certify_reference(&found.series, &bounds).unwrap();
-    for own in &kept {
-        let order = ORDERS.iter().position(|what| *what == own.what).unwrap();
-        let interval = bounds.joints[own.joint].of(own.what);
-        let most = (0..20_000)
-            .map(|t| found.series.at(own.joint, 5e-4 * f64::from(t))[order])
-            .fold(0.0, |most: f64, x| most.max(interval.place(x).abs()));
-        assert!(most <= own.part + 1e-9, "{own:?} {most}");
-        assert!(own.part <= most + 0.01, "{own:?} {most}");
-    }
-    let larger = found.series.scaled(4.0);
-    let broken = certify_reference(&larger, &bounds).unwrap_err();
-    assert!(broken.part > 1.0 && broken.time_s < 10.0, "{broken:?}");
+    ];
+    with_task(&more, false, |task, frequencies| {
+        let found = design(
+            task,
+            frequencies,
+            &[0.95; Limited::ALL.len()],
+            None,
+            &mut Unheard,
+        )
+        .unwrap();
+        let kept = certify_reference(&found.series, task.bounds).unwrap();
+        for own in &kept {
+            let order = ORDERS.iter().position(|what| *what == own.what).unwrap();
+            let interval = task.bounds.joints[own.joint].of(own.what);
+            let most = (0..20_000)
+                .map(|t| found.series.at(own.joint, 5e-4 * f64::from(t))[order])
+                .fold(0.0, |most: f64, x| most.max(interval.place(x).abs()));
+            assert!(most <= own.part + 1e-9, "{own:?} {most}");
+            assert!(own.part <= most + 0.01, "{own:?} {most}");
+        }
+        let larger = found.series.scaled(4.0);
+        let broken = certify_reference(&larger, task.bounds).unwrap_err();
+        assert!(broken.part > 1.0 && broken.time_s < 10.0, "{broken:?}");
+    });
 }
 
 #[test]

@@ -169,7 +169,8 @@ class Excitation(_Report):
     Attributes:
         robot: name of the robot.
         method: ``optimal``, ``paper`` or ``random``.
-        certified: whether all limits hold, between samples too.
+        certified: whether all limits hold: those of the reference between samples, those of
+            the simulated loop at every period of the controller.
         duration_s: length of the motion without approach, s.
         approach_s: length of the approach before it, s; 0 if the robot is there.
         base_frequency_hz: lowest frequency, Hz.
@@ -267,7 +268,7 @@ class Excitation(_Report):
 
     def __repr__(self) -> str:
         highest = max(self.harmonics, default=1) * self.base_frequency_hz
-        kept = "every limit holds, between samples too" if self.certified else "limits are broken"
+        kept = "every limit holds" if self.certified else "limits are broken"
         lines = "".join(f"\n  {own}" for own in self.promise)
         return (
             f"{self.robot}: {self.duration_s:.4g} s, {self.base_frequency_hz:.3g} to "

@@ -6,7 +6,7 @@ use crate::limits::Limits;
 use crate::numbers::Shown;
 use crate::robot::Robot;
 
-/// Most steps and starts of a search.
+/// Most steps of a search.
 const MOST: usize = 100_000;
 
 /// Checks the limits of the joints.
@@ -95,16 +95,16 @@ pub(super) fn check_excite(excite: &Excite, robot: &Robot) -> Result<(), Fault> 
             );
         }
     }
-    for (key, value, least) in [
-        ("steps", excite.steps, 0),
-        ("starts", excite.starts, 1),
-        ("draws", excite.draws, 1),
-        ("harmonics", excite.harmonics.unwrap_or(3), 3),
+    for (key, value, least, most) in [
+        ("steps", excite.steps, 0, MOST),
+        ("starts", excite.starts, 1, 1000),
+        ("draws", excite.draws, 1, 1000),
+        ("harmonics", excite.harmonics.unwrap_or(3), 3, 200),
     ] {
-        if !(least..=MOST).contains(&value) {
+        if !(least..=most).contains(&value) {
             return wrong(
                 key,
-                format!("{key} = {value} must be between {least} and {MOST}"),
+                format!("{key} = {value} must be between {least} and {most}"),
             );
         }
     }

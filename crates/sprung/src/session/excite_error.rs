@@ -74,6 +74,12 @@ pub enum ExciteError {
         /// The key.
         key: &'static str,
     },
+    /// The motion says nothing about a combination of parameters.
+    #[error(
+        "the motion that was found says nothing about some combination of parameters, so it has no standard errors; raise steps or \
+         duration_s of [excite], or give known values in [robot.fixed]"
+    )]
+    NoBound,
     /// The robot is a position servo.
     #[error(
         "{joint} is a position servo, whose log has no torque; sprung excite designs experiments with torques"

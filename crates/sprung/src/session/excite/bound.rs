@@ -7,6 +7,7 @@ use sprung_robot::Experiment;
 
 use super::task::Setup;
 use crate::session::error::SessionError;
+use crate::session::excite_error::ExciteError;
 use crate::session::load::Session;
 use crate::session::parameters::Parameters;
 
@@ -27,6 +28,9 @@ pub(super) fn full(
         identification: None,
     };
     let twin = own.twin(None, Some(&parameters))?;
-    let bound = own.bound(&twin, progress)?;
-    Information::of_bound(&bound).ok_or(SessionError::NoBound)
+    let bound = match own.bound(&twin, progress) {
+        Err(SessionError::NoBound) => return Err(ExciteError::NoBound.into()),
+        other => other?,
+    };
+    Information::of_bound(&bound).ok_or_else(|| ExciteError::NoBound.into())
 }

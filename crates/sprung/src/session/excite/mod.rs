@@ -9,13 +9,14 @@ mod task;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
+use sprung_base::finding::GENERATOR;
 use sprung_base::progress::{Answer, Listener, Phase, Progress};
 use sprung_log::LogSource;
 use sprung_method::estimate::{KnownTruth, information_bound};
 use sprung_method::excite::{
-    Approach, EXCITATION_FORMAT, Excitation, Excited, Frequencies, Information, Limited, Plan,
-    Refused, SearchResult, Series, Task, add_cures, certify, missing_limit, more, plan, promise,
-    random, value_of,
+    Approach, Bounds, EXCITATION_FORMAT, Excitation, Excited, Frequencies, Information, Limited,
+    Plan, Refused, SearchResult, Series, Task, add_cures, certify, missing_limit, more, plan,
+    promise, random, value_of,
 };
 use sprung_model::Model;
 use sprung_robot::Task as Verb;
@@ -145,7 +146,7 @@ impl Session {
         setup.require_limits()?;
         let frequencies = Frequencies::of(task);
         let refused = |own| setup.refused(&own);
-        let found = plan(task, &frequencies, &setup.runs, None, progress).map_err(refused)?;
+        let found = plan(task, &frequencies, &setup.runs, progress).map_err(refused)?;
         let approach = setup.approach(&found.designed.series)?;
 
         let mut own = setup.experiment.excite.clone();
@@ -159,7 +160,7 @@ impl Session {
             ..task.clone()
         };
         let others = Frequencies::of(&other);
-        let second = plan(&other, &others, &setup.runs, None, progress).map_err(refused)?;
+        let second = plan(&other, &others, &setup.runs, progress).map_err(refused)?;
         let way = setup.approach(&second.designed.series)?;
 
         let motion = |plan: &Plan, frequencies: &Frequencies| {
@@ -196,7 +197,7 @@ impl Session {
         let hold_out = samples(&second, &others, way.as_ref());
         let excitation = Excitation {
             format: EXCITATION_FORMAT,
-            generator: Excitation::generator(),
+            generator: GENERATOR.to_owned(),
             robot: setup.experiment.robot.name.clone(),
             method: "optimal".to_owned(),
             objective: task.settings.objective.word().to_owned(),
@@ -236,7 +237,10 @@ impl Session {
     ) -> Result<Excited, SessionError> {
         // Limits that are far wider show how much of them the motion uses.
         const WIDER: f64 = 1e6;
-        let wide = task.bounds.narrowed(&[WIDER; Limited::ALL.len()]);
+        let wide = Bounds {
+            floor: None,
+            ..task.bounds.narrowed(&[WIDER; Limited::ALL.len()])
+        };
         let wider = Task {
             bounds: &wide,
             ..task.clone()
@@ -247,10 +251,7 @@ impl Session {
         for own in certified.iter_mut().chain(&mut simulated) {
             own.part *= WIDER;
         }
-        let is_certified = certified
-            .iter()
-            .chain(&simulated)
-            .all(|own| own.part <= 1.0);
+        let is_certified = certify(task, frequencies, &setup.runs, series).is_ok();
         let reference = series.reference(&setup.model);
         let experiment = setup.with_motion(reference, frequencies.duration());
         let full = bound::full(self, setup, experiment, progress)?;
@@ -266,7 +267,7 @@ impl Session {
         let (model, period) = (&setup.model, setup.runs.period);
         let excitation = Excitation {
             format: EXCITATION_FORMAT,
-            generator: Excitation::generator(),
+            generator: GENERATOR.to_owned(),
             robot: setup.experiment.robot.name.clone(),
             method: method.to_owned(),
             objective: task.settings.objective.word().to_owned(),
