@@ -331,7 +331,7 @@ mod tests {
         let wave = |size: f64| time_s.iter().map(|t| size * t.cos()).collect::<Vec<f64>>();
         let excitation = Excitation {
             format: 1,
-            generator: Excitation::generator(),
+            generator: "sprung 0.1.0".to_owned(),
             robot: "arm".to_owned(),
             method: "optimal".to_owned(),
             objective: "d-optimal".to_owned(),
