@@ -285,6 +285,10 @@ pub(crate) struct Excite {
     /// as large as the limits allow); the last two are judged without a search.
     #[arg(long, value_enum, default_value_t = Method::Optimal, value_name = "METHOD")]
     pub(crate) method: Method,
+    /// A file with a [controller.reference], such as reference.toml of another design: its motion is judged instead of a
+    /// new one.
+    #[arg(long, value_name = "FILE", conflicts_with = "method")]
+    pub(crate) reference: Option<PathBuf>,
     /// Values of the robot: identification.json, or a TOML file with values by name [default: the nominal values].
     #[arg(long, value_name = "FILE")]
     pub(crate) parameters: Option<PathBuf>,

@@ -120,6 +120,10 @@ impl Excited {
         (self.excited.hold_out.as_ref()).map(|own| samples(py, own))
     }
 
+    fn slow<'py>(&self, py: Python<'py>) -> Option<Samples<'py>> {
+        (self.excited.slow.as_ref()).map(|own| samples(py, own))
+    }
+
     /// Names and texts of the files for controllers.
     fn files(&self, py: Python<'_>) -> Vec<(String, String)> {
         let files = py.detach(|| excitation_files(&self.session, &self.excited));

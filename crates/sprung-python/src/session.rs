@@ -403,13 +403,15 @@ impl Session {
         method: &str,
         warm_up: bool,
         parameters: Option<Values<'_>>,
-        from_log: Option<PathBuf>,
+        files: (Option<PathBuf>, Option<PathBuf>),
         run: Run,
     ) -> PyResult<Excited> {
+        let (from_log, reference) = files;
         let request = ExciteRequest {
             method: self::method(py, method)?,
             is_warm_up: warm_up,
             from_log,
+            reference,
         };
         let source = parameters.map(Source::from);
         let session = Arc::clone(&self.inner);

@@ -23,6 +23,7 @@ pub fn compose_excitation(excited: &Excited, command: &str, experiment: &str) ->
     ];
     sections.extend(motion::arm(excited));
     sections.extend(motion::hold_out(excited));
+    sections.extend(motion::slow(excited));
     sections.push(settings(excitation, command, experiment));
     Document {
         title: excitation.robot.clone(),
@@ -126,6 +127,9 @@ fn what_to_do(excitation: &Excitation) -> String {
     } else if excitation.is_warm_up {
         "Run this motion, run sprung identify on its log, and design the next motion with the \
          identified parameters."
+    } else if excitation.slow.is_some() {
+        "Run this motion, the slow motion and the validation motion. Run sprung identify on the \
+         first two logs and sprung validate on the third."
     } else if excitation.hold_out.is_some() {
         "Run this motion and the validation motion. Run sprung identify on the first log and sprung \
          validate on the second."
@@ -339,6 +343,7 @@ mod tests {
             is_certified: true,
             motion: motion(),
             hold_out: Some(motion()),
+            slow: Some(motion()),
             limits: vec![
                 limit("elbow", Limited::Velocity, 4.0, 25.0),
                 limit("shoulder", Limited::Position, 0.51, 98.0),
@@ -376,6 +381,7 @@ mod tests {
             },
             trajectory: trajectory(),
             hold_out: Some(trajectory()),
+            slow: Some(trajectory()),
             skeleton: Some(Skeleton {
                 parents: vec![None, Some(0), Some(1)],
                 points: (time_s.iter())

@@ -206,13 +206,49 @@ pub(super) fn section_of(excited: &Excited) -> Section {
 
 /// Composes the section about the motion for validation; `None` without one.
 pub(super) fn hold_out(excited: &Excited) -> Option<Section> {
+    let motion = excited.excitation.hold_out.as_ref()?;
+    let intro = format!(
+        "This motion ({}) keeps the same limits and has other frequencies. Its log shows whether \
+         the identified parameters predict a motion that they have not seen.",
+        length_and_band(motion)
+    );
     let samples = excited.hold_out.as_ref()?;
-    let own = &excited.excitation;
-    let motion = own.hold_out.as_ref()?;
-    let drawn = Motion::of(samples, &own.limits, motion.duration_s);
+    Some(beside(
+        excited,
+        samples,
+        motion,
+        ("hold-out", "The validation motion", &intro),
+    ))
+}
+
+/// Composes the section about the slow motion; `None` without one.
+pub(super) fn slow(excited: &Excited) -> Option<Section> {
+    let motion = excited.excitation.slow.as_ref()?;
+    let intro = format!(
+        "This motion ({}) keeps the same limits and is slow. Its log separates the friction at low \
+         velocity from that at high velocity; sprung identify takes it beside the first log.",
+        length_and_band(motion)
+    );
+    let samples = excited.slow.as_ref()?;
+    Some(beside(
+        excited,
+        samples,
+        motion,
+        ("slow", "The slow motion", &intro),
+    ))
+}
+
+/// Composes the section about a motion beside the designed one.
+fn beside(
+    excited: &Excited,
+    samples: &Trajectory,
+    motion: &MotionResult,
+    (id, title, intro): (&str, &str, &str),
+) -> Section {
+    let drawn = Motion::of(samples, &excited.excitation.limits, motion.duration_s);
     let mut figure = drawn.figure(
-        "hold-out-position",
-        "Positions of the validation motion.",
+        &format!("{id}-position"),
+        &format!("Positions of {}.", title.to_lowercase()),
         Limited::Position,
         &samples.position,
     );
@@ -220,16 +256,7 @@ pub(super) fn hold_out(excited: &Excited) -> Option<Section> {
         // The used parts of the limits are those of the other motion.
         panel.note.clear();
     }
-    Some(section(
-        "hold-out",
-        "The validation motion",
-        &format!(
-            "This motion ({}) keeps the same limits and has other frequencies. Its log shows \
-             whether the identified parameters predict a motion that they have not seen.",
-            length_and_band(motion)
-        ),
-        vec![Block::Figure(figure)],
-    ))
+    section(id, title, intro, vec![Block::Figure(figure)])
 }
 
 /// Composes the section with the moving arm; `None` without places.

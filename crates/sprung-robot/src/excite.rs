@@ -22,6 +22,8 @@ pub struct Excite {
     pub harmonics: Option<usize>,
     /// Whether the motion also has a multisine about each resonance of the springs, up to 1000 times the lowest frequency.
     pub resonances: bool,
+    /// Length of a second, slow motion for friction, s; none if absent. Its lowest frequency has one period of this length.
+    pub slow_sweep_s: Option<f64>,
     /// What the search makes best.
     pub objective: Objective,
     /// Names of the parameters that count; all if empty.
@@ -36,7 +38,7 @@ pub struct Excite {
     pub margin: f64,
     /// Relative error that the nominal values may have; the motion keeps its limits for such values too.
     pub value_error: f64,
-    /// Number of random robots whose values have the errors of `value_error`.
+    /// Number of random robots whose values have the errors of `value_error`, or of the identification that gives them.
     pub draws: usize,
     /// Position of the joints from which the robot approaches the motion, rad (m), one per joint.
     pub start_rad: Vec<f64>,
@@ -47,8 +49,8 @@ pub struct Excite {
     /// Height, along the direction against gravity in the frame of the base, that no origin of a link and not the
     /// tool may pass, m.
     pub floor_m: Option<f64>,
-    /// `excitation.json` of the design whose motion the log records, relative to the experiment file: an identification
-    /// compares its standard errors with the promised ones.
+    /// `excitation.json` of the design whose motion the log records, relative to the experiment file: check and identify
+    /// compare standard errors with the promised ones.
     pub promise: Option<PathBuf>,
     /// Bandwidth of the motors' position control without `[controller]`, Hz.
     pub bandwidth_hz: f64,
@@ -62,6 +64,7 @@ impl Default for Excite {
             base_frequency_hz: None,
             harmonics: None,
             resonances: false,
+            slow_sweep_s: None,
             objective: Objective::default(),
             parameters: Vec::new(),
             steps: 150,

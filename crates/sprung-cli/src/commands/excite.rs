@@ -1,5 +1,6 @@
 //! `sprung excite`: designs an experiment.
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -17,11 +18,12 @@ use crate::terminal::{Grid, Terminal, complain, dash};
 
 /// Files that a design writes.
 const EXCITATION_FILE: &str = "excitation.json";
-const FILES: [&str; 6] = [
+const FILES: [&str; 7] = [
     EXCITATION_FILE,
     "trajectory.csv",
     "trajectory.yaml",
     "hold-out.csv",
+    "slow.csv",
     "reference.toml",
     REPORT_FILE,
 ];
@@ -43,21 +45,15 @@ pub(crate) fn run(args: &Excite) -> Result<ExitCode, Failure> {
             Method::Random => ExciteMethod::Random,
         },
         is_warm_up: args.warm_up,
-        from_log: (args.from_log.as_deref())
-            .map(std::path::absolute)
-            .transpose()
-            .map_err(|error| {
-                Failure::new(
-                    ExitCode::File,
-                    format!("the folder of --from-log is not known: {error}"),
-                )
-            })?,
+        from_log: absolute("--from-log", args.from_log.as_deref())?,
+        reference: absolute("--reference", args.reference.as_deref())?,
     };
     let inputs = session
         .inputs()
         .into_iter()
         .chain(args.parameters.clone())
-        .chain(args.from_log.clone());
+        .chain(args.from_log.clone())
+        .chain(args.reference.clone());
     let folder = Folder::new(&results_folder(&session, common), inputs, &FILES)?;
     let stop = stop_on_interrupt();
     let is_stopped = || stop.load(Ordering::Relaxed);
@@ -69,8 +65,13 @@ pub(crate) fn run(args: &Excite) -> Result<ExitCode, Failure> {
     for (name, text) in excitation_files(&session, &excited) {
         output.text(name, &text)?;
     }
-    if excited.hold_out.is_none() {
-        output.outdates("hold-out.csv");
+    for (name, own) in [
+        ("hold-out.csv", &excited.hold_out),
+        ("slow.csv", &excited.slow),
+    ] {
+        if own.is_none() {
+            output.outdates(name);
+        }
     }
     write_json(&mut output, EXCITATION_FILE, &excited.excitation)?;
     let document = compose_excitation(&excited, &command_line(), session.text());
@@ -81,6 +82,16 @@ pub(crate) fn run(args: &Excite) -> Result<ExitCode, Failure> {
     say(terminal, &excited, is_stopped());
     terminal.say(format!("\nreport: {}", report.display()));
     Ok(ExitCode::Done)
+}
+
+/// Returns the path of a flag's file, which does not depend on the experiment's folder.
+fn absolute(flag: &str, file: Option<&Path>) -> Result<Option<PathBuf>, Failure> {
+    file.map(std::path::absolute).transpose().map_err(|error| {
+        Failure::new(
+            ExitCode::File,
+            format!("the folder of {flag} is not known: {error}"),
+        )
+    })
 }
 
 /// Returns a flag that the first interrupt of the user sets; the second one ends the program.
@@ -160,6 +171,12 @@ fn say(terminal: Terminal, excited: &Excited, is_stopped: bool) {
                 .cure
                 .as_deref()
                 .unwrap_or("its standard error exceeds its value")
+        ));
+    }
+    if let Some(slow) = &own.slow {
+        terminal.say(format!(
+            "slow motion for friction: {} s, slow.csv",
+            significant(slow.duration_s, 4)
         ));
     }
     for more in &own.more {

@@ -178,6 +178,110 @@ fn the_paper_s_reference_is_judged_in_the_same_table() {
 }
 
 #[test]
+fn a_given_motion_is_judged_as_the_design_that_made_it() {
+    let case = Case::new();
+    let set = [&TORQUES[..], &SHORT].concat();
+    let made = designed(&case, &set, &[]);
+    let file = case.path("motion.toml");
+    fs::copy(case.path("design").join("reference.toml"), &file).unwrap();
+    let judged = designed(&case, &set, &["--reference", file.to_str().unwrap()]);
+    assert_eq!(judged["method"], "reference");
+    assert_eq!(judged["is_certified"], true);
+    let errors = |own: &Value| -> Vec<f64> {
+        let all = own["promise"].as_array().unwrap().iter();
+        all.map(|own| own["standard_error"].as_f64().unwrap())
+            .collect()
+    };
+    for (made, judged) in errors(&made).into_iter().zip(errors(&judged)) {
+        assert!((made / judged - 1.0).abs() < 1e-6, "{made} {judged}");
+    }
+    for (text, expected) in [
+        ("format = 1\n", "missing field `controller`"),
+        (
+            "[controller.reference]\nsines = []\n",
+            "[controller.reference] has no sines",
+        ),
+        (
+            "[controller.reference]\nsines = [{ joint = \"elbow\", amplitude_deg = 1.0, frequency_hz = 1.0, phase_deg = 0.0 }]\n",
+            "names the joint \"elbow\"; the robot has joint1, joint2",
+        ),
+        (
+            "[controller.reference]\nsines = [\n\
+             { joint = \"joint1\", amplitude_deg = 1.0, frequency_hz = 1.0, phase_deg = 0.0 },\n\
+             { joint = \"joint1\", amplitude_deg = 1.0, frequency_hz = 3.14159265, phase_deg = 0.0 }]\n",
+            "so the motion has no period",
+        ),
+    ] {
+        fs::write(&file, text).unwrap();
+        let output = excited(&case, &set, &["--reference", file.to_str().unwrap()]);
+        let error = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{text}: {error}");
+        assert!(
+            error.contains("motion.toml") && error.contains(expected),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn a_slow_motion_for_friction_is_designed_beside_the_motion() {
+    let case = Case::new();
+    let set = [&TORQUES[..], &SHORT, &["excite.slow_sweep_s=8"]].concat();
+    let json = designed(&case, &set, &[]);
+    assert_eq!(json["slow"]["harmonics"], serde_json::json!([1, 2, 3]));
+    let more = json["more"].as_array().unwrap().last().unwrap();
+    assert_eq!(more["what"], "this motion and the slow one");
+    assert!(more["factor"].as_f64().unwrap() < 1.0, "{more}");
+    let slow = case.path("design").join("slow.csv");
+    let columns = columns(&fs::read_to_string(&slow).unwrap());
+    assert_eq!(columns[0].last(), Some(&8.0));
+    let report = fs::read_to_string(case.path("design").join("report.html")).unwrap();
+    assert!(report.contains("The slow motion"));
+    // A design without it does not leave that of another one behind.
+    designed(&case, &[&TORQUES[..], &SHORT].concat(), &[]);
+    assert!(!slow.exists());
+}
+
+#[test]
+fn a_check_compares_the_recorded_motion_with_the_promise_of_its_design() {
+    let case = Case::new();
+    let set = [&TORQUES[..], &SHORT].concat();
+    let truth = case.path("truth.toml");
+    let parameters = ["--parameters", truth.to_str().unwrap()];
+    designed(&case, &set, &parameters);
+    let toml = fs::read_to_string(case.path("design").join("reference.toml")).unwrap();
+    let text = fs::read_to_string(case.path("experiment.toml")).unwrap();
+    let (before, after) = text.split_once("[controller.reference]").unwrap();
+    let (_, after) = after.split_once("\n]\n").unwrap();
+    fs::write(
+        case.path("experiment.toml"),
+        format!("{before}{toml}{after}"),
+    )
+    .unwrap();
+    let finding = |duration: &str| -> String {
+        case.record("identification.csv", &["--set", duration]);
+        let experiment = case.path("experiment.toml");
+        let promise = "excite.promise=\"design/excitation.json\"";
+        let args = ["check", experiment.to_str().unwrap(), "--set", promise];
+        let output = sprung(&[&args[..], &["--json"]].concat());
+        let json: Value = serde_json::from_str(&stdout(&output)).unwrap();
+        let findings = json["findings"].as_array().unwrap();
+        let own = findings.iter().find(|own| own["code"] == "design-promise");
+        own.expect("a finding")["text"].as_str().unwrap().to_owned()
+    };
+    let whole = finding("simulate.duration_s=5");
+    assert!(
+        whole.contains("tells as much as its design promised"),
+        "{whole}"
+    );
+    let part = finding("simulate.duration_s=1.5");
+    assert!(
+        part.contains("tells less than its design promised"),
+        "{part}"
+    );
+}
+
+#[test]
 fn a_recorded_log_counts_beside_the_new_motion() {
     let case = Case::new();
     case.record("identification.csv", &[]);

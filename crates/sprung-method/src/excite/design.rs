@@ -3,6 +3,7 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
+use faer::Mat;
 use rayon::prelude::*;
 
 use super::assemble::problem;
@@ -148,25 +149,33 @@ pub(super) fn design(
     }
 }
 
-/// Returns the information of a motion by the surrogate of the search; nuisance parameters follow the free ones.
+/// Returns the information of a motion about the free parameters by the surrogate of the search.
 #[must_use]
 pub fn information(
     task: &Task<'_>,
     frequencies: &Frequencies,
     series: &Series,
 ) -> Option<Information> {
+    let free = task
+        .model
+        .parameters()
+        .iter()
+        .filter(|own| own.fixed.is_none());
+    Information(matrix(task, frequencies, series)?).of_first(free.count())
+}
+
+/// Returns the information of a motion; nuisance parameters follow the free ones.
+fn matrix(task: &Task<'_>, frequencies: &Frequencies, series: &Series) -> Option<Mat<f64>> {
     let mut problem = problem(task, frequencies, &[1.0; Limited::ALL.len()]);
     let scenario = problem.scenarios.first_mut()?;
     let moved = scenario.follows.run(&series.joints)?;
-    Some(Information(
-        scenario.weighting.columns(&moved.entries).matrix,
-    ))
+    Some(scenario.weighting.columns(&moved.entries).matrix)
 }
 
 /// Returns the value of the objective of a task for a motion; `None` if it does not determine all parameters.
 #[must_use]
 pub fn value_of(task: &Task<'_>, frequencies: &Frequencies, series: &Series) -> Option<f64> {
     let problem = problem(task, frequencies, &[1.0; Limited::ALL.len()]);
-    let matrix = information(task, frequencies, series)?.0;
+    let matrix = matrix(task, frequencies, series)?;
     judge(problem.objective, &matrix, &problem.scales, &problem.chosen).map(|own| own.value)
 }

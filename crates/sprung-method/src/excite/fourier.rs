@@ -6,6 +6,9 @@ use crate::description::{Reference, Sine};
 use crate::model::Model;
 use sprung_core::chain::JointKind;
 
+/// Largest multiple of the lowest frequency; more would need more memory than a design has.
+pub(super) const MOST_MULTIPLE: usize = 1000;
+
 /// Highest time derivative that a series gives.
 pub(super) const ORDERS: usize = 5;
 
@@ -44,6 +47,79 @@ impl Series {
             }
         }
         all
+    }
+
+    /// Returns the series of the reference of a controller.
+    ///
+    /// # Errors
+    ///
+    /// A sentence if the reference is none: no sines, a joint that the robot has not, or frequencies that are no multiples of
+    /// one frequency.
+    pub fn of_reference(reference: &Reference, model: &Model) -> Result<Self, String> {
+        let lowest = (reference.sines.iter())
+            .map(|own| own.frequency_hz)
+            .min_by(f64::total_cmp)
+            .filter(|own| *own > 0.0 && own.is_finite())
+            .ok_or("[controller.reference] has no sines with frequencies above zero")?;
+        let multiple = |base: f64, own: &Sine| (own.frequency_hz / base).round() as usize;
+        let fits = |base: f64| {
+            (reference.sines.iter()).all(|own| {
+                let multiple = multiple(base, own);
+                let off = own.frequency_hz / base - multiple as f64;
+                multiple <= MOST_MULTIPLE && off.abs() < 1e-8 * multiple as f64
+            })
+        };
+        let base = (1..=MOST_MULTIPLE)
+            .map(|part| lowest / part as f64)
+            .find(|base| fits(*base))
+            .ok_or_else(|| {
+                format!(
+                    "the frequencies of [controller.reference] are no multiples, up to {MOST_MULTIPLE}, of one frequency, \
+                     so the motion has no period"
+                )
+            })?;
+        let mut harmonics: Vec<usize> = (reference.sines.iter())
+            .map(|own| multiple(base, own))
+            .collect();
+        harmonics.sort_unstable();
+        harmonics.dedup();
+        let names = model.joints();
+        let mut joints: Vec<Vec<f64>> = (0..names.len())
+            .map(|joint| {
+                let centre = match model.kind(joint) {
+                    JointKind::Revolute => {
+                        reference.centre_deg.get(joint).map(|own| own.to_radians())
+                    }
+                    JointKind::Prismatic => reference.centre_m.get(joint).copied(),
+                };
+                let mut own = vec![0.0; 1 + 2 * harmonics.len()];
+                own[0] = centre.unwrap_or(0.0);
+                own
+            })
+            .collect();
+        for sine in &reference.sines {
+            let Some(joint) = names.iter().position(|own| *own == sine.joint) else {
+                return Err(format!(
+                    "[controller.reference] names the joint \"{}\"; the robot has {}",
+                    sine.joint,
+                    names.join(", ")
+                ));
+            };
+            let amplitude = match model.kind(joint) {
+                JointKind::Revolute => sine.amplitude_deg.to_radians(),
+                JointKind::Prismatic => sine.amplitude_m,
+            };
+            let multiple = multiple(base, sine);
+            let place = harmonics.partition_point(|own| *own < multiple);
+            let (sin, cos) = sine.phase_deg.to_radians().sin_cos();
+            joints[joint][1 + 2 * place] += amplitude * cos;
+            joints[joint][2 + 2 * place] += amplitude * sin;
+        }
+        Ok(Self {
+            rate: TAU * base,
+            harmonics,
+            joints,
+        })
     }
 
     /// Returns the largest possible absolute value of a derivative of a joint's motion about its centre.

@@ -18,6 +18,13 @@ impl Information {
         inverse(&covariance).map(Self)
     }
 
+    /// Returns the information about the first parameters while the others are unknown; `None` if it does not determine
+    /// all.
+    pub(super) fn of_first(&self, count: usize) -> Option<Self> {
+        let covariance = inverse(&self.0)?;
+        inverse(&covariance.submatrix(0, 0, count, count).to_owned()).map(Self)
+    }
+
     /// Returns the information of both experiments.
     #[must_use]
     pub fn with(&self, other: &Self) -> Self {

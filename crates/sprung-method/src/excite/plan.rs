@@ -7,7 +7,7 @@ use super::design::{Designed, design};
 use super::fourier::Series;
 use super::kept::{Broken, Kept};
 use super::starts::NoPose;
-use super::task::{Frequencies, Task, draws};
+use super::task::{Frequencies, Task, possible_values};
 use crate::description::Controller;
 use crate::progress::Listener;
 
@@ -136,11 +136,7 @@ pub fn certify(
     let mut simulated: Vec<Kept> = Vec::new();
     let mut first = None;
     let times = (runs.period, frequencies.duration());
-    let mut values = draws(task);
-    if task.settings.value_error > 0.0 {
-        values.insert(0, task.theta.to_vec());
-    }
-    for theta in values {
+    for theta in possible_values(task) {
         if is_rigid && task.controller.is_none() {
             let robot = (model, theta.as_slice());
             let own = certify_followed(series, robot, task.bounds, task.kinematics)?;

@@ -157,13 +157,13 @@ fn tilted(
     })
 }
 
-/// Returns what more experiments buy.
+/// Returns what more experiments buy: the motion again, and others beside it.
 #[must_use]
 pub fn more(
     (model, theta): (&Model, &[f64]),
     bounds: &Bounds,
     information: &Information,
-    second: Option<&Information>,
+    others: &[(&str, &Information)],
 ) -> Vec<More> {
     let now = information.standard_errors();
     let of = |what: &str, own: &Information| {
@@ -182,11 +182,6 @@ pub fn more(
         of("the motion twice", &information.times(2.0)),
         of("the motion four times", &information.times(4.0)),
     ];
-    if let Some(second) = second {
-        all.push(of(
-            "this motion and the validation one",
-            &information.with(second),
-        ));
-    }
+    all.extend((others.iter()).map(|(what, own)| of(what, &information.with(own))));
     all
 }

@@ -16,7 +16,7 @@ pub struct Excitation {
     pub generator: String,
     /// Name of the robot.
     pub robot: String,
-    /// What made the motion: `optimal` or `paper`.
+    /// What made the motion: `optimal`, `paper`, `random` or `reference`.
     pub method: String,
     /// What the search made best.
     pub objective: String,
@@ -27,8 +27,10 @@ pub struct Excitation {
     pub is_certified: bool,
     /// The motion.
     pub motion: MotionResult,
-    /// The motion for validation; `None` for the paper's reference.
+    /// The motion for validation; `None` without a search.
     pub hold_out: Option<MotionResult>,
+    /// The slow motion for friction; `None` if none was asked for.
+    pub slow: Option<MotionResult>,
     /// How near the motion comes to each limit.
     pub limits: Vec<LimitUsed>,
     /// Standard errors that the motion buys.
@@ -151,6 +153,8 @@ pub struct Excited {
     pub trajectory: Trajectory,
     /// Those of the motion for validation.
     pub hold_out: Option<Trajectory>,
+    /// Those of the slow motion.
+    pub slow: Option<Trajectory>,
     /// Places of links and tool over the simulated motion; `None` without lengths.
     pub skeleton: Option<Skeleton>,
 }

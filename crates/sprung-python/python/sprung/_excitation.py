@@ -22,7 +22,10 @@ if TYPE_CHECKING:
     from sprung import _sprung
     from sprung._sprung import Samples
 
+    _Motions = tuple[Samples, Samples | None, Samples | None]
+
 _HOLD_OUT = "hold-out.csv"
+_SLOW = "slow.csv"
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +171,7 @@ class Excitation(_Report):
 
     Attributes:
         robot: name of the robot.
-        method: ``optimal``, ``paper`` or ``random``.
+        method: ``optimal``, ``paper``, ``random`` or ``reference``.
         certified: whether all limits hold: those of the reference between samples, those of
             the simulated loop at every period of the controller.
         duration_s: length of the motion without approach, s.
@@ -177,6 +180,7 @@ class Excitation(_Report):
         harmonics: its multiples in the motion.
         trajectory: samples of the motion.
         hold_out: those of a motion for validation; ``None`` without a search.
+        slow: those of a slow motion for friction; ``None`` without ``slow_sweep_s`` of ``[excite]``.
         promise: standard errors that the motion buys, in the order of the model.
         limits: used part of each limit, the largest first.
         more: standard errors that more experiments would buy.
@@ -192,6 +196,7 @@ class Excitation(_Report):
     harmonics: list[int]
     trajectory: Trajectory
     hold_out: Trajectory | None
+    slow: Trajectory | None
     promise: list[Promised]
     limits: list[LimitUsed]
     more: list[More]
@@ -201,7 +206,7 @@ class Excitation(_Report):
     @classmethod
     def _of(cls, handle: _sprung.Excited | _Pickled) -> Excitation:
         own = json.loads(handle.json())
-        motion, hold_out = own["motion"], handle.hold_out()
+        motion = own["motion"]
         return cls(
             robot=own["robot"],
             method=own["method"],
@@ -211,7 +216,8 @@ class Excitation(_Report):
             base_frequency_hz=motion["base_frequency_hz"],
             harmonics=motion["harmonics"],
             trajectory=Trajectory(*handle.trajectory()),
-            hold_out=None if hold_out is None else Trajectory(*hold_out),
+            hold_out=_trajectory(handle.hold_out()),
+            slow=_trajectory(handle.slow()),
             promise=[Promised.of(one) for one in own["promise"]],
             limits=[LimitUsed.of(one) for one in own["limits"]],
             more=[More.of(one) for one in own["more"]],
@@ -238,13 +244,14 @@ class Excitation(_Report):
         """Writes the files of ``sprung excite``: trajectories, reference, report, excitation.
 
         Each file is written whole or not at all; ``excitation.json`` comes last. Without a motion for
-        validation, ``hold-out.csv`` of an earlier design is removed.
+        validation or a slow one, ``hold-out.csv`` or ``slow.csv`` of an earlier design is removed.
         """
         folder = Path(folder)
         for name, text in self._handle.files():
             write_text(folder / name, text)
-        if self.hold_out is None:
-            remove(folder / _HOLD_OUT)
+        for name, motion in ((_HOLD_OUT, self.hold_out), (_SLOW, self.slow)):
+            if motion is None:
+                remove(folder / name)
         write_text(folder / "report.html", self._html())
         write_text(folder / "excitation.json", self.to_json())
         return folder
@@ -255,16 +262,19 @@ class Excitation(_Report):
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Excitation):
             return NotImplemented
-        motions = (self.trajectory, self.hold_out) == (other.trajectory, other.hold_out)
+        motions = self._motions() == other._motions()
         return motions and self.to_json() == other.to_json()
+
+    def _motions(self) -> tuple[Trajectory | None, ...]:
+        return self.trajectory, self.hold_out, self.slow
 
     def __hash__(self) -> int:
         return hash(self.to_json())
 
     def __reduce__(self) -> tuple[Any, ...]:
         own = self._handle
-        motions = (own.trajectory(), own.hold_out())
-        return _excitation, (own.json(), *motions, own.files(), own.report())
+        motions = (own.trajectory(), own.hold_out(), own.slow())
+        return _excitation, (own.json(), motions, own.files(), own.report())
 
     def __repr__(self) -> str:
         highest = max(self.harmonics, default=1) * self.base_frequency_hz
@@ -280,16 +290,10 @@ class _Pickled:
     """The parts of a design that came out of a pickle."""
 
     def __init__(
-        self,
-        json_text: str,
-        trajectory: Samples,
-        hold_out: Samples | None,
-        files: list[tuple[str, str]],
-        page: str,
+        self, json_text: str, motions: _Motions, files: list[tuple[str, str]], page: str
     ) -> None:
         self._json = json_text
-        self._trajectory = trajectory
-        self._hold_out = hold_out
+        self._motions = motions
         self._files = files
         self._page = page
 
@@ -297,10 +301,13 @@ class _Pickled:
         return self._json
 
     def trajectory(self) -> Samples:
-        return self._trajectory
+        return self._motions[0]
 
     def hold_out(self) -> Samples | None:
-        return self._hold_out
+        return self._motions[1]
+
+    def slow(self) -> Samples | None:
+        return self._motions[2]
 
     def files(self) -> list[tuple[str, str]]:
         return self._files
@@ -310,13 +317,13 @@ class _Pickled:
 
 
 def _excitation(
-    json_text: str,
-    trajectory: Samples,
-    hold_out: Samples | None,
-    files: list[tuple[str, str]],
-    page: str,
+    json_text: str, motions: _Motions, files: list[tuple[str, str]], page: str
 ) -> Excitation:
-    return Excitation._of(_Pickled(json_text, trajectory, hold_out, files, page))
+    return Excitation._of(_Pickled(json_text, motions, files, page))
+
+
+def _trajectory(samples: Samples | None) -> Trajectory | None:
+    return None if samples is None else Trajectory(*samples)
 
 
 def _number(given: float | None) -> float:

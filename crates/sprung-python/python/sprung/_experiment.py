@@ -424,6 +424,7 @@ class Experiment:
         warm_up: bool = False,
         parameters: Values | None = None,
         from_log: str | os.PathLike[str] | None = None,
+        reference: str | os.PathLike[str] | None = None,
         threads: int = 0,
         progress: Progress = None,
     ) -> Excitation:
@@ -437,6 +438,8 @@ class Experiment:
             parameters: values for which the motion is designed: a result, ``identification.json`` or
                 a TOML file of values, or a dict of values by name; the nominal values if absent.
             from_log: path of a recorded log, beside which the new motion counts.
+            reference: path of a file with a ``[controller.reference]``, whose motion is judged instead
+                of a new one.
             threads: number of threads; 0 for one per processor. Results do not depend on it.
             progress: callback with phase, work done and total; it ends the search by returning
                 ``False``, and the best motion so far is returned. ``True`` shows a bar of tqdm.
@@ -452,9 +455,11 @@ class Experiment:
         one_of("method", method, _METHODS)
         values = _values(parameters)
         log = None if from_log is None else _path("from_log", from_log, "give the path of a log")
+        motion = None if reference is None else _path("reference", reference, "give the path of a file")
         with heard(progress, "designing") as callback:
             run = _run(threads, callback)
-            return Excitation._of(self._session.excite(method, warm_up, values, log, run))
+            files = (log, motion)
+            return Excitation._of(self._session.excite(method, warm_up, values, files, run))
 
     def truth(self) -> dict[str, float]:
         """Returns the true parameters of the digital twin, by name."""

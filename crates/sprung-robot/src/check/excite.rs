@@ -54,6 +54,7 @@ pub(super) fn check_excite(excite: &Excite, robot: &Robot) -> Result<(), Fault> 
         ("period_s", Some(excite.period_s)),
         ("bandwidth_hz", Some(excite.bandwidth_hz)),
         ("base_frequency_hz", excite.base_frequency_hz),
+        ("slow_sweep_s", excite.slow_sweep_s),
         ("tool_speed_m_per_s", excite.tool_speed_m_per_s),
     ] {
         if let Some(value) = value
@@ -62,11 +63,16 @@ pub(super) fn check_excite(excite: &Excite, robot: &Robot) -> Result<(), Fault> 
             return wrong(key, format!("{key} = {} must be positive", Shown(value)));
         }
     }
-    if excite.duration_s / excite.period_s > 1e7 {
-        return wrong(
-            "duration_s",
-            "the trajectory would have more than 1e7 samples".to_owned(),
-        );
+    for (key, duration) in [
+        ("duration_s", excite.duration_s),
+        ("slow_sweep_s", excite.slow_sweep_s.unwrap_or(0.0)),
+    ] {
+        if duration / excite.period_s > 1e7 {
+            return wrong(
+                key,
+                "the trajectory would have more than 1e7 samples".to_owned(),
+            );
+        }
     }
     if let Some(base) = excite.base_frequency_hz
         && excite.duration_s * base < 1.0 - 1e-9

@@ -166,7 +166,7 @@ impl Other {
             delays: &BTreeMap::from(delays),
         };
         with_source(log, |source| {
-            let bound = information_bound(&experiment, &model, truth, source);
+            let bound = information_bound(&experiment, &model, truth, &mut [source]);
             bound
                 .expect("the log is right")
                 .map(|own| own.standard_errors())

@@ -178,7 +178,7 @@ fn bound(demo: &Demo, settings: &Simulate, log: &[u8]) -> Option<Vec<f64>> {
             noise: &noise,
             delays: &BTreeMap::new(),
         };
-        let bound = information_bound(&demo.experiment, &demo.model, truth, source);
+        let bound = information_bound(&demo.experiment, &demo.model, truth, &mut [source]);
         bound
             .expect("the log is right")
             .map(|own| own.standard_errors())

@@ -7,10 +7,13 @@ use rand_chacha::ChaCha8Rng;
 use sprung::excite::Excited;
 use sprung::session::{ExciteMethod, Session};
 
-use super::{excite, session};
+use super::excite;
 
 /// Time of a design that is named, s.
 const SLOW_S: f64 = 10.0;
+
+/// Period of the controllers, s.
+const PERIOD_S: f64 = 1e-3;
 
 /// A link and its joint.
 pub(crate) struct Link {
@@ -64,6 +67,10 @@ impl Arm {
 
     /// Returns the session of the arm.
     pub(crate) fn session(&self, set: &[String]) -> Session {
+        self.session_with(set, "")
+    }
+
+    fn session_with(&self, set: &[String], reference: &str) -> Session {
         let mut text = "format = 1\n[robot]\nname = \"arm\"\nurdf = \"arm.urdf\"\n".to_owned();
         for (k, own) in self.links.iter().enumerate() {
             let (transmission, spring) = match own.stiffness {
@@ -75,7 +82,7 @@ impl Arm {
                 own.acceleration, own.jerk, own.rotor, own.viscous, own.coulomb
             ).expect("text");
         }
-        session(&text, set, &self.urdf())
+        super::session_with(&text, set, &self.urdf(), reference)
     }
 
     /// Returns a random arm of two to seven joints.
@@ -120,8 +127,11 @@ impl Arm {
     }
 }
 
-/// Checks the samples of a motion and the torques between them; returns the first broken limit.
-fn broken(arm: &Arm, found: &Excited) -> Option<String> {
+/// Checks the samples of a motion, and the torques of the loop at ten times their rate; returns the first broken limit.
+fn broken(arm: &Arm, session: &Session, found: &Excited) -> Option<String> {
+    let dense = [format!("excite.period_s={}", 0.1 * PERIOD_S)];
+    let dense = arm.session_with(&dense, &super::reference(session, found));
+    let dense = super::judged(&dense).expect("a judged motion");
     let own = &found.trajectory;
     for (joint, link) in arm.links.iter().enumerate() {
         let most = |list: &[f64]| list.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
@@ -145,9 +155,9 @@ fn broken(arm: &Arm, found: &Excited) -> Option<String> {
         if jerk > 1.001 * link.jerk {
             return Some(format!("jerk of j{joint}: {jerk} {}", link.jerk));
         }
-        let torque = &found.simulation.torque[joint];
-        if most(torque) > link.torque {
-            return Some(format!("torque of j{joint}"));
+        let torque = most(&dense.simulation.torque[joint]);
+        if torque > link.torque {
+            return Some(format!("torque of j{joint}: {torque} {}", link.torque));
         }
     }
     None
@@ -170,7 +180,7 @@ pub(crate) fn run(first: u64, count: u64) {
             );
         }
         match outcome {
-            Ok(found) => match broken(&arm, &found) {
+            Ok(found) => match broken(&arm, &session, &found) {
                 None => certified += 1,
                 Some(what) => {
                     wrong += 1;

@@ -1,19 +1,22 @@
 //! Designed experiments beside the paper's reference and random series, and on random arms.
 //!
-//! `cargo bench -p sprung --bench excite -- two-joints [--runs 200] | seven-joints [--random 200] | arms [--count 100]`
+//! `cargo bench -p sprung --bench excite -- two-joints [--runs 200] | rounds [--robots 6] | seven-joints [--random 200] | arms [--count 100]`
 #![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
 
 mod arms;
+mod rounds;
 mod seven;
 mod two;
 
 use std::io::Cursor;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use sprung::excite::Excited;
 use sprung::log::Input;
 use sprung::progress::Unheard;
-use sprung::session::{ExciteMethod, ExciteRequest, Parameters, Session, SessionError};
+use sprung::session::{
+    ExciteMethod, ExciteRequest, Parameters, Session, SessionError, excitation_files,
+};
 
 fn main() {
     let words: Vec<String> = std::env::args().collect();
@@ -24,6 +27,9 @@ fn main() {
     }
     if has("two-joints") {
         two::run(number(&words, "--runs", 200));
+    }
+    if has("rounds") {
+        rounds::run(number(&words, "--robots", 6));
     }
     if has("seven-joints") {
         seven::run(number(&words, "--random", 200));
@@ -42,12 +48,43 @@ fn number(words: &[String], word: &str, usual: u64) -> u64 {
     given.unwrap_or(usual)
 }
 
+/// Name of the file with a motion that is judged.
+pub(crate) const REFERENCE: &str = "reference.toml";
+
 /// Reads an experiment whose files all have one text.
 pub(crate) fn session(text: &str, set: &[String], file: &str) -> Session {
-    let file = file.to_owned();
-    let open =
-        move |_: &Path| Ok(Box::new(Cursor::new(file.clone().into_bytes())) as Box<dyn Input>);
+    session_with(text, set, file, "")
+}
+
+/// Reads an experiment with a motion that is judged; all other files have one text.
+pub(crate) fn session_with(text: &str, set: &[String], file: &str, reference: &str) -> Session {
+    let (file, reference) = (file.to_owned(), reference.to_owned());
+    let open = move |path: &Path| {
+        let own = if path.ends_with(REFERENCE) {
+            &reference
+        } else {
+            &file
+        };
+        Ok(Box::new(Cursor::new(own.clone().into_bytes())) as Box<dyn Input>)
+    };
     Session::read("bench", text, set, open).expect("the experiment is right")
+}
+
+/// Judges the motion of a session's reference.
+pub(crate) fn judged(session: &Session) -> Result<Excited, SessionError> {
+    let request = ExciteRequest {
+        reference: Some(PathBuf::from(REFERENCE)),
+        ..ExciteRequest::default()
+    };
+    session.excite(&request, None, &mut Unheard)
+}
+
+/// Returns a motion as the reference of a controller.
+pub(crate) fn reference(session: &Session, found: &Excited) -> String {
+    let files = excitation_files(session, found);
+    let mut files = files.into_iter();
+    let found = files.find(|(name, _)| *name == REFERENCE);
+    found.expect("a reference").1
 }
 
 /// Designs or judges a motion.

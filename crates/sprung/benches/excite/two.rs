@@ -5,18 +5,35 @@ use std::fmt::Write as _;
 
 use rayon::prelude::*;
 use sprung::demo;
+use sprung::estimate::Identified;
 use sprung::excite::{Excited, Promised};
 use sprung::progress::Unheard;
-use sprung::session::{ExciteMethod, Session, excitation_files};
+use sprung::session::{ExciteMethod, Session};
 
-use super::{errors, excite, mean_ratio, session};
+use super::{errors, excite, mean_ratio, reference, session};
 
 /// Sets the true values as those of the design.
 fn demo_session(set: &[String]) -> Session {
+    let mut all = nominal(&truth());
+    all.extend(set.iter().cloned());
+    session(demo::EXPERIMENT, &all, demo::TRUTH)
+}
+
+/// Returns the true values by name.
+pub(crate) fn truth() -> Vec<(String, f64)> {
     let truth: toml::Table = demo::TRUTH.parse().expect("the truth is a table");
+    let number = |own: toml::Value| own.as_float().expect("a number");
+    truth
+        .into_iter()
+        .map(|(name, own)| (name, number(own)))
+        .collect()
+}
+
+/// Returns settings that give the robot nominal values.
+pub(crate) fn nominal(values: &[(String, f64)]) -> Vec<String> {
     let mut nominal = String::from("robot.nominal={");
     let mut of_joints = [String::new(), String::new()];
-    for (name, value) in &truth {
+    for (name, value) in values {
         match name.split_once('.') {
             Some(("joint1", own)) => write!(of_joints[0], "{own}={value},").expect("text"),
             Some(("joint2", own)) => write!(of_joints[1], "{own}={value},").expect("text"),
@@ -30,8 +47,26 @@ fn demo_session(set: &[String]) -> Session {
             own.trim_end_matches(',')
         ));
     }
-    all.extend(set.iter().cloned());
-    session(demo::EXPERIMENT, &all, demo::TRUTH)
+    all
+}
+
+/// Returns settings that limit torques and deflections to parts of the largest ones of a motion.
+pub(crate) fn limits(peaks: &[[f64; 2]], torques: f64, deflections: f64) -> Vec<String> {
+    (peaks.iter().enumerate())
+        .map(|(joint, [torque, deflection])| {
+            format!(
+                "robot.joint.{joint}.limits={{torque_nm={}, deflection_rad={}}}",
+                torques * torque,
+                deflections * deflection
+            )
+        })
+        .collect()
+}
+
+/// Returns the largest torques and deflections of the paper's reference, per joint.
+pub(crate) fn paper_peaks() -> Vec<[f64; 2]> {
+    let paper = excite(&demo_session(&[]), ExciteMethod::Paper, None);
+    peaks(&paper.expect("the paper's motion"))
 }
 
 /// Returns the largest torques and deflections of a simulated motion, per joint.
@@ -58,15 +93,7 @@ pub(crate) fn run(runs: u64) {
         ("twice the torque and deflection", 2.0, 2.0),
         ("twice the torque, no limit of deflection", 2.0, 1e3),
     ] {
-        let set: Vec<String> = (peaks.iter().enumerate())
-            .map(|(joint, [torque, deflection])| {
-                format!(
-                    "robot.joint.{joint}.limits={{torque_nm={}, deflection_rad={}}}",
-                    torques * torque,
-                    deflections * deflection
-                )
-            })
-            .collect();
+        let set = limits(&peaks, torques, deflections);
         let session = demo_session(&set);
         let started = std::time::Instant::now();
         let found = excite(&session, ExciteMethod::Optimal, None).expect("a motion");
@@ -97,32 +124,38 @@ pub(crate) fn run(runs: u64) {
     }
 }
 
-/// Compares the spread of refined estimates from simulated logs of a motion with its promise.
-fn spread(session: &Session, found: &Excited, runs: u64) {
-    let files = excitation_files(session, found);
-    let (_, reference) = files
-        .iter()
-        .find(|(name, _)| *name == "reference.toml")
-        .expect("a reference");
+/// Returns the experiment with another reference.
+pub(crate) fn with_reference(reference: &str) -> String {
     let (before, after) = demo::EXPERIMENT
         .split_once("[controller.reference]")
         .expect("a reference");
     let (_, after) = after.split_once("\n]\n").expect("the end of the sines");
-    let text = format!("{before}{reference}{after}");
+    format!("{before}{reference}{after}")
+}
+
+/// Identifies the true robot from a simulated log.
+pub(crate) fn identified(text: &str, seed: u64) -> Identified {
+    let twin = session(text, &[], demo::TRUTH);
+    let mut log = Vec::new();
+    let recording = twin.twin(None, None).expect("a twin").with_seed(seed);
+    recording.write(&mut log, &mut Unheard).expect("a log");
+    let log = String::from_utf8(log).expect("text");
     let set = [
-        "identify.estimator=prediction-error".to_owned(),
-        "identify.laws=declared".to_owned(),
-    ];
+        "identify.estimator=prediction-error",
+        "identify.laws=declared",
+    ]
+    .map(str::to_owned);
+    let own = session(text, &set, &log);
+    own.identify(&mut Unheard).expect("an estimate")
+}
+
+/// Compares the spread of refined estimates from simulated logs of a motion with its promise.
+fn spread(session: &Session, found: &Excited, runs: u64) {
+    let text = with_reference(&reference(session, found));
     let estimates: Vec<Vec<f64>> = (0..runs)
         .into_par_iter()
         .map(|seed| {
-            let twin = super::session(&text, &[], demo::TRUTH);
-            let mut log = Vec::new();
-            let recording = twin.twin(None, None).expect("a twin").with_seed(seed + 1);
-            recording.write(&mut log, &mut Unheard).expect("a log");
-            let log = String::from_utf8(log).expect("text");
-            let own = super::session(&text, &set, &log);
-            let found = own.identify(&mut Unheard).expect("an estimate");
+            let found = identified(&text, seed + 1);
             let parameters = &found.identification.results[0].parameters;
             parameters
                 .iter()

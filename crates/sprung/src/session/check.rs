@@ -52,6 +52,7 @@ impl Session {
         if depth == Depth::Likelihood && !checked.report.refused {
             checked.with_delays(&late_channels(experiment, model, sources, progress)?);
         }
+        self.check_design(sources, &mut checked)?;
         Ok(checked)
     }
 }

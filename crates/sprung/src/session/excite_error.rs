@@ -80,6 +80,17 @@ pub enum ExciteError {
          duration_s of [excite], or give known values in [robot.fixed]"
     )]
     NoBound,
+    /// A file has no motion that can be judged.
+    #[error(
+        "{file} has no motion to judge: {why}; give reference.toml of sprung excite, or another file with sines in \
+         [controller.reference]"
+    )]
+    NoReference {
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        why: String,
+    },
     /// The robot is a position servo.
     #[error(
         "{joint} is a position servo, whose log has no torque; sprung excite designs experiments with torques"

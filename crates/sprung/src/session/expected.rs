@@ -100,7 +100,7 @@ impl Session {
             noise: &KnownNoise::from(&twin.settings),
             delays: &delays,
         };
-        let bound = information_bound(experiment, &twin.model, truth, source)?;
+        let bound = information_bound(experiment, &twin.model, truth, &mut [source])?;
         bound.ok_or(SessionError::NoBound)
     }
 }

@@ -57,7 +57,7 @@ fn bound(twin: &Twin, settings: &Simulate, log: &[u8]) -> Vec<f64> {
             noise: &noise,
             delays: &BTreeMap::new(),
         };
-        information_bound(&twin.experiment, &twin.model, truth, source)
+        information_bound(&twin.experiment, &twin.model, truth, &mut [source])
     })
     .unwrap()
     .unwrap()

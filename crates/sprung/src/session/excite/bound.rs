@@ -1,9 +1,13 @@
-//! The information that a motion buys for the default estimator.
+//! The information that a motion or a log buys.
+
+use std::collections::BTreeMap;
+use std::path::Path;
 
 use sprung_base::progress::Listener;
-use sprung_method::excite::Information;
+use sprung_log::LogSource;
+use sprung_method::estimate::{KnownTruth, information_bound};
+use sprung_method::excite::{Frequencies, Information, Series, information};
 use sprung_method::validate::ParameterSet;
-use sprung_robot::Experiment;
 
 use super::task::Setup;
 use crate::session::error::SessionError;
@@ -11,26 +15,74 @@ use crate::session::excite_error::ExciteError;
 use crate::session::load::Session;
 use crate::session::parameters::Parameters;
 
-/// Returns the information that the motion of a twin buys, by the bound of the default estimator.
-pub(super) fn full(
-    session: &Session,
-    setup: &Setup,
-    experiment: Experiment,
-    progress: &mut dyn Listener,
-) -> Result<Information, SessionError> {
-    let own = session.with_experiment(experiment)?;
-    let parameters = Parameters {
-        sets: vec![ParameterSet {
-            label: "design".to_owned(),
-            values: setup.named(),
-            promise: Vec::new(),
-        }],
-        identification: None,
-    };
-    let twin = own.twin(None, Some(&parameters))?;
-    let bound = match own.bound(&twin, progress) {
-        Err(SessionError::NoBound) => return Err(ExciteError::NoBound.into()),
-        other => other?,
-    };
-    Information::of_bound(&bound).ok_or_else(|| ExciteError::NoBound.into())
+impl Session {
+    /// Returns the information that a motion buys: by the bound of the default estimator, and where that is singular by
+    /// the spectra of the search, which `assumed` then says.
+    pub(super) fn bought(
+        &self,
+        setup: &Setup,
+        (frequencies, series): (&Frequencies, &Series),
+        assumed: &mut Vec<String>,
+        progress: &mut dyn Listener,
+    ) -> Result<Information, SessionError> {
+        let reference = series.reference(&setup.model);
+        let own = self.with_experiment(setup.with_motion(reference, frequencies.duration()))?;
+        let parameters = Parameters {
+            sets: vec![ParameterSet {
+                label: "design".to_owned(),
+                values: setup.named(),
+                promise: Vec::new(),
+            }],
+            identification: None,
+        };
+        let twin = own.twin(None, Some(&parameters))?;
+        let bound = match own.bound(&twin, progress) {
+            Err(SessionError::NoBound) => None,
+            other => Information::of_bound(&other?),
+        };
+        if let Some(own) = bound {
+            return Ok(own);
+        }
+        assumed.push(
+            "the motion tells almost nothing about some combination of parameters, so that the bound of the default estimator \
+             has no finite value; standard errors come from the spectra of the search, with little prior knowledge of each \
+             parameter"
+                .to_owned(),
+        );
+        let task = setup.task(None, &[]);
+        let own = information(&task, frequencies, series);
+        own.ok_or_else(|| ExciteError::NoBound.into())
+    }
+
+    /// Returns the information of a recorded log at the values of the design.
+    pub(super) fn information_of_log(
+        &self,
+        setup: &Setup,
+        file: &Path,
+    ) -> Result<Information, SessionError> {
+        let name = file.display().to_string();
+        let mut open = |_: Option<&Path>| self.files.open(file);
+        let mut sources = [LogSource::files(&name, &mut open)];
+        setup
+            .information_of(&mut sources)?
+            .ok_or(SessionError::NoBound)
+    }
+}
+
+impl Setup {
+    /// Returns the information of logs at the values of the design; `None` if they do not determine all parameters.
+    pub(super) fn information_of(
+        &self,
+        sources: &mut [LogSource<'_>],
+    ) -> Result<Option<Information>, SessionError> {
+        let delays = BTreeMap::new();
+        let noise = self.noise();
+        let truth = KnownTruth {
+            theta: &self.theta,
+            noise: &noise,
+            delays: &delays,
+        };
+        let bound = information_bound(&self.experiment, &self.model, truth, sources)?;
+        Ok(bound.as_ref().and_then(Information::of_bound))
+    }
 }

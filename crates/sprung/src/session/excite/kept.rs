@@ -1,14 +1,19 @@
-//! Compares the standard errors of an identification with those that the design of its experiment promised.
+//! Compares the standard errors of a log with those that the design of its experiment promised.
 
-use std::path::Path;
+use std::collections::BTreeMap;
 
 use serde::Deserialize;
 use sprung_base::finding::{Finding, Severity};
-use sprung_method::estimate::{EstimateResult, Identified};
+use sprung_log::LogSource;
+use sprung_method::check::Checked;
+use sprung_method::estimate::Identified;
+use sprung_method::validate::ParameterSet;
 
+use super::task::Setup;
 use crate::session::error::SessionError;
 use crate::session::files::read_text;
 use crate::session::load::Session;
+use crate::session::parameters::Parameters;
 
 /// Factor of standard errors over the promise from which they count as larger.
 const LARGER: f64 = 1.5;
@@ -25,7 +30,9 @@ struct Design {
 #[derive(Deserialize)]
 struct Promise {
     name: String,
-    standard_error: f64,
+    value: f64,
+    /// Absent for one that is infinite.
+    standard_error: Option<f64>,
 }
 
 impl Session {
@@ -34,33 +41,103 @@ impl Session {
         &self,
         mut found: Identified,
     ) -> Result<Identified, SessionError> {
-        let Some(file) = &self.experiment().excite.promise else {
+        let Some(design) = self.design()? else {
             return Ok(found);
         };
-        let design = self.design(&self.folder.join(file))?;
         for result in &mut found.identification.results {
-            if let Some(finding) = compared(result, &design) {
+            let error = |name: &str| result.parameter(name)?.standard_error;
+            if let Some(finding) = compared(&design, error, &ESTIMATE) {
                 result.warnings.push(finding);
             }
         }
         Ok(found)
     }
 
-    fn design(&self, file: &Path) -> Result<Design, SessionError> {
-        let text = read_text(&*self.files, file)?;
-        serde_json::from_str(&text).map_err(|error| SessionError::NotParameters {
+    /// Adds a finding about the promise of the design to a check: the standard errors that the recorded motion buys with the
+    /// values and sensors of the design.
+    pub(in crate::session) fn check_design(
+        &self,
+        sources: &mut [LogSource<'_>],
+        checked: &mut Checked,
+    ) -> Result<(), SessionError> {
+        let Some(design) = self.design()?.filter(|_| !checked.report.refused) else {
+            return Ok(());
+        };
+        let values = design
+            .promise
+            .iter()
+            .map(|own| (own.name.clone(), own.value));
+        let parameters = Parameters {
+            sets: vec![ParameterSet {
+                label: "design".to_owned(),
+                values: values.collect(),
+                promise: Vec::new(),
+            }],
+            identification: None,
+        };
+        let (experiment, model) = (self.experiment().clone(), self.model().clone());
+        let setup = Setup::new(experiment, model, Some(&parameters), false)?;
+        let Some(information) = setup.information_of(sources)? else {
+            return Ok(());
+        };
+        let errors: BTreeMap<&str, f64> = (setup.model.parameters().iter())
+            .filter(|own| own.fixed.is_none())
+            .map(|own| own.name.as_str())
+            .zip(information.standard_errors())
+            .collect();
+        let error = |name: &str| errors.get(name).copied();
+        checked
+            .report
+            .findings
+            .extend(compared(&design, error, &MOTION));
+        Ok(())
+    }
+
+    /// Reads the design of this experiment.
+    fn design(&self) -> Result<Option<Design>, SessionError> {
+        let Some(file) = &self.experiment().excite.promise else {
+            return Ok(None);
+        };
+        let file = self.folder.join(file);
+        let text = read_text(&*self.files, &file)?;
+        let design = serde_json::from_str(&text).map_err(|error| SessionError::NotParameters {
             file: file.display().to_string(),
             why: format!("it is not the excitation.json of sprung excite: {error}"),
-        })
+        })?;
+        Ok(Some(design))
     }
 }
 
-/// Returns the note about a result; `None` if it has no parameter with a promise.
-fn compared(result: &EstimateResult, design: &Design) -> Option<Finding> {
+/// The words of a comparison.
+struct Words {
+    kept: &'static str,
+    missed: &'static str,
+    remedy: &'static str,
+}
+
+const ESTIMATE: Words = Words {
+    kept: "the log keeps the promise of its design",
+    missed: "the log tells less than its design promised",
+    remedy: "compare noise, rate and motion of the log with [simulate] and the trajectory, or look for an effect that the model \
+             lacks; sprung excite --parameters identification.json --from-log LOG designs the next motion",
+};
+
+const MOTION: Words = Words {
+    kept: "the recorded motion tells as much as its design promised",
+    missed: "the recorded motion tells less than its design promised",
+    remedy: "compare length, amplitude and rate of the log with trajectory.csv: the robot did not follow it, or a part is \
+             missing; sprung excite --from-log LOG designs a motion that adds to this one",
+};
+
+/// Returns the note about standard errors; `None` if none has a promise.
+fn compared(
+    design: &Design,
+    error: impl Fn(&str) -> Option<f64>,
+    words: &Words,
+) -> Option<Finding> {
     let mut ratios: Vec<(f64, &str)> = (design.promise.iter())
         .filter_map(|own| {
-            let found = result.parameter(&own.name)?.standard_error?;
-            let ratio = found / own.standard_error;
+            let ratio = error(&own.name)? / own.standard_error?;
             (ratio.is_finite() && ratio > 0.0).then_some((ratio, own.name.as_str()))
         })
         .collect();
@@ -69,13 +146,9 @@ fn compared(result: &EstimateResult, design: &Design) -> Option<Finding> {
     let logs: f64 = ratios.iter().map(|own| own.0.ln()).sum();
     let mean = (logs / ratios.len() as f64).exp();
     let (kept, remedy) = if mean <= LARGER {
-        ("the log keeps the promise of its design", "no action")
+        (words.kept, "no action")
     } else {
-        (
-            "the log tells less than its design promised",
-            "compare noise, rate and motion of the log with [simulate] and the trajectory, or look for an effect that the model \
-             lacks; sprung excite --parameters identification.json --from-log LOG designs the next motion",
-        )
+        (words.missed, words.remedy)
     };
     let text = format!(
         "{kept}: standard errors are {mean:.2} times the promised ones in the geometric mean, {worst:.1} times for {name}"

@@ -99,14 +99,14 @@ pub fn information_bound(
     experiment: &Experiment,
     model: &Model,
     truth: KnownTruth<'_>,
-    source: LogSource<'_>,
+    sources: &mut [LogSource<'_>],
 ) -> Result<Option<Bound>, IdentifyError> {
     let KnownTruth { theta, noise, .. } = truth;
     let log = experiment.log.as_ref().ok_or(PrepareError::NoLog)?;
     let channels = Channels::new(&experiment.robot, log)?;
     let failed = |error: LogError| IdentifyError::Pass(PassError::from(error));
-    let mut sources = [source];
-    let excerpt = excerpt(&channels, &mut sources[0]).map_err(failed)?;
+    let first = sources.first_mut().ok_or(PrepareError::NoLog)?;
+    let excerpt = excerpt(&channels, first).map_err(failed)?;
     let settings = &experiment.identify;
     let (reading, _) = as_given(model, settings, &channels, &excerpt);
     let delays = channels.all.iter();
@@ -117,8 +117,7 @@ pub fn information_bound(
         .filter(|&i| channels.all[i].delay == Some(Delay::Estimate))
         .collect();
     let limit = max_samples(model.coordinates());
-    let (raw, left_out) =
-        read(&channels, &mut sources, Extent::Beginning(limit)).map_err(failed)?;
+    let (raw, left_out) = read(&channels, sources, Extent::Beginning(limit)).map_err(failed)?;
     let Some(measurements) = build(&reading, &excerpt, &raw, left_out)? else {
         return Ok(None);
     };

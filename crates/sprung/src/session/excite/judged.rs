@@ -1,0 +1,155 @@
+//! Motions that no search made.
+
+use std::f64::consts::TAU;
+use std::path::Path;
+
+use serde::Deserialize;
+use sprung_base::finding::GENERATOR;
+use sprung_base::progress::Listener;
+use sprung_method::excite::{
+    Bounds, EXCITATION_FORMAT, Excitation, Excited, Frequencies, Limited, Refused, SearchResult,
+    Series, Task, add_cures, certify, more, promise, value_of,
+};
+use sprung_model::Model;
+use sprung_robot::Reference;
+
+use super::files;
+use super::task::Setup;
+use crate::session::error::SessionError;
+use crate::session::excite_error::ExciteError;
+use crate::session::files::read_text;
+use crate::session::load::Session;
+
+impl Session {
+    /// Judges a motion that no search made.
+    pub(super) fn judged(
+        &self,
+        method: &str,
+        setup: &Setup,
+        task: &Task<'_>,
+        series: &Series,
+        progress: &mut dyn Listener,
+    ) -> Result<Excited, SessionError> {
+        let frequencies = &Frequencies {
+            rate: series.rate,
+            harmonics: series.harmonics.clone(),
+            periods: (task.settings.duration_s * series.rate / TAU + 1e-9)
+                .floor()
+                .max(1.0) as usize,
+        };
+        // Limits that are far wider show how much of them the motion uses.
+        const WIDER: f64 = 1e6;
+        let wide = Bounds {
+            floor: None,
+            ..task.bounds.narrowed(&[WIDER; Limited::ALL.len()])
+        };
+        let wider = Task {
+            bounds: &wide,
+            ..task.clone()
+        };
+        let judged = certify(&wider, frequencies, &setup.runs, series);
+        let (mut certified, mut simulated, simulation) =
+            judged.map_err(|broken| setup.refused(&Refused::Motion(broken)))?;
+        for own in certified.iter_mut().chain(&mut simulated) {
+            own.part *= WIDER;
+        }
+        let is_certified = certify(task, frequencies, &setup.runs, series).is_ok();
+        let mut assumed = setup.assumed.clone();
+        let full = self.bought(setup, (frequencies, series), &mut assumed, progress)?;
+        let full = task
+            .known
+            .map_or_else(|| full.clone(), |known| full.with(known));
+        let mut promised = promise(setup.robot(), &setup.bounds, &full);
+        add_cures(
+            &mut promised,
+            task,
+            (frequencies, series),
+            &setup.experiment,
+            &setup.named(),
+        );
+        let objective = value_of(task, frequencies, series);
+        let (model, period) = (&setup.model, setup.runs.period);
+        let excitation = Excitation {
+            format: EXCITATION_FORMAT,
+            generator: GENERATOR.to_owned(),
+            robot: setup.experiment.robot.name.clone(),
+            method: method.to_owned(),
+            objective: task.settings.objective.word().to_owned(),
+            is_warm_up: false,
+            is_certified,
+            motion: setup.motion(series, frequencies, None),
+            hold_out: None,
+            slow: None,
+            limits: setup.limits(&certified, &simulated),
+            more: more(setup.robot(), &setup.bounds, &full, &[]),
+            promise: promised,
+            links_condition_number: setup.links_condition_number(&full),
+            assumed,
+            search: SearchResult {
+                seed: task.settings.seed,
+                steps: 0,
+                objectives: Vec::new(),
+                objective: objective.unwrap_or(f64::INFINITY),
+            },
+        };
+        Ok(Excited {
+            excitation,
+            simulation,
+            trajectory: files::samples(model, series, frequencies.duration(), None, period),
+            hold_out: None,
+            slow: None,
+            skeleton: None,
+        })
+    }
+
+    /// Reads the series of a file's `[controller.reference]`.
+    pub(super) fn given_reference(
+        &self,
+        model: &Model,
+        file: &Path,
+    ) -> Result<Series, SessionError> {
+        #[derive(Deserialize)]
+        struct File {
+            controller: Controller,
+        }
+        #[derive(Deserialize)]
+        struct Controller {
+            reference: Reference,
+        }
+        let text = read_text(&*self.files, file)?;
+        let wrong = |why: String| ExciteError::NoReference {
+            file: file.display().to_string(),
+            why,
+        };
+        let own: File = toml::from_str(&text).map_err(|error| wrong(error.message().to_owned()))?;
+        let reference = own.controller.reference;
+        Series::of_reference(&reference, model).map_err(|why| wrong(why).into())
+    }
+}
+
+/// Returns the reference of the paper: for joints in turn those of its first and of its second joint.
+///
+/// # Source
+///
+/// Eq. (29).
+pub(super) fn paper_reference(joints: usize) -> Series {
+    // Multiples of 0.1 Hz, amplitude 3°; phases of both joints, degrees.
+    let harmonics = vec![2, 5, 10];
+    let phases = [[45.0, 30.0, 0.0], [0.0, 90.0, 36.0]];
+    let amplitude = 3.0_f64.to_radians();
+    Series {
+        rate: TAU * 0.1,
+        joints: (0..joints)
+            .map(|joint| {
+                let waves = phases[joint % 2].map(|phase: f64| {
+                    let (sin, cos) = phase.to_radians().sin_cos();
+                    [amplitude * cos, amplitude * sin]
+                });
+                std::iter::once(0.0)
+                    .chain(waves.into_iter().flatten())
+                    .collect()
+            })
+            .collect(),
+        harmonics,
+    }
+}
