@@ -20,6 +20,20 @@ use crate::session::excite_error::ExciteError;
 use crate::session::files::read_text;
 use crate::session::load::Session;
 
+/// Limits that are wider by this factor show how much of them a motion uses.
+const WIDER: f64 = 1e6;
+
+/// The part of a file that a judgement needs.
+#[derive(Deserialize)]
+struct File {
+    controller: Controller,
+}
+
+#[derive(Deserialize)]
+struct Controller {
+    reference: Reference,
+}
+
 impl Session {
     /// Judges a motion that no search made.
     pub(super) fn judged(
@@ -37,8 +51,6 @@ impl Session {
                 .floor()
                 .max(1.0) as usize,
         };
-        // Limits that are far wider show how much of them the motion uses.
-        const WIDER: f64 = 1e6;
         let wide = Bounds {
             floor: None,
             ..task.bounds.narrowed(&[WIDER; Limited::ALL.len()])
@@ -108,14 +120,6 @@ impl Session {
         model: &Model,
         file: &Path,
     ) -> Result<Series, SessionError> {
-        #[derive(Deserialize)]
-        struct File {
-            controller: Controller,
-        }
-        #[derive(Deserialize)]
-        struct Controller {
-            reference: Reference,
-        }
         let text = read_text(&*self.files, file)?;
         let wrong = |why: String| ExciteError::NoReference {
             file: file.display().to_string(),

@@ -98,9 +98,9 @@ impl Setup {
         );
         Ok(Self {
             experiment,
-            uncertainties,
             model,
             theta,
+            uncertainties,
             bounds,
             errors,
             runs,
