@@ -25,8 +25,19 @@ pub struct NoPose {
 const POSES: usize = 400;
 const RANDOM_MOTIONS: usize = 3;
 
+/// Poses whose neighbourhood is searched if none of those tried is good, and steps of each search.
+const REFINED: usize = 4;
+const STEPS: usize = 200;
+
+/// Largest place of a pose that leaves enough of the limits to a motion.
+const GOOD: f64 = 0.75;
+
+/// Largest place of a pose about which the robot can move at all.
+const LEAVES_ROOM: f64 = 0.97;
+
 /// Bisections of the size of a random motion.
 const BISECTIONS: usize = 6;
+const MOST_BISECTIONS: usize = 30;
 
 /// Returns the point of a series, with smaller amplitudes if it is outside.
 pub(super) fn inside(
@@ -123,7 +134,10 @@ pub(super) fn random_motion(
         low = high;
         high *= 2.0;
     }
-    for _ in 0..BISECTIONS {
+    for bisection in 0..MOST_BISECTIONS {
+        if bisection >= BISECTIONS && low > 0.0 {
+            break;
+        }
         let middle = 0.5 * (low + high);
         if largest(problem, &at(middle)) < part {
             low = middle;
@@ -153,36 +167,85 @@ pub fn random(
 
 /// Returns free numbers of a random pose that keeps the limits at rest.
 fn pose(problem: &mut Problem, rng: &mut ChaCha8Rng) -> Result<Vec<f64>, NoPose> {
-    let mut least: Option<(f64, Vec<f64>)> = None;
+    let joints = problem.bases.len();
+    let mut tried: Vec<(f64, Vec<f64>)> = Vec::new();
     for attempt in 0..POSES {
-        let mut x = Vec::new();
-        for joint in 0..problem.bases.len() {
-            let orders = problem.bounds.joints[joint].orders;
-            let span = if orders[0].is_limited() {
-                orders[0].half
-            } else {
-                1.0
-            };
-            let part = if attempt == 0 {
-                0.0
-            } else {
-                rng.random_range(-0.7..0.7)
-            };
-            let scale = orders[0].half.min(1.0);
-            x.push((orders[0].middle + part * span) / scale);
-            x.extend(std::iter::repeat_n(0.0, problem.bases[joint].count() - 1));
-        }
+        let parts: Vec<f64> = (0..joints)
+            .map(|_| match attempt {
+                0 => 0.0,
+                _ => rng.random_range(-0.7..0.7),
+            })
+            .collect();
+        let x = at_rest(problem, &parts);
         let place = largest(problem, &x);
-        if place < 0.75 || (place < 0.98 && attempt > POSES / 4) {
+        if place < GOOD || (place < LEAVES_ROOM && attempt > POSES / 4) {
             return Ok(x);
         }
-        if least.as_ref().is_none_or(|(own, _)| place < *own) {
-            least = Some((place, x));
+        tried.push((place, parts));
+    }
+    tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // Where few poses keep the limits, steps about the best ones find them.
+    let mut best: Option<(f64, Vec<f64>)> = None;
+    for from in tried.into_iter().take(REFINED) {
+        let (place, parts) = refined(problem, from, rng);
+        let x = at_rest(problem, &parts);
+        if place < GOOD {
+            return Ok(x);
+        }
+        if best.as_ref().is_none_or(|(own, _)| place < *own) {
+            best = Some((place, x));
         }
     }
-    match least {
-        Some((place, x)) if place < 0.995 => Ok(x),
+    match best {
+        Some((place, x)) if place < LEAVES_ROOM => Ok(x),
         Some((_, x)) => Err(worst(problem, &x)),
         None => Ok(Vec::new()),
     }
+}
+
+/// Returns a pose near another one that keeps the limits better, and its largest place.
+fn refined(
+    problem: &mut Problem,
+    (mut place, mut parts): (f64, Vec<f64>),
+    rng: &mut ChaCha8Rng,
+) -> (f64, Vec<f64>) {
+    let mut step = 0.3;
+    for _ in 0..STEPS {
+        let near: Vec<f64> = (parts.iter())
+            .map(|part| {
+                let moved: f64 = rng.sample(StandardNormal);
+                (part + step * moved).clamp(-0.95, 0.95)
+            })
+            .collect();
+        let x = at_rest(problem, &near);
+        let found = largest(problem, &x);
+        if found < place {
+            (place, parts) = (found, near);
+            step *= 1.5;
+        } else {
+            step = (step * 0.95).max(1e-3);
+        }
+        if place < GOOD {
+            break;
+        }
+    }
+    (place, parts)
+}
+
+/// Returns the free numbers of a pose.
+///
+/// - `parts`: place of each joint between the middle of its range, 0, and its ends, ±1.
+fn at_rest(problem: &Problem, parts: &[f64]) -> Vec<f64> {
+    let mut x = Vec::new();
+    for (joint, part) in parts.iter().enumerate() {
+        let position = problem.bounds.joints[joint].orders[0];
+        let span = if position.is_limited() {
+            position.half
+        } else {
+            1.0
+        };
+        x.push((position.middle + part * span) / position.half.min(1.0));
+        x.extend(std::iter::repeat_n(0.0, problem.bases[joint].count() - 1));
+    }
+    x
 }

@@ -1,9 +1,11 @@
 //! Random arms with random limits: each motion is certified, or refused with the reason.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 use sprung::excite::Excited;
 use sprung::session::{ExciteMethod, Session};
 
@@ -71,6 +73,17 @@ impl Arm {
     }
 
     fn session_with(&self, set: &[String], reference: &str) -> Session {
+        super::session_with(&self.experiment(), set, &self.urdf(), reference)
+    }
+
+    /// Writes the experiment and the URDF into a folder.
+    pub(crate) fn write(&self, folder: &Path) -> std::io::Result<()> {
+        std::fs::create_dir_all(folder)?;
+        std::fs::write(folder.join("experiment.toml"), self.experiment())?;
+        std::fs::write(folder.join("arm.urdf"), self.urdf())
+    }
+
+    fn experiment(&self) -> String {
         let mut text = "format = 1\n[robot]\nname = \"arm\"\nurdf = \"arm.urdf\"\n".to_owned();
         for (k, own) in self.links.iter().enumerate() {
             let (transmission, spring) = match own.stiffness {
@@ -82,7 +95,7 @@ impl Arm {
                 own.acceleration, own.jerk, own.rotor, own.viscous, own.coulomb
             ).expect("text");
         }
-        super::session_with(&text, set, &self.urdf(), reference)
+        text
     }
 
     /// Returns a random arm of two to seven joints.
@@ -131,7 +144,10 @@ impl Arm {
 fn broken(arm: &Arm, session: &Session, found: &Excited) -> Option<String> {
     let dense = [format!("excite.period_s={}", 0.1 * PERIOD_S)];
     let dense = arm.session_with(&dense, &super::reference(session, found));
-    let dense = super::judged(&dense).expect("a judged motion");
+    let dense = match super::judged(&dense) {
+        Ok(own) => own,
+        Err(error) => return Some(error.to_string()),
+    };
     let own = &found.trajectory;
     for (joint, link) in arm.links.iter().enumerate() {
         let most = |list: &[f64]| list.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
@@ -188,7 +204,7 @@ pub(crate) fn run(first: u64, count: u64) {
                 }
             },
             Err(error) => {
-                let feasible = (0..200).any(|k| {
+                let feasible = (0..200).into_par_iter().any(|k| {
                     let session = arm.session(&[format!("excite.seed={}", 7000 + k)]);
                     excite(&session, ExciteMethod::Random, None)
                         .is_ok_and(|own| own.excitation.is_certified)

@@ -1,6 +1,6 @@
 //! Designed experiments beside the paper's reference and random series, and on random arms.
 //!
-//! `cargo bench -p sprung --bench excite -- two-joints [--runs 200] | rounds [--robots 6] | seven-joints [--random 200] | arms [--count 100]`
+//! `cargo bench -p sprung --bench excite -- two-joints [--runs 200] | rounds [--robots 6] | seven-joints [--random 200] [--write FOLDER] | arms [--count 100]`
 #![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
 
 mod arms;
@@ -32,19 +32,24 @@ fn main() {
         rounds::run(number(&words, "--robots", 6));
     }
     if has("seven-joints") {
-        seven::run(number(&words, "--random", 200));
+        match after(&words, "--write") {
+            Some(folder) => seven::arm().write(Path::new(folder)).expect("a folder"),
+            None => seven::run(number(&words, "--random", 200)),
+        }
     }
     if has("arms") {
         arms::run(number(&words, "--first", 1), number(&words, "--count", 100));
     }
 }
 
+/// Returns the word after a word.
+fn after<'a>(words: &'a [String], word: &str) -> Option<&'a String> {
+    words.iter().skip_while(|own| *own != word).nth(1)
+}
+
 /// Returns the number after a word.
 fn number(words: &[String], word: &str, usual: u64) -> u64 {
-    let mut words = words.iter().skip_while(|own| *own != word);
-    let given = words
-        .nth(1)
-        .map(|own| own.parse().expect("a number follows"));
+    let given = after(words, word).map(|own| own.parse().expect("a number follows"));
     given.unwrap_or(usual)
 }
 
