@@ -11,9 +11,12 @@ const FREQUENCY_STEPS: usize = 14;
 const DAMPING_STEPS: usize = 10;
 const HUMP_STEPS: usize = 12;
 
-/// Least and first level of the humps, as parts of the allowed residual.
-const LEAST_HUMP: f64 = 0.02;
-const FIRST_HUMP: f64 = 0.9;
+/// Least level of the humps, as part of the allowed residual and at all.
+const LEAST_HUMP_PART: f64 = 0.02;
+const LEAST_HUMP: f64 = 1e-4;
+
+/// Searches of the level of the humps, each followed by one of the centre.
+const ROUNDS: usize = 2;
 
 /// The best sequence of a kind for one mode.
 #[derive(Clone, Debug)]
@@ -61,12 +64,16 @@ pub(super) fn best(
         frequencies: region.range(Mode::frequency),
         dampings: region.range(Mode::damping),
     };
-    let mut hump = FIRST_HUMP * level;
+    // Without humps the region lies about the centre. From there the humps grow; a search from large humps can end with
+    // the region about one zero.
+    let least = (LEAST_HUMP_PART * level).max(LEAST_HUMP).min(level);
+    let mut hump = least;
     let mut centre = search.centre(hump)?;
-    if kind.humps() > 0 {
-        let logarithms = [LEAST_HUMP * level, level].map(f64::ln);
+    for _ in 0..if kind.humps() > 0 { ROUNDS } else { 0 } {
         let cost = |logarithm: f64| search.cost(centre, logarithm.exp());
-        hump = minimise(cost, logarithms, HUMP_STEPS).0.exp();
+        hump = minimise(cost, [least, level].map(f64::ln), HUMP_STEPS)
+            .0
+            .exp();
         centre = search.centre(hump)?;
     }
     let centre = Mode::new(centre[0], centre[1]).ok()?;

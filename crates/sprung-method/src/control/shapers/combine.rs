@@ -9,6 +9,9 @@ use super::region::{Region, Residuals, sampled};
 /// A combination may be this much slower than the shortest if it leaves less vibration.
 const LONGER: f64 = 1.02;
 
+/// A longer combination is part of the trade-off if it leaves at most this part of the vibration.
+const CLEARLY_LESS: f64 = 0.8;
+
 /// The regions of all modes, and the best sequences of each kind for each mode.
 pub(super) struct Problem<'p> {
     pub(super) regions: &'p [Region],
@@ -141,14 +144,21 @@ impl Problem<'_> {
         decay * continuous - angle * angle / 8.0
     }
 
-    /// Returns the combinations of the trade-off.
+    /// Returns the combinations of the trade-off, from the shortest: each leaves clearly less vibration than all shorter
+    /// ones, and the last leaves the least.
     fn listed<'c>(&self, combinations: &'c [Combination]) -> Vec<&'c Combination> {
-        let mut least = f64::INFINITY;
+        let least = (combinations.iter())
+            .map(|own| own.continuous)
+            .fold(f64::INFINITY, f64::min);
+        let mut reached = f64::INFINITY;
         (combinations.iter())
             .filter(|own| {
-                let better = own.continuous < least;
-                least = least.min(own.continuous);
-                better || self.regions.len() == 1
+                let clearly = own.continuous < CLEARLY_LESS * reached;
+                let last = own.continuous <= least && reached > least;
+                if clearly || last {
+                    reached = own.continuous;
+                }
+                clearly || last || self.regions.len() == 1
             })
             .collect()
     }

@@ -25,7 +25,7 @@ pub struct ShaperDesign {
     /// Median over the region of a mode, percent; that of the mode with the largest median.
     pub median_percent: f64,
     /// Delay and residual of combinations of kinds, from the shortest: of one mode all kinds, of several the chosen
-    /// combination and those that no other beats in both.
+    /// combination and those that leave clearly less vibration than all shorter ones.
     pub trade_off: Vec<TradeOff>,
 }
 
