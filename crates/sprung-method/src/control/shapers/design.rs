@@ -82,8 +82,8 @@ pub enum ShaperDesignError {
 /// For each mode and kind, the centre of the sequence minimises the largest residual over the region, and so does the
 /// level of the humps of an extra-insensitive sequence. Of all combinations of one sequence per mode the shortest
 /// that keeps the level is chosen; one that is at most 2 % longer is preferred if it leaves less. All residuals are
-/// those of the sampled sequence. If no combination keeps the level, the design is that with the least residual and
-/// [`ShaperDesign::reached`] is false.
+/// those of the sampled sequence. If no combination keeps the level, the design is the entry of
+/// [`ShaperDesign::trade_off`] with the least residual, and [`ShaperDesign::reached`] is false.
 ///
 /// # Errors
 ///
