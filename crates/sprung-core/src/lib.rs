@@ -25,6 +25,7 @@
 //! - [`servo`]: a position servo with the friction of its gear under load,
 //! - [`filter`]: the filter pair `f_D`, `g_D`,
 //! - [`velocity`]: averaged velocity, computed on line,
+//! - [`shaper`]: input shapers against residual vibration,
 //! - [`controller`]: PD, and feedforward with state feedback,
 //! - [`recursive`]: recursive least squares with forgetting (LSFF).
 //!
@@ -53,6 +54,7 @@ mod regressor;
 pub mod robot;
 pub mod scalar;
 pub mod servo;
+pub mod shaper;
 mod space;
 pub mod spatial;
 pub mod velocity;

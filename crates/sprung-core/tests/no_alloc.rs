@@ -18,6 +18,7 @@ use sprung_core::parameters::JointParameter::{RotorInertia, Stiffness};
 use sprung_core::recursive::{ForgettingLeastSquares, Settings, memory_len};
 use sprung_core::robot::{Links, Robot, Torques, Values};
 use sprung_core::scalar::Scalar;
+use sprung_core::shaper::{Mode, Shaper, Tap, sample, zero_vibration};
 use sprung_core::spatial::BODY;
 use sprung_core::velocity::AveragedVelocity;
 
@@ -256,5 +257,19 @@ fn a_recursive_step_is_free_of_allocations() {
             lsff.update(&black_box([0.1; PARAMETERS]), f64::from(row));
         }
         black_box(lsff.theta());
+    });
+}
+
+#[test]
+fn a_shaper_is_free_of_allocations() {
+    let mode = Mode::from_hz(25.0, 0.05).unwrap();
+    assert_free("input shaper", || {
+        let mut taps = [Tap::default(); 6];
+        let count = sample(&zero_vibration::<3>(&mode), 1e-3, &mut taps).unwrap();
+        let mut memory = [0.0; 2 * 42];
+        let mut shaper = Shaper::new(&taps[..count], &[0.0; 2], &mut memory[..]).unwrap();
+        let mut output = [0.0; 2];
+        shaper.process(&black_box([1.0, 2.0]), &mut output).unwrap();
+        black_box(output);
     });
 }

@@ -6,6 +6,7 @@
 
 pub mod check;
 pub mod compare;
+pub mod control;
 pub mod estimate;
 pub mod excite;
 pub mod fit;

@@ -16,6 +16,7 @@ mod mixed;
 mod planar_2r;
 #[path = "../planar_2r/rows.rs"]
 mod rows;
+mod shapers;
 mod support;
 mod tables;
 mod trees;

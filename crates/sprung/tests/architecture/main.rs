@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use files::{Files, LIBRARY};
 
 /// Modules of `sprung` in order. A module uses only modules before it.
-const ORDER: [&str; 26] = [
+const ORDER: [&str; 27] = [
     "finding",
     "curves",
     "ellipsoid",
@@ -34,6 +34,7 @@ const ORDER: [&str; 26] = [
     "validate",
     "compare",
     "excite",
+    "control",
     "export",
     "servo",
     "session",
