@@ -199,6 +199,14 @@ impl JointBounds {
     }
 }
 
+/// Height above the floor from which a point is free, m.
+pub(super) const FREE_HEIGHT: f64 = 0.5;
+
+/// Returns the used part of the limit of a height: 1 on the floor, 0 where the point is free.
+pub(super) fn height_used(height: f64, floor: f64) -> f64 {
+    (1.0 - (height - floor) / FREE_HEIGHT).max(0.0)
+}
+
 /// Distance from the floor that stays free for a margin of the whole limit, m.
 const FLOOR_MARGIN: f64 = 1.0;
 

@@ -10,7 +10,7 @@ use sprung_core::links::Step;
 use sprung_core::robot::Values;
 use sprung_core::scalar::Scalar;
 
-use super::bounds::{Bounds, Interval, Limited};
+use super::bounds::{Bounds, FREE_HEIGHT, Interval, Limited, height_used};
 use super::enclosure::Enclosure;
 use super::fourier::{ORDERS, Series};
 use super::kept::{Broken, Kept, Peaks, broken};
@@ -147,7 +147,7 @@ pub(super) fn certify_followed(
         {
             if now > 1.0 || bound > 1.0 && length < SHORTEST {
                 let value = if what == Limited::Height {
-                    1.0 - value + bounds.floor.unwrap_or_default()
+                    bounds.floor.unwrap_or_default() + FREE_HEIGHT * (1.0 - value)
                 } else {
                     value
                 };
@@ -263,19 +263,13 @@ impl Torques {
         let (range, middle) = (square.range().map(speed), speed(square.middle()));
         decide(Limited::ToolSpeed, n - 1, bounds.tool_speed, range, middle);
         if let Some(floor) = bounds.floor {
-            let used = |height: f64| (1.0 - (height - floor)).max(0.0);
+            let used = |height: f64| height_used(height, floor);
             let interval = Interval {
                 middle: 0.0,
                 half: 1.0,
             };
-            let parents = kinematics.parents();
-            for (point, place) in places.points.iter().enumerate() {
-                // The origin of a joint on the base does not move.
-                if parents.get(point).is_some_and(Option::is_none) {
-                    continue;
-                }
-                let joint = parents.get(point).copied().flatten().unwrap_or(n - 1);
-                let height = kinematics.height(place);
+            for (point, joint) in kinematics.moving() {
+                let height = kinematics.height(&places.points[point]);
                 let (range, middle) = (height.range().map(used), used(height.middle()));
                 decide(Limited::Height, joint, interval, range, middle);
             }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::bounds::{Bounds, Interval, JointBounds, Limited};
+use super::bounds::{Bounds, Interval, JointBounds, Limited, height_used};
 use super::kept::{Broken, Kept, Peaks, broken};
 use super::kinematics::Kinematics;
 use crate::description::Controller;
@@ -146,14 +146,9 @@ fn places(
         peaks.note(Limited::ToolSpeed, last, part, time);
     }
     if let Some(floor) = bounds.floor {
-        let parents = kinematics.parents();
-        for (point, place) in places.points.iter().enumerate() {
-            if parents.get(point).is_some_and(Option::is_none) {
-                continue;
-            }
-            let joint = parents.get(point).copied().flatten().unwrap_or(last);
-            let height = kinematics.height(place);
-            let part = (1.0 - (height - floor)).max(0.0);
+        for (point, joint) in kinematics.moving() {
+            let height = kinematics.height(&places.points[point]);
+            let part = height_used(height, floor);
             if part > 1.0 {
                 return Err(broken(Limited::Height, joint, time, height, part));
             }

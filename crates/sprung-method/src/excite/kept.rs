@@ -52,6 +52,13 @@ impl Peaks {
         }
     }
 
+    /// Keeps the larger part of each limit.
+    pub(super) fn join(&mut self, more: Vec<Kept>) {
+        for own in more {
+            self.note(own.what, own.joint, own.part, own.time_s);
+        }
+    }
+
     pub(super) fn part(&self, what: Limited, joint: usize) -> f64 {
         let own = self
             .0

@@ -55,6 +55,20 @@ impl Kinematics {
         self.joints.iter().map(|joint| joint.parent).collect()
     }
 
+    /// Returns the points that move, links first, then the tool, each with the joint that carries it. The origin of a joint on
+    /// the base does not move.
+    #[must_use]
+    pub fn moving(&self) -> Vec<(usize, usize)> {
+        let links = self.joints.iter().enumerate();
+        let mut all: Vec<(usize, usize)> = links
+            .filter_map(|(point, joint)| Some((point, joint.parent?)))
+            .collect();
+        if let Some(last) = self.joints.len().checked_sub(1) {
+            all.push((last + 1, last));
+        }
+        all
+    }
+
     /// Returns places and the tool's velocity.
     ///
     /// - `q`, `dq`: \[n\], rad (m), rad/s (m/s).

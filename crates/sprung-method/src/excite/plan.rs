@@ -5,7 +5,7 @@ use super::certify::{certify_followed, certify_reference};
 use super::checked_loop::{Simulation, check_loop};
 use super::design::{Designed, design};
 use super::fourier::Series;
-use super::kept::{Broken, Kept};
+use super::kept::{Broken, Kept, Peaks};
 use super::starts::NoPose;
 use super::task::{Frequencies, Task, possible_values};
 use crate::description::Controller;
@@ -127,42 +127,28 @@ pub fn certify(
     series: &Series,
 ) -> Result<(Vec<Kept>, Vec<Kept>, Simulation), Broken> {
     let model = task.model;
-    let mut certified = certify_reference(series, task.bounds)?;
+    let mut certified = Peaks(certify_reference(series, task.bounds)?);
     let is_rigid = (0..model.joint_count()).all(|joint| !model.is_flexible(joint));
     let controller = Controller {
         reference: series.reference(model),
         ..runs.controller.clone()
     };
-    let mut simulated: Vec<Kept> = Vec::new();
+    let mut simulated = Peaks::default();
     let mut first = None;
     let times = (runs.period, frequencies.duration());
     for theta in possible_values(task) {
         if is_rigid && task.controller.is_none() {
             let robot = (model, theta.as_slice());
             let own = certify_followed(series, robot, task.bounds, task.kinematics)?;
-            join(&mut certified, own);
+            certified.join(own);
         }
         let robot = (model, &theta);
         let (kept, simulation) =
             check_loop(robot, &controller, times, task.bounds, task.kinematics)?;
-        join(&mut simulated, kept);
+        simulated.join(kept);
         first.get_or_insert(simulation);
     }
-    Ok((certified, simulated, first.unwrap_or_default()))
-}
-
-/// Keeps the larger part of each limit.
-fn join(all: &mut Vec<Kept>, more: Vec<Kept>) {
-    for own in more {
-        match all
-            .iter_mut()
-            .find(|known| known.what == own.what && known.joint == own.joint)
-        {
-            Some(known) if known.part >= own.part => {}
-            Some(known) => *known = own,
-            None => all.push(own),
-        }
-    }
+    Ok((certified.0, simulated.0, first.unwrap_or_default()))
 }
 
 /// Returns the first quantity without any limit that a design needs; `None` if the limits are enough.

@@ -3,7 +3,7 @@
 use faer::Mat;
 use sprung_core::scalar::{Dual, Scalar};
 
-use super::bounds::{Bounds, Interval, Limited};
+use super::bounds::{Bounds, FREE_HEIGHT, Interval, Limited, height_used};
 use super::follows::Follows;
 use super::fourier::{Basis, Series};
 use super::information::Weighting;
@@ -83,9 +83,6 @@ const SAMPLES_PER_WAVE: usize = 24;
 
 /// Number of variables by which one evaluation differentiates.
 const DIRECTIONS: usize = 4;
-
-/// Height above the floor from which a point is free, m.
-const HEIGHT: f64 = 0.5;
 
 /// The value of a problem at a point.
 #[derive(Clone, Debug)]
@@ -284,7 +281,7 @@ impl Problem {
 
     fn visit_places(&self, kinematics: &Kinematics, moved: &Moved, mut visit: impl FnMut(Seen)) {
         let n = self.bases.len();
-        let parents = kinematics.parents();
+        let moving = kinematics.moving();
         for (t, at) in moved.at.iter().enumerate() {
             let places = kinematics.places(&at.link[0], &at.link[1]);
             let interval = self.bounds.tool_speed;
@@ -301,12 +298,10 @@ impl Problem {
                 });
             }
             if let Some(floor) = self.bounds.floor {
-                // The origin of a joint on the base does not move.
-                let moves = |point: usize| point == n || parents[point].is_some();
-                for (point, place) in places.points.iter().enumerate().filter(|own| moves(own.0)) {
-                    let joint = parents.get(point).copied().flatten().unwrap_or(n - 1);
+                for &(point, joint) in &moving {
                     let interval = above(floor);
-                    let place = interval.place(kinematics.height(place)).min(0.0);
+                    let height = kinematics.height(&places.points[point]);
+                    let place = -height_used(height, floor);
                     visit(Seen {
                         what: Limited::Height,
                         joint,
@@ -543,7 +538,7 @@ impl Problem {
 /// Returns the heights above a floor. Only their lower end limits.
 fn above(floor: f64) -> Interval {
     Interval {
-        middle: floor + HEIGHT,
-        half: HEIGHT,
+        middle: floor + FREE_HEIGHT,
+        half: FREE_HEIGHT,
     }
 }
