@@ -17,7 +17,7 @@ Objectives, columns of the regressor, numbers of harmonics and waves are those o
 Each objective is also minimised with the ten harmonics of sprung's design. What the peers leave open is chosen for them:
 
 - Ipopt is the local search of all, with limits at each sample, and gradients from singular vectors and differences of the
-  regressor. It starts again until the time is over, and the best motion that keeps the limits counts.
+  regressor. It starts again until its processor time is over, and the best motion that keeps the limits counts.
 - Limits are those of sprung, with all torques of the motor. The search uses 98 % of them, as sprung's own does.
 - Motions fill the 10 s and begin and end at rest. So the lowest frequency of FloBaRoID is fixed, too: within its bounds only
   one period of 10 s ends at rest after 10 s.
@@ -271,7 +271,7 @@ class Problem:
         at = np.array([self.shrunk(random()) for _ in range(SWARM)])
         speed, own, scores = 0 * at, at.copy(), np.array([score(x) for x in at])
         for k in np.tile(np.arange(SWARM), ITERATIONS):
-            if time.monotonic() > deadline:
+            if time.process_time() > deadline:
                 break
             pull = self.random.uniform(0, 1.5, (2, self.size))
             speed[k] = 0.7 * speed[k] + pull[0] * (own[k] - at[k]) + pull[1] * (own[np.argmin(scores)] - at[k])
@@ -283,17 +283,17 @@ class Problem:
 
     def solve(self, seconds):
         """Returns the best motion of searches until the time is over."""
-        deadline = time.monotonic() + seconds
+        deadline = time.process_time() + seconds
         free, rows = np.full(self.size, 1e20), np.full(4 * self.peer.samples * self.arm.n, PART)
         nothing = np.array([], dtype=int)
         search = ipyopt.Problem(
             self.size, -free, free, len(rows), -rows, rows, self.places(), (nothing, nothing),
             lambda x: self.at(x)[2][0], self.gradient, self.limits, self.limits_slope,
-            intermediate_callback=lambda *_: time.monotonic() < deadline,
+            intermediate_callback=lambda *_: time.process_time() < deadline,
             ipopt_options={"print_level": 0, "sb": "yes", "tol": 1e-6, "constr_viol_tol": FEASIBLE, "max_iter": 100000,
                            "mu_strategy": "adaptive", "hessian_approximation": "limited-memory"},
         )
-        while time.monotonic() < deadline:
+        while time.process_time() < deadline:
             self.starts += 1
             search.solve(self.start(deadline))
         return self.best[2]
@@ -358,12 +358,13 @@ def main(folder, seconds, seeds, only):
         subprocess.run([sprung, "excite", arm.folder, *words, "--out", out, "--quiet"], check=True)
         return json.loads((out / "excitation.json").read_text())
 
-    begin = time.monotonic()
+    begin = os.times().children_user
     excite("--set", "excite.steps=400", out=folder / "sprung")
-    took = time.monotonic() - begin
+    took = os.times().children_user - begin
     design = excite("--reference", folder / "sprung" / "reference.toml", out=folder / "judged")
-    print(f"sprung's design: {took:.0f} s, condition number of the links {design['links_condition_number']:.1f}, limits "
-          f"{kept(design)}\nthe others: {seconds:.0f} s each, Ipopt with MUMPS (ipyopt), {len(arm.base)} columns of links\n")
+    print(f"sprung's design: {took:.0f} s of processor time, condition number of the links "
+          f"{design['links_condition_number']:.1f}, limits {kept(design)}\nthe others: {seconds:.0f} s of processor time each, "
+          f"Ipopt with MUMPS (ipyopt), {len(arm.base)} columns of links\n")
     print("objective          harmonics seed starts condition  links  errors of links  limits")
     for peer in PEERS:
         if only.lower() in peer.name.lower():
@@ -373,7 +374,7 @@ def main(folder, seconds, seeds, only):
 if __name__ == "__main__":
     parser = argparse.ArgumentParser()
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--seconds", type=float, default=60.0, help="processor time of each search")
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--only", default="", help="a part of the name of a peer")
     given = parser.parse_args()

@@ -24,7 +24,6 @@ mod promise;
 mod result;
 mod search;
 mod simulated;
-mod stability;
 mod starts;
 mod task;
 #[cfg(test)]
@@ -45,6 +44,5 @@ pub use result::{
     EXCITATION_FORMAT, Excitation, Excited, JointMotion, LimitUsed, More, MotionResult, Promised,
     SearchResult, Skeleton, Trajectory,
 };
-pub use stability::growth;
 pub use starts::{NoPose, random};
 pub use task::{Frequencies, Task, scales};

@@ -8,7 +8,6 @@ use super::design::{design, value_of};
 use super::fourier::Series;
 use super::noise::Errors;
 use super::problem::ORDERS;
-use super::stability::growth;
 use super::starts::random_motion;
 use super::task::{Frequencies, Task};
 use crate::demo;
@@ -193,15 +192,4 @@ fn an_approach_begins_and_ends_at_rest_within_the_limits() {
     }
     let far = Approach::new(&[3.0, 0.0], &series, robot, &bounds, None).unwrap_err();
     assert_eq!((far.what, far.joint), (Limited::Position, 0));
-}
-
-#[test]
-fn a_loop_that_grows_is_unstable() {
-    let experiment = demo_experiment(&[]);
-    let model = Model::new(&experiment).unwrap();
-    let theta = truth(&model);
-    let mut controller = experiment.controller.unwrap();
-    assert_eq!(growth(&model, &theta, &controller, &[0.0; 2]), None);
-    controller.kd_nms_per_rad[0] = -50.0;
-    assert!(growth(&model, &theta, &controller, &[0.0; 2]).unwrap() > 1.0);
 }

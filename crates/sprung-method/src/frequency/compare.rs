@@ -95,7 +95,7 @@ pub(crate) fn frequency_response(
     let spectra = Spectra::of(stretch)?;
     let point = OperatingPoint::of(model, stretch);
     let at_poses: Vec<Linear> = (point.poses.iter())
-        .map(|pose| Linear::new(model, theta, &point, pose))
+        .map(|pose| Linear::new(model, theta, &point.friction, pose))
         .collect::<Option<_>>()?;
     let linear = Linear::mean(&at_poses)?;
     let expected = expected(&linear, &springs);
@@ -188,10 +188,10 @@ impl Moved {
             let step = (theta.iter().zip(moves))
                 .map(|(value, own)| value + own.get(k).copied().unwrap_or_default())
                 .collect::<Vec<f64>>();
-            Linear::new(model, &step, point, &point.mean)
+            Linear::new(model, &step, &point.friction, &point.mean)
         };
         Some(Self {
-            before: Linear::new(model, theta, point, &point.mean)?,
+            before: Linear::new(model, theta, &point.friction, &point.mean)?,
             after: (0..count).map(after).collect(),
         })
     }

@@ -26,10 +26,10 @@ const POSES: usize = 64;
 
 /// Matrices of the equations, \[rows × rows\] each.
 #[derive(Clone, Debug)]
-pub(super) struct Linear {
-    pub(super) mass: Mat<f64>,
-    pub(super) damping: Mat<f64>,
-    pub(super) stiffness: Mat<f64>,
+pub(crate) struct Linear {
+    pub(crate) mass: Mat<f64>,
+    pub(crate) damping: Mat<f64>,
+    pub(crate) stiffness: Mat<f64>,
 }
 
 /// Where the equations are linearised.
@@ -41,14 +41,14 @@ pub(super) struct OperatingPoint {
     pub(super) poses: Vec<Pose>,
     /// Viscous friction nearest to each friction term along the log, per unit of its parameter; zero
     /// for other terms. \[terms\]
-    friction: Vec<f64>,
+    pub(super) friction: Vec<f64>,
 }
 
 /// Positions of links and motors, \[n\] each, rad (m).
 #[derive(Clone, Debug)]
-pub(super) struct Pose {
-    q: Vec<f64>,
-    phi: Vec<f64>,
+pub(crate) struct Pose {
+    pub(crate) q: Vec<f64>,
+    pub(crate) phi: Vec<f64>,
 }
 
 impl OperatingPoint {
@@ -157,13 +157,11 @@ impl OperatingPoint {
 
 impl Linear {
     /// Linearises the equations at rest in a pose; `None` if the mass matrix is not positive definite.
+    ///
+    /// - `friction`: viscous friction that stands for each friction term, per unit of its parameter; zero for other terms,
+    ///   \[terms\].
     #[must_use]
-    pub(super) fn new(
-        model: &Model,
-        theta: &[f64],
-        point: &OperatingPoint,
-        pose: &Pose,
-    ) -> Option<Self> {
+    pub(crate) fn new(model: &Model, theta: &[f64], friction: &[f64], pose: &Pose) -> Option<Self> {
         let (robot, n, rows) = (model.robot(), model.joint_count(), model.rows());
         // Friction is added below: its own derivative at rest holds only for the slowest motions.
         let mut smooth = theta.to_vec();
@@ -226,7 +224,7 @@ impl Linear {
         let square = |values: &[f64]| Mat::from_fn(rows, rows, |i, j| values[i * rows + j]);
         let mass = square(&mass);
         let mut damping = -&mass * square(&by_velocity);
-        for (term, slope) in robot.terms.iter().zip(&point.friction) {
+        for (term, slope) in robot.terms.iter().zip(friction) {
             let torque = theta[term.column] * slope;
             match term.what {
                 JointParameter::Friction(Side::Link, _) => {

@@ -334,7 +334,11 @@ impl ClosedLoop {
 }
 
 /// Returns a robot at rest in equilibrium with its springs.
-fn at_rest_in_springs(model: &Model, theta: &Theta, q: &[f64]) -> Result<JointState, ModelError> {
+pub(crate) fn at_rest_in_springs(
+    model: &Model,
+    theta: &Theta,
+    q: &[f64],
+) -> Result<JointState, ModelError> {
     model.check_stiffness(theta)?;
     let mut still = FeedforwardModel::new(model, theta.clone());
     let desired: Vec<[f64; 5]> = q.iter().map(|&q| [q, 0.0, 0.0, 0.0, 0.0]).collect();

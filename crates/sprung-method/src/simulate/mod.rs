@@ -15,6 +15,7 @@ mod reference;
 mod sensors;
 mod twin;
 
+pub(crate) use closed_loop::at_rest_in_springs;
 pub use closed_loop::{ClosedLoop, Diverged, LoopError};
 pub use dynamics::{Accelerations, BothTorques, Dynamics, RanAway};
 pub use integrator::StepsExhausted;

@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 
 use sprung_core::chain::JointKind;
+use sprung_method::control::stability;
 use sprung_method::estimate::KnownNoise;
 use sprung_method::excite::{
     Approach, Bounds, Errors, Information, Kinematics, Limited, Loop, Refused, Series, Task,
-    growth, missing_limit,
+    missing_limit,
 };
 use sprung_model::{Model, ModelError};
 use sprung_robot::{ControllerKind, Experiment, Reference, Simulate};
@@ -61,8 +62,16 @@ impl Setup {
             Some(own) => own,
             None => assumed_controller(&experiment, &model, &theta, &mut assumed),
         };
+        let period = experiment.excite.period_s;
         if is_pd
-            && let Some(rate) = growth(&model, &theta, &controller, &vec![0.0; model.joint_count()])
+            && let Some(own) = stability(
+                &model,
+                &theta,
+                &controller,
+                &vec![0.0; model.joint_count()],
+                period,
+            )
+            && let Some(rate) = own.growth_per_s
         {
             return Err(ExciteError::Unstable {
                 time_s: 1.0 / rate,
@@ -78,7 +87,7 @@ impl Setup {
         let errors = errors(&twin, &model);
         let runs = Loop {
             controller: controller.clone(),
-            period: experiment.excite.period_s,
+            period,
         };
         if experiment.log.is_none() {
             experiment.log = Some(assumed_log(&model, &mut assumed)?);
