@@ -99,6 +99,29 @@ def test_motions_without_a_search(arm: sprung.Experiment) -> None:
     assert free.certified and free.trajectory == paper.trajectory
 
 
+def test_a_given_motion_is_judged(
+    arm: sprung.Experiment, designed: sprung.Excitation, tmp_path: Path
+) -> None:
+    folder = designed.write(tmp_path / "design")
+    judged = arm.excite(reference=folder / "reference.toml")
+    assert judged.method == "reference" and judged.certified
+    for one, other in zip(judged.promise, designed.promise, strict=True):
+        assert one.standard_error == pytest.approx(other.standard_error)
+
+
+def test_a_slow_motion_is_designed_beside_the_motion(
+    designed: sprung.Excitation, tmp_path: Path
+) -> None:
+    assert designed.slow is None
+    own = sprung.Experiment.demo([*LIMITS, *SHORT, "excite.slow_sweep_s=8"]).excite()
+    assert own.slow is not None and own.slow.time_s[-1] == pytest.approx(8.0)
+    folder = own.write(tmp_path)
+    assert (folder / "slow.csv").exists()
+    assert pickle.loads(pickle.dumps(own)) == own
+    designed.write(tmp_path)
+    assert not (folder / "slow.csv").exists()
+
+
 def test_a_first_motion_is_smaller() -> None:
     limits = {"torque_nm": 5.0, "deflection_rad": 0.2, "velocity_rad_per_s": 1.0}
     short = {"excite.steps": 4, "excite.starts": 1, "excite.duration_s": 4}
