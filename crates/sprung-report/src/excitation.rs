@@ -439,7 +439,9 @@ mod tests {
             .collect();
         assert_eq!(
             ids,
-            ["promise", "limits", "motion", "arm", "hold-out", "settings"]
+            [
+                "promise", "limits", "motion", "arm", "hold-out", "slow", "settings"
+            ]
         );
         assert_eq!(
             document.subtitle,
@@ -516,7 +518,8 @@ mod tests {
                 "acceleration",
                 "deflection",
                 "torque",
-                "hold-out-position"
+                "hold-out-position",
+                "slow-position"
             ]
         );
         let [shoulder, elbow] = &figures[0].panels[..] else {
