@@ -10,7 +10,6 @@ use pyo3::prelude::*;
 use sprung::excite::Trajectory;
 use sprung::report::compose_excitation;
 use sprung::session::{ExciteMethod, Parameters, Session, SessionError, excitation_files};
-use sprung::validate::ParameterSet;
 
 use crate::errors::wrong_input;
 use crate::worked::{Identified, file, html};
@@ -59,14 +58,7 @@ impl From<Values<'_>> for Source {
                 }
                 Self::Known(Box::new(all))
             }
-            Values::Named(values) => Self::Known(Box::new(Parameters {
-                sets: vec![ParameterSet {
-                    label: "given".to_owned(),
-                    values,
-                    promise: Vec::new(),
-                }],
-                identification: None,
-            })),
+            Values::Named(values) => Self::Known(Box::new(Parameters::named("given", values))),
             Values::File(path) => Self::File(path),
         }
     }

@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use super::choice::choose;
 
+/// Most samples of a trajectory.
+pub const MOST_SAMPLES: f64 = 1e7;
+
 /// The experiment that `sprung excite` designs.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(default)]

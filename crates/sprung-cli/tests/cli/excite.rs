@@ -38,6 +38,15 @@ fn designed(case: &Case, set: &[&str], more: &[&str]) -> Value {
     serde_json::from_str(&stdout(&output)).unwrap()
 }
 
+/// Makes a designed motion the reference of a case.
+fn follow(case: &Case, toml: &str) {
+    let file = case.path("experiment.toml");
+    let text = fs::read_to_string(&file).unwrap();
+    let (before, after) = text.split_once("[controller.reference]").unwrap();
+    let (_, after) = after.split_once("\n]\n").unwrap();
+    fs::write(file, format!("{before}{toml}{after}")).unwrap();
+}
+
 /// Returns the columns of a CSV file of numbers.
 fn columns(text: &str) -> Vec<Vec<f64>> {
     let rows: Vec<Vec<f64>> = (text.lines().skip(1))
@@ -100,14 +109,7 @@ fn the_files_hold_one_motion_from_rest_to_rest() {
         yaml.matches("time_from_start:").count()
     );
     // The twin follows the reference of the file.
-    let text = fs::read_to_string(case.path("experiment.toml")).unwrap();
-    let (before, after) = text.split_once("[controller.reference]").unwrap();
-    let (_, after) = after.split_once("\n]\n").unwrap();
-    fs::write(
-        case.path("experiment.toml"),
-        format!("{before}{toml}{after}"),
-    )
-    .unwrap();
+    follow(&case, &toml);
     let (experiment, out) = (case.path("experiment.toml"), case.path("twin"));
     let args = [
         "simulate",
@@ -203,7 +205,19 @@ fn a_given_motion_is_judged_as_the_design_that_made_it() {
         ),
         (
             "[controller.reference]\nsines = [{ joint = \"elbow\", amplitude_deg = 1.0, frequency_hz = 1.0, phase_deg = 0.0 }]\n",
-            "names the joint \"elbow\"; the robot has joint1, joint2",
+            "controller.reference.sines.0.joint: the robot has no joint \"elbow\"",
+        ),
+        (
+            "[controller.reference]\ncentre_deg = [1.0]\nsines = []\n",
+            "controller.reference.centre_deg: centre_deg needs 2 finite numbers",
+        ),
+        (
+            "[controller.reference]\nsines = [{ joint = \"joint1\", amplitude_deg = nan, frequency_hz = 1.0, phase_deg = 0.0 }]\n",
+            "amplitude_deg must be finite",
+        ),
+        (
+            "[controller.reference]\nsines = [{ joint = \"joint1\", amplitude_deg = 1.0, frequency_hz = 1e-9, phase_deg = 0.0 }]\n",
+            "which is more than 1e7 samples",
         ),
         (
             "[controller.reference]\nsines = [\n\
@@ -250,14 +264,7 @@ fn a_check_compares_the_recorded_motion_with_the_promise_of_its_design() {
     let parameters = ["--parameters", truth.to_str().unwrap()];
     designed(&case, &set, &parameters);
     let toml = fs::read_to_string(case.path("design").join("reference.toml")).unwrap();
-    let text = fs::read_to_string(case.path("experiment.toml")).unwrap();
-    let (before, after) = text.split_once("[controller.reference]").unwrap();
-    let (_, after) = after.split_once("\n]\n").unwrap();
-    fs::write(
-        case.path("experiment.toml"),
-        format!("{before}{toml}{after}"),
-    )
-    .unwrap();
+    follow(&case, &toml);
     let finding = |duration: &str| -> String {
         case.record("identification.csv", &["--set", duration]);
         let experiment = case.path("experiment.toml");
@@ -386,5 +393,39 @@ fn faulty_limits_and_values_are_named() {
         assert_eq!(output.status.code(), Some(2), "{set:?}: {error}");
         assert!(error.contains(expected), "{set:?}: {error}");
         assert!(!case.path("design").join("excitation.json").exists());
+    }
+}
+
+/// An arm of one joint whose weight needs 1 kg · 9.81 m/s² · 0.5 m in the horizontal pose.
+const PENDULUM: &str = "<robot name='pendulum'><link name='base'/><link name='arm'><inertial><origin xyz='0.5 0 0'/>\
+    <mass value='1'/><inertia ixx='0.01' iyy='0.01' izz='0.01' ixy='0' ixz='0' iyz='0'/></inertial></link>\
+    <joint name='shoulder' type='revolute'><parent link='base'/><child link='arm'/><axis xyz='0 1 0'/>\
+    <limit lower='-0.1' upper='0.1' effort='EFFORT' velocity='1'/></joint></robot>";
+
+#[test]
+fn a_limit_that_leaves_no_room_is_refused_with_one_that_does() {
+    let case = Case::new();
+    let experiment = "format = 1\n[robot]\nname = \"pendulum\"\nurdf = \"arm.urdf\"\n[[robot.joint]]\nname = \"shoulder\"\n\
+        transmission = \"rigid\"\nlimits = { acceleration_rad_per_s2 = 5.0 }\n\
+        nominal = { rotor_inertia = 0.01, motor_viscous = 0.1, motor_coulomb = 0.05 }\n";
+    fs::write(case.path("experiment.toml"), experiment).unwrap();
+    let at = |effort: &str| {
+        fs::write(case.path("arm.urdf"), PENDULUM.replace("EFFORT", effort)).unwrap();
+        excited(&case, &SHORT, &[])
+    };
+    for (effort, expected) in [
+        ("2.0", "no pose keeps the motor torque of shoulder"),
+        (
+            "5.05",
+            "leaves no room for a motion within the motor torque",
+        ),
+    ] {
+        let output = at(effort);
+        let error = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{error}");
+        assert!(error.contains(expected), "{error}");
+        let (_, wider) = error.split_once("raise the limit to ").unwrap();
+        let output = at(wider.split_whitespace().next().unwrap());
+        assert!(output.status.success(), "{}", stderr(&output));
     }
 }

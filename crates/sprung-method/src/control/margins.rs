@@ -23,7 +23,7 @@ pub struct Margins {
     pub gain_db: f64,
     /// Least phase that may be lost or won, degrees.
     pub phase_deg: f64,
-    /// Frequency at which the gain of the open loop passes one last, Hz.
+    /// Highest frequency at which the gain of the open loop falls below one, Hz; 0 without one.
     pub crossover_hz: f64,
 }
 
@@ -43,7 +43,7 @@ pub struct Stability {
     pub growth_per_s: Option<f64>,
     /// Least damping ratio of the poles that vibrate; 1 without any.
     pub least_damping: f64,
-    /// Margins of each motor's loop, \[n\].
+    /// Margins of each motor's loop, \[n\]; they have a meaning only if the loop is stable.
     pub margins: Vec<Margins>,
     /// Poles that vibrate below 90 % of half the sampling rate, lowest frequency first.
     pub vibrations: Vec<LoopPole>,
@@ -52,7 +52,7 @@ pub struct Stability {
 /// A pole whose imaginary part is a smaller part of its rate does not vibrate.
 const REAL: f64 = 1e-9;
 
-/// Growth that counts as instability, part of the largest rate of the loop.
+/// Growth within one period that counts as instability.
 const GROWS: f64 = 1e-6;
 
 /// Part of half the sampling rate below which a pole counts as a vibration of the robot.
@@ -83,7 +83,6 @@ pub fn stability(
     let poles = plant.poles(&law)?;
     let nyquist = 0.5 / period;
     let rates: Vec<c64> = poles.iter().filter_map(|own| plant.rate(*own)).collect();
-    let largest = rates.iter().map(|own| own.norm()).fold(0.0, f64::max);
     let growth = rates
         .iter()
         .map(|own| own.re)
@@ -117,7 +116,7 @@ pub fn stability(
         .collect();
     vibrations.sort_by(|a, b| a.hz.total_cmp(&b.hz));
     Some(Stability {
-        growth_per_s: (growth > GROWS * largest).then_some(growth),
+        growth_per_s: (growth * period > GROWS).then_some(growth),
         least_damping: vibrations.iter().map(|own| own.damping).fold(1.0, f64::min),
         margins,
         vibrations,

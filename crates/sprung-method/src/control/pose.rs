@@ -6,8 +6,8 @@ use crate::frequency::{Linear, Pose};
 use crate::model::{Model, Theta};
 use crate::simulate::{JointState, at_rest_in_springs};
 
-/// Velocity at which friction is linearised, beyond the transition of Coulomb friction, rad/s (m/s). Friction that falls with
-/// velocity then counts as damping that a small vibration has not.
+/// Velocity at which friction is linearised, rad/s (m/s). It is beyond the transition of Coulomb friction, which so adds no
+/// damping.
 const MOVING: f64 = 1.0;
 
 /// Returns the equations about rest in a pose; `None` if no robot can have the values.
@@ -36,17 +36,12 @@ fn viscous(model: &Model) -> Vec<f64> {
     let slope = |term: &sprung_core::drives::Term| {
         let drive = robot.drive(&state.view(), term.joint);
         let slopes = term.slopes(&drive, &robot.shapes[term.joint]);
-        match term.what {
-            JointParameter::Friction(Side::Link, _) => slopes.link_velocity,
-            JointParameter::Friction(Side::Motor, _) => slopes.motor_velocity,
-            JointParameter::RotorInertia
-            | JointParameter::Stiffness
-            | JointParameter::CubicStiffness
-            | JointParameter::Damping
-            | JointParameter::Preload
-            | JointParameter::Change(..)
-            | JointParameter::BackEmf
-            | JointParameter::TorqueOffset => 0.0,
+        let JointParameter::Friction(side, _) = term.what else {
+            return 0.0;
+        };
+        match side {
+            Side::Link => slopes.link_velocity,
+            Side::Motor => slopes.motor_velocity,
         }
     };
     robot.terms.iter().map(slope).collect()

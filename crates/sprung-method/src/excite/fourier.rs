@@ -53,8 +53,7 @@ impl Series {
     ///
     /// # Errors
     ///
-    /// A sentence if the reference is none: no sines, a joint that the robot has not, or frequencies that are no multiples of
-    /// one frequency.
+    /// A sentence if the reference has no sines, or frequencies that are no multiples of one frequency.
     pub fn of_reference(reference: &Reference, model: &Model) -> Result<Self, String> {
         let lowest = (reference.sines.iter())
             .map(|own| own.frequency_hz)
@@ -98,12 +97,9 @@ impl Series {
             })
             .collect();
         for sine in &reference.sines {
+            // The check of the description refuses other names.
             let Some(joint) = names.iter().position(|own| *own == sine.joint) else {
-                return Err(format!(
-                    "[controller.reference] names the joint \"{}\"; the robot has {}",
-                    sine.joint,
-                    names.join(", ")
-                ));
+                continue;
             };
             let amplitude = match model.kind(joint) {
                 JointKind::Revolute => sine.amplitude_deg.to_radians(),

@@ -1,7 +1,7 @@
 //! Checks of limits and of the experiment that is to be designed.
 
 use super::fault::{Fault, fault};
-use crate::excite::Excite;
+use crate::excite::{Excite, MOST_SAMPLES};
 use crate::limits::Limits;
 use crate::numbers::Shown;
 use crate::robot::Robot;
@@ -67,10 +67,10 @@ pub(super) fn check_excite(excite: &Excite, robot: &Robot) -> Result<(), Fault> 
         ("duration_s", excite.duration_s),
         ("slow_sweep_s", excite.slow_sweep_s.unwrap_or(0.0)),
     ] {
-        if duration / excite.period_s > 1e7 {
+        if duration / excite.period_s > MOST_SAMPLES {
             return wrong(
                 key,
-                "the trajectory would have more than 1e7 samples".to_owned(),
+                format!("the trajectory would have more than {MOST_SAMPLES:e} samples"),
             );
         }
     }

@@ -20,3 +20,4 @@ pub(super) use experiment::{check, check_format, check_log_over};
 pub(super) use fault::{Fault, fault};
 pub(super) use name::check_name;
 pub(super) use robot::kinematics;
+pub(super) use run::check_reference;

@@ -68,7 +68,11 @@ pub(super) fn check_controller(
     check_reference(&controller.reference, &at("reference"), robot)
 }
 
-fn check_reference(reference: &Reference, path: &[&str], robot: &Robot) -> Result<(), Fault> {
+pub(crate) fn check_reference(
+    reference: &Reference,
+    path: &[&str],
+    robot: &Robot,
+) -> Result<(), Fault> {
     let joints: Vec<&str> = robot.joint.iter().map(|j| j.name.as_str()).collect();
     let n = joints.len();
     let slides = |i: usize| robot.kind(i) == JointKind::Prismatic;

@@ -157,6 +157,9 @@ pub(in crate::session) fn unit(what: Limited, model: &Model, joint: usize) -> St
     }
 }
 
+/// Factor of a torque at rest with which a motion begins to be possible.
+const ROOM: f64 = 1.06;
+
 fn of_pose(own: &NoPose, model: &Model, bounds: &Bounds) -> String {
     let name = &model.joints()[own.joint];
     match own.what {
@@ -168,14 +171,19 @@ fn of_pose(own: &NoPose, model: &Model, bounds: &Bounds) -> String {
         ),
         what => {
             let limit = bounds.joints[own.joint].of(what);
+            let why = if own.place < 1.0 {
+                "leaves no room for a motion within"
+            } else {
+                "keeps"
+            };
             format!(
-                "no pose keeps the {} of {name} at rest: the best pose found needs {:.0} % of its limit {:.4} {}; raise the \
+                "no pose {why} the {} of {name} at rest: the best pose found needs {:.0} % of its limit {:.4} {}; raise the \
                  limit to {:.4} {}, or allow other positions",
                 what.word(),
                 100.0 * own.place,
                 limit.half,
                 unit(what, model, own.joint),
-                limit.half * own.place * 1.02,
+                limit.half * own.place * ROOM,
                 unit(what, model, own.joint),
             )
         }

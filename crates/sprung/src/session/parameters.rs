@@ -54,14 +54,7 @@ impl Parameters {
         let label = path
             .file_stem()
             .map_or_else(|| "given".to_owned(), |stem| stem.display().to_string());
-        Ok(Self {
-            sets: vec![ParameterSet {
-                label,
-                values,
-                promise: Vec::new(),
-            }],
-            identification: None,
-        })
+        Ok(Self::named(&label, values))
     }
 }
 
@@ -89,17 +82,26 @@ impl Session {
     }
 }
 
-impl From<&ServoIdentification> for Parameters {
-    fn from(found: &ServoIdentification) -> Self {
-        let values = found.parameters.iter();
+impl Parameters {
+    /// Returns one set of values by name, from no identification.
+    #[must_use]
+    pub fn named(label: &str, values: BTreeMap<String, f64>) -> Self {
         Self {
             sets: vec![ParameterSet {
-                label: "servo".to_owned(),
-                values: values.map(|own| (own.name.clone(), own.value)).collect(),
+                label: label.to_owned(),
+                values,
                 promise: Vec::new(),
             }],
             identification: None,
         }
+    }
+}
+
+impl From<&ServoIdentification> for Parameters {
+    fn from(found: &ServoIdentification) -> Self {
+        let values = found.parameters.iter();
+        let values = values.map(|own| (own.name.clone(), own.value));
+        Self::named("servo", values.collect())
     }
 }
 

@@ -7,7 +7,6 @@ use sprung_base::progress::Listener;
 use sprung_log::LogSource;
 use sprung_method::estimate::{KnownTruth, information_bound};
 use sprung_method::excite::{Frequencies, Information, Series, information};
-use sprung_method::validate::ParameterSet;
 
 use super::task::Setup;
 use crate::session::error::SessionError;
@@ -27,14 +26,7 @@ impl Session {
     ) -> Result<Information, SessionError> {
         let reference = series.reference(&setup.model);
         let own = self.with_experiment(setup.with_motion(reference, frequencies.duration()))?;
-        let parameters = Parameters {
-            sets: vec![ParameterSet {
-                label: "design".to_owned(),
-                values: setup.named(),
-                promise: Vec::new(),
-            }],
-            identification: None,
-        };
+        let parameters = Parameters::named("design", setup.named());
         let twin = own.twin(None, Some(&parameters))?;
         let bound = match own.bound(&twin, progress) {
             Err(SessionError::NoBound) => None,

@@ -11,7 +11,6 @@ use sprung_method::excite::{
 };
 use sprung_robot::Excite;
 
-use super::ExciteRequest;
 use super::files::samples;
 use super::task::Setup;
 use crate::session::error::SessionError;
@@ -37,10 +36,9 @@ impl Session {
     /// Searches a motion.
     pub(super) fn optimal(
         &self,
-        request: &ExciteRequest,
+        is_warm_up: bool,
         setup: &Setup,
         task: &Task<'_>,
-        known: Option<&Information>,
         progress: &mut dyn Listener,
     ) -> Result<Excited, SessionError> {
         setup.require_limits()?;
@@ -51,7 +49,10 @@ impl Session {
         let mut assumed = setup.assumed.clone();
         let series = &found.designed.series;
         let own = self.bought(setup, (&frequencies, series), &mut assumed, progress)?;
-        let full = known.map_or_else(|| own.clone(), |known| own.with(known));
+        let full = match task.known {
+            Some(known) => own.with(known),
+            None => own,
+        };
 
         let hold_out = Excite {
             duration_s: HOLD_OUT * frequencies.duration(),
@@ -107,7 +108,7 @@ impl Session {
             robot: setup.experiment.robot.name.clone(),
             method: "optimal".to_owned(),
             objective: task.settings.objective.word().to_owned(),
-            is_warm_up: request.is_warm_up,
+            is_warm_up,
             is_certified: true,
             motion: setup.motion(series, &frequencies, approach.as_ref()),
             hold_out: Some(hold_out.motion),

@@ -3,15 +3,13 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use serde::Deserialize;
 use sprung_base::finding::GENERATOR;
 use sprung_base::progress::Listener;
 use sprung_method::excite::{
     Bounds, EXCITATION_FORMAT, Excitation, Excited, Frequencies, Limited, Refused, SearchResult,
     Series, Task, add_cures, certify, more, promise, value_of,
 };
-use sprung_model::Model;
-use sprung_robot::Reference;
+use sprung_robot::{MOST_SAMPLES, read_reference};
 
 use super::files;
 use super::task::Setup;
@@ -22,17 +20,6 @@ use crate::session::load::Session;
 
 /// Limits that are wider by this factor show how much of them a motion uses.
 const WIDER: f64 = 1e6;
-
-/// The part of a file that a judgement needs.
-#[derive(Deserialize)]
-struct File {
-    controller: Controller,
-}
-
-#[derive(Deserialize)]
-struct Controller {
-    reference: Reference,
-}
 
 impl Session {
     /// Judges a motion that no search made.
@@ -67,10 +54,11 @@ impl Session {
         }
         let is_certified = certify(task, frequencies, &setup.runs, series).is_ok();
         let mut assumed = setup.assumed.clone();
-        let full = self.bought(setup, (frequencies, series), &mut assumed, progress)?;
-        let full = task
-            .known
-            .map_or_else(|| full.clone(), |known| full.with(known));
+        let own = self.bought(setup, (frequencies, series), &mut assumed, progress)?;
+        let full = match task.known {
+            Some(known) => own.with(known),
+            None => own,
+        };
         let mut promised = promise(setup.robot(), &setup.bounds, &full);
         add_cures(
             &mut promised,
@@ -117,7 +105,7 @@ impl Session {
     /// Reads the series of a file's `[controller.reference]`.
     pub(super) fn given_reference(
         &self,
-        model: &Model,
+        setup: &Setup,
         file: &Path,
     ) -> Result<Series, SessionError> {
         let text = read_text(&*self.files, file)?;
@@ -125,9 +113,16 @@ impl Session {
             file: file.display().to_string(),
             why,
         };
-        let own: File = toml::from_str(&text).map_err(|error| wrong(error.message().to_owned()))?;
-        let reference = own.controller.reference;
-        Series::of_reference(&reference, model).map_err(|why| wrong(why).into())
+        let reference = read_reference(&text, &setup.experiment.robot).map_err(wrong)?;
+        let series = Series::of_reference(&reference, &setup.model).map_err(wrong)?;
+        if series.period() / setup.runs.period > MOST_SAMPLES {
+            let why = format!(
+                "one period lasts {:.4} s, which is more than {MOST_SAMPLES:e} samples",
+                series.period()
+            );
+            return Err(wrong(why).into());
+        }
+        Ok(series)
     }
 }
 

@@ -7,7 +7,6 @@ use sprung_base::finding::{Finding, Severity};
 use sprung_log::LogSource;
 use sprung_method::check::Checked;
 use sprung_method::estimate::Identified;
-use sprung_method::validate::ParameterSet;
 
 use super::task::Setup;
 use crate::session::error::SessionError;
@@ -67,14 +66,7 @@ impl Session {
             .promise
             .iter()
             .map(|own| (own.name.clone(), own.value));
-        let parameters = Parameters {
-            sets: vec![ParameterSet {
-                label: "design".to_owned(),
-                values: values.collect(),
-                promise: Vec::new(),
-            }],
-            identification: None,
-        };
+        let parameters = Parameters::named("design", values.collect());
         let (experiment, model) = (self.experiment().clone(), self.model().clone());
         let setup = Setup::new(experiment, model, Some(&parameters), false)?;
         let Some(information) = setup.information_of(sources)? else {

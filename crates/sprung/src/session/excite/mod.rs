@@ -100,15 +100,14 @@ impl Session {
             Some(file) => Some(self.information_of_log(&setup, file)?),
             None => None,
         };
-        let known = known.as_ref();
         let chosen = setup.chosen()?;
-        let task = setup.task(known, &chosen);
+        let task = setup.task(known.as_ref(), &chosen);
         if let Some(file) = &request.reference {
-            let series = self.given_reference(&setup.model, file)?;
+            let series = self.given_reference(&setup, file)?;
             return self.judged("reference", &setup, &task, &series, progress);
         }
         match request.method {
-            ExciteMethod::Optimal => self.optimal(request, &setup, &task, known, progress),
+            ExciteMethod::Optimal => self.optimal(request.is_warm_up, &setup, &task, progress),
             ExciteMethod::Paper => {
                 let series = paper_reference(setup.model.joint_count());
                 self.judged("paper", &setup, &task, &series, progress)

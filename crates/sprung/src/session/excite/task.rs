@@ -97,8 +97,8 @@ impl Setup {
         let uncertainties = uncertainties(&model, parameters);
         if !uncertainties.is_empty() {
             assumed.push(format!(
-                "the motion keeps its limits also for {} robots whose values differ from the identified ones by up to two \
-                 standard errors",
+                "the motion keeps its limits also for up to {} robots that can exist and whose values differ from the identified \
+                 ones by up to two standard errors",
                 experiment.excite.draws
             ));
         }

@@ -87,10 +87,11 @@ impl Bound {
 /// it does not give.
 ///
 /// - `model`: contains the true Stribeck velocities.
+/// - `sources`: logs of the same robot, which count together.
 ///
 /// # Errors
 ///
-/// [`IdentifyError`] if the description or the log is faulty.
+/// [`IdentifyError`] if the description or a log is faulty.
 ///
 /// # Source
 ///
