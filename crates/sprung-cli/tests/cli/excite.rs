@@ -286,6 +286,35 @@ fn a_check_compares_the_recorded_motion_with_the_promise_of_its_design() {
         part.contains("tells less than its design promised"),
         "{part}"
     );
+    // Laws that an identification added are no parameters of the declared model.
+    let design = case.path("design").join("excitation.json");
+    let mut json: Value = serde_json::from_str(&fs::read_to_string(&design).unwrap()).unwrap();
+    let promise = json["promise"].as_array_mut().unwrap();
+    let mut law = promise[0].clone();
+    law["name"] = "joint1.motor_stribeck".into();
+    promise.push(law);
+    fs::write(&design, json.to_string()).unwrap();
+    assert!(finding("simulate.duration_s=5").contains("tells as much"));
+    json["promise"].as_array_mut().unwrap().remove(3);
+    fs::write(&design, json.to_string()).unwrap();
+    for (promise, expected) in [
+        ("truth.toml", "expected value at line 1"),
+        (
+            "design/excitation.json",
+            "no value for joint1.rotor_inertia",
+        ),
+    ] {
+        let experiment = case.path("experiment.toml");
+        let set = format!("excite.promise=\"{promise}\"");
+        let output = sprung(&["check", experiment.to_str().unwrap(), "--set", &set]);
+        let error = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{error}");
+        assert!(
+            error.contains("is not the excitation.json of a design of this robot")
+                && error.contains(expected),
+            "{error}"
+        );
+    }
 }
 
 #[test]

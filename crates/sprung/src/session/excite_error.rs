@@ -91,6 +91,17 @@ pub enum ExciteError {
         /// What is wrong with it.
         why: String,
     },
+    /// A file is no design.
+    #[error(
+        "{file} is not the excitation.json of a design of this robot: {why}; give the path of that file as promise of [excite], or leave it \
+         out"
+    )]
+    NoDesign {
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        why: String,
+    },
     /// The robot is a position servo.
     #[error(
         "{joint} is a position servo, whose log has no torque; sprung excite designs experiments with torques"

@@ -10,6 +10,7 @@ use sprung_method::estimate::Identified;
 
 use super::task::Setup;
 use crate::session::error::SessionError;
+use crate::session::excite_error::ExciteError;
 use crate::session::files::read_text;
 use crate::session::load::Session;
 use crate::session::parameters::Parameters;
@@ -23,6 +24,8 @@ const DESIGN_PROMISE: &str = "design-promise";
 /// The part of `excitation.json` that a comparison needs.
 #[derive(Deserialize)]
 struct Design {
+    #[serde(skip)]
+    file: String,
     promise: Vec<Promise>,
 }
 
@@ -62,12 +65,19 @@ impl Session {
         let Some(design) = self.design()?.filter(|_| !checked.report.refused) else {
             return Ok(());
         };
-        let values = design
-            .promise
-            .iter()
-            .map(|own| (own.name.clone(), own.value));
-        let parameters = Parameters::named("design", values.collect());
         let (experiment, model) = (self.experiment().clone(), self.model().clone());
+        // The design may know laws that an identification added.
+        let known = |own: &&Promise| model.parameters().iter().any(|one| one.name == own.name);
+        let values = (design.promise.iter().filter(known))
+            .map(|own| (own.name.clone(), own.value))
+            .collect();
+        model
+            .theta(&values)
+            .map_err(|error| ExciteError::NoDesign {
+                file: design.file.clone(),
+                why: format!("its values are not those of this robot: {error}"),
+            })?;
+        let parameters = Parameters::named("design", values);
         let setup = Setup::new(experiment, model, Some(&parameters), false)?;
         let Some(information) = setup.information_of(sources)? else {
             return Ok(());
@@ -90,13 +100,17 @@ impl Session {
         let Some(file) = &self.experiment().excite.promise else {
             return Ok(None);
         };
-        let file = self.folder.join(file);
-        let text = read_text(&*self.files, &file)?;
-        let design = serde_json::from_str(&text).map_err(|error| SessionError::NotParameters {
-            file: file.display().to_string(),
-            why: format!("it is not the excitation.json of sprung excite: {error}"),
-        })?;
-        Ok(Some(design))
+        let path = self.folder.join(file);
+        let text = read_text(&*self.files, &path)?;
+        let file = path.display().to_string();
+        match serde_json::from_str::<Design>(&text) {
+            Ok(own) => Ok(Some(Design { file, ..own })),
+            Err(error) => Err(ExciteError::NoDesign {
+                file,
+                why: error.to_string(),
+            }
+            .into()),
+        }
     }
 }
 
