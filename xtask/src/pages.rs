@@ -11,11 +11,14 @@ use crate::root;
 const NO_PAGES: [&str; 3] = ["target", ".git", "fuzz"];
 
 /// Words in the library with the form of a code that are no codes.
-const OTHER_WORDS: [&str; 16] = [
+const OTHER_WORDS: [&str; 21] = [
     "as-stamped",
     "at-a-glance",
+    "condition-number",
     "cross-checks",
+    "d-optimal",
     "go-on",
+    "hold-out",
     "kebab-case",
     "least-squares",
     "measured-and-predicted",
@@ -24,10 +27,12 @@ const OTHER_WORDS: [&str; 16] = [
     "output-error",
     "prediction-error",
     "scale-invariant",
-    "stiff-joints",
     "sprung-out",
+    "standard-errors",
     "state-feedback",
+    "stiff-joints",
     "two-stage",
+    "worst-error",
 ];
 
 /// Returns all files below a folder that end in `.extension`.
