@@ -1,11 +1,14 @@
 //! The two controllers of the paper: PD on the rotors, and feedforward with
 //! state feedback.
 
-use crate::drives::State;
+use core::ops::Add;
+
+use crate::drives::{Drive, State, Term};
+use crate::friction::{Law, Shape};
 use crate::links::{LengthError, Step, lengths};
-use crate::parameters::JointParameter;
+use crate::parameters::{JointParameter, Side};
 use crate::robot::{Robot, Values};
-use crate::scalar::Jet;
+use crate::scalar::{Jet, Scalar};
 
 /// Writes the motor torques of PD control, \[n\], N·m (N).
 ///
@@ -37,36 +40,47 @@ pub fn pd(
 }
 
 /// Taylor series of a torque with its first two time derivatives.
-pub type TorqueSeries = Jet<3>;
+pub type TorqueSeries<S = f64> = Jet<3, S>;
+
+/// Newton steps for the deflection of a cubic spring. They bring the value to rounding from a
+/// deflection that is up to twenty times too large.
+const DEFLECTION_STEPS: usize = 12;
+
+/// Newton steps for its Taylor series; each doubles the number of correct coefficients.
+const SERIES_STEPS: usize = 2;
+
+/// Passes of deflection and torque where the damping of a spring or friction under load makes the
+/// torque depend on the deflection.
+const PASSES: usize = 6;
 
 /// Scratch memory of [`Feedforward::fill`]; each slice is \[n\].
 #[derive(Debug)]
-pub struct FeedforwardScratch<'w> {
+pub struct FeedforwardScratch<'w, S = f64> {
     /// Taylor series of positions, velocities, accelerations and torques of the links.
-    pub series: [&'w mut [TorqueSeries]; 4],
+    pub series: [&'w mut [TorqueSeries<S>]; 4],
     /// Scratch memory of the inverse dynamics.
-    pub steps: &'w mut [Step<TorqueSeries>],
+    pub steps: &'w mut [Step<TorqueSeries<S>>],
 }
 
 /// Rotor trajectory and motor torques with which a model follows a desired link trajectory; each
 /// \[n\].
 #[derive(Debug)]
-pub struct Feedforward<'o> {
+pub struct Feedforward<'o, S = f64> {
     /// Nominal motor torque `tau_d`, N·m (N).
-    pub tau: &'o mut [f64],
+    pub tau: &'o mut [S],
     /// Desired rotor positions, rad (m).
-    pub phi: &'o mut [f64],
+    pub phi: &'o mut [S],
     /// Desired rotor velocities, rad/s (m/s).
-    pub dphi: &'o mut [f64],
+    pub dphi: &'o mut [S],
 }
 
-impl Feedforward<'_> {
+impl<S: Scalar> Feedforward<'_, S> {
     /// Computes the nominal rotor trajectory and motor torques of a model without friction.
     ///
     /// - `q_d`: desired link positions and their time derivatives up to the fourth, \[n\]\[5\].
     /// - `values`: parameters of the model; stiffnesses must not be zero.
     ///
-    /// The rotor of a rigid joint moves with its link.
+    /// The rotor of a rigid joint moves with its link. Of a spring, the stiffness counts.
     ///
     /// # Errors
     ///
@@ -79,10 +93,94 @@ impl Feedforward<'_> {
         &mut self,
         robot: &Robot<'_>,
         values: &Values<'_>,
-        q_d: &[[f64; 5]],
-        scratch: &mut FeedforwardScratch<'_>,
+        q_d: &[[S; 5]],
+        scratch: &mut FeedforwardScratch<'_, S>,
     ) -> Result<(), LengthError> {
-        let n = robot.joints();
+        self.move_links(robot, values, q_d, scratch)?;
+        let [_, _, deflection, torque] = &mut scratch.series;
+        for (i, (deflection, torque)) in deflection.iter_mut().zip(&**torque).enumerate() {
+            if let Some(spring) = Spring::of(robot, values, i) {
+                *deflection = torque.over(spring.stiffness);
+            }
+        }
+        self.move_rotors(robot, values, q_d, scratch);
+        Ok(())
+    }
+
+    /// Computes the nominal rotor trajectory and motor torques of the whole model: with friction and
+    /// back-EMF at the desired velocities, and with damping, cubic stiffness and preload of springs.
+    ///
+    /// - `q_d`: desired link positions and their time derivatives up to the fourth, \[n\]\[5\].
+    /// - `values`: parameters of the model; stiffnesses must be positive, and a spring must not soften
+    ///   to zero stiffness.
+    /// - `scales`: velocities v_s within which friction changes its direction, \[n\], rad/s (m/s). The
+    ///   law's `tanh(beta v)` becomes `tanh(v / v_s)` where that is smoother; zero keeps beta.
+    ///
+    /// Friction acts at the references of all covariates. It depends on no measurement, and at rest it
+    /// is zero: there the torques hold gravity and the constant torques of the model. Time derivatives
+    /// of the friction of the links move the rotors, `phi = q + (M ddq + C dq + g + f_1(dq)) / K`; the
+    /// smaller v_s, the faster the rotors move when a link turns round. Of the damping of a spring,
+    /// parts with the third derivative of its deflection are left out, since the motion does not
+    /// determine them.
+    ///
+    /// # Errors
+    ///
+    /// [`LengthError`] if a slice does not fit the robot.
+    ///
+    /// # Source
+    ///
+    /// Eq. (32) with the friction of eq. (1).
+    pub fn fill_with_friction(
+        &mut self,
+        robot: &Robot<'_>,
+        values: &Values<'_>,
+        q_d: &[[S; 5]],
+        scales: &[f64],
+        scratch: &mut FeedforwardScratch<'_, S>,
+    ) -> Result<(), LengthError> {
+        lengths(&[("scales", scales.len())], robot.joints())?;
+        self.move_links(robot, values, q_d, scratch)?;
+        let [_, dq, deflection, torque] = &mut scratch.series;
+        for (i, torque) in torque.iter_mut().enumerate() {
+            let link = Link {
+                robot,
+                values,
+                joint: i,
+                shape: smooth(&robot.shapes[i], scales[i]),
+                velocity: dq[i],
+                torque: *torque,
+            };
+            (deflection[i], *torque) = link.deflection_and_torque();
+        }
+        self.move_rotors(robot, values, q_d, scratch);
+        let [_, _, deflection, _] = &scratch.series;
+        for term in robot.terms.iter().filter(|term| is_on(term, Side::Motor)) {
+            let i = term.joint;
+            let turns = self.dphi.iter().enumerate();
+            let drive = Drive {
+                deflection: deflection[i].coefficients[0],
+                deflection_rate: S::ZERO,
+                link_velocity: S::ZERO,
+                motor_velocity: (turns.map(|(k, dphi)| *dphi * robot.ratio(i, k)))
+                    .fold(S::ZERO, Add::add),
+                excess: [0.0; _],
+            };
+            let friction = term.smooth_friction(&drive, &smooth(&robot.shapes[i], scales[i]));
+            let tau = &mut self.tau[robot.joint_of(term.row)];
+            *tau = *tau + friction * values.theta[term.column];
+        }
+        Ok(())
+    }
+
+    /// Writes the torques of the links, without drives, and zero deflections in place of their
+    /// accelerations.
+    fn move_links(
+        &self,
+        robot: &Robot<'_>,
+        values: &Values<'_>,
+        q_d: &[[S; 5]],
+        scratch: &mut FeedforwardScratch<'_, S>,
+    ) -> Result<(), LengthError> {
         let [q, dq, ddq, torque] = &mut scratch.series;
         lengths(
             &[
@@ -94,7 +192,7 @@ impl Feedforward<'_> {
                 ("series", dq.len()),
                 ("series", ddq.len()),
             ],
-            n,
+            robot.joints(),
         )?;
         for (i, d) in q_d.iter().enumerate() {
             q[i] = Jet::from_derivatives([d[0], d[1], d[2]]);
@@ -102,36 +200,174 @@ impl Feedforward<'_> {
             ddq[i] = Jet::from_derivatives([d[2], d[3], d[4]]);
         }
         robot.link_torque(values, q, dq, ddq, scratch.steps, torque)?;
-        // In a rigid joint the rotor's motion is the link's.
+        ddq.fill(Jet::ZERO);
+        Ok(())
+    }
+
+    /// Writes rotor motion and motor torques from the deflections and torques of the springs.
+    fn move_rotors(
+        &mut self,
+        robot: &Robot<'_>,
+        values: &Values<'_>,
+        q_d: &[[S; 5]],
+        scratch: &mut FeedforwardScratch<'_, S>,
+    ) {
+        let n = robot.joints();
+        let [_, acceleration, deflection, torque] = &mut scratch.series;
         for (i, d) in q_d.iter().enumerate() {
-            let rotor = |order: usize| match stiffness(robot, values, i) {
-                Some(k) => d[order] + torque[i].derivative(order) / k,
+            let rotor = |order: usize| match robot.motor_rows[i] {
+                Some(_) => d[order] + deflection[i].derivative(order),
+                // In a rigid joint the rotor's motion is the link's.
                 None => d[order],
             };
             self.phi[i] = rotor(0);
             self.dphi[i] = rotor(1);
             self.tau[i] = torque[i].derivative(0);
-            // From here on `dq` holds the rotor's acceleration.
-            dq[i] = Jet::from_derivatives([rotor(2), 0.0, 0.0]);
+            acceleration[i].coefficients[0] = rotor(2);
         }
         for term in robot.terms {
             if term.what == JointParameter::RotorInertia {
-                let motor: f64 = (0..n)
-                    .map(|k| robot.ratio(term.joint, k) * dq[k].derivative(0))
-                    .sum();
-                self.tau[robot.joint_of(term.row)] +=
-                    values.theta[term.column] * term.momentum(motor);
+                let parts =
+                    (0..n).map(|k| acceleration[k].coefficients[0] * robot.ratio(term.joint, k));
+                let motor = parts.reduce(Add::add).unwrap_or(S::ZERO);
+                let tau = &mut self.tau[robot.joint_of(term.row)];
+                *tau = *tau + motor * term.momentum(1.0) * values.theta[term.column];
             }
         }
-        Ok(())
     }
 }
 
-/// Returns the stiffness of a joint; `None` for a rigid joint.
-fn stiffness(robot: &Robot<'_>, values: &Values<'_>, joint: usize) -> Option<f64> {
-    let mut terms = robot.terms.iter();
-    let term = terms.find(|t| t.what == JointParameter::Stiffness && t.joint == joint)?;
-    Some(values.theta[term.column])
+/// Returns a shape whose transition at zero velocity is at least as wide as a scale, rad/s (m/s).
+fn smooth(shape: &Shape, scale: f64) -> Shape {
+    let mut shape = *shape;
+    if scale > 0.0 {
+        shape.sharpness = shape.sharpness.min(1.0 / scale);
+    }
+    shape
+}
+
+/// Returns whether a term is friction on one side of the spring; the back-EMF acts like friction of the
+/// motor.
+fn is_on(term: &Term, side: Side) -> bool {
+    match term.what {
+        JointParameter::Friction(own, _) => own == side,
+        JointParameter::BackEmf => side == Side::Motor,
+        JointParameter::RotorInertia
+        | JointParameter::Stiffness
+        | JointParameter::CubicStiffness
+        | JointParameter::Damping
+        | JointParameter::Preload
+        | JointParameter::TorqueOffset
+        | JointParameter::Change(..) => false,
+    }
+}
+
+/// Parameters of a spring.
+#[derive(Clone, Copy, Debug, Default)]
+struct Spring {
+    stiffness: f64,
+    cubic: f64,
+    damping: f64,
+    preload: f64,
+}
+
+impl Spring {
+    /// Returns the spring of a joint; `None` for a rigid joint.
+    fn of(robot: &Robot<'_>, values: &Values<'_>, joint: usize) -> Option<Self> {
+        robot.motor_rows[joint]?;
+        let mut spring = Self::default();
+        for term in robot.terms.iter().filter(|term| term.joint == joint) {
+            let own = match term.what {
+                JointParameter::Stiffness => &mut spring.stiffness,
+                JointParameter::CubicStiffness => &mut spring.cubic,
+                JointParameter::Damping => &mut spring.damping,
+                JointParameter::Preload => &mut spring.preload,
+                JointParameter::RotorInertia
+                | JointParameter::BackEmf
+                | JointParameter::TorqueOffset
+                | JointParameter::Friction(..)
+                | JointParameter::Change(..) => continue,
+            };
+            *own = values.theta[term.column];
+        }
+        Some(spring)
+    }
+
+    /// Returns the deflection `e` with `K e + K_3 e³ = torque`.
+    fn deflection<S: Scalar>(&self, torque: TorqueSeries<S>) -> TorqueSeries<S> {
+        let linear = torque.over(self.stiffness);
+        if self.cubic.abs() <= 0.0 {
+            return linear;
+        }
+        let [wanted, ..] = torque.coefficients;
+        let [mut value, rate, second] = linear.coefficients;
+        for _ in 0..DEFLECTION_STEPS {
+            value = self.newton(value, wanted);
+        }
+        let mut series = Jet {
+            coefficients: [value, rate, second],
+        };
+        for _ in 0..SERIES_STEPS {
+            series = self.newton(series, torque);
+        }
+        series
+    }
+
+    fn newton<S: Scalar>(&self, e: S, torque: S) -> S {
+        let square = e * e;
+        let stiffness = square * (3.0 * self.cubic) + S::constant(self.stiffness);
+        // e - (K e + K_3 e³ - torque) / (K + 3 K_3 e²), on one denominator.
+        (square * e * (2.0 * self.cubic) + torque) * stiffness.recip()
+    }
+}
+
+/// A link on its desired motion.
+struct Link<'r, S> {
+    robot: &'r Robot<'r>,
+    values: &'r Values<'r>,
+    joint: usize,
+    shape: Shape,
+    velocity: TorqueSeries<S>,
+    /// Torque of the inertias and of gravity.
+    torque: TorqueSeries<S>,
+}
+
+impl<S: Scalar> Link<'_, S> {
+    /// Returns the deflection of the joint's spring, and the torque that joint or spring transmit to
+    /// the link.
+    fn deflection_and_torque(&self) -> (TorqueSeries<S>, TorqueSeries<S>) {
+        let Some(spring) = Spring::of(self.robot, self.values, self.joint) else {
+            return (Jet::ZERO, self.torque_at(Jet::ZERO));
+        };
+        let under_load = JointParameter::Friction(Side::Link, Law::Load);
+        let is_implicit = spring.damping.abs() > 0.0
+            || (self.robot.terms.iter())
+                .any(|term| term.what == under_load && term.row == self.joint);
+        let passes = if is_implicit { PASSES } else { 1 };
+        let [mut deflection, mut torque] = [Jet::ZERO; 2];
+        for _ in 0..passes {
+            torque = self.torque_at(deflection);
+            let elastic =
+                torque + Jet::constant(spring.preload) - deflection.rate() * spring.damping;
+            deflection = spring.deflection(elastic);
+        }
+        (deflection, torque)
+    }
+
+    /// Returns the torque on the link with the friction at a deflection.
+    fn torque_at(&self, deflection: TorqueSeries<S>) -> TorqueSeries<S> {
+        let drive = Drive {
+            deflection,
+            deflection_rate: Jet::ZERO,
+            link_velocity: self.velocity,
+            motor_velocity: Jet::ZERO,
+            excess: [0.0; _],
+        };
+        let terms = self.robot.terms.iter();
+        (terms.filter(|term| term.row == self.joint && is_on(term, Side::Link)))
+            .map(|term| term.smooth_friction(&drive, &self.shape) * self.values.theta[term.column])
+            .fold(self.torque, Add::add)
+    }
 }
 
 /// Adds state feedback about the trajectory of a [`Feedforward`] to its torques.

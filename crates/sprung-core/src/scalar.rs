@@ -38,6 +38,12 @@ pub trait Scalar:
         Self::constant(if self.value() >= 0.0 { 1.0 } else { 0.0 })
     }
 
+    /// Returns the quotient by a constant.
+    #[must_use]
+    fn over(self, divisor: f64) -> Self {
+        self * (1.0 / divisor)
+    }
+
     /// Returns the sine and the cosine.
     #[must_use]
     fn sin_cos(self) -> (Self, Self);
@@ -70,6 +76,10 @@ impl Scalar for f64 {
         self
     }
 
+    fn over(self, divisor: f64) -> Self {
+        self / divisor
+    }
+
     fn sin_cos(self) -> (Self, Self) {
         libm::sincos(self)
     }
@@ -95,44 +105,57 @@ impl Scalar for f64 {
 ///
 /// `coefficients[k]` is the k-th time derivative divided by `k!`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Jet<const N: usize> {
+pub struct Jet<const N: usize, S = f64> {
     /// Taylor coefficients, lowest order first.
-    pub coefficients: [f64; N],
+    pub coefficients: [S; N],
 }
 
-impl<const N: usize> Jet<N> {
+impl<const N: usize, S: Scalar> Jet<N, S> {
     /// Returns the series of a signal from its value and its time derivatives, lowest order first.
     #[must_use]
-    pub fn from_derivatives(derivatives: [f64; N]) -> Self {
+    pub fn from_derivatives(derivatives: [S; N]) -> Self {
         let mut coefficients = derivatives;
         let mut factorial = 1.0;
         for (k, c) in coefficients.iter_mut().enumerate().skip(1) {
             factorial *= k as f64;
-            *c /= factorial;
+            *c = c.over(factorial);
         }
         Self { coefficients }
     }
 
     /// Returns the `order`-th time derivative; `order` must be below `N`.
     #[must_use]
-    pub fn derivative(&self, order: usize) -> f64 {
+    pub fn derivative(&self, order: usize) -> S {
         let factorial: f64 = (1..=order).map(|k| k as f64).product();
         self.coefficients[order] * factorial
     }
+
+    /// Returns the time derivative, whose last coefficient is unknown and set to zero.
+    #[must_use]
+    pub fn rate(&self) -> Self {
+        let mut coefficients = [S::ZERO; N];
+        for (k, (rate, c)) in (coefficients.iter_mut())
+            .zip(self.coefficients.iter().skip(1))
+            .enumerate()
+        {
+            *rate = *c * (k + 1) as f64;
+        }
+        Self { coefficients }
+    }
 }
 
-impl<const N: usize> Add for Jet<N> {
+impl<const N: usize, S: Scalar> Add for Jet<N, S> {
     type Output = Self;
 
     fn add(mut self, other: Self) -> Self {
         for (a, b) in self.coefficients.iter_mut().zip(other.coefficients) {
-            *a += b;
+            *a = *a + b;
         }
         self
     }
 }
 
-impl<const N: usize> Sub for Jet<N> {
+impl<const N: usize, S: Scalar> Sub for Jet<N, S> {
     type Output = Self;
 
     fn sub(self, other: Self) -> Self {
@@ -140,7 +163,7 @@ impl<const N: usize> Sub for Jet<N> {
     }
 }
 
-impl<const N: usize> Neg for Jet<N> {
+impl<const N: usize, S: Scalar> Neg for Jet<N, S> {
     type Output = Self;
 
     fn neg(self) -> Self {
@@ -148,79 +171,103 @@ impl<const N: usize> Neg for Jet<N> {
     }
 }
 
-impl<const N: usize> Mul<f64> for Jet<N> {
+impl<const N: usize, S: Scalar> Mul<f64> for Jet<N, S> {
     type Output = Self;
 
     fn mul(mut self, factor: f64) -> Self {
         for a in &mut self.coefficients {
-            *a *= factor;
+            *a = *a * factor;
         }
         self
     }
 }
 
-impl<const N: usize> Mul for Jet<N> {
+impl<const N: usize, S: Scalar> Mul for Jet<N, S> {
     type Output = Self;
 
     fn mul(self, other: Self) -> Self {
-        let mut coefficients = [0.0; N];
+        let mut coefficients = [S::ZERO; N];
         for i in 0..N {
             for j in 0..N - i {
-                coefficients[i + j] += self.coefficients[i] * other.coefficients[j];
+                coefficients[i + j] =
+                    coefficients[i + j] + self.coefficients[i] * other.coefficients[j];
             }
         }
         Self { coefficients }
     }
 }
 
-impl<const N: usize> Scalar for Jet<N> {
+impl<const N: usize, S: Scalar> Scalar for Jet<N, S> {
     const ZERO: Self = Self {
-        coefficients: [0.0; N],
+        coefficients: [S::ZERO; N],
     };
 
     fn constant(value: f64) -> Self {
-        let mut coefficients = [0.0; N];
-        coefficients[0] = value;
+        let mut coefficients = [S::ZERO; N];
+        coefficients[0] = S::constant(value);
         Self { coefficients }
     }
 
     fn value(self) -> f64 {
-        self.coefficients[0]
+        self.coefficients[0].value()
+    }
+
+    fn abs(self) -> Self {
+        // The numbers of a traced function have no value to compare.
+        let sign = self.coefficients[0].is_forward() * 2.0 - S::constant(1.0);
+        Self {
+            coefficients: self.coefficients.map(|c| c * sign),
+        }
+    }
+
+    fn is_forward(self) -> Self {
+        let mut forward = Self::ZERO;
+        forward.coefficients[0] = self.coefficients[0].is_forward();
+        forward
+    }
+
+    fn over(mut self, divisor: f64) -> Self {
+        for a in &mut self.coefficients {
+            *a = a.over(divisor);
+        }
+        self
     }
 
     fn sin_cos(self) -> (Self, Self) {
-        let mut sin = [0.0; N];
-        let mut cos = [0.0; N];
-        (sin[0], cos[0]) = libm::sincos(self.coefficients[0]);
+        let mut sin = [S::ZERO; N];
+        let mut cos = [S::ZERO; N];
+        (sin[0], cos[0]) = self.coefficients[0].sin_cos();
         for k in 1..N {
             for i in 1..=k {
-                let rate = i as f64 * self.coefficients[i] / k as f64;
-                sin[k] += rate * cos[k - i];
-                cos[k] -= rate * sin[k - i];
+                let rate = (self.coefficients[i] * i as f64).over(k as f64);
+                sin[k] = sin[k] + rate * cos[k - i];
+                cos[k] = cos[k] - rate * sin[k - i];
             }
         }
         (Self { coefficients: sin }, Self { coefficients: cos })
     }
 
     fn exp(self) -> Self {
-        let mut exp = [0.0; N];
-        exp[0] = libm::exp(self.coefficients[0]);
+        let mut exp = [S::ZERO; N];
+        exp[0] = self.coefficients[0].exp();
         for k in 1..N {
             for i in 1..=k {
-                exp[k] += i as f64 * self.coefficients[i] * exp[k - i] / k as f64;
+                let part = self.coefficients[i] * i as f64 * exp[k - i];
+                exp[k] = exp[k] + part.over(k as f64);
             }
         }
         Self { coefficients: exp }
     }
 
     fn tanh(self) -> Self {
-        let mut tanh = Self::constant(libm::tanh(self.coefficients[0]));
+        let mut tanh = Self::ZERO;
+        tanh.coefficients[0] = self.coefficients[0].tanh();
         for k in 1..N {
             // The derivative of tanh is 1 - tanh²; the coefficients below order k are known.
             let slope = Self::constant(1.0) - tanh * tanh;
             for i in 1..=k {
-                let rate = i as f64 * self.coefficients[i] / k as f64;
-                tanh.coefficients[k] += rate * slope.coefficients[k - i];
+                let rate = (self.coefficients[i] * i as f64).over(k as f64);
+                tanh.coefficients[k] = tanh.coefficients[k] + rate * slope.coefficients[k - i];
             }
         }
         tanh
@@ -228,22 +275,23 @@ impl<const N: usize> Scalar for Jet<N> {
 
     fn ln(self) -> Self {
         let x = self.coefficients;
-        let mut ln = [0.0; N];
-        ln[0] = libm::log(x[0]);
+        let inverse = x[0].recip();
+        let mut ln = [S::ZERO; N];
+        ln[0] = x[0].ln();
         for k in 1..N {
-            let known: f64 = (1..k).map(|i| i as f64 * ln[i] * x[k - i]).sum();
-            ln[k] = (x[k] - known / k as f64) / x[0];
+            let known = (1..k).fold(S::ZERO, |sum, i| sum + ln[i] * i as f64 * x[k - i]);
+            ln[k] = (x[k] - known.over(k as f64)) * inverse;
         }
         Self { coefficients: ln }
     }
 
     fn recip(self) -> Self {
         let x = self.coefficients;
-        let mut recip = [0.0; N];
-        recip[0] = 1.0 / x[0];
+        let mut recip = [S::ZERO; N];
+        recip[0] = x[0].recip();
         for k in 1..N {
-            let known: f64 = (1..=k).map(|i| x[i] * recip[k - i]).sum();
-            recip[k] = -known / x[0];
+            let known = (1..=k).fold(S::ZERO, |sum, i| sum + x[i] * recip[k - i]);
+            recip[k] = -known * recip[0];
         }
         Self {
             coefficients: recip,
