@@ -113,13 +113,13 @@ impl<S: Scalar> Feedforward<'_, S> {
     /// - `q_d`: desired link positions and their time derivatives up to the fourth, \[n\]\[5\].
     /// - `values`: parameters of the model; stiffnesses must be positive, and a spring must not soften
     ///   to zero stiffness.
-    /// - `scales`: velocities v_s within which friction changes its direction, \[n\], rad/s (m/s). The
+    /// - `scales`: velocities `v_s` within which friction changes its direction, \[n\], rad/s (m/s). The
     ///   law's `tanh(beta v)` becomes `tanh(v / v_s)` where that is smoother; zero keeps beta.
     ///
     /// Friction acts at the references of all covariates. It depends on no measurement, and at rest it
     /// is zero: there the torques hold gravity and the constant torques of the model. Time derivatives
     /// of the friction of the links move the rotors, `phi = q + (M ddq + C dq + g + f_1(dq)) / K`; the
-    /// smaller v_s, the faster the rotors move when a link turns round. Of the damping of a spring,
+    /// smaller `v_s`, the faster the rotors move when a link turns round. Of the damping of a spring,
     /// parts with the third derivative of its deflection are left out, since the motion does not
     /// determine them.
     ///

@@ -101,6 +101,8 @@ fn assert_physics_is_free<const N: usize, const PAIRS: usize, const NUMBERS: usi
         let wanted = black_box([[0.1; 5]; N]);
         (out.fill(robot, values, &wanted, &mut scratch)).unwrap();
         assert!(out.tau.iter().all(|x| x.is_finite()));
+        (out.fill_with_friction(robot, values, &wanted, &[0.1; N], &mut scratch)).unwrap();
+        assert!(out.tau.iter().all(|x| x.is_finite()));
     });
 }
 

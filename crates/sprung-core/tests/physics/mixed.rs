@@ -177,12 +177,24 @@ impl Mixed {
         use_robot(&robot, &values)
     }
 
+    /// Shapes of the friction laws, \[n\].
+    pub(crate) fn shapes_mut(&mut self) -> &mut [Shape] {
+        &mut self.shapes
+    }
+
+    /// Sets the parameters of some kinds.
+    pub(crate) fn set(&mut self, value: f64, is_meant: impl Fn(JointParameter) -> bool) {
+        for term in self.terms.iter().filter(|term| is_meant(term.what)) {
+            self.theta[term.column] = value;
+        }
+    }
+
     /// Row and column of every entry.
     pub(crate) fn places(&self) -> &[(usize, usize)] {
         &self.places
     }
 
-    fn acceleration(&self, state: &JointState, tau: &[f64]) -> [Vec<f64>; 2] {
+    pub(crate) fn acceleration(&self, state: &JointState, tau: &[f64]) -> [Vec<f64>; 2] {
         self.with(|robot, values| acceleration(robot, values, state, tau))
     }
 
