@@ -68,6 +68,12 @@ pub enum ExportError {
         /// The size and its limit.
         what: String,
     },
+    /// A controller does not fit the robot.
+    #[error("the controller does not fit the robot: {what}")]
+    Controller {
+        /// What is wrong.
+        what: String,
+    },
     /// A name that the export adds exists already.
     #[error(
         "the robot already has a {what} \"{name}\", which the export adds for a motor; rename it, or \

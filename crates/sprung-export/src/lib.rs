@@ -11,6 +11,7 @@
 #![warn(clippy::wildcard_enum_match_arm)]
 
 mod code;
+mod controller;
 mod error;
 mod evidence;
 mod format;
@@ -38,6 +39,7 @@ use sprung_base::{finding, numbers, sha256};
 use sprung_model as model;
 use sprung_robot as description;
 
+pub use controller::{ControllerCode, FeedbackCode, FeedforwardCode, ShaperTap};
 pub use error::ExportError;
 pub use evidence::{JointEvidence, Known};
 pub use format::Format;

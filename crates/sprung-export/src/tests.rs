@@ -130,6 +130,7 @@ fn request(case: &Case, format: Format, form: Form) -> Request<'_> {
             logs: Vec::new(),
             values: Vec::new(),
         },
+        controller: None,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::controller::ControllerCode;
 use super::error::ExportError;
 use super::evidence::JointEvidence;
 use super::format::Format;
@@ -35,6 +36,8 @@ pub struct Request<'a> {
     pub evidence: &'a [JointEvidence],
     /// Provenance of the values.
     pub origin: Origin,
+    /// Controller that code contains; other formats have none.
+    pub controller: Option<&'a ControllerCode>,
 }
 
 impl Request<'_> {
@@ -75,7 +78,7 @@ pub fn export(request: &Request<'_>) -> Result<Exported, ExportError> {
     }
     names::check(format, form, &identified.robot)?;
     let mut rows = if format.is_code() {
-        code::said(request.model, &identified.extras)
+        code::said(request.model, &identified.extras, request.controller)
     } else {
         said(format, form, &identified.robot, &identified.extras)
     };
@@ -121,7 +124,14 @@ fn of_code(
 ) -> Result<Exported, ExportError> {
     let name = &identified.robot.name;
     let origin = request.origin.lines(name, &rows);
-    let (texts, proof) = code::write(request.format, name, request.model, request.values, &origin)?;
+    let (texts, proof) = code::write(
+        request.format,
+        name,
+        request.model,
+        request.values,
+        &origin,
+        request.controller,
+    )?;
     Ok(Exported {
         format: request.format,
         texts,

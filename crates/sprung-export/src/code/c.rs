@@ -2,10 +2,12 @@
 
 use std::fmt::Write;
 
+use super::control::Control;
 use super::emit::{Language, comment, element, identifier, is_zero, unused};
 use super::graph::Function;
 use super::proof::Vector;
 use super::trace::{Array, Shape, Traced};
+use crate::controller::FeedbackCode;
 use crate::model::Parameter;
 
 /// The template of functions that loop over joints. `@` stands for the prefix, `§` for the prefix of
@@ -17,6 +19,13 @@ const HEADER: &str = include_str!("templates/header.h");
 
 /// The template of the self-test.
 const TEST: &str = include_str!("templates/test.c");
+
+/// Templates of the controller.
+const CONTROLLER_HEADER: &str = include_str!("templates/controller.h");
+const CONTROLLER: &str = include_str!("templates/controller.c");
+const CONTROLLER_TEST: &str = include_str!("templates/controller_test.c");
+const FEEDBACK_OF_STATE: &str = include_str!("templates/feedback_state.c");
+const FEEDBACK_OF_MOTORS: &str = include_str!("templates/feedback_motors.c");
 
 const C: Language = Language {
     declare: "const @real",
@@ -53,6 +62,7 @@ pub(super) struct Program<'a> {
     /// Reciprocal of the inertia of the rotor of each flexible joint; zero at rigid joints.
     pub(super) inverse_rotors: &'a [f64],
     pub(super) vectors: &'a [Vector],
+    pub(super) control: Option<&'a Control<'a>>,
 }
 
 impl Program<'_> {
@@ -109,7 +119,13 @@ pub(super) fn write(program: &Program<'_>) -> [String; 3] {
     for (i, name) in program.joints.iter().enumerate() {
         let _ = writeln!(joints, " *   {i}: {}", comment(name));
     }
+    let [of_header, of_code, of_test] = controller(program.control);
+    let [check, measure] = match program.control {
+        Some(_) => ["    check_controller();\n", "    measure_controller();\n"],
+        None => [""; 2],
+    };
     let header = filled(HEADER)
+        .replace("%CONTROLLER%", &filled(&of_header))
         .replace("%JOINTS%", &joints)
         .replace("%N%", &n.to_string())
         .replace("%ROWS%", &program.rows.to_string())
@@ -119,11 +135,57 @@ pub(super) fn write(program: &Program<'_>) -> [String; 3] {
     let loops = filled(LOOPS)
         .replace("%INVERSE_ROTORS%", &C.constants(program.inverse_rotors))
         .replace("%THETA%", &C.lines(program.theta))
+        .replace("%CONTROLLER%", &filled(&of_code))
         .replace("%FUNCTIONS%", &filled(&code));
     let test = filled(TEST)
+        .replace("%CONTROLLER%", &filled(&of_test))
+        .replace("%CHECK%", check)
+        .replace("%MEASURE%", measure)
         .replace("%COUNT%", &program.vectors.len().to_string())
         .replace("%VECTORS%", &vectors(program.vectors));
     [header, loops, test].map(|text| format!("{head}{text}"))
+}
+
+/// Returns the parts of the header, of the code and of the self-test for a controller.
+fn controller(control: Option<&Control<'_>>) -> [String; 3] {
+    let Some(control) = control else {
+        return <[String; 3]>::default();
+    };
+    let feedback = match &control.code.feedback {
+        FeedbackCode::State { gain } => {
+            let row = |row: &Vec<f64>| format!("    {{{}}},\n", C.constants(row));
+            let rows: String = gain.iter().map(row).collect();
+            FEEDBACK_OF_STATE.replace("%GAIN%", &rows)
+        }
+        FeedbackCode::Motors { kp, kd } => FEEDBACK_OF_MOTORS
+            .replace("%KP%", &C.constants(kp))
+            .replace("%KD%", &C.constants(kd)),
+    };
+    let (delays, weights): (Vec<String>, Vec<f64>) = (control.taps.iter())
+        .map(|tap| (tap.delay.to_string(), tap.weight))
+        .unzip();
+    let [positions, rates] = control.windows();
+    let header = CONTROLLER_HEADER
+        .replace("%PERIOD%", &format!("{:?}", control.code.period))
+        .replace("%MEASURED%", &(positions + rates).to_string())
+        .replace("%SHAPED%", &control.shaped().to_string());
+    let code = CONTROLLER
+        .replace("%TAPS%", &delays.len().to_string())
+        .replace("%DELAYS%", &delays.join(", "))
+        .replace("%WEIGHTS%", &C.constants(&weights))
+        .replace("%LIMITS%", &C.constants(&control.limits()))
+        .replace("%POSITIONS%", &positions.to_string())
+        .replace("%RATES%", &rates.to_string())
+        .replace("%SCALE%", &C.constant(control.velocity_scale()))
+        .replace("%FEEDBACK%", &feedback);
+    let mut samples = String::new();
+    for sample in &control.samples {
+        samples += &element_of_struct(&sample.all());
+    }
+    let test = CONTROLLER_TEST
+        .replace("%COUNT%", &control.samples.len().to_string())
+        .replace("%SAMPLES%", &samples);
+    [header, code, test]
 }
 
 fn origin(lines: &[String]) -> String {
@@ -154,13 +216,16 @@ fn length(shape: Shape) -> &'static str {
 }
 
 fn vectors(vectors: &[Vector]) -> String {
-    let mut text = String::new();
-    for vector in vectors {
-        text.push_str("    {\n");
-        for values in vector.all() {
-            let _ = writeln!(text, "        {{{}}},", C.constants(values));
-        }
-        text.push_str("    },\n");
+    let own = vectors.iter();
+    own.map(|vector| element_of_struct(&vector.all())).collect()
+}
+
+/// Returns a structure of arrays as an element of an array.
+fn element_of_struct(arrays: &[&[f64]]) -> String {
+    let mut text = "    {\n".to_owned();
+    for values in arrays {
+        let _ = writeln!(text, "        {{{}}},", C.constants(values));
     }
+    text.push_str("    },\n");
     text
 }

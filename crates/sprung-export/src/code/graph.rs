@@ -319,7 +319,10 @@ impl Scalar for Symbol<'_> {
     }
 
     fn tanh(self) -> Self {
-        self.of(Function::Tanh)
+        match self.negated() {
+            Some(own) => -own.of(Function::Tanh),
+            None => self.of(Function::Tanh),
+        }
     }
 
     fn ln(self) -> Self {

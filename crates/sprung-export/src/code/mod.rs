@@ -4,7 +4,9 @@
 //! function ([`trace`]). The writers print these operations.
 
 mod c;
+mod control;
 mod emit;
+mod feedforward;
 mod graph;
 mod proof;
 mod rust;
@@ -13,14 +15,17 @@ mod trace;
 use std::collections::BTreeMap;
 
 use self::c::Program;
+use self::control::Control;
 use self::trace::Source;
+use super::controller::{ControllerCode, FeedbackCode, FeedforwardCode};
 use super::error::ExportError;
 use super::format::Format;
 use super::provenance::sealed;
 use super::reload::Proof;
 use super::said::{How, Said, row};
 use super::standard::Extra;
-use crate::model::Model;
+use crate::model::{Model, ModelError, Theta};
+use sprung_core::links::LengthError;
 use sprung_core::parameters::JointParameter;
 
 /// Largest number of joints.
@@ -40,13 +45,15 @@ const ACCELERATION_TOLERANCE: f64 = 1e-9;
 ///
 /// # Errors
 ///
-/// [`ExportError::TooLarge`], and [`ExportError::Differs`] if the code is not the identified model.
+/// [`ExportError::TooLarge`], [`ExportError::Controller`] if the controller does not fit the robot, and
+/// [`ExportError::Differs`] if the code is not the identified model.
 pub(super) fn write(
     format: Format,
     name: &str,
     model: &Model,
     values: &BTreeMap<String, f64>,
     origin: &[String],
+    controller: Option<&ControllerCode>,
 ) -> Result<(Vec<String>, Proof), ExportError> {
     let differs = |what: String| ExportError::Differs {
         format: format.name(),
@@ -62,17 +69,10 @@ pub(super) fn write(
             "{n} joints, and code has at most {JOINTS}"
         )));
     }
-    let mut known = values.clone();
-    for parameter in model.parameters() {
-        let is_inertia = matches!(
-            parameter.joint,
-            None | Some((JointParameter::RotorInertia, _))
-        );
-        if !is_inertia && parameter.fixed.is_none() {
-            known.entry(parameter.name.clone()).or_insert(0.0);
-        }
+    if let Some(controller) = controller {
+        controller.check(format, n)?;
     }
-    let theta = model.theta(&known)?;
+    let theta = theta(model, values)?;
     let bodies = model.bodies(&theta);
     let source = Source {
         model,
@@ -80,16 +80,26 @@ pub(super) fn write(
         theta: &theta,
         bodies: &bodies,
     };
-    let traced = source.trace().map_err(|error| differs(error.to_string()))?;
+    let failed = |error: LengthError| differs(error.to_string());
+    let mut traced = source.trace().map_err(failed)?;
+    let mut of_feedforward = 0.0;
+    if let Some(controller) = controller {
+        let own = source
+            .feedforward(&controller.feedforward)
+            .map_err(failed)?;
+        of_feedforward =
+            (source.prove_feedforward(&controller.feedforward, &own)).map_err(failed)?;
+        traced.push(own);
+    }
     let operations: usize = traced.iter().map(|own| own.operations.len()).sum();
     if operations > OPERATIONS {
         return Err(too_large(format!(
             "{operations} operations, and code has at most {OPERATIONS}"
         )));
     }
-    let (proof, vectors) =
-        proof::prove(&source, &traced).map_err(|error| differs(error.to_string()))?;
+    let (proof, vectors) = proof::prove(&source, &traced).map_err(failed)?;
     for (what, difference, limit) in [
+        ("the feedforward", of_feedforward, TORQUE_TOLERANCE),
         ("inverse dynamics", proof.inverse_dynamics, TORQUE_TOLERANCE),
         ("the mass matrix", proof.mass_matrix, TORQUE_TOLERANCE),
         ("accelerations", proof.accelerations, ACCELERATION_TOLERANCE),
@@ -98,13 +108,12 @@ pub(super) fn write(
             return Err(differs(format!("{what} by {difference:.1e}")));
         }
     }
-    let rotors = source.rotors().into_iter().enumerate();
-    let inverse_rotors: Vec<f64> = rotors
-        .map(|(joint, inertia)| {
-            let behind_spring = model.is_flexible(joint) && inertia > 0.0;
-            if behind_spring { 1.0 / inertia } else { 0.0 }
-        })
-        .collect();
+    let control = match controller {
+        Some(code) => {
+            Some(Control::new(&source, code).map_err(|error| differs(error.to_string()))?)
+        }
+        None => None,
+    };
     let program = Program {
         name,
         origin,
@@ -113,8 +122,9 @@ pub(super) fn write(
         theta: &theta,
         rows: model.coordinates(),
         traced: &traced,
-        inverse_rotors: &inverse_rotors,
+        inverse_rotors: &source.inverse_rotors(),
         vectors: &vectors,
+        control: control.as_ref(),
     };
     let files = match format {
         Format::Rust => vec![rust::write(&program)],
@@ -125,8 +135,27 @@ pub(super) fn write(
     Ok((files.iter().map(|text| sealed(text)).collect(), proof))
 }
 
+/// Returns the parameter vector; friction and springs without a value are zero.
+fn theta(model: &Model, values: &BTreeMap<String, f64>) -> Result<Theta, ModelError> {
+    let mut known = values.clone();
+    for parameter in model.parameters() {
+        let is_inertia = matches!(
+            parameter.joint,
+            None | Some((JointParameter::RotorInertia, _))
+        );
+        if !is_inertia && parameter.fixed.is_none() {
+            known.entry(parameter.name.clone()).or_insert(0.0);
+        }
+    }
+    model.theta(&known)
+}
+
 /// Returns what the code says of the robot.
-pub(super) fn said(model: &Model, extras: &[Extra]) -> Vec<Said> {
+pub(super) fn said(
+    model: &Model,
+    extras: &[Extra],
+    controller: Option<&ControllerCode>,
+) -> Vec<Said> {
     let dynamics =
         "inverse and forward dynamics, mass matrix, Coriolis torques, gravity and regressor";
     let mut rows = vec![
@@ -145,6 +174,24 @@ pub(super) fn said(model: &Model, extras: &[Extra]) -> Vec<Said> {
     if (0..model.joint_count()).any(|joint| model.is_flexible(joint)) {
         let note = "stiffness, damping, cubic stiffness and preload, as identified";
         rows.push(row("springs", How::Exact, note));
+    }
+    if let Some(controller) = controller {
+        let friction = match controller.feedforward {
+            FeedforwardCode::None => "without feedforward",
+            FeedforwardCode::WithoutFriction => "feedforward without friction",
+            FeedforwardCode::WithFriction { .. } => {
+                "feedforward with friction at the desired velocities, smooth at rest"
+            }
+        };
+        let feedback = match controller.feedback {
+            FeedbackCode::State { .. } => "state feedback",
+            FeedbackCode::Motors { .. } => "PD on the motors",
+        };
+        let note = format!(
+            "{friction}, {feedback}; for samples {:?} s apart",
+            controller.period
+        );
+        rows.push(row("controller", How::Exact, &note));
     }
     let is_change = |extra: &&Extra| matches!(extra.kind, JointParameter::Change(..));
     let changes: Vec<&str> = (extras.iter().filter(is_change))

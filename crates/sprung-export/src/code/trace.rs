@@ -220,19 +220,7 @@ impl Source<'_> {
         outputs: &[&'static str],
         compute: impl for<'g> Fn(&Motion<'g>) -> Result<Vec<Symbol<'g>>, LengthError>,
     ) -> Result<Traced, LengthError> {
-        let n = self.robot.joints();
-        let array = |name: &&'static str| {
-            let (shape, length) = match *name {
-                MASS => (Shape::Matrix, n * n),
-                REGRESSOR => (Shape::Regressor, self.robot.rows() * self.theta.len()),
-                _ => (Shape::Vector, n),
-            };
-            Array {
-                name,
-                shape,
-                length,
-            }
-        };
+        let array = |name: &&'static str| self.array(name);
         let inputs: Vec<Array> = inputs.iter().map(array).collect();
         let graph = Graph::default();
         let results = compute(&Motion::of(&graph, &self.robot, &inputs))?;
@@ -245,6 +233,21 @@ impl Source<'_> {
             operations: graph.needed(&results),
             results,
         })
+    }
+
+    /// Returns the array with a name.
+    pub(super) fn array(&self, name: &'static str) -> Array {
+        let n = self.robot.joints();
+        let (shape, length) = match name {
+            MASS => (Shape::Matrix, n * n),
+            REGRESSOR => (Shape::Regressor, self.robot.rows() * self.theta.len()),
+            _ => (Shape::Vector, n),
+        };
+        Array {
+            name,
+            shape,
+            length,
+        }
     }
 
     /// Returns the torques of the links.
@@ -295,6 +298,18 @@ impl Source<'_> {
             rotors[term.joint] += self.theta[term.column] * term.momentum(1.0);
         }
         rotors
+    }
+
+    /// Returns the reciprocal of the inertia of the rotor of each flexible joint, \[n\]; zero at rigid
+    /// joints.
+    pub(super) fn inverse_rotors(&self) -> Vec<f64> {
+        let rotors = self.rotors().into_iter().enumerate();
+        rotors
+            .map(|(joint, inertia)| {
+                let behind_spring = self.model.is_flexible(joint) && inertia > 0.0;
+                if behind_spring { 1.0 / inertia } else { 0.0 }
+            })
+            .collect()
     }
 
     /// Returns the sum of the terms of a drive in each joint, \[n\].

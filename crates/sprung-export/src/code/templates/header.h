@@ -53,7 +53,7 @@ void @state_derivative(const @real state[4 * §JOINTS],
     const @real tau_motor_nm[§JOINTS],
     @real derivative[4 * §JOINTS]);
 
-#ifdef __cplusplus
+%CONTROLLER%#ifdef __cplusplus
 }
 #endif
 

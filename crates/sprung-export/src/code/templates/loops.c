@@ -112,3 +112,4 @@ void @state_derivative(const @real state[4 * §JOINTS],
         derivative[3 * §JOINTS + i] = ddphi[i];
     }
 }
+%CONTROLLER%

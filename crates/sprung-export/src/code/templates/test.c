@@ -117,7 +117,7 @@ static void measure(void)
 }
 #endif
 
-int main(void)
+%CONTROLLER%int main(void)
 {
     int state, i;
     for (state = 0; state < STATES; state++) {
@@ -176,9 +176,9 @@ int main(void)
             TORQUE_TOLERANCE);
         compare("derivative of dphi", state, derivative + 3 * §JOINTS, ddphi, §JOINTS, TORQUE_TOLERANCE);
     }
-#ifndef SPRUNG_NO_CLOCK
+%CHECK%#ifndef SPRUNG_NO_CLOCK
     measure();
-#endif
+%MEASURE%#endif
     printf("%s: %d states\n", failures == 0 ? "PASS" : "FAIL", STATES);
     return failures == 0 ? 0 : 1;
 }

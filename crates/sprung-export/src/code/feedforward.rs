@@ -1,0 +1,129 @@
+//! The feedforward of a controller as operations, and its comparison with the library.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use sprung_core::controller::{Feedforward, FeedforwardScratch};
+use sprung_core::links::{LengthError, Step};
+use sprung_core::robot::Values;
+use sprung_core::scalar::{Jet, Scalar};
+
+use super::graph::{Graph, Operand, Symbol, values};
+use super::trace::{Array, Source, Traced};
+use crate::controller::FeedforwardCode;
+use crate::reload::worst;
+
+/// Number of random motions.
+const MOTIONS: usize = 1000;
+
+/// Ranges of random motions and of their derivatives.
+const RANGES: [f64; 5] = [std::f64::consts::PI, 2.0, 10.0, 50.0, 250.0];
+
+const INPUTS: [&str; 5] = [
+    "q_d_rad",
+    "dq_d_rad_per_s",
+    "ddq_d_rad_per_s2",
+    "dddq_d_rad_per_s3",
+    "ddddq_d_rad_per_s4",
+];
+
+const OUTPUTS: [&str; 3] = ["tau_ff_nm", "phi_d_rad", "dphi_d_rad_per_s"];
+
+impl Source<'_> {
+    /// Returns motor torques, positions and velocities of the rotors, each \[n\].
+    ///
+    /// # Errors
+    ///
+    /// [`LengthError`] if arrays do not fit the robot.
+    pub(super) fn nominal<S: Scalar>(
+        &self,
+        feedforward: &FeedforwardCode,
+        q_d: &[[S; 5]],
+    ) -> Result<[Vec<S>; 3], LengthError> {
+        let n = self.robot.joints();
+        let [mut tau, mut phi, mut dphi] = [(); 3].map(|()| vec![S::ZERO; n]);
+        let mut out = Feedforward {
+            tau: &mut tau,
+            phi: &mut phi,
+            dphi: &mut dphi,
+        };
+        let values = Values {
+            theta: self.theta,
+            bodies: self.bodies,
+        };
+        let mut series = [(); 4].map(|()| vec![Jet::ZERO; n]);
+        let mut scratch = FeedforwardScratch {
+            series: series.each_mut().map(Vec::as_mut_slice),
+            steps: &mut vec![Step::default(); n],
+        };
+        match feedforward {
+            FeedforwardCode::None => {
+                phi = q_d.iter().map(|d| d[0]).collect();
+                dphi = q_d.iter().map(|d| d[1]).collect();
+            }
+            FeedforwardCode::WithoutFriction => {
+                out.fill(&self.robot, &values, q_d, &mut scratch)?;
+            }
+            FeedforwardCode::WithFriction { velocity_scales } => {
+                let scales = velocity_scales;
+                out.fill_with_friction(&self.robot, &values, q_d, scales, &mut scratch)?;
+            }
+        }
+        Ok([tau, phi, dphi])
+    }
+
+    /// Returns the function of the feedforward.
+    ///
+    /// # Errors
+    ///
+    /// [`LengthError`] if arrays do not fit the robot.
+    pub(super) fn feedforward(&self, feedforward: &FeedforwardCode) -> Result<Traced, LengthError> {
+        let n = self.robot.joints();
+        let graph = Graph::default();
+        let q_d: Vec<[Symbol<'_>; 5]> = (0..n)
+            .map(|i| std::array::from_fn(|order| graph.input(order * n + i)))
+            .collect();
+        let results = self.nominal(feedforward, &q_d)?.concat();
+        let results: Vec<Operand> = results.into_iter().map(Symbol::operand).collect();
+        let arrays = |names: &[&'static str]| -> Vec<Array> {
+            names.iter().map(|name| self.array(name)).collect()
+        };
+        Ok(Traced {
+            name: "feedforward",
+            about: "Feedforward: torques of the motors, and motion of the rotors, for a desired motion of the links.",
+            inputs: arrays(&INPUTS),
+            outputs: arrays(&OUTPUTS),
+            operations: graph.needed(&results),
+            results,
+        })
+    }
+
+    /// Returns the largest difference of the operations from the library at random motions, relative to
+    /// the largest number of an array.
+    ///
+    /// # Errors
+    ///
+    /// [`LengthError`] if arrays do not fit the robot.
+    pub(super) fn prove_feedforward(
+        &self,
+        feedforward: &FeedforwardCode,
+        traced: &Traced,
+    ) -> Result<f64, LengthError> {
+        let n = self.robot.joints();
+        let mut random = ChaCha8Rng::seed_from_u64(2);
+        let mut difference = 0.0;
+        for _ in 0..MOTIONS {
+            let q_d: Vec<[f64; 5]> = (0..n)
+                .map(|_| RANGES.map(|range| random.random_range(-range..range)))
+                .collect();
+            let known = self.nominal(feedforward, &q_d)?;
+            let inputs: Vec<f64> = (0..RANGES.len())
+                .flat_map(|order| q_d.iter().map(move |d| d[order]))
+                .collect();
+            let found = values(&traced.operations, &traced.results, &inputs);
+            for (known, found) in known.iter().zip(found.chunks(n)) {
+                worst(&mut difference, known, found);
+            }
+        }
+        Ok(difference)
+    }
+}
