@@ -33,6 +33,8 @@ mod urdf;
 mod write;
 
 #[cfg(test)]
+mod controlled;
+#[cfg(test)]
 mod tests;
 
 use sprung_base::{finding, numbers, sha256};

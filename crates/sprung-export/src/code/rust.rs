@@ -3,12 +3,20 @@
 use std::fmt::Write;
 
 use super::c::Program;
+use super::control::Control;
 use super::emit::{Language, calls, comment, is_zero, unused};
 use super::graph::Function;
 use super::trace::{Array, Shape, Traced};
+use crate::controller::FeedbackCode;
 
 /// The template of the file.
 const FILE: &str = include_str!("templates/robot.rs.txt");
+
+/// Templates of the controller.
+const CONTROLLER: &str = include_str!("templates/controller.rs.txt");
+const CONTROLLER_TEST: &str = include_str!("templates/controller_test.rs.txt");
+const FEEDBACK_OF_STATE: &str = include_str!("templates/feedback_state.rs.txt");
+const FEEDBACK_OF_MOTORS: &str = include_str!("templates/feedback_motors.rs.txt");
 
 const RUST: Language = Language {
     declare: "let",
@@ -62,18 +70,12 @@ pub(super) fn write(program: &Program<'_>) -> String {
         format!("        fn {name}(x: Real) -> Real {{\n            x.{name}()\n        }}\n")
     });
     let code: String = program.traced.iter().map(function).collect();
-    let mut vectors = String::new();
-    for vector in program.vectors {
-        let rows = vector
-            .all()
-            .map(|values| format!("&[{}]", RUST.constants(values)));
-        let _ = writeln!(
-            vectors,
-            "        [\n            {},\n        ],",
-            rows.join(",\n            ")
-        );
-    }
+    let vectors = program.vectors.iter();
+    let vectors: String = vectors.map(|vector| element(&vector.all())).collect();
+    let [controller, check] = controller(program.control);
     text += &FILE
+        .replace("%CONTROLLER%", &controller)
+        .replace("%CHECK%", &check)
         .replace("%JOINTS%", &joints)
         .replace("%N%", &program.joints.len().to_string())
         .replace("%ROWS%", &program.rows.to_string())
@@ -87,6 +89,53 @@ pub(super) fn write(program: &Program<'_>) -> String {
         .replace("%COUNT%", &program.vectors.len().to_string())
         .replace("%VECTORS%", &vectors);
     text
+}
+
+/// Returns arrays as an element of an array.
+fn element(arrays: &[&[f64]]) -> String {
+    let rows: Vec<String> = (arrays.iter())
+        .map(|values| format!("&[{}]", RUST.constants(values)))
+        .collect();
+    let rows = rows.join(",\n            ");
+    format!("        [\n            {rows},\n        ],\n")
+}
+
+/// Returns the code and the test of a controller.
+fn controller(control: Option<&Control<'_>>) -> [String; 2] {
+    let Some(control) = control else {
+        return <[String; 2]>::default();
+    };
+    let feedback = match &control.code.feedback {
+        FeedbackCode::State { gain } => {
+            let row = |row: &Vec<f64>| format!("    [{}],\n", RUST.constants(row));
+            let rows: String = gain.iter().map(row).collect();
+            FEEDBACK_OF_STATE.replace("%GAIN%", &rows)
+        }
+        FeedbackCode::Motors { kp, kd } => FEEDBACK_OF_MOTORS
+            .replace("%KP%", &RUST.constants(kp))
+            .replace("%KD%", &RUST.constants(kd)),
+    };
+    let pairs: Vec<String> = (control.taps.iter())
+        .map(|tap| format!("({}, {})", tap.delay, RUST.constant(tap.weight)))
+        .collect();
+    let [positions, rates] = control.windows();
+    let code = CONTROLLER
+        .replace("%PERIOD%", &format!("{:?}", control.code.period))
+        .replace("%MEASURED%", &(positions + rates).to_string())
+        .replace("%SHAPED%", &control.shaped().to_string())
+        .replace("%TAPS%", &pairs.len().to_string())
+        .replace("%PAIRS%", &pairs.join(", "))
+        .replace("%LIMITS%", &RUST.constants(&control.limits()))
+        .replace("%POSITIONS%", &positions.to_string())
+        .replace("%RATES%", &rates.to_string())
+        .replace("%SCALE%", &RUST.constant(control.velocity_scale()))
+        .replace("%FEEDBACK%", &feedback);
+    let samples = control.samples.iter();
+    let samples: String = samples.map(|sample| element(&sample.all())).collect();
+    let test = CONTROLLER_TEST
+        .replace("%COUNT%", &control.samples.len().to_string())
+        .replace("%SAMPLES%", &samples);
+    [code, test]
 }
 
 fn function(traced: &Traced) -> String {
