@@ -7,6 +7,7 @@ use toml::de::{DeArray, DeTable, DeValue};
 use super::check::kinematics;
 use super::check::{Fault, check, check_format, check_log_over};
 use super::defaults::spread;
+use super::control::Control;
 use super::excite::Excite;
 use super::identify::Identify;
 use super::keys::{self, Misfit};
@@ -38,6 +39,8 @@ pub struct Experiment {
     pub simulate: Option<Simulate>,
     /// The experiment that is to be designed.
     pub excite: Excite,
+    /// The controller that is to be designed.
+    pub control: Control,
 }
 
 impl Experiment {
@@ -255,6 +258,7 @@ fn interpret(
         validate: read.validate,
         simulate: read.simulate,
         excite: read.excite,
+        control: read.control,
     })
 }
 

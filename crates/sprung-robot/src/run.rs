@@ -27,9 +27,15 @@ pub struct Controller {
     /// The model behind the feedforward of `state-feedback`.
     #[serde(default)]
     pub feedforward: Feedforward,
+    /// Speed below which the feedforward's friction fades, rad/s (m/s); friction is not compensated if absent.
+    pub friction_compensation_speed_rad_per_s: Option<f64>,
     /// Windows `p1`, `p2` of the averaging velocity estimator, samples.
     #[serde(default = "default_window")]
     pub velocity_window: [usize; 2],
+    /// Impulses of an input shaper that the reference passes: the time in s and the part of the reference, in the order of
+    /// time; the parts have the sum 1.
+    #[serde(default)]
+    pub shaper: Vec<[f64; 2]>,
     /// Motor reference of `pd`, link reference of `state-feedback`; its time is that of the log.
     #[serde(default)]
     pub reference: Reference,

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::control::Control;
 use super::excite::Excite;
 use super::identify::Identify;
 use super::log::Log;
@@ -33,4 +34,7 @@ pub(super) struct ExperimentFile {
     /// The experiment that `sprung excite` designs.
     #[serde(default)]
     pub(super) excite: Excite,
+    /// The controller that `sprung control` designs.
+    #[serde(default)]
+    pub(super) control: Control,
 }

@@ -3,15 +3,37 @@
 // A new law, parameter, quantity or format is named wherever it is told from the others.
 #![warn(clippy::wildcard_enum_match_arm)]
 
+mod bandwidth;
+mod bode;
+mod design;
+mod gains;
+mod judge;
 mod margins;
+mod pictures;
 mod pose;
+mod proof;
+mod refusal;
+mod result;
+mod riccati;
 mod sampled;
 mod shapers;
+mod task;
 #[cfg(test)]
 mod tests;
+mod vibrations;
+mod workspace;
 
+pub use design::{Controlled, design_control};
 pub use margins::{LoopPole, Margins, Stability, stability};
+pub use pictures::{Banded, ControlPictures, LinkCurves, LoopCurve, Timed};
+pub use refusal::ControlRefusal;
+pub use result::{
+    Bandwidth, CONTROL_FORMAT, ControlDesign, DesignedController, LoopMargins, Mode, Motors, Moves,
+    Proof, Tracking, Vibration, WithDraws,
+};
 pub use shapers::{
     KindTrial, ModeShaper, ShapedImpulse, ShaperDesign, ShaperDesignError, ShaperKind,
     ShaperSettings, TradeOff, design_shaper,
 };
+pub use task::ControlTask;
+pub use workspace::workspace_poses;

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Scale, c64};
 
+use super::riccati;
 use crate::description::{Controller, ControllerKind};
 use crate::frequency::Linear;
 use crate::model::Model;
@@ -111,6 +112,20 @@ impl Sampled {
                 .collect(),
             period,
         }
+    }
+
+    /// Returns the number of coordinates.
+    #[must_use]
+    pub(super) fn rows(&self) -> usize {
+        self.transition.nrows() / 2
+    }
+
+    /// Returns the gain that minimises a quadratic cost of positions and velocities of all coordinates, \[n × 2 rows\]; `None` if
+    /// none stabilises the equations.
+    ///
+    /// - `state`: weights of positions, then of velocities, \[2 rows\]; `torque`: weights of the torques, \[n\].
+    pub(super) fn quadratic_gain(&self, state: &[f64], torque: &[f64]) -> Option<Mat<f64>> {
+        riccati::gain(&self.transition, &self.input, state, torque)
     }
 
     /// Returns the state after one period that began with one in a position or a torque: positions and velocities of all

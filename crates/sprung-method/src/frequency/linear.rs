@@ -287,7 +287,7 @@ impl Linear {
 
     /// Returns the equations of some coordinates while the others are held.
     #[must_use]
-    pub(super) fn of(&self, free: &[usize]) -> Self {
+    pub(crate) fn of(&self, free: &[usize]) -> Self {
         let rows = free.len();
         let without =
             |matrix: &Mat<f64>| Mat::from_fn(rows, rows, |i, j| matrix[(free[i], free[j])]);

@@ -22,6 +22,7 @@ mod weighted;
 pub(crate) use compare::{Identified, frequency_response};
 pub(crate) use findings::resonances_disagree;
 pub(crate) use linear::{Linear, Pose};
+pub(crate) use modes::{Mode, assigned};
 pub use motor_side::SpringFromMotor;
 pub(crate) use motor_side::{about_springs, springs_from_motor};
 pub(crate) use record::Record;

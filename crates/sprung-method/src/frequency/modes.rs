@@ -12,7 +12,7 @@ const LEAST_SPRING_SHARE: f64 = 0.05;
 
 /// A vibration.
 #[derive(Clone, Debug)]
-pub(super) struct Mode {
+pub(crate) struct Mode {
     /// Eigenvalue with a positive imaginary part, rad/s.
     pub(super) eigenvalue: c64,
     /// Shape, \[rows\].
@@ -22,7 +22,7 @@ pub(super) struct Mode {
 impl Mode {
     /// Returns the vibrations that are not overdamped.
     #[must_use]
-    pub(super) fn all(linear: &Linear) -> Vec<Self> {
+    pub(crate) fn all(linear: &Linear) -> Vec<Self> {
         let rows = linear.mass.nrows();
         let factors = linear.mass.partial_piv_lu();
         let (spring, damper) = (
@@ -50,7 +50,7 @@ impl Mode {
     /// Returns the part of the vibration's energy in a spring.
     ///
     /// - `ends`: coordinates of its motor and link; `None` if the motor is held.
-    pub(super) fn spring_share(
+    pub(crate) fn spring_share(
         &self,
         linear: &Linear,
         stiffness: f64,
@@ -63,12 +63,12 @@ impl Mode {
     }
 
     /// Returns the natural frequency, Hz.
-    pub(super) fn hz(&self) -> f64 {
+    pub(crate) fn hz(&self) -> f64 {
         self.eigenvalue.norm() / TAU
     }
 
     /// Returns the damping ratio.
-    pub(super) fn damping(&self) -> f64 {
+    pub(crate) fn damping(&self) -> f64 {
         -self.eigenvalue.re / self.eigenvalue.norm()
     }
 
@@ -101,7 +101,7 @@ fn quadratic(matrix: &Mat<f64>, shape: &[c64], left: impl Fn(c64) -> c64) -> c64
 /// Assigns one vibration to each spring: repeatedly the pair with the largest part of the energy.
 ///
 /// - `shares`: part of each vibration's energy in each spring, \[springs\]\[vibrations\].
-pub(super) fn assigned(shares: &[Vec<f64>]) -> Vec<Option<usize>> {
+pub(crate) fn assigned(shares: &[Vec<f64>]) -> Vec<Option<usize>> {
     let mut owners = vec![None; shares.len()];
     let mut pairs: Vec<(f64, usize, usize)> = (shares.iter().enumerate())
         .flat_map(|(spring, of)| of.iter().enumerate().map(move |(k, x)| (*x, spring, k)))

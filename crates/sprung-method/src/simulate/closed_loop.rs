@@ -165,7 +165,8 @@ impl ClosedLoop {
         };
         let [p1, p2] = controller.velocity_window;
         let velocity = AveragedVelocity::new(p1, p2, period).map_err(LoopError::Velocity)?;
-        let reference = Trajectory::new(&controller.reference, model);
+        let reference =
+            Trajectory::new(&controller.reference, model).shaped(controller.shaper.clone());
         let state = match start {
             Some((q, phi)) => JointState::at_rest(q, phi),
             None => at_rest_in_springs(model, theta, &reference.start())?,
@@ -184,6 +185,26 @@ impl ClosedLoop {
             period,
             samples: 0,
         })
+    }
+
+    /// Replaces the values of the model in the controller, by default those that it declares.
+    ///
+    /// # Errors
+    ///
+    /// [`LoopError`] if a spring of the model has no stiffness.
+    pub fn with_feedforward(mut self, theta: &Theta) -> Result<Self, LoopError> {
+        if let Law::StateFeedback { nominal, .. } = &mut self.law {
+            self.model.check_stiffness(theta)?;
+            **nominal = FeedforwardModel::new(&self.model, theta.clone());
+        }
+        Ok(self)
+    }
+
+    /// Replaces the reference; the robot stays where it is.
+    #[must_use]
+    pub fn with_reference(mut self, reference: Trajectory) -> Self {
+        self.reference = reference;
+        self
     }
 
     /// Replaces the tolerance of the integration, rad and rad/s.

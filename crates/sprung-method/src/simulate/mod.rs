@@ -21,6 +21,6 @@ pub use dynamics::{Accelerations, BothTorques, Dynamics, RanAway};
 pub use integrator::StepsExhausted;
 pub use plant::JointState;
 pub use record::{RecordError, record};
-pub use reference::Trajectory;
+pub use reference::{Move, Trajectory};
 pub use sensors::{Disturbance, Encoder};
 pub use twin::{Twin, TwinSample, TwinSetup};

@@ -8,6 +8,7 @@ use sprung_core::covariate::Covariate;
 use sprung_core::robot::Torques;
 
 use super::closed_loop::{ClosedLoop, Diverged, LoopError};
+use super::reference::Trajectory;
 use super::sensors::{Disturbance, Encoder, TorqueSensors};
 use crate::description::{Controller, Simulate};
 use crate::model::{Model, Theta};
@@ -166,6 +167,23 @@ impl Twin {
             theta: setup.theta.clone(),
             rng,
         })
+    }
+
+    /// Replaces the values of the model in the controller; see [`ClosedLoop::with_feedforward`].
+    ///
+    /// # Errors
+    ///
+    /// [`LoopError`] as for [`ClosedLoop::with_feedforward`].
+    pub fn with_feedforward(self, theta: &Theta) -> Result<Self, LoopError> {
+        let plant = self.plant.with_feedforward(theta)?;
+        Ok(Self { plant, ..self })
+    }
+
+    /// Replaces the reference; the robot stays where it is.
+    #[must_use]
+    pub fn with_reference(self, reference: Trajectory) -> Self {
+        let plant = self.plant.with_reference(reference);
+        Self { plant, ..self }
     }
 
     /// Returns the loop with its true state.

@@ -1,5 +1,6 @@
 //! Checks of an experiment: lengths, signs, names that must exist.
 
+use super::control::check_control;
 use super::excite::{check_excite, check_limits};
 use super::fault::{Fault, fault};
 use super::identify::identify;
@@ -71,6 +72,7 @@ pub(crate) fn check(file: &ExperimentFile) -> Result<(), Fault> {
     }
     check_limits(&file.robot)?;
     check_excite(&file.excite, &file.robot)?;
+    check_control(&file.control, &file.robot)?;
     if let Some(twin) = &file.simulate {
         check_twin(twin, &joints)?;
         check_target(twin, &file.robot)?;

@@ -1,6 +1,7 @@
 //! Checks of a description that its types do not make; each fault has the path of its keys.
 
 mod columns;
+mod control;
 mod excite;
 mod experiment;
 mod fault;

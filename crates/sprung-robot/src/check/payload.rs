@@ -69,7 +69,7 @@ pub(super) fn check_payloads(file: &ExperimentFile) -> Result<(), Fault> {
 }
 
 /// Checks that a body can have the parameters.
-fn possible(payload: &Payload) -> Result<(), String> {
+pub(super) fn possible(payload: &Payload) -> Result<(), String> {
     let Some(mass) = payload.mass_kg else {
         return match (payload.com_m, payload.inertia_kg_m2) {
             (None, None) => Ok(()),

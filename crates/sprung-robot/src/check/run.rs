@@ -10,6 +10,9 @@ use crate::numbers::Shown;
 use crate::robot::Robot;
 use crate::run::{Controller, ControllerKind, Reference, Simulate, TwinList};
 
+/// Longest delay of an input shaper, s.
+const LONGEST_SHAPER: f64 = 100.0;
+
 pub(super) fn check_controller(
     controller: &Controller,
     path: &[&str],
@@ -65,7 +68,28 @@ pub(super) fn check_controller(
         ));
     }
     check_window(controller.velocity_window, &at("velocity_window"))?;
+    if let Some(message) = fault_of_shaper(&controller.shaper) {
+        return Err(fault(&at("shaper"), message));
+    }
     check_reference(&controller.reference, &at("reference"), robot)
+}
+
+/// Returns why no filter has the impulses.
+fn fault_of_shaper(shaper: &[[f64; 2]]) -> Option<String> {
+    let sum: f64 = shaper.iter().map(|[_, part]| part).sum();
+    let times = || shaper.iter().map(|[time, _]| *time);
+    if !shaper.iter().flatten().all(|x| x.is_finite()) {
+        return Some("every number of shaper must be finite".to_owned());
+    }
+    if times().any(|time| !(0.0..=LONGEST_SHAPER).contains(&time))
+        || times().zip(times().skip(1)).any(|(a, b)| b <= a)
+    {
+        return Some(format!("the times of shaper must rise, from 0 to at most {LONGEST_SHAPER} s"));
+    }
+    if !shaper.is_empty() && (sum - 1.0).abs() > 1e-6 {
+        return Some(format!("the parts of shaper have the sum {}, and it must be 1", Shown(sum)));
+    }
+    None
 }
 
 pub(crate) fn check_reference(

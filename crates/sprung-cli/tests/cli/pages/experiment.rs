@@ -51,6 +51,7 @@ const SECTIONS: [(&str, &str); 21] = [
     ("validate", "Validate"),
     ("simulate", "Simulate"),
     ("excite", "Excite"),
+    ("control", "Control"),
     ("The whole file", ""),
 ];
 

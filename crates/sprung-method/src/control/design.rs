@@ -1,0 +1,227 @@
+//! From identified values to a controller, its margins, its shaper and the simulations that prove it.
+
+use sprung_base::finding::GENERATOR;
+use sprung_base::progress::{Listener, Phase};
+use sprung_core::parameters::JointParameter;
+
+use super::bandwidth::feedback;
+use super::bode::loop_curves;
+use super::judge::{Seen, drawn, identified, look};
+use super::pictures::ControlPictures;
+use super::proof::{Designed, prove};
+use super::refusal::ControlRefusal;
+use super::result::{
+    CONTROL_FORMAT, ControlDesign, DesignedController, LoopMargins, Motors, WithDraws,
+};
+use super::shapers::{ShaperDesign, ShaperSettings, design_shaper};
+use super::task::{ControlTask, whole_gain};
+use super::vibrations::{regions, vibrations};
+use crate::description::{Controller, ControllerKind};
+use crate::simulate::Trajectory;
+
+/// Velocity of friction compensation without a reference, rad/s (m/s), and with one as a part of the root mean square velocity of
+/// its fastest joint.
+const SPEED: f64 = 0.05;
+const SPEED_PART: f64 = 0.2;
+
+/// Samples of a reference from which its velocity is computed.
+const SAMPLES: usize = 2000;
+
+/// A designed controller with the curves of its report.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Controlled {
+    /// What is written to JSON.
+    pub design: ControlDesign,
+    /// Curves.
+    pub pictures: ControlPictures,
+}
+
+/// Designs a controller, examines its loop over poses and robots of the posterior, and simulates it.
+///
+/// - `assumed`: sentences about what the caller assumed.
+/// - `verdict`: word of the verdict on the values.
+///
+/// # Errors
+///
+/// [`ControlRefusal`] if the margins or the limits of the torques do not hold, the loop of a declared controller is unstable, no
+/// shaper exists, no robot can have the values, or the listener stops the design.
+pub fn design_control(
+    task: &ControlTask<'_>,
+    robot: &str,
+    verdict: Option<String>,
+    mut assumed: Vec<String>,
+    progress: &mut dyn Listener,
+) -> Result<Controlled, ControlRefusal> {
+    progress.tell(Phase::Designing, 0, Some(3))?;
+    let speed = compensation_speed(task);
+    let (controller, bandwidth) = match task.declared.filter(|_| task.is_declared()) {
+        Some(own) => (own.clone(), None),
+        None => {
+            let found = feedback(task, speed)?;
+            (found.controller, Some(found.bandwidth))
+        }
+    };
+    progress.tell(Phase::Designing, 1, Some(3))?;
+    let cases = [identified(task), drawn(task)].concat();
+    let seen = look(task, &controller, &cases);
+    let grows = |own: &&Seen| own.stability.growth_per_s.is_some();
+    if let Some((own, rate)) = (seen.iter().find(grows)).and_then(|own| Some((own, own.stability.growth_per_s?))) {
+        return Err(ControlRefusal::Unstable {
+            pose_rad: task.poses[own.pose].clone(),
+            time_s: 1.0 / rate,
+        });
+    }
+    if seen.iter().all(|own| own.robot != 0) {
+        return Err(ControlRefusal::Impossible);
+    }
+    progress.tell(Phase::Designing, 2, Some(3))?;
+    let vibrations = vibrations(task.model, &seen, task.poses.len());
+    let shaper = shaper(task, &seen, &mut assumed)?;
+    let impulses: Vec<[f64; 2]> = (shaper.iter())
+        .flat_map(|own| own.impulses.iter().map(|own| [own.time_s, own.amplitude]))
+        .collect();
+    let lowest = vibrations.iter().find(|own| own.motors == Motors::Controlled);
+    let mut pictures = ControlPictures {
+        loops: loop_curves(task, &controller),
+        poles: poles(&seen),
+        ..ControlPictures::default()
+    };
+    let designed = Designed {
+        controller: &controller,
+        shaper: &impulses,
+        lowest_hz: lowest.map(|own| own.all.hz),
+    };
+    let proof = prove(task, designed, &mut pictures, progress)?;
+    let design = ControlDesign {
+        format: CONTROL_FORMAT,
+        generator: GENERATOR.to_owned(),
+        robot: robot.to_owned(),
+        joints: task.model.joints().to_vec(),
+        verdict,
+        controller: written(task, &controller, impulses),
+        bandwidth,
+        loops: loops(task, &seen),
+        least_damping: least(&seen, |own| own.stability.least_damping),
+        poses: task.poses.to_vec(),
+        draws: task.draws.len(),
+        vibrations,
+        shaper,
+        proof,
+        assumed,
+    };
+    Ok(Controlled { design, pictures })
+}
+
+/// Returns the velocity within which the compensation of friction changes its direction; `None` without compensation.
+fn compensation_speed(task: &ControlTask<'_>) -> Option<f64> {
+    let is_friction =
+        |term: &sprung_core::drives::Term| matches!(term.what, JointParameter::Friction(..));
+    if !task.model.robot().terms.iter().any(is_friction) {
+        return None;
+    }
+    if let Some(own) = task.settings.friction_compensation_speed_rad_per_s {
+        return (own > 0.0).then_some(own);
+    }
+    let Some(reference) = task.reference else {
+        return Some(SPEED);
+    };
+    let motion = Trajectory::new(reference, task.model);
+    let n = task.model.joint_count();
+    let (mut own, mut squares) = (vec![[0.0; 5]; n], vec![0.0; n]);
+    for k in 0..SAMPLES {
+        motion.at(task.twin.duration_s * k as f64 / SAMPLES as f64, &mut own);
+        for (sum, own) in squares.iter_mut().zip(&own) {
+            *sum += own[1] * own[1] / SAMPLES as f64;
+        }
+    }
+    let fastest = squares.iter().map(|own| own.sqrt()).fold(0.0, f64::max);
+    Some(if fastest > 0.0 { SPEED_PART * fastest } else { SPEED })
+}
+
+/// Designs the shaper for the light vibrations of the loop; `None` if there are none or none is wanted.
+fn shaper(
+    task: &ControlTask<'_>,
+    seen: &[Seen],
+    assumed: &mut Vec<String>,
+) -> Result<Option<ShaperDesign>, ControlRefusal> {
+    let modes = task.settings.shaper_modes;
+    if modes == 0 {
+        return Ok(None);
+    }
+    let regions = regions(seen, modes);
+    if regions.is_empty() {
+        assumed.push(
+            "the loop damps its vibrations by 30 % or more in all poses, so no input shaper is needed".to_owned(),
+        );
+        return Ok(None);
+    }
+    let settings = ShaperSettings {
+        level: 0.01 * task.settings.residual_percent,
+        part: 0.95,
+        period: task.period,
+    };
+    let own = design_shaper(&regions, &settings)?;
+    if !own.reached {
+        assumed.push(format!(
+            "no shaper leaves at most {} % of the vibration in all poses; the shaper of the design leaves {:.1} %. A shaper for \
+             the poses of one path leaves less: give path in [control]",
+            task.settings.residual_percent, own.largest_percent
+        ));
+    }
+    Ok(Some(own))
+}
+
+fn poles(seen: &[Seen]) -> Vec<(f64, f64, bool)> {
+    (seen.iter())
+        .flat_map(|own| {
+            let poles = own.stability.vibrations.iter();
+            poles.map(|pole| (pole.hz, pole.damping, own.robot == 0))
+        })
+        .collect()
+}
+
+fn least(seen: &[Seen], value: impl Fn(&Seen) -> f64) -> WithDraws {
+    let over = |all: &mut dyn Iterator<Item = &Seen>| all.map(&value).fold(f64::INFINITY, f64::min);
+    WithDraws {
+        identified: over(&mut seen.iter().filter(|own| own.robot == 0)),
+        worst: over(&mut seen.iter()),
+    }
+}
+
+fn loops(task: &ControlTask<'_>, seen: &[Seen]) -> Vec<LoopMargins> {
+    (task.model.joints().iter().enumerate())
+        .map(|(joint, name)| {
+            let gain = least(seen, |own| own.stability.margins[joint].gain_db);
+            let crossover = seen.iter().find(|own| own.robot == 0);
+            LoopMargins {
+                joint: name.clone(),
+                gain_db: gain.worst.is_finite().then_some(WithDraws {
+                    // A figure that no gain bounds has no number in JSON.
+                    identified: if gain.identified.is_finite() { gain.identified } else { gain.worst },
+                    ..gain
+                }),
+                phase_deg: least(seen, |own| own.stability.margins[joint].phase_deg),
+                crossover_hz: crossover.map_or(0.0, |own| own.stability.margins[joint].crossover_hz),
+            }
+        })
+        .collect()
+}
+
+fn written(
+    task: &ControlTask<'_>,
+    controller: &Controller,
+    shaper: Vec<[f64; 2]>,
+) -> DesignedController {
+    DesignedController {
+        feedback: task.settings.feedback.word().to_owned(),
+        period_s: task.period,
+        velocity_window: controller.velocity_window,
+        has_feedforward: controller.kind == ControllerKind::StateFeedback,
+        friction_compensation_speed_rad_per_s: controller.friction_compensation_speed_rad_per_s,
+        gain: whole_gain(controller, task.model.joint_count()),
+        shaper,
+        torque_limits_nm: (task.model.torque_limits())
+            .map(|limit| limit.is_finite().then_some(limit))
+            .collect(),
+    }
+}
