@@ -25,6 +25,9 @@ const ORDINARY_REGION: f64 = 0.25;
 const ORDINARY_RADIUS: f64 = 0.1;
 const ORDINARY_ROTOR: f64 = 0.1;
 
+/// Relative error of an ordinary body without nominal values where robots are drawn: links of a cobot have 1 to 5 kg.
+const ORDINARY_ERROR: f64 = 1.0;
+
 /// Where the mass of a link that carries no joint may be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::estimate) enum Tool {
@@ -42,13 +45,26 @@ pub(in crate::estimate) enum Beside<'a> {
     /// A log with these largest speeds of the joints, rad/s (m/s), \[n\]. It decides: nominal values count a hundred
     /// times less, masses lie in the regions of their links, and sums of friction laws take energy.
     Log(&'a [f64], Tool),
+    /// Draws of robots, with the set of robots of `Log`: nominal values count with their errors, other bodies are ordinary
+    /// ones with errors as large as themselves.
+    Draws(&'a [f64], Tool),
 }
 
 impl Beside<'_> {
     fn weight(self) -> f64 {
         match self {
-            Self::Estimate => 1.0,
+            Self::Estimate | Self::Draws(..) => 1.0,
             Self::Log(..) => WHERE_LOG_DECIDES,
+        }
+    }
+
+    /// Returns the weight of the entropic distance from a body that is no nominal one.
+    ///
+    /// - `rows`: rows of its second moments.
+    fn weight_without_nominal(self, rows: usize) -> f64 {
+        match self {
+            Self::Estimate | Self::Log(..) => WEAK,
+            Self::Draws(..) => (rows as f64 * ORDINARY_ERROR * ORDINARY_ERROR).recip(),
         }
     }
 }
@@ -78,7 +94,7 @@ pub(super) fn priors(
     };
     let regions = match beside {
         Beside::Estimate => vec![None; n],
-        Beside::Log(_, tool) => regions_of(links, tool),
+        Beside::Log(_, tool) | Beside::Draws(_, tool) => regions_of(links, tool),
     };
     let links = (0..n).map(|link| {
         let values: Option<Vec<f64>> = (0..BODY).map(|k| nominal(link * BODY + k)).collect();
@@ -94,7 +110,7 @@ pub(super) fn priors(
             None => BodyPrior {
                 values: match beside {
                     Beside::Estimate => round([0.0; 3], size, size).to_vec(),
-                    Beside::Log(..) => compact(regions[link].as_ref()).to_vec(),
+                    Beside::Log(..) | Beside::Draws(..) => compact(regions[link].as_ref()).to_vec(),
                 },
                 is_nominal: false,
             },
@@ -105,7 +121,7 @@ pub(super) fn priors(
         BodyPrior {
             values: vec![own.unwrap_or(match beside {
                 Beside::Estimate => size,
-                Beside::Log(..) => ORDINARY_ROTOR,
+                Beside::Log(..) | Beside::Draws(..) => ORDINARY_ROTOR,
             })],
             is_nominal: own.is_some(),
         }
@@ -189,8 +205,10 @@ pub(super) fn add_prior(
     // A body whose mass is wrong by the relative error is one standard error away.
     let weight = if prior.is_nominal && !quadratic {
         beside.weight() / (block.rows as f64 * relative * relative)
-    } else {
+    } else if prior.is_nominal {
         WEAK
+    } else {
+        beside.weight_without_nominal(block.rows)
     };
     block.entropy = weight;
     let own = match prior.values.len() {
