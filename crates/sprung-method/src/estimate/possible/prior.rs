@@ -25,8 +25,13 @@ const ORDINARY_REGION: f64 = 0.25;
 const ORDINARY_RADIUS: f64 = 0.1;
 const ORDINARY_ROTOR: f64 = 0.1;
 
-/// Relative error of an ordinary body without nominal values where robots are drawn: links of a cobot have 1 to 5 kg.
-const ORDINARY_ERROR: f64 = 1.0;
+/// Radius of a compact body over that of its region. Draws take the whole region: a compact body would hold the centre of
+/// mass near that of the region.
+const COMPACT: f64 = 0.5;
+
+/// Weight of the entropic distance from ordinary bodies and rotors where robots are drawn: the error of each mass and each
+/// rotor inertia is as large as itself. Links of a cobot have 1 to 5 kg.
+const ORDINARY: f64 = 1.0;
 
 /// Where the mass of a link that carries no joint may be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,12 +64,10 @@ impl Beside<'_> {
     }
 
     /// Returns the weight of the entropic distance from a body that is no nominal one.
-    ///
-    /// - `rows`: rows of its second moments.
-    fn weight_without_nominal(self, rows: usize) -> f64 {
+    fn weight_without_nominal(self) -> f64 {
         match self {
             Self::Estimate | Self::Log(..) => WEAK,
-            Self::Draws(..) => (rows as f64 * ORDINARY_ERROR * ORDINARY_ERROR).recip(),
+            Self::Draws(..) => ORDINARY,
         }
     }
 }
@@ -110,7 +113,8 @@ pub(super) fn priors(
             None => BodyPrior {
                 values: match beside {
                     Beside::Estimate => round([0.0; 3], size, size).to_vec(),
-                    Beside::Log(..) | Beside::Draws(..) => compact(regions[link].as_ref()).to_vec(),
+                    Beside::Log(..) => compact(regions[link].as_ref(), COMPACT).to_vec(),
+                    Beside::Draws(..) => compact(regions[link].as_ref(), 1.0).to_vec(),
                 },
                 is_nominal: false,
             },
@@ -138,8 +142,10 @@ pub(super) fn regions_of(links: &TreeLinks, tool: Tool) -> Vec<Option<Region>> {
         .collect()
 }
 
-/// Returns a compact body of ordinary density: a ball of half the size of the link's region about its centre.
-fn compact(region: Option<&Region>) -> [f64; BODY] {
+/// Returns a body of ordinary density: a ball about the centre of the link's region.
+///
+/// - `share`: radius over that of the region.
+fn compact(region: Option<&Region>, share: f64) -> [f64; BODY] {
     let Some(region) = region else {
         return round(
             [0.0; 3],
@@ -148,7 +154,7 @@ fn compact(region: Option<&Region>) -> [f64; BODY] {
         );
     };
     let size = region.ellipsoid.radius();
-    let radius = 0.5 * size;
+    let radius = share * size;
     // The regions of an arm are wider than its links, which are tubes with motors.
     let mass = ORDINARY_MASS * size / ORDINARY_REGION;
     round(region.ellipsoid.centre, mass, mass * radius.powi(2) / 5.0)
@@ -208,7 +214,7 @@ pub(super) fn add_prior(
     } else if prior.is_nominal {
         WEAK
     } else {
-        beside.weight_without_nominal(block.rows)
+        beside.weight_without_nominal()
     };
     block.entropy = weight;
     let own = match prior.values.len() {
