@@ -13,7 +13,7 @@ use super::plain::Plain;
 use super::samples::{DrawMethod, Samples};
 use crate::description::Physical;
 use crate::estimate::possible::{Beside, Robots, Tool, inverse, must_be_positive};
-use crate::estimate::result::EstimateResult;
+use crate::estimate::result::{EstimateResult, ParameterEstimate};
 use crate::estimate::statistics::LARGE_SHARE;
 use crate::model::{Block, Model, Program, Region, Theta};
 
@@ -73,8 +73,10 @@ impl Posterior {
         let robots = Robots::new(model, settings, &near, Beside::Draws(&speeds, tool));
         let rest = Rest::new(&robots, settings, result, &evidence)?;
         let normal =
-            Normal::new(&robots, &evidence, &rest).ok_or_else(|| PosteriorError::Covariance {
-                estimator: result.estimator.clone(),
+            Normal::new(&robots, &bodies(&robots, result), &evidence, &rest).ok_or_else(|| {
+                PosteriorError::Covariance {
+                    estimator: result.estimator.clone(),
+                }
             })?;
         let centre = centre(&robots, &normal, &start(&robots, &rest, result))?;
         let links = model.links();
@@ -225,6 +227,11 @@ impl Rest {
                     names.push(parameter.name.clone());
                 }
                 let value = value.unwrap_or(0.0);
+                if is_known(index) {
+                    // The log's distribution takes the place of this one.
+                    let error = own.and_then(ParameterEstimate::error_by_equations);
+                    return [value, error.unwrap_or(1.0)];
+                }
                 [
                     value,
                     (settings.prior_error * value.abs()).max(SMALLEST_ERROR),
@@ -255,7 +262,9 @@ struct Normal {
 impl Normal {
     /// The prior decides only what the log leaves open: the distribution of the parameters that the log determines is that
     /// of the log.
-    fn new(robots: &Robots<'_>, evidence: &Evidence, rest: &Rest) -> Option<Self> {
+    ///
+    /// - `bodies`: most likely bodies by the prior, \[unknowns\].
+    fn new(robots: &Robots<'_>, bodies: &[f64], evidence: &Evidence, rest: &Rest) -> Option<Self> {
         let (n, count) = (robots.columns.len(), robots.standard.len());
         let of_bodies = Program {
             blocks: (robots.prior.blocks.iter())
@@ -264,9 +273,9 @@ impl Normal {
                 .collect(),
             ..robots.prior.clone()
         };
-        let hessian = of_bodies.hessian(&robots.start)?;
+        let hessian = of_bodies.hessian(bodies)?;
         let mut prior = Mat::from_fn(n, n, |i, j| hessian[i * n + j]);
-        let mut middle = robots.start.clone();
+        let mut middle = bodies.to_vec();
         for (at, [value, error]) in (count..).zip(&rest.others) {
             prior[(at, at)] = error.powi(-2);
             middle[at] = *value;
@@ -309,6 +318,24 @@ impl Normal {
             .map(|(_, index)| links.name(*index).to_owned())
             .collect()
     }
+}
+
+/// Returns the most likely bodies by the prior, \[unknowns\]: nominal bodies, else bodies in the middle between ordinary
+/// ones and those of the result. Ordinary bodies alone may be ten times smaller than those that the log needs, and the
+/// others may be thin.
+fn bodies(robots: &Robots<'_>, result: &EstimateResult) -> Vec<f64> {
+    let links = robots.model.joint_count() * BODY;
+    let mut bodies = robots.start.clone();
+    for (own, &index) in bodies.iter_mut().zip(&robots.standard) {
+        let is_nominal = (robots.priors.get(index / BODY)).is_some_and(|own| own.is_nominal);
+        if let Some(found) = result.standard_parameters.get(index)
+            && index < links
+            && !is_nominal
+        {
+            *own = f64::midpoint(*own, found.value);
+        }
+    }
+    bodies
 }
 
 /// Returns the matrices that must be positive definite, without the prior.

@@ -78,7 +78,7 @@ fn demo_estimates(error: f64) -> (Model, Estimates) {
 }
 
 /// Returns the tree, and an estimate at the values of two thick bodies.
-fn tree_estimates(error: f64) -> (Model, Estimates) {
+fn tree_estimates(error: f64) -> (Model, Estimates, Vec<Value>) {
     let model = model_of(TREE);
     let body = [3.0, 0.3, 0.1, -0.2, 0.2, 0.01, 0.25, -0.02, 0.01, 0.15];
     let names = [
@@ -109,7 +109,14 @@ fn tree_estimates(error: f64) -> (Model, Estimates) {
     let estimates = (model.parameters().iter().zip(theta))
         .map(|(own, value)| (own.name.clone(), value, Some(error * value.abs().max(0.1))))
         .collect();
-    (model, estimates)
+    let links = model.links().unwrap();
+    let bodies = (0..links.standard())
+        .map(|index| {
+            let name = links.name(index);
+            json!({ "name": name, "unit": "", "value": truth[name], "nominal": null, "decided": "log" })
+        })
+        .collect();
+    (model, estimates, bodies)
 }
 
 fn draw(model: &Model, result: &EstimateResult, count: usize) -> Samples {
@@ -152,7 +159,7 @@ fn has_covariance(samples: &Samples, result: &EstimateResult, share: f64) {
             let product =
                 |theta: &Vec<f64>| (theta[places[i]] - own[i][0]) * (theta[places[j]] - own[j][0]);
             let found = samples.theta.iter().map(product).sum::<f64>() / count;
-            let size = error * stated.values[j][j].sqrt();
+            let size = error * stated.values[j][j].sqrt() * if i == j { 2.0 } else { 1.0 };
             assert!(
                 (found - entry).abs() < share * size,
                 "{i} {j}: {found} {entry}"
@@ -204,8 +211,9 @@ fn where_no_bound_binds_draws_have_the_stated_covariance() {
 
 #[test]
 fn robots_of_a_tree_can_exist_and_have_the_stated_covariance() {
-    let (model, estimates) = tree_estimates(0.02);
-    let result = result_of(&estimates, 0.3);
+    let (model, estimates, bodies) = tree_estimates(0.02);
+    let mut result = result_of(&estimates, 0.3);
+    result.standard_parameters = serde_json::from_value(Value::Array(bodies)).unwrap();
     let samples = draw(&model, &result, 4000);
     assert!(samples.undetermined.is_empty());
     assert!(
@@ -281,7 +289,8 @@ fn where_bounds_bind_draws_have_the_truncated_distribution_and_move() {
 
 #[test]
 fn a_seed_gives_the_same_bits_on_any_number_of_threads() {
-    for (model, estimates) in [demo_estimates(0.01), tree_estimates(0.2)] {
+    let (tree, of_tree, _) = tree_estimates(0.2);
+    for (model, estimates) in [demo_estimates(0.01), (tree, of_tree)] {
         let result = result_of(&estimates, 0.0);
         let posterior = Posterior::new(&model, &Physical::default(), &result).unwrap();
         let on = |threads: usize| {
