@@ -101,7 +101,7 @@ impl Borders {
     /// Returns whether all numbers and matrices are positive at a place.
     pub(super) fn contain(&self, place: &Place) -> bool {
         place.numbers.iter().all(|own| *own > 0.0)
-            && (place.matrices.iter().zip(&self.rows)).all(|(own, rows)| root(own, *rows).is_some())
+            && (place.matrices.iter().zip(&self.rows)).all(|(own, rows)| is_positive(own, *rows))
     }
 
     /// Moves a place along a coordinate if all numbers and matrices stay positive. Returns whether they do.
@@ -117,7 +117,7 @@ impl Borders {
             for (entry, own) in there.iter_mut().zip(own) {
                 *entry += by * own;
             }
-            root(&there, self.rows[*at]).is_some()
+            is_positive(&there, self.rows[*at])
         });
         if is_inside {
             self.go(place, coordinate, by);
@@ -147,19 +147,38 @@ impl Borders {
     }
 }
 
-/// Returns the Cholesky factor of a matrix, \[rows × rows\]; `None` if it is not positive definite.
-fn root(matrix: &[f64; SIZE], rows: usize) -> Option<[f64; SIZE]> {
-    let mut factor = [0.0; SIZE];
-    for i in 0..rows {
+/// Returns whether a matrix is positive definite.
+fn is_positive(matrix: &[f64; SIZE], rows: usize) -> bool {
+    match rows {
+        2 => root::<2>(matrix).is_some(),
+        3 => root::<3>(matrix).is_some(),
+        _ => root::<ROWS>(matrix).is_some(),
+    }
+}
+
+/// Returns the least and the largest eigenvalue of a change relative to a matrix; `None` if this is not positive definite.
+fn relative(matrix: &[f64; SIZE], change: &[f64; SIZE], rows: usize) -> Option<[f64; 2]> {
+    match rows {
+        2 => relative_of::<2>(matrix, change),
+        3 => relative_of::<3>(matrix, change),
+        _ => relative_of::<ROWS>(matrix, change),
+    }
+}
+
+/// Returns the Cholesky factor of a matrix of N rows, with the inverses of its diagonal; `None` if it is not positive
+/// definite.
+fn root<const N: usize>(matrix: &[f64; SIZE]) -> Option<[[f64; N]; N]> {
+    let mut factor = [[0.0; N]; N];
+    for i in 0..N {
         for j in 0..=i {
-            let known: f64 = (0..j)
-                .map(|k| factor[i * rows + k] * factor[j * rows + k])
-                .sum();
-            let rest = matrix[i * rows + j] - known;
+            let mut rest = matrix[i * N + j];
+            for k in 0..j {
+                rest -= factor[i][k] * factor[j][k];
+            }
             if i != j {
-                factor[i * rows + j] = rest / factor[j * rows + j];
+                factor[i][j] = rest * factor[j][j];
             } else if rest > 0.0 {
-                factor[i * rows + i] = rest.sqrt();
+                factor[i][i] = rest.sqrt().recip();
             } else {
                 return None;
             }
@@ -168,27 +187,26 @@ fn root(matrix: &[f64; SIZE], rows: usize) -> Option<[f64; SIZE]> {
     Some(factor)
 }
 
-/// Returns the least and the largest eigenvalue of a change relative to a positive definite matrix.
-fn relative(matrix: &[f64; SIZE], change: &[f64; SIZE], rows: usize) -> Option<[f64; 2]> {
-    let factor = root(matrix, rows)?;
-    let mut half = *change;
+fn relative_of<const N: usize>(matrix: &[f64; SIZE], change: &[f64; SIZE]) -> Option<[f64; 2]> {
+    let factor = root::<N>(matrix)?;
+    let mut half = [[0.0; N]; N];
+    for (i, row) in half.iter_mut().enumerate() {
+        row.copy_from_slice(&change[i * N..(i + 1) * N]);
+    }
     // L⁻¹ D, then L⁻¹ (L⁻¹ D)ᵀ.
     for _ in 0..2 {
-        for column in 0..rows {
-            for i in 0..rows {
-                let known: f64 = (0..i)
-                    .map(|k| factor[i * rows + k] * half[k * rows + column])
-                    .sum();
-                half[i * rows + column] = (half[i * rows + column] - known) / factor[i * rows + i];
+        for i in 0..N {
+            for column in 0..N {
+                let mut rest = half[i][column];
+                for k in 0..i {
+                    rest -= factor[i][k] * half[k][column];
+                }
+                half[i][column] = rest * factor[i][i];
             }
         }
-        for i in 0..rows {
-            for j in 0..i {
-                half.swap(i * rows + j, j * rows + i);
-            }
-        }
+        half = std::array::from_fn(|i| std::array::from_fn(|j| half[j][i]));
     }
-    Some(extremes(half, rows))
+    Some(extremes(half))
 }
 
 /// Returns the least and the largest eigenvalue of a symmetric matrix by rotations.
@@ -196,50 +214,49 @@ fn relative(matrix: &[f64; SIZE], change: &[f64; SIZE], rows: usize) -> Option<[
 /// # Source
 ///
 /// Golub and Van Loan, "Matrix computations", section 8.5, the cyclic Jacobi method.
-fn extremes(mut a: [f64; SIZE], rows: usize) -> [f64; 2] {
+fn extremes<const N: usize>(mut a: [[f64; N]; N]) -> [f64; 2] {
     for _ in 0..MAX_SWEEPS {
-        let square = |i: usize, j: usize| a[i * rows + j] * a[i * rows + j];
         let (mut beside, mut all) = (0.0, 0.0);
-        for i in 0..rows {
-            all += square(i, i);
-            beside += (0..i).map(|j| square(i, j)).sum::<f64>();
+        for (i, row) in a.iter().enumerate() {
+            all += row[i] * row[i];
+            beside += row[..i].iter().map(|own| own * own).sum::<f64>();
         }
         if beside <= NEGLIGIBLE * NEGLIGIBLE * all {
             break;
         }
-        for p in 0..rows {
-            for q in p + 1..rows {
-                rotate(&mut a, rows, p, q);
+        for p in 0..N {
+            for q in p + 1..N {
+                rotate(&mut a, p, q);
             }
         }
     }
-    let diagonal = (0..rows).map(|k| a[k * (rows + 1)]);
+    let diagonal = a.iter().enumerate().map(|(k, row)| row[k]);
     diagonal.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], own| {
         [low.min(own), high.max(own)]
     })
 }
 
 /// Makes an entry beside the diagonal zero.
-fn rotate(a: &mut [f64; SIZE], rows: usize, p: usize, q: usize) {
-    let entry = a[p * rows + q];
+fn rotate<const N: usize>(a: &mut [[f64; N]; N], p: usize, q: usize) {
+    let entry = a[p][q];
     if entry.abs() <= f64::MIN_POSITIVE {
         return;
     }
-    let tau = (a[q * (rows + 1)] - a[p * (rows + 1)]) / (2.0 * entry);
+    let tau = (a[q][q] - a[p][p]) / (2.0 * entry);
     let t = tau.signum() / (tau.abs() + (1.0 + tau * tau).sqrt());
     let c = (1.0 + t * t).sqrt().recip();
     let s = t * c;
-    a[p * (rows + 1)] -= t * entry;
-    a[q * (rows + 1)] += t * entry;
-    a[p * rows + q] = 0.0;
-    a[q * rows + p] = 0.0;
-    for k in (0..rows).filter(|k| *k != p && *k != q) {
-        let (kp, kq) = (a[k * rows + p], a[k * rows + q]);
+    a[p][p] -= t * entry;
+    a[q][q] += t * entry;
+    a[p][q] = 0.0;
+    a[q][p] = 0.0;
+    for k in (0..N).filter(|k| *k != p && *k != q) {
+        let (kp, kq) = (a[k][p], a[k][q]);
         let (new_p, new_q) = (c * kp - s * kq, s * kp + c * kq);
-        a[k * rows + p] = new_p;
-        a[p * rows + k] = new_p;
-        a[k * rows + q] = new_q;
-        a[q * rows + k] = new_q;
+        a[k][p] = new_p;
+        a[p][k] = new_p;
+        a[k][q] = new_q;
+        a[q][k] = new_q;
     }
 }
 

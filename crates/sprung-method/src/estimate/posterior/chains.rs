@@ -97,7 +97,8 @@ impl<'a> Chains<'a> {
                 (walker, Correlation::of(&heard))
             })
             .collect();
-        let correlation = Correlation::largest(walkers.iter().map(|(_, own)| own));
+        let heard: Vec<&Correlation> = walkers.iter().map(|(_, own)| own).collect();
+        let correlation = Correlation::largest(&heard);
         let sweeps = sweeps(correlation);
         let robots: Vec<Vec<Vec<f64>>> = (walkers.par_iter_mut().enumerate())
             .map(|(chain, (walker, _))| {
@@ -112,11 +113,13 @@ impl<'a> Chains<'a> {
                     .collect()
             })
             .collect();
-        let seen = robots.iter().map(|own| {
-            let seen: Vec<Vec<f64>> = own.iter().map(|x| self.seen(x)).collect();
-            Correlation::of(&seen)
-        });
-        let left = Correlation::largest(seen.collect::<Vec<_>>().iter());
+        let seen: Vec<Correlation> = (robots.par_iter())
+            .map(|own| {
+                let seen: Vec<Vec<f64>> = own.iter().map(|x| self.seen(x)).collect();
+                Correlation::of(&seen)
+            })
+            .collect();
+        let left = Correlation::largest(&seen.iter().collect::<Vec<_>>());
         let share = (1.0 - left) / (1.0 + left);
         let method = DrawMethod::Gibbs { chains, sweeps };
         let robots = robots.into_iter().flatten().collect();
@@ -230,10 +233,10 @@ impl Correlation {
     }
 
     /// Returns the largest correlation of neighbours among all quantities, 0 to 1.
-    fn largest<'b>(chains: impl Iterator<Item = &'b Self> + Clone) -> f64 {
-        let count = chains.clone().next().map_or(0, |own| own.0.len());
+    fn largest(chains: &[&Self]) -> f64 {
+        let count = chains.first().map_or(0, |own| own.0.len());
         let of = |quantity: usize| {
-            let sum = |k: usize| chains.clone().map(|own| own.0[quantity][k]).sum::<f64>();
+            let sum = |k: usize| chains.iter().map(|own| own.0[quantity][k]).sum::<f64>();
             let (product, square) = (sum(0), sum(1));
             if square > 0.0 { product / square } else { 0.0 }
         };
