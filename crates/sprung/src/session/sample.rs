@@ -33,7 +33,7 @@ impl Default for SampleRequest {
 impl Session {
     /// Draws robots that can exist from the posterior of an identification.
     ///
-    /// - `parameters`: an identification; its values are those of [`Parameters::open`] or of a run.
+    /// - `parameters`: those of an identification, from [`Parameters::open`] or `Parameters::from`.
     ///
     /// # Errors
     ///

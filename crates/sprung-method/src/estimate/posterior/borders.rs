@@ -172,8 +172,8 @@ fn root<const N: usize>(matrix: &[f64; SIZE]) -> Option<[[f64; N]; N]> {
     for i in 0..N {
         for j in 0..=i {
             let mut rest = matrix[i * N + j];
-            for k in 0..j {
-                rest -= factor[i][k] * factor[j][k];
+            for (a, b) in factor[i].iter().zip(&factor[j]).take(j) {
+                rest -= a * b;
             }
             if i != j {
                 factor[i][j] = rest * factor[j][j];
@@ -195,13 +195,13 @@ fn relative_of<const N: usize>(matrix: &[f64; SIZE], change: &[f64; SIZE]) -> Op
     }
     // L⁻¹ D, then L⁻¹ (L⁻¹ D)ᵀ.
     for _ in 0..2 {
-        for i in 0..N {
-            for column in 0..N {
-                let mut rest = half[i][column];
-                for k in 0..i {
-                    rest -= factor[i][k] * half[k][column];
+        for (i, by) in factor.iter().enumerate() {
+            let (before, after) = half.split_at_mut(i);
+            for (column, entry) in after[0].iter_mut().enumerate() {
+                for (row, share) in before.iter().zip(by) {
+                    *entry -= share * row[column];
                 }
-                half[i][column] = rest * factor[i][i];
+                *entry *= by[i];
             }
         }
         half = std::array::from_fn(|i| std::array::from_fn(|j| half[j][i]));

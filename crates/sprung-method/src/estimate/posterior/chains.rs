@@ -6,11 +6,12 @@ use rand_distr::StandardNormal;
 use rayon::prelude::*;
 
 use super::borders::{Borders, Place};
-use super::distribution::{Posterior, coordinates};
+use super::centre::program;
+use super::distribution::Posterior;
+use super::normal::coordinates;
 use super::plain::stream;
 use super::samples::DrawMethod;
 use super::truncated::draw;
-use crate::model::Program;
 
 /// Number of chains, whatever the number of threads.
 const CHAINS: usize = 8;
@@ -255,13 +256,7 @@ fn sweeps(correlation: f64) -> usize {
 /// Returns the second derivatives of minus the logarithm of the density with the barrier at the centre.
 fn metric(posterior: &Posterior) -> Option<faer::Mat<f64>> {
     let n = posterior.mean.len();
-    let program = Program {
-        quadratic: (0..n * n)
-            .map(|at| posterior.precision[(at / n, at % n)])
-            .collect(),
-        linear: vec![0.0; n],
-        blocks: posterior.blocks.clone(),
-    };
+    let program = program(&posterior.precision, posterior.blocks.clone());
     let hessian = program.hessian_with_barrier(&posterior.centre, 1.0)?;
     Some(faer::Mat::from_fn(n, n, |i, j| hessian[i * n + j]))
 }

@@ -20,11 +20,14 @@
 
 mod body;
 mod borders;
+mod centre;
 mod chains;
 mod distribution;
 mod errors;
 mod evidence;
+mod normal;
 mod plain;
+mod rest;
 mod samples;
 #[cfg(test)]
 mod tests;

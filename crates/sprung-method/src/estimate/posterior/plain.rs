@@ -5,7 +5,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
 
-use super::distribution::{Posterior, coordinates};
+use super::distribution::Posterior;
+use super::normal::coordinates;
 use crate::model::Block;
 
 /// Number of draws that tell how many can exist, and the least share of these.

@@ -29,12 +29,12 @@ pub enum DrawMethod {
 pub struct Samples {
     /// Names of the parameters, \[p\], given ones included.
     pub parameters: Vec<String>,
-    /// Parameters of each robot, \[n\]\[p\].
+    /// Parameters of each robot in their SI units, \[n\]\[p\].
     pub theta: Vec<Theta>,
     /// Names of the inertial parameters of single links, ten for each, then of the rotor inertias; empty for the paper's
     /// arm, whose parameters do not determine bodies.
     pub standard_parameters: Vec<String>,
-    /// Values of these of each robot, \[n\]\[standard\].
+    /// Values of these of each robot, kg, kg·m, kg·m², \[n\]\[standard\].
     pub standard: Vec<Vec<f64>>,
     /// Names of the links; empty for the paper's arm.
     pub links: Vec<String>,

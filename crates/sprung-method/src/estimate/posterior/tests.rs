@@ -312,7 +312,7 @@ fn parameters_that_the_log_does_not_determine_are_named_and_come_from_the_prior(
     let (name, value, _) = estimates[at].clone();
     estimates[at].2 = None;
     let samples = draw(&model, &result_of(&estimates, 0.0), 4000);
-    assert_eq!(samples.undetermined, [name.clone()]);
+    assert_eq!(samples.undetermined, std::slice::from_ref(&name));
     let place = samples
         .parameters
         .iter()
