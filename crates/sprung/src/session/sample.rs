@@ -47,7 +47,7 @@ impl Session {
     ) -> Result<Samples, SessionError> {
         let found = (parameters.identification.as_ref()).ok_or(SessionError::NoPosterior)?;
         let results = &found.results;
-        let result = (results.get(request.set)).ok_or_else(|| SessionError::NoResult {
+        let result = (results.get(request.set)).ok_or(SessionError::NoResult {
             set: request.set,
             count: results.len(),
         })?;
