@@ -33,8 +33,8 @@ const RIDGES: [f64; 4] = [0.0, 1e-12, 1e-9, 1e-6];
 /// Rounding of the function's value, relative to its terms.
 const ROUNDING: f64 = 1e-14;
 
-/// Largest number of rows of a block.
-pub(crate) const ROWS: usize = 4;
+/// Largest number of rows of a [`Block`].
+pub const ROWS: usize = 4;
 
 /// An entry of a symmetric matrix: row, column and factor. Entries above the diagonal also stand for
 /// those below it.
@@ -81,8 +81,9 @@ impl Block {
         add_entries(&mut self.constant, self.rows, entries, by);
     }
 
-    /// Returns the matrix, \[rows × rows\].
-    pub(crate) fn at(&self, x: &[f64]) -> [f64; ROWS * ROWS] {
+    /// Returns the matrix, \[rows × rows\], in the first entries.
+    #[must_use]
+    pub fn at(&self, x: &[f64]) -> [f64; ROWS * ROWS] {
         let mut matrix = self.constant;
         for (unknown, entries) in &self.terms {
             add_entries(&mut matrix, self.rows, entries, x[*unknown]);

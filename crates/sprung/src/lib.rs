@@ -104,17 +104,18 @@ pub mod description {
 pub mod estimate {
     #[doc(inline)]
     pub use sprung_method::estimate::{
-        Applied, Bound, Choices, CovarianceOfErrors, CrossCheckResult, CutoffChoice, CutoffPoint,
-        Decided, Decision, DelayUsed, EncoderOffsetResult, ErrorParts, EstimateResult,
-        FactorsError, Feature, FeatureKind, FrequencyResponse, GainUsed, HeldOutResidual,
-        Identification, Identified, IdentifyError, JointPrediction, JointResponse, KnownNoise,
-        KnownTruth, LawRung, LawsByHoldOut, LogFactors, LogInfo, Lsff, LsffError, ModelDependence,
-        MotorRowResult, ParameterEstimate, PayloadParameter, PayloadResult, PhysicalResult,
-        RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation, RefinedSharpness,
-        RefinedVelocity, Refinement, ResidualPrior, ResponseCurves, RigidByHoldOut, RigidJoint,
-        RowDisturbance, RungResult, SensorNoise, SettingsUsed, SignUsed, SimulationFit,
-        SpringFromMotor, StandardParameter, Unseen, Verdict, fit, identify, identify_and_tell,
-        information_bound, late_channels, parameters_csv, residual, torques, trace,
+        Applied, Body, Bound, Choices, CovarianceOfErrors, CrossCheckResult, CutoffChoice,
+        CutoffPoint, Decided, Decision, DelayUsed, DrawMethod, EncoderOffsetResult, ErrorParts,
+        EstimateResult, FactorsError, Feature, FeatureKind, FrequencyResponse, GainUsed,
+        HeldOutResidual, Identification, Identified, IdentifyError, JointPrediction, JointResponse,
+        KnownNoise, KnownTruth, LawRung, LawsByHoldOut, LogFactors, LogInfo, Lsff, LsffError,
+        ModelDependence, MotorRowResult, ParameterEstimate, PayloadParameter, PayloadResult,
+        PhysicalResult, Posterior, PosteriorError, RefinedDelay, RefinedEccentricity,
+        RefinedOffset, RefinedSaturation, RefinedSharpness, RefinedVelocity, Refinement,
+        ResidualPrior, ResponseCurves, RigidByHoldOut, RigidJoint, RowDisturbance, RungResult,
+        Samples, SensorNoise, SettingsUsed, SignUsed, SimulationFit, SpringFromMotor,
+        StandardParameter, Unseen, Verdict, fit, identify, identify_and_tell, information_bound,
+        late_channels, parameters_csv, residual, torques, trace,
     };
 }
 

@@ -12,6 +12,7 @@ mod nuisances;
 mod payload;
 mod physical;
 mod possible;
+mod posterior;
 mod result;
 mod springs;
 mod statistics;
@@ -26,6 +27,7 @@ pub use late_channels::late_channels;
 pub use laws::with_found_laws;
 pub use many_logs::{Choices, LogFactors};
 pub use many_logs::{choices, factors, identify_factors};
+pub use posterior::{Body, DrawMethod, Posterior, PosteriorError, Samples};
 pub(crate) use result::GENERATOR;
 pub use result::{
     Applied, CovarianceOfErrors, CrossCheckResult, CutoffChoice, CutoffPoint, Decided, Decision,

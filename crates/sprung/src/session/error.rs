@@ -8,7 +8,7 @@ use sprung_base::progress::Stopped;
 use sprung_export::ExportError;
 use sprung_log::{ArraysError, ChannelError, ChooseError, LogError};
 use sprung_method::compare::CompareError;
-use sprung_method::estimate::IdentifyError;
+use sprung_method::estimate::{IdentifyError, PosteriorError};
 use sprung_method::prepare::PrepareError;
 use sprung_method::regression::PassError;
 use sprung_method::simulate::RecordError;
@@ -234,6 +234,37 @@ pub enum SessionError {
     /// The log of the twin cannot be simulated or written.
     #[error(transparent)]
     Record(#[from] RecordError),
+    /// Parameters come from no identification, so they have no errors.
+    #[error(
+        "these parameters have no covariance, so no robots can be drawn from them; give the identification.json of sprung \
+         identify"
+    )]
+    NoPosterior,
+    /// An identification has fewer results.
+    #[error("the identification has {count} result{}, so there is no result {set}; the first one is result 0",
+        if *count == 1 { "" } else { "s" }
+    )]
+    NoResult {
+        /// The requested result, from 0.
+        set: usize,
+        /// Number of results.
+        count: usize,
+    },
+    /// The verdict on a result is *unusable*.
+    #[error(
+        "the verdict on the result of {estimator} is unusable{}; follow the remedies of its findings and identify again, or \
+         accept unusable results",
+        if .because.is_empty() { String::new() } else { format!(", because {because}") }
+    )]
+    UnusableResult {
+        /// Name of the estimator.
+        estimator: String,
+        /// The reasons, as clauses; may be empty.
+        because: String,
+    },
+    /// No robots can be drawn.
+    #[error(transparent)]
+    Posterior(#[from] PosteriorError),
     /// The robot cannot be exported.
     #[error(transparent)]
     Export(Box<ExportError>),
@@ -401,6 +432,10 @@ impl SessionError {
             | Self::NoBound
             | Self::Excite(_)
             | Self::NoRun { .. }
+            | Self::NoPosterior
+            | Self::NoResult { .. }
+            | Self::UnusableResult { .. }
+            | Self::Posterior(_)
             | Self::NoController
             | Self::NoTarget
             | Self::NotSupported(_)

@@ -29,6 +29,7 @@ mod many_logs;
 mod mistaken;
 mod parameters;
 mod results;
+mod sample;
 mod servo;
 mod simulate;
 mod start;
@@ -53,6 +54,7 @@ pub use results::{
     IDENTIFICATION_FILE, ReadIdentification, ReadValidation, find_identification,
     read_identification, read_results,
 };
+pub use sample::SampleRequest;
 pub use servo::ServoRecording;
 pub use simulate::Recording;
 pub use start::start_from_urdf;

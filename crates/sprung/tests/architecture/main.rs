@@ -45,7 +45,7 @@ const ORDER: [&str; 27] = [
 const LEAVES: [&str; 1] = ["demo"];
 
 /// Folders and files of `estimate` in order. Each uses only those before it.
-const ESTIMATE: [&str; 15] = [
+const ESTIMATE: [&str; 16] = [
     "errors",
     "result",
     "statistics",
@@ -55,6 +55,7 @@ const ESTIMATE: [&str; 15] = [
     "estimators",
     "springs",
     "physical",
+    "posterior",
     "payload",
     "judge",
     "steps",

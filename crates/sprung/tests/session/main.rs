@@ -8,6 +8,7 @@ mod loaded;
 mod many_logs;
 mod proof;
 mod regions;
+mod sampled;
 mod stopped;
 mod support;
 mod verbs;

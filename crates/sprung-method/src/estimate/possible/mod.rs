@@ -20,5 +20,5 @@ mod search;
 pub(in crate::estimate) use information::{Normal, inverse, known, median, ratios};
 pub(in crate::estimate) use limits::{Estimated, Limits};
 pub(in crate::estimate) use prior::{Beside, Tool};
-pub(in crate::estimate) use robots::{MassLimit, Robots};
+pub(in crate::estimate) use robots::{MassLimit, Robots, has_sum, must_be_positive};
 pub(in crate::estimate) use search::{Possible, squared_distance};

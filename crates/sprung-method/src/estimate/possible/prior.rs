@@ -25,6 +25,14 @@ const ORDINARY_REGION: f64 = 0.25;
 const ORDINARY_RADIUS: f64 = 0.1;
 const ORDINARY_ROTOR: f64 = 0.1;
 
+/// Radius of a compact body over that of its region. Draws take the whole region: a compact body would hold the centre of
+/// mass near that of the region.
+const COMPACT: f64 = 0.5;
+
+/// Weight of the entropic distance from ordinary bodies and rotors where robots are drawn: the error of each mass and each
+/// rotor inertia is as large as itself. Links of a cobot have 1 to 5 kg.
+const ORDINARY: f64 = 1.0;
+
 /// Where the mass of a link that carries no joint may be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::estimate) enum Tool {
@@ -42,13 +50,24 @@ pub(in crate::estimate) enum Beside<'a> {
     /// A log with these largest speeds of the joints, rad/s (m/s), \[n\]. It decides: nominal values count a hundred
     /// times less, masses lie in the regions of their links, and sums of friction laws take energy.
     Log(&'a [f64], Tool),
+    /// Draws of robots, with the set of robots of `Log`: nominal values count with their errors, other bodies are ordinary
+    /// ones with errors as large as themselves.
+    Draws(&'a [f64], Tool),
 }
 
 impl Beside<'_> {
     fn weight(self) -> f64 {
         match self {
-            Self::Estimate => 1.0,
+            Self::Estimate | Self::Draws(..) => 1.0,
             Self::Log(..) => WHERE_LOG_DECIDES,
+        }
+    }
+
+    /// Returns the weight of the entropic distance from a body that is no nominal one.
+    fn weight_without_nominal(self) -> f64 {
+        match self {
+            Self::Estimate | Self::Log(..) => WEAK,
+            Self::Draws(..) => ORDINARY,
         }
     }
 }
@@ -78,7 +97,7 @@ pub(super) fn priors(
     };
     let regions = match beside {
         Beside::Estimate => vec![None; n],
-        Beside::Log(_, tool) => regions_of(links, tool),
+        Beside::Log(_, tool) | Beside::Draws(_, tool) => regions_of(links, tool),
     };
     let links = (0..n).map(|link| {
         let values: Option<Vec<f64>> = (0..BODY).map(|k| nominal(link * BODY + k)).collect();
@@ -94,7 +113,8 @@ pub(super) fn priors(
             None => BodyPrior {
                 values: match beside {
                     Beside::Estimate => round([0.0; 3], size, size).to_vec(),
-                    Beside::Log(..) => compact(regions[link].as_ref()).to_vec(),
+                    Beside::Log(..) => compact(regions[link].as_ref(), COMPACT).to_vec(),
+                    Beside::Draws(..) => compact(regions[link].as_ref(), 1.0).to_vec(),
                 },
                 is_nominal: false,
             },
@@ -105,7 +125,7 @@ pub(super) fn priors(
         BodyPrior {
             values: vec![own.unwrap_or(match beside {
                 Beside::Estimate => size,
-                Beside::Log(..) => ORDINARY_ROTOR,
+                Beside::Log(..) | Beside::Draws(..) => ORDINARY_ROTOR,
             })],
             is_nominal: own.is_some(),
         }
@@ -122,8 +142,10 @@ pub(super) fn regions_of(links: &TreeLinks, tool: Tool) -> Vec<Option<Region>> {
         .collect()
 }
 
-/// Returns a compact body of ordinary density: a ball of half the size of the link's region about its centre.
-fn compact(region: Option<&Region>) -> [f64; BODY] {
+/// Returns a body of ordinary density: a ball about the centre of the link's region.
+///
+/// - `share`: radius over that of the region.
+fn compact(region: Option<&Region>, share: f64) -> [f64; BODY] {
     let Some(region) = region else {
         return round(
             [0.0; 3],
@@ -132,7 +154,7 @@ fn compact(region: Option<&Region>) -> [f64; BODY] {
         );
     };
     let size = region.ellipsoid.radius();
-    let radius = 0.5 * size;
+    let radius = share * size;
     // The regions of an arm are wider than its links, which are tubes with motors.
     let mass = ORDINARY_MASS * size / ORDINARY_REGION;
     round(region.ellipsoid.centre, mass, mass * radius.powi(2) / 5.0)
@@ -189,8 +211,10 @@ pub(super) fn add_prior(
     // A body whose mass is wrong by the relative error is one standard error away.
     let weight = if prior.is_nominal && !quadratic {
         beside.weight() / (block.rows as f64 * relative * relative)
-    } else {
+    } else if prior.is_nominal {
         WEAK
+    } else {
+        beside.weight_without_nominal()
     };
     block.entropy = weight;
     let own = match prior.values.len() {

@@ -27,17 +27,17 @@ pub(in crate::estimate) struct Robots<'a> {
     /// Links whose nominal bodies lie outside their geometry.
     pub(in crate::estimate) outside: Vec<String>,
     /// Indices in theta of the other unknowns.
-    pub(super) others: Vec<usize>,
+    pub(in crate::estimate) others: Vec<usize>,
     /// What each block says, as the subject of a sentence.
     subjects: Vec<String>,
     /// Change of theta by each unknown, \[p\] each.
-    pub(super) columns: Vec<Theta>,
+    pub(in crate::estimate) columns: Vec<Theta>,
     /// Theta without the unknowns.
-    pub(super) constant: Theta,
+    pub(in crate::estimate) constant: Theta,
     /// Bodies of the prior; zeros for the other unknowns.
-    pub(super) start: Vec<f64>,
+    pub(in crate::estimate) start: Vec<f64>,
     /// The prior as a program without a log.
-    pub(super) prior: Program,
+    pub(in crate::estimate) prior: Program,
 }
 
 impl<'a> Robots<'a> {
@@ -103,7 +103,7 @@ impl<'a> Robots<'a> {
         robots.add_drives();
         match beside {
             Beside::Estimate => (),
-            Beside::Log(speeds, _) => robots.add_friction(speeds),
+            Beside::Log(speeds, _) | Beside::Draws(speeds, _) => robots.add_friction(speeds),
         }
         robots
     }
@@ -144,7 +144,7 @@ impl<'a> Robots<'a> {
         self.priors = priors(self.model, links, settings, size);
         let regions = match settings.1 {
             Beside::Estimate => vec![None; n],
-            Beside::Log(_, tool) => regions_of(links, tool),
+            Beside::Log(_, tool) | Beside::Draws(_, tool) => regions_of(links, tool),
         };
         let known = |index: usize| links.known.get(&index).copied().unwrap_or(0.0);
         let mut added = Vec::new();
@@ -283,16 +283,9 @@ impl<'a> Robots<'a> {
     fn add_friction(&mut self, speeds: &[f64]) {
         for (joint, speed) in speeds.iter().enumerate() {
             for side in [Side::Link, Side::Motor] {
-                let laws: Vec<(usize, Law)> = Law::all()
-                    .filter(|law| *law != Law::Offset)
-                    .filter_map(|law| {
-                        let kind = JointParameter::Friction(side, law);
-                        Some((self.model.index(kind, joint)?, law))
-                    })
-                    .collect();
-                if laws.iter().all(|(_, law)| law.takes_energy()) {
+                let Some(laws) = sum_of_laws(self.model, joint, side) else {
                     continue;
-                }
+                };
                 let name = format!("{} friction of {}", side.name(), self.model.joints()[joint]);
                 for velocity in VELOCITIES.iter().flat_map(|v| [v * speed, -v * speed]) {
                     let at = Conditions {
@@ -314,6 +307,27 @@ impl<'a> Robots<'a> {
             }
         }
     }
+}
+
+/// Returns whether friction of a joint has a law that may be negative, so that only the sum of its laws takes energy.
+pub(in crate::estimate) fn has_sum(model: &Model, joint: usize) -> bool {
+    let mut sides = [Side::Link, Side::Motor].into_iter();
+    sides.any(|side| sum_of_laws(model, joint, side).is_some())
+}
+
+/// Returns the friction laws of a side of a joint with their indices in theta if one of them may be negative.
+fn sum_of_laws(model: &Model, joint: usize, side: Side) -> Option<Vec<(usize, Law)>> {
+    let laws: Vec<(usize, Law)> = Law::all()
+        .filter(|law| *law != Law::Offset)
+        .filter_map(|law| {
+            Some((
+                model.index(JointParameter::Friction(side, law), joint)?,
+                law,
+            ))
+        })
+        .collect();
+    let may_be_negative = laws.iter().any(|(_, law)| !law.takes_energy());
+    may_be_negative.then_some(laws)
 }
 
 /// A limit of the mass of links.
@@ -345,7 +359,7 @@ fn mass_limits(links: &TreeLinks, count: usize, settings: &Physical) -> Vec<Mass
 }
 
 /// Returns whether a parameter of a drive is that of no robot if it is negative.
-pub(super) fn must_be_positive(parameter: &Parameter) -> bool {
+pub(in crate::estimate) fn must_be_positive(parameter: &Parameter) -> bool {
     parameter
         .joint
         .is_some_and(|(kind, _)| kind.is_vital() || kind.is_friction())

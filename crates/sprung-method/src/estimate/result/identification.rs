@@ -206,6 +206,10 @@ pub struct EstimateResult {
     /// Velocities that scale the residual laws, rad/s (m/s), by joint.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub residual_velocity: Named,
+    /// Speeds up to which friction takes energy where only the sum of its laws does, rad/s (m/s), by joint: the largest
+    /// ones of the log. Joints without such laws are absent.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub friction_speed: Named,
     /// Friction parameters beside residual laws: raw, projected, and their difference.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dependence: Vec<ModelDependence>,

@@ -9,7 +9,7 @@ use crate::estimate::estimators::{Criterion, Numbers};
 use crate::estimate::judge::promise;
 use crate::estimate::laws::dependence;
 use crate::estimate::physical::{Bodies, bodies_of, covariance, information, limits, physical};
-use crate::estimate::possible::Limits;
+use crate::estimate::possible::{Limits, has_sum};
 use crate::estimate::result::{
     CrossCheckResult, Decision, EncoderOffsetResult, EstimateResult, MotorRowResult,
     ParameterEstimate, Verdict,
@@ -83,6 +83,10 @@ pub(super) fn result_of(
         stribeck_velocity: stribeck_velocities(model, &found.criterion),
         coulomb_sharpness: sharpnesses(model, &found.criterion),
         residual_velocity: residual_velocities(model),
+        friction_speed: (linear.speeds.iter().enumerate())
+            .filter(|(joint, _)| constrained.is_some() && has_sum(model, *joint))
+            .map(|(joint, speed)| (model.joints()[joint].clone(), *speed))
+            .collect(),
         dependence: dependence(model, system, theta),
         physical: bodies.result,
         standard_parameters: bodies.standard,

@@ -26,6 +26,8 @@ pub(in crate::estimate) struct Linear<'a> {
     pub(in crate::estimate) fitted: Fitted,
     /// The robots that can exist; `None` without constraints.
     pub(in crate::estimate) possible: Option<PossibleFit<'a>>,
+    /// Largest speed of each joint in the log, rad/s (m/s), \[n\].
+    pub(in crate::estimate) speeds: Vec<f64>,
     /// Frequency below which half of the change of each dear torque by the constraints lies, Hz, \[n\].
     pub(in crate::estimate) bands: Vec<Option<f64>>,
     /// Limits of masses that the logs contradict.
@@ -125,6 +127,7 @@ impl<'a> Linear<'a> {
             contradicted: possible
                 .as_ref()
                 .and_then(|own| own.contradicted(&settings.physical, (&speeds, tool))),
+            speeds,
             fitted,
             possible,
             nuisances,

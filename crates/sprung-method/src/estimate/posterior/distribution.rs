@@ -1,0 +1,193 @@
+//! The posterior of an identification.
+
+use faer::Mat;
+use rayon::prelude::*;
+use sprung_core::spatial::BODY;
+
+use super::centre::{borders_of, centre, start};
+use super::chains::Chains;
+use super::errors::PosteriorError;
+use super::evidence::Evidence;
+use super::normal::{Normal, bodies};
+use super::plain::Plain;
+use super::rest::Rest;
+use super::samples::{DrawMethod, Samples};
+use crate::description::Physical;
+use crate::estimate::possible::{Beside, Robots, Tool};
+use crate::estimate::result::EstimateResult;
+use crate::model::{Block, Model, Region, Theta, TreeLinks};
+
+/// Largest number of robots of one call: their parameters take some hundred megabytes.
+const MOST: usize = 100_000;
+
+/// The posterior of an identification: a normal distribution over the robots that can exist.
+#[derive(Clone, Debug)]
+pub struct Posterior {
+    /// Mean without the set, \[unknowns\].
+    pub(super) mean: Vec<f64>,
+    /// Inverse of the covariance without the set, \[unknowns × unknowns\].
+    pub(super) precision: Mat<f64>,
+    /// Matrices that must be positive definite, without the prior.
+    pub(super) blocks: Vec<Block>,
+    /// The robot in the middle of the posterior: the minimum of minus the logarithm of the density with the barrier,
+    /// \[unknowns\].
+    pub(super) centre: Vec<f64>,
+    /// Change of theta by each unknown, \[unknowns\]\[p\], and theta without the unknowns, \[p\].
+    columns: Vec<Theta>,
+    constant: Theta,
+    /// Places of the first unknowns among the inertial parameters of single links and rotors, and these without the
+    /// unknowns.
+    places: Vec<usize>,
+    standard: Vec<f64>,
+    /// Samples without robots.
+    empty: Samples,
+}
+
+impl Posterior {
+    /// Returns the posterior of a result.
+    ///
+    /// - `model`: the robot with the laws of the identification; `settings`: what the experiment says about its bodies.
+    ///
+    /// # Errors
+    ///
+    /// [`PosteriorError`] if the result has no covariance or belongs to another robot, or if no robot can exist.
+    pub fn new(
+        model: &Model,
+        settings: &Physical,
+        result: &EstimateResult,
+    ) -> Result<Self, PosteriorError> {
+        let values = result.values();
+        let model = &model.shaped(&values);
+        let evidence = Evidence::new(model, result)?;
+        let speeds = speeds(model, result);
+        let near: Theta = (model.parameters().iter())
+            .map(|own| values.get(&own.name).copied().unwrap_or(0.0))
+            .collect();
+        let tool = tool(model, result);
+        let robots = Robots::new(model, settings, &near, Beside::Draws(&speeds, tool));
+        let rest = Rest::new(&robots, settings, result, &evidence)?;
+        let normal =
+            Normal::new(&robots, &bodies(&robots, result), &evidence, &rest).ok_or_else(|| {
+                PosteriorError::Covariance {
+                    estimator: result.estimator.clone(),
+                }
+            })?;
+        let centre = centre(&robots, &normal, &start(&robots, &rest, result))?;
+        let links = model.links();
+        let names = |count: usize| {
+            let name = |index: usize| links.map(|own| own.name(index).to_owned());
+            (0..count).filter_map(name).collect::<Vec<_>>()
+        };
+        let standard = links.map_or(0, TreeLinks::standard);
+        let constants = (values.into_iter())
+            .filter(|(name, _)| result.parameter(name).is_none())
+            .collect();
+        Ok(Self {
+            blocks: borders_of(&robots),
+            centre,
+            empty: Samples {
+                parameters: (model.parameters().iter())
+                    .map(|own| own.name.clone())
+                    .collect(),
+                theta: Vec::new(),
+                standard_parameters: names(standard),
+                standard: Vec::new(),
+                links: links.map_or_else(Vec::new, |own| own.tree.links.clone()),
+                undetermined: rest.undetermined,
+                undetermined_standard: normal.undetermined(&robots),
+                constants,
+                method: DrawMethod::Rejection { accepted: 0.0 },
+                effective: 0.0,
+            },
+            mean: normal.mean,
+            precision: normal.precision,
+            standard: (0..standard)
+                .map(|index| links.and_then(|own| own.known.get(&index).copied()))
+                .map(Option::unwrap_or_default)
+                .collect(),
+            columns: robots.columns,
+            constant: robots.constant,
+            places: robots.standard,
+        })
+    }
+
+    /// Draws robots. The same seed gives the same robots, on any number of threads.
+    ///
+    /// - `count`: number of robots, 1 to 100 000.
+    ///
+    /// # Errors
+    ///
+    /// [`PosteriorError::Count`] for another number.
+    pub fn sample(&self, count: usize, seed: u64) -> Result<Samples, PosteriorError> {
+        if count == 0 || count > MOST {
+            return Err(PosteriorError::Count { count, most: MOST });
+        }
+        let plain = Plain::new(self).and_then(|plain| plain.draw(count, seed));
+        let (unknowns, method, effective) = match plain {
+            Some((unknowns, accepted)) => {
+                let method = DrawMethod::Rejection { accepted };
+                (unknowns, method, count as f64)
+            }
+            None => Chains::new(self).draw(count, seed),
+        };
+        let theta = unknowns.par_iter().map(|x| self.theta(x)).collect();
+        let standard = unknowns.par_iter().map(|x| self.standard(x)).collect();
+        Ok(Samples {
+            theta,
+            standard,
+            method,
+            effective,
+            ..self.empty.clone()
+        })
+    }
+
+    /// Returns the parameters of a robot, \[p\].
+    pub(super) fn theta(&self, x: &[f64]) -> Theta {
+        let mut theta = self.constant.clone();
+        for (column, x) in self.columns.iter().zip(x) {
+            for (own, by) in theta.iter_mut().zip(column) {
+                *own += x * by;
+            }
+        }
+        theta
+    }
+
+    /// Returns the inertial parameters of single links and rotors of a robot.
+    fn standard(&self, x: &[f64]) -> Vec<f64> {
+        let mut standard = self.standard.clone();
+        for (place, x) in self.places.iter().zip(x) {
+            standard[*place] = *x;
+        }
+        standard
+    }
+}
+
+/// Returns the speeds up to which sums of friction laws take energy, rad/s (m/s), \[n\]. Results that do not tell them
+/// have the velocity of the residual laws, which is the largest speed of the log, too.
+fn speeds(model: &Model, result: &EstimateResult) -> Vec<f64> {
+    (model.joints().iter().enumerate())
+        .map(|(joint, name)| {
+            let own = result.friction_speed.get(name);
+            own.unwrap_or(model.shape(joint).residual_velocity)
+        })
+        .collect()
+}
+
+/// Returns where the estimate has the masses of links that carry no joint.
+fn tool(model: &Model, result: &EstimateResult) -> Tool {
+    let Some(tree) = model.tree() else {
+        return Tool::InRegion;
+    };
+    let bodies = result.standard_parameters.chunks_exact(BODY);
+    let mut links = Region::all(tree).into_iter().zip(bodies).enumerate();
+    let is_outside = links.any(|(link, (region, body))| {
+        let carries = tree.joints.iter().any(|joint| joint.parent == Some(link));
+        let body: Vec<f64> = body.iter().map(|own| own.value).collect();
+        !carries && region.is_some_and(|region| !region.holds(&body))
+    });
+    if is_outside {
+        Tool::Anywhere
+    } else {
+        Tool::InRegion
+    }
+}
