@@ -56,6 +56,9 @@ pub(crate) enum Verb {
     /// Design the motion to record: within all limits, with promised errors.
     #[command(before_help = "Example: sprung excite experiment.toml --out design")]
     Excite(Excite),
+    /// Design a controller for an identified robot, and prove it on robots from the posterior.
+    #[command(before_help = "Example: sprung control experiment.toml --set control.bandwidth_hz=[3.0]")]
+    Control(Control),
     /// Write an identified robot for simulators and controllers.
     #[command(before_help = "Example: sprung export experiment.toml --format mjcf")]
     Export(Export),
@@ -81,6 +84,7 @@ impl Verb {
             | Self::Validate(Validate { common, .. })
             | Self::Simulate(Simulate { common, .. })
             | Self::Excite(Excite { common, .. })
+            | Self::Control(Control { common, .. })
             | Self::Export(Export { common, .. }) => common.json,
             Self::Compare(args) => args.json,
             Self::Demo(_) | Self::New(_) | Self::Schema | Self::Completions(_) | Self::Man(_) => {
@@ -299,6 +303,21 @@ pub(crate) struct Excite {
     /// A recorded log with the columns of [log]: the new motion adds to what it tells.
     #[arg(long, value_name = "FILE")]
     pub(crate) from_log: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) common: Common,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Control {
+    /// Experiment file, or the folder that holds experiment.toml.
+    pub(crate) experiment: PathBuf,
+    /// Values of the robot: identification.json, or a TOML file with values by name, which count as exact [default:
+    /// identification.json in the results folder].
+    #[arg(long, value_name = "FILE")]
+    pub(crate) parameters: Option<PathBuf>,
+    /// Design also with values whose verdict is unusable; control.json and the exported code then say so.
+    #[arg(long)]
+    pub(crate) accept_unusable: bool,
     #[command(flatten)]
     pub(crate) common: Common,
 }

@@ -69,6 +69,16 @@ pub mod compare {
     };
 }
 
+/// Designed controllers: gains, margins, vibrations, shapers and their proof.
+pub mod control {
+    #[doc(inline)]
+    pub use sprung_method::control::{
+        Bandwidth, ControlDesign, ControlPictures, ControlRefusal, Controlled, DesignedController,
+        LoopMargins, Mode, ModeShaper, Motors, Moves, Proof, ShapedImpulse, ShaperDesign, Tracking,
+        Vibration, WithDraws,
+    };
+}
+
 /// Decimated time series for files and plots.
 pub mod curves {
     #[doc(inline)]

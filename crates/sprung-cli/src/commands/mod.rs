@@ -3,6 +3,7 @@
 mod begin;
 mod check;
 mod compare;
+mod control;
 mod demo;
 mod excite;
 mod export;
@@ -45,6 +46,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Compare(args) => compare::run(&args),
         Verb::Simulate(args) => with_threads(args.common.work, || simulate::run(&args)),
         Verb::Excite(args) => with_threads(args.common.work, || excite::run(&args)),
+        Verb::Control(args) => with_threads(args.common.work, || control::run(&args)),
         Verb::Export(args) => with_threads(args.common.work, || export::run(&args)),
         Verb::Completions(args) => Ok(generated::completions(&args)),
         Verb::Man(args) => generated::man(&args),

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::control::ControlError;
 use super::excite_error::ExciteError;
 use sprung_base::finding::Finding;
 use sprung_base::progress::Stopped;
@@ -214,6 +215,9 @@ pub enum SessionError {
     /// No experiment can be designed.
     #[error(transparent)]
     Excite(#[from] ExciteError),
+    /// No controller can be designed.
+    #[error(transparent)]
+    Control(#[from] ControlError),
     /// The experiment has no validation run of this name.
     #[error("no [[validate]] block is called \"{name}\"; the blocks are: {}", .known.join(", "))]
     NoRun {
@@ -431,6 +435,7 @@ impl SessionError {
             | Self::ExactTwin { .. }
             | Self::NoBound
             | Self::Excite(_)
+            | Self::Control(_)
             | Self::NoRun { .. }
             | Self::NoPosterior
             | Self::NoResult { .. }

@@ -154,7 +154,7 @@ fn check_parameters(model: &Model, result: &EstimateResult) -> Result<(), Export
 }
 
 /// Returns the values of possible bodies and drives; values of the estimate where there are none.
-fn values_of(result: &EstimateResult) -> BTreeMap<String, f64> {
+pub(super) fn values_of(result: &EstimateResult) -> BTreeMap<String, f64> {
     let own = (result.parameters.iter())
         .filter_map(|own| Some((own.name.clone(), own.physical.or(own.value)?)));
     let standard = (result.standard_parameters.iter()).map(|own| (own.name.clone(), own.value));

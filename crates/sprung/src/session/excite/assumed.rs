@@ -151,7 +151,7 @@ pub(super) fn assumed_controller(
     }
 }
 
-pub(super) fn assumed_twin(
+pub(in crate::session) fn assumed_twin(
     experiment: &Experiment,
     assumed: &mut Vec<String>,
 ) -> Result<Simulate, SessionError> {
@@ -171,7 +171,7 @@ fn parsed<T: serde::de::DeserializeOwned>(part: &str, text: &str) -> Result<T, S
 }
 
 /// Returns the twin with usual sensors where the file gives none.
-pub(super) fn completed(
+pub(in crate::session) fn completed(
     mut twin: Simulate,
     experiment: &Experiment,
     model: &Model,

@@ -20,6 +20,7 @@ use super::error::SessionError;
 use super::excite_error::ExciteError;
 use super::load::Session;
 use super::parameters::Parameters;
+pub(super) use assumed::{assumed_twin, completed};
 use judged::paper_reference;
 use task::Setup;
 

@@ -1,0 +1,147 @@
+//! `sprung control`: designs a controller and proves it.
+
+use sprung::control::{ControlDesign, Motors, WithDraws};
+use sprung::report::significant;
+use sprung::session::{Parameters, Session, controller_toml, find_identification};
+
+use crate::args::Control;
+use crate::exit_code::{ExitCode, Failure};
+use crate::output::{Folder, results_folder};
+use crate::results::write_json;
+use crate::terminal::{Grid, Terminal, dash};
+
+/// Files that a design writes.
+const CONTROL_FILE: &str = "control.json";
+const CONTROLLER_FILE: &str = "controller.toml";
+const REPORT_FILE: &str = "control.html";
+const FILES: [&str; 3] = [CONTROL_FILE, CONTROLLER_FILE, REPORT_FILE];
+
+pub(crate) fn run(args: &Control) -> Result<ExitCode, Failure> {
+    let common = &args.common;
+    let terminal = Terminal::new(common.voice, common.json);
+    let session = Session::open(&args.experiment, &common.overrides)?;
+    let path = results_folder(&session, common);
+    let file = match &args.parameters {
+        Some(file) => file.clone(),
+        None => find_identification(&path, &session.results_folder())?,
+    };
+    let parameters = Parameters::open(&file)?;
+    let inputs = session.inputs().into_iter().chain([file]);
+    let folder = Folder::new(&path, inputs, &FILES)?;
+    let controlled = terminal.follow("designing", |progress| {
+        session.control(&parameters, args.accept_unusable, progress)
+    })?;
+    let design = &controlled.design;
+
+    let mut output = folder.output()?;
+    write_json(&mut output, CONTROL_FILE, design)?;
+    output.text(CONTROLLER_FILE, &controller_toml(design))?;
+    output.commit()?;
+
+    terminal.json(design);
+    say(terminal, design);
+    Ok(ExitCode::Done)
+}
+
+fn numbers(all: &[f64]) -> String {
+    let all: Vec<String> = all.iter().map(|own| significant(*own, 3)).collect();
+    all.join(", ")
+}
+
+fn say(terminal: Terminal, own: &ControlDesign) {
+    let controller = &own.controller;
+    terminal.say(format!(
+        "{}: {} every {} ms, stable in {} poses for the identified robot and {} robots of its posterior",
+        own.robot,
+        controller.feedback,
+        significant(1e3 * controller.period_s, 4),
+        own.poses.len(),
+        own.draws,
+    ));
+    if let Some(bandwidth) = &own.bandwidth {
+        terminal.say(format!(
+            "bandwidth {} Hz; the largest that keeps the margins is {} Hz: {}",
+            numbers(&bandwidth.used_hz),
+            numbers(&bandwidth.largest_hz),
+            bandwidth.limited_by
+        ));
+    }
+    terminal.table(&loops_table(own));
+    terminal.table(&vibrations_table(own));
+    if let Some(shaper) = &own.shaper {
+        let kinds: Vec<String> = (shaper.modes.iter())
+            .map(|mode| format!("{} at {} Hz", mode.kind.word(), significant(mode.centre_hz, 3)))
+            .collect();
+        terminal.say(format!(
+            "input shaper: {}, delay {} s, leaves at most {} % of the vibration",
+            kinds.join(" and "),
+            significant(shaper.delay_s, 3),
+            significant(shaper.largest_percent, 2)
+        ));
+    }
+    let proof = &own.proof;
+    for tracking in &proof.tracking {
+        let declared = tracking.declared_rad.map_or_else(String::new, |rms| {
+            format!(", [controller] {}", significant(rms, 3))
+        });
+        terminal.say(format!(
+            "{} follows the reference within {} rad rms (worst robot {}{declared})",
+            tracking.joint,
+            significant(tracking.designed_rad.identified, 3),
+            significant(tracking.designed_rad.worst, 3)
+        ));
+    }
+    let moves = &proof.moves;
+    terminal.say(format!(
+        "moves of {} s leave vibrations of {} rad, with shaper {} rad (worst robots {} and {}); limit cycles in {} of {} robots",
+        significant(moves.duration_s, 3),
+        significant(moves.unshaped_rad.identified, 2),
+        significant(moves.shaped_rad.identified, 2),
+        significant(moves.unshaped_rad.worst, 2),
+        significant(moves.shaped_rad.worst, 2),
+        moves.limit_cycles,
+        proof.robots
+    ));
+    for assumed in &own.assumed {
+        terminal.say(format!("assumed: {assumed}"));
+    }
+}
+
+fn loops_table(own: &ControlDesign) -> Grid {
+    let header = ["loop", "gain margin, dB", "worst robot", "phase margin, °", "worst robot", "crossover, Hz"];
+    let mut table = Grid::new(header.map(str::to_owned).into(), 1);
+    for row in &own.loops {
+        let gain = |of: fn(&WithDraws) -> f64| dash(row.gain_db.as_ref().map(of), 3);
+        table.add_row(vec![
+            row.joint.clone(),
+            gain(|own| own.identified),
+            gain(|own| own.worst),
+            significant(row.phase_deg.identified, 3),
+            significant(row.phase_deg.worst, 3),
+            dash(Some(row.crossover_hz).filter(|hz| *hz > 0.0), 3),
+        ]);
+    }
+    table
+}
+
+fn vibrations_table(own: &ControlDesign) -> Grid {
+    let header = ["vibration", "motors", "Hz", "95 % of robots and poses", "damping", "95 %"];
+    let mut table = Grid::new(header.map(str::to_owned).into(), 2);
+    let ends = |[low, high]: [f64; 2]| format!("{} – {}", significant(low, 3), significant(high, 3));
+    for row in &own.vibrations {
+        table.add_row(vec![
+            row.name.clone(),
+            match row.motors {
+                Motors::Free => "free",
+                Motors::Held => "held",
+                Motors::Controlled => "controlled",
+            }
+            .to_owned(),
+            significant(row.all.hz, 4),
+            ends(row.all.hz_95),
+            significant(row.all.damping, 2),
+            ends(row.all.damping_95),
+        ]);
+    }
+    table
+}
