@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::borders::{Borders, Place};
 use super::centre::program;
-use super::distribution::Posterior;
+use super::density::Density;
 use super::normal::coordinates;
 use super::plain::stream;
 use super::samples::DrawMethod;
@@ -31,7 +31,7 @@ const MOST_SWEEPS: usize = 32;
 
 /// The posterior in coordinates along which its spread is near one.
 pub(super) struct Chains<'a> {
-    posterior: &'a Posterior,
+    density: &'a Density,
     /// Change of the unknowns by each coordinate from the centre.
     directions: Vec<Vec<f64>>,
     borders: Borders,
@@ -50,9 +50,9 @@ struct Walker<'a> {
 }
 
 impl<'a> Chains<'a> {
-    pub(super) fn new(posterior: &'a Posterior) -> Self {
-        let n = posterior.mean.len();
-        let directions = metric(posterior).and_then(|own| coordinates(&own));
+    pub(super) fn new(density: &'a Density) -> Self {
+        let n = density.mean.len();
+        let directions = metric(density).and_then(|own| coordinates(&own));
         // Without a metric the unknowns themselves are the coordinates.
         let directions = directions.unwrap_or_else(|| {
             let unit = |k: usize| (0..n).map(|i| f64::from(u8::from(i == k))).collect();
@@ -60,20 +60,20 @@ impl<'a> Chains<'a> {
         });
         let product = |of: &[f64]| -> Vec<f64> {
             (0..n)
-                .map(|i| (0..n).map(|j| posterior.precision[(i, j)] * of[j]).sum())
+                .map(|i| (0..n).map(|j| density.precision[(i, j)] * of[j]).sum())
                 .collect()
         };
         let moved: Vec<Vec<f64>> = directions.iter().map(|own| product(own)).collect();
-        let from_mean: Vec<f64> = (posterior.centre.iter().zip(&posterior.mean))
+        let from_mean: Vec<f64> = (density.centre.iter().zip(&density.mean))
             .map(|(centre, mean)| centre - mean)
             .collect();
         Self {
-            borders: Borders::new(&posterior.blocks, &posterior.centre, &directions),
+            borders: Borders::new(&density.blocks, &density.centre, &directions),
             curvature: (moved.iter())
                 .map(|own| directions.iter().map(|other| dot(own, other)).collect())
                 .collect(),
             slope: moved.iter().map(|own| dot(own, &from_mean)).collect(),
-            posterior,
+            density,
             directions,
         }
     }
@@ -140,7 +140,7 @@ impl<'a> Chains<'a> {
 
     /// Returns what a robot's correlation with the next one is measured by: its unknowns and parameters.
     fn seen(&self, x: &[f64]) -> Vec<f64> {
-        let mut all = self.posterior.theta(x);
+        let mut all = self.density.theta(x);
         all.extend_from_slice(x);
         all
     }
@@ -205,7 +205,7 @@ impl Walker<'_> {
     }
 
     fn unknowns(&self) -> Vec<f64> {
-        let mut x = self.chains.posterior.centre.clone();
+        let mut x = self.chains.density.centre.clone();
         for (by, direction) in self.coordinates.iter().zip(&self.chains.directions) {
             for (own, change) in x.iter_mut().zip(direction) {
                 *own += by * change;
@@ -254,10 +254,10 @@ fn sweeps(correlation: f64) -> usize {
 }
 
 /// Returns the second derivatives of minus the logarithm of the density with the barrier at the centre.
-fn metric(posterior: &Posterior) -> Option<faer::Mat<f64>> {
-    let n = posterior.mean.len();
-    let program = program(&posterior.precision, posterior.blocks.clone());
-    let hessian = program.hessian_with_barrier(&posterior.centre, 1.0)?;
+fn metric(density: &Density) -> Option<faer::Mat<f64>> {
+    let n = density.mean.len();
+    let program = program(&density.precision, density.blocks.clone());
+    let hessian = program.hessian_with_barrier(&density.centre, 1.0)?;
     Some(faer::Mat::from_fn(n, n, |i, j| hessian[i * n + j]))
 }
 

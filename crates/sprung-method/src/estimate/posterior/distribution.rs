@@ -1,11 +1,11 @@
 //! The posterior of an identification.
 
-use faer::Mat;
 use rayon::prelude::*;
 use sprung_core::spatial::BODY;
 
 use super::centre::{borders_of, centre, start};
 use super::chains::Chains;
+use super::density::Density;
 use super::errors::PosteriorError;
 use super::evidence::Evidence;
 use super::normal::{Normal, bodies};
@@ -15,7 +15,7 @@ use super::samples::{DrawMethod, Samples};
 use crate::description::Physical;
 use crate::estimate::possible::{Beside, Robots, Tool};
 use crate::estimate::result::EstimateResult;
-use crate::model::{Block, Model, Region, Theta, TreeLinks};
+use crate::model::{Model, Region, Theta, TreeLinks};
 
 /// Largest number of robots of one call: their parameters take some hundred megabytes.
 const MOST: usize = 100_000;
@@ -23,18 +23,7 @@ const MOST: usize = 100_000;
 /// The posterior of an identification: a normal distribution over the robots that can exist.
 #[derive(Clone, Debug)]
 pub struct Posterior {
-    /// Mean without the set, \[unknowns\].
-    pub(super) mean: Vec<f64>,
-    /// Inverse of the covariance without the set, \[unknowns × unknowns\].
-    pub(super) precision: Mat<f64>,
-    /// Matrices that must be positive definite, without the prior.
-    pub(super) blocks: Vec<Block>,
-    /// The robot in the middle of the posterior: the minimum of minus the logarithm of the density with the barrier,
-    /// \[unknowns\].
-    pub(super) centre: Vec<f64>,
-    /// Change of theta by each unknown, \[unknowns\]\[p\], and theta without the unknowns, \[p\].
-    columns: Vec<Theta>,
-    constant: Theta,
+    density: Density,
     /// Places of the first unknowns among the inertial parameters of single links and rotors, and these without the
     /// unknowns.
     places: Vec<usize>,
@@ -83,8 +72,6 @@ impl Posterior {
             .filter(|(name, _)| result.parameter(name).is_none())
             .collect();
         Ok(Self {
-            blocks: borders_of(&robots),
-            centre,
             empty: Samples {
                 parameters: (model.parameters().iter())
                     .map(|own| own.name.clone())
@@ -99,14 +86,18 @@ impl Posterior {
                 method: DrawMethod::Rejection { accepted: 0.0 },
                 effective: 0.0,
             },
-            mean: normal.mean,
-            precision: normal.precision,
             standard: (0..standard)
                 .map(|index| links.and_then(|own| own.known.get(&index).copied()))
                 .map(Option::unwrap_or_default)
                 .collect(),
-            columns: robots.columns,
-            constant: robots.constant,
+            density: Density {
+                mean: normal.mean,
+                precision: normal.precision,
+                blocks: borders_of(&robots),
+                centre,
+                columns: robots.columns,
+                constant: robots.constant,
+            },
             places: robots.standard,
         })
     }
@@ -122,15 +113,15 @@ impl Posterior {
         if count == 0 || count > MOST {
             return Err(PosteriorError::Count { count, most: MOST });
         }
-        let plain = Plain::new(self).and_then(|plain| plain.draw(count, seed));
+        let plain = Plain::new(&self.density).and_then(|plain| plain.draw(count, seed));
         let (unknowns, method, effective) = match plain {
             Some((unknowns, accepted)) => {
                 let method = DrawMethod::Rejection { accepted };
                 (unknowns, method, count as f64)
             }
-            None => Chains::new(self).draw(count, seed),
+            None => Chains::new(&self.density).draw(count, seed),
         };
-        let theta = unknowns.par_iter().map(|x| self.theta(x)).collect();
+        let theta = unknowns.par_iter().map(|x| self.density.theta(x)).collect();
         let standard = unknowns.par_iter().map(|x| self.standard(x)).collect();
         Ok(Samples {
             theta,
@@ -139,17 +130,6 @@ impl Posterior {
             effective,
             ..self.empty.clone()
         })
-    }
-
-    /// Returns the parameters of a robot, \[p\].
-    pub(super) fn theta(&self, x: &[f64]) -> Theta {
-        let mut theta = self.constant.clone();
-        for (column, x) in self.columns.iter().zip(x) {
-            for (own, by) in theta.iter_mut().zip(column) {
-                *own += x * by;
-            }
-        }
-        theta
     }
 
     /// Returns the inertial parameters of single links and rotors of a robot.

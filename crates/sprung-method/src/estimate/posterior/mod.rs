@@ -22,6 +22,7 @@ mod body;
 mod borders;
 mod centre;
 mod chains;
+mod density;
 mod distribution;
 mod errors;
 mod evidence;

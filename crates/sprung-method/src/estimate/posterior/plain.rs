@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
 
-use super::distribution::Posterior;
+use super::density::Density;
 use super::normal::coordinates;
 use crate::model::Block;
 
@@ -18,15 +18,15 @@ const MOST_DRAWS: usize = 2000;
 
 /// Normal draws over all unknowns.
 pub(super) struct Plain<'a> {
-    posterior: &'a Posterior,
+    density: &'a Density,
     directions: Vec<Vec<f64>>,
 }
 
 impl<'a> Plain<'a> {
-    pub(super) fn new(posterior: &'a Posterior) -> Option<Self> {
+    pub(super) fn new(density: &'a Density) -> Option<Self> {
         Some(Self {
-            directions: coordinates(&posterior.precision)?,
-            posterior,
+            directions: coordinates(&density.precision)?,
+            density,
         })
     }
 
@@ -50,7 +50,7 @@ impl<'a> Plain<'a> {
     }
 
     fn one(&self, rng: &mut ChaCha8Rng) -> Vec<f64> {
-        let mut draw = self.posterior.mean.clone();
+        let mut draw = self.density.mean.clone();
         for direction in &self.directions {
             let z: f64 = rng.sample(StandardNormal);
             for (own, by) in draw.iter_mut().zip(direction) {
@@ -62,7 +62,7 @@ impl<'a> Plain<'a> {
 
     fn can_exist(&self, x: &[f64]) -> bool {
         let is_positive = |block: &Block| block.inverse(x).is_some();
-        self.posterior.blocks.iter().all(is_positive)
+        self.density.blocks.iter().all(is_positive)
     }
 }
 
