@@ -144,6 +144,7 @@ pub(super) fn assumed_controller(
         kd_nms_per_rad: Vec::new(),
         gain,
         feedforward: Feedforward::Identified,
+        friction_compensation_speed_rad_per_s: None,
         velocity_window: [1, 1],
         reference: Reference::default(),
     }
