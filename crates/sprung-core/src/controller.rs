@@ -4,7 +4,7 @@
 use core::ops::Add;
 
 use crate::drives::{Drive, State, Term};
-use crate::friction::{Law, Shape};
+use crate::friction::Law;
 use crate::links::{LengthError, Step, lengths};
 use crate::parameters::{JointParameter, Side};
 use crate::robot::{Robot, Values};
@@ -49,8 +49,9 @@ const DEFLECTION_STEPS: usize = 12;
 /// Newton steps for its Taylor series; each doubles the number of correct coefficients.
 const SERIES_STEPS: usize = 2;
 
-/// Passes of deflection and torque where the damping of a spring or friction under load makes the
-/// torque depend on the deflection.
+/// Passes of deflection and torque where damping of a spring or friction under load makes the torque
+/// depend on the deflection. Three are exact for damping of a linear spring; with cubic stiffness or
+/// load, each multiplies the error by about the part of the torque that depends on the deflection.
 const PASSES: usize = 6;
 
 /// Scratch memory of [`Feedforward::fill`]; each slice is \[n\].
@@ -75,12 +76,26 @@ pub struct Feedforward<'o, S = f64> {
 }
 
 impl<S: Scalar> Feedforward<'_, S> {
-    /// Computes the nominal rotor trajectory and motor torques of a model without friction.
+    /// Computes the nominal rotor trajectory and motor torques of a model.
     ///
     /// - `q_d`: desired link positions and their time derivatives up to the fourth, \[n\]\[5\].
-    /// - `values`: parameters of the model; stiffnesses must not be zero.
+    /// - `values`: parameters of the model; stiffnesses must be positive, and a spring must not soften
+    ///   to zero stiffness.
+    /// - `compensation_speed`: speed below which the torques against friction fade, rad/s (m/s),
+    ///   positive; `None` for torques without friction. The laws' `tanh(beta v)` becomes `tanh(v / v_c)`
+    ///   where that is smoother.
     ///
-    /// The rotor of a rigid joint moves with its link. Of a spring, the stiffness counts.
+    /// Friction acts at the desired velocities and at the references of all covariates, so its torques
+    /// depend on no measurement. Without velocity only its constant torques remain: the motors hold
+    /// gravity. Friction of a link turns its spring, so the rotors move faster the smaller `v_c` is when
+    /// a link turns round. Friction of a link under load follows by iteration.
+    ///
+    /// The springs have stiffness, cubic stiffness, preload and damping. The torque of damping contains
+    /// the rate of the deflection. The third derivative of the deflection, which `q_d` does not
+    /// determine, counts as zero: `tau` then lacks its part in the rotor's acceleration, and the
+    /// links move as desired.
+    ///
+    /// The rotor of a rigid joint moves with its link. Back-EMF always counts.
     ///
     /// # Errors
     ///
@@ -88,65 +103,26 @@ impl<S: Scalar> Feedforward<'_, S> {
     ///
     /// # Source
     ///
-    /// Eq. (32) and the equations before it.
+    /// Eq. (32) and the equations before it, with all terms of eq. (1).
     pub fn fill(
         &mut self,
         robot: &Robot<'_>,
         values: &Values<'_>,
         q_d: &[[S; 5]],
+        compensation_speed: Option<f64>,
         scratch: &mut FeedforwardScratch<'_, S>,
     ) -> Result<(), LengthError> {
         self.move_links(robot, values, q_d, scratch)?;
-        let [_, _, deflection, torque] = &mut scratch.series;
-        for (i, (deflection, torque)) in deflection.iter_mut().zip(&**torque).enumerate() {
-            if let Some(spring) = Spring::of(robot, values, i) {
-                *deflection = torque.over(spring.stiffness);
-            }
-        }
-        self.move_rotors(robot, values, q_d, scratch);
-        Ok(())
-    }
-
-    /// Computes the nominal rotor trajectory and motor torques of the whole model: with friction and
-    /// back-EMF at the desired velocities, and with damping, cubic stiffness and preload of springs.
-    ///
-    /// - `q_d`: desired link positions and their time derivatives up to the fourth, \[n\]\[5\].
-    /// - `values`: parameters of the model; stiffnesses must be positive, and a spring must not soften
-    ///   to zero stiffness.
-    /// - `scales`: velocities `v_s` within which friction changes its direction, \[n\], rad/s (m/s). The
-    ///   law's `tanh(beta v)` becomes `tanh(v / v_s)` where that is smoother; zero keeps beta.
-    ///
-    /// Friction acts at the references of all covariates. It depends on no measurement, and at rest it
-    /// is zero: there the torques hold gravity and the constant torques of the model. Time derivatives
-    /// of the friction of the links move the rotors, `phi = q + (M ddq + C dq + g + f_1(dq)) / K`; the
-    /// smaller `v_s`, the faster the rotors move when a link turns round. Of the damping of a spring,
-    /// parts with the third derivative of its deflection are left out, since the motion does not
-    /// determine them.
-    ///
-    /// # Errors
-    ///
-    /// [`LengthError`] if a slice does not fit the robot.
-    ///
-    /// # Source
-    ///
-    /// Eq. (32) with the friction of eq. (1).
-    pub fn fill_with_friction(
-        &mut self,
-        robot: &Robot<'_>,
-        values: &Values<'_>,
-        q_d: &[[S; 5]],
-        scales: &[f64],
-        scratch: &mut FeedforwardScratch<'_, S>,
-    ) -> Result<(), LengthError> {
-        lengths(&[("scales", scales.len())], robot.joints())?;
-        self.move_links(robot, values, q_d, scratch)?;
+        let losses = Losses {
+            robot,
+            values,
+            compensation_speed,
+        };
         let [_, dq, deflection, torque] = &mut scratch.series;
         for (i, torque) in torque.iter_mut().enumerate() {
             let link = Link {
-                robot,
-                values,
+                losses: &losses,
                 joint: i,
-                shape: smooth(&robot.shapes[i], scales[i]),
                 velocity: dq[i],
                 torque: *torque,
             };
@@ -154,20 +130,20 @@ impl<S: Scalar> Feedforward<'_, S> {
         }
         self.move_rotors(robot, values, q_d, scratch);
         let [_, _, deflection, _] = &scratch.series;
-        for term in robot.terms.iter().filter(|term| is_on(term, Side::Motor)) {
-            let i = term.joint;
+        for term in robot.terms {
             let turns = self.dphi.iter().enumerate();
             let drive = Drive {
-                deflection: deflection[i].coefficients[0],
+                deflection: deflection[term.joint].coefficients[0],
                 deflection_rate: S::ZERO,
                 link_velocity: S::ZERO,
-                motor_velocity: (turns.map(|(k, dphi)| *dphi * robot.ratio(i, k)))
+                motor_velocity: (turns.map(|(k, dphi)| *dphi * robot.ratio(term.joint, k)))
                     .fold(S::ZERO, Add::add),
                 excess: [0.0; _],
             };
-            let friction = term.smooth_friction(&drive, &smooth(&robot.shapes[i], scales[i]));
-            let tau = &mut self.tau[robot.joint_of(term.row)];
-            *tau = *tau + friction * values.theta[term.column];
+            if let Some(loss) = losses.torque(term, Side::Motor, &drive) {
+                let tau = &mut self.tau[robot.joint_of(term.row)];
+                *tau = *tau + loss;
+            }
         }
         Ok(())
     }
@@ -237,28 +213,38 @@ impl<S: Scalar> Feedforward<'_, S> {
     }
 }
 
-/// Returns a shape whose transition at zero velocity is at least as wide as a scale, rad/s (m/s).
-fn smooth(shape: &Shape, scale: f64) -> Shape {
-    let mut shape = *shape;
-    if scale > 0.0 {
-        shape.sharpness = shape.sharpness.min(1.0 / scale);
-    }
-    shape
+/// What the motion of a robot loses: friction, if it is compensated, and back-EMF.
+struct Losses<'r> {
+    robot: &'r Robot<'r>,
+    values: &'r Values<'r>,
+    compensation_speed: Option<f64>,
 }
 
-/// Returns whether a term is friction on one side of the spring; the back-EMF acts like friction of the
-/// motor.
-fn is_on(term: &Term, side: Side) -> bool {
-    match term.what {
-        JointParameter::Friction(own, _) => own == side,
-        JointParameter::BackEmf => side == Side::Motor,
-        JointParameter::RotorInertia
-        | JointParameter::Stiffness
-        | JointParameter::CubicStiffness
-        | JointParameter::Damping
-        | JointParameter::Preload
-        | JointParameter::TorqueOffset
-        | JointParameter::Change(..) => false,
+impl Losses<'_> {
+    /// Returns the torque of a term in its row; `None` if it is no loss on this side of the spring.
+    fn torque<S: Scalar>(&self, term: &Term, side: Side, drive: &Drive<S>) -> Option<S> {
+        let mut shape = self.robot.shapes[term.joint];
+        let is_loss = match (term.what, self.compensation_speed) {
+            (JointParameter::Friction(own, _), Some(speed)) => {
+                if speed > 0.0 {
+                    shape.sharpness = shape.sharpness.min(1.0 / speed);
+                }
+                own == side
+            }
+            (JointParameter::BackEmf, _) => side == Side::Motor,
+            (
+                JointParameter::RotorInertia
+                | JointParameter::Stiffness
+                | JointParameter::CubicStiffness
+                | JointParameter::Damping
+                | JointParameter::Preload
+                | JointParameter::TorqueOffset
+                | JointParameter::Friction(..)
+                | JointParameter::Change(..),
+                _,
+            ) => false,
+        };
+        is_loss.then(|| term.rest(drive, &shape) * self.values.theta[term.column])
     }
 }
 
@@ -323,10 +309,8 @@ impl Spring {
 
 /// A link on its desired motion.
 struct Link<'r, S> {
-    robot: &'r Robot<'r>,
-    values: &'r Values<'r>,
+    losses: &'r Losses<'r>,
     joint: usize,
-    shape: Shape,
     velocity: TorqueSeries<S>,
     /// Torque of the inertias and of gravity.
     torque: TorqueSeries<S>,
@@ -336,13 +320,10 @@ impl<S: Scalar> Link<'_, S> {
     /// Returns the deflection of the joint's spring, and the torque that joint or spring transmit to
     /// the link.
     fn deflection_and_torque(&self) -> (TorqueSeries<S>, TorqueSeries<S>) {
-        let Some(spring) = Spring::of(self.robot, self.values, self.joint) else {
+        let Some(spring) = Spring::of(self.losses.robot, self.losses.values, self.joint) else {
             return (Jet::ZERO, self.torque_at(Jet::ZERO));
         };
-        let under_load = JointParameter::Friction(Side::Link, Law::Load);
-        let is_implicit = spring.damping.abs() > 0.0
-            || (self.robot.terms.iter())
-                .any(|term| term.what == under_load && term.row == self.joint);
+        let is_implicit = spring.damping.abs() > 0.0 || self.is_loaded();
         let passes = if is_implicit { PASSES } else { 1 };
         let [mut deflection, mut torque] = [Jet::ZERO; 2];
         for _ in 0..passes {
@@ -354,6 +335,17 @@ impl<S: Scalar> Link<'_, S> {
         (deflection, torque)
     }
 
+    /// Returns whether the friction depends on the deflection.
+    fn is_loaded(&self) -> bool {
+        let Losses { robot, values, .. } = self.losses;
+        let under_load = JointParameter::Friction(Side::Link, Law::Load);
+        let counts = |term: &Term| {
+            let is_there = values.theta[term.column].abs() > 0.0;
+            term.what == under_load && term.row == self.joint && is_there
+        };
+        self.losses.compensation_speed.is_some() && robot.terms.iter().any(counts)
+    }
+
     /// Returns the torque on the link with the friction at a deflection.
     fn torque_at(&self, deflection: TorqueSeries<S>) -> TorqueSeries<S> {
         let drive = Drive {
@@ -363,9 +355,9 @@ impl<S: Scalar> Link<'_, S> {
             motor_velocity: Jet::ZERO,
             excess: [0.0; _],
         };
-        let terms = self.robot.terms.iter();
-        (terms.filter(|term| term.row == self.joint && is_on(term, Side::Link)))
-            .map(|term| term.smooth_friction(&drive, &self.shape) * self.values.theta[term.column])
+        let terms = self.losses.robot.terms.iter();
+        (terms.filter(|term| term.row == self.joint))
+            .filter_map(|term| self.losses.torque(term, Side::Link, &drive))
             .fold(self.torque, Add::add)
     }
 }

@@ -156,27 +156,6 @@ impl Term {
         torque * self.gain
     }
 
-    /// Returns the friction of [`Term::rest`] without the springs, with the laws' smooth passage
-    /// through zero velocity: friction of both sides, at the references of all covariates, and the
-    /// back-EMF.
-    #[must_use]
-    pub fn smooth_friction<S: Scalar>(&self, drive: &Drive<S>, shape: &Shape) -> S {
-        let torque = match self.what {
-            JointParameter::BackEmf => drive.motor_velocity,
-            JointParameter::Friction(side, law) => {
-                law.smooth_column(&drive.conditions(side), shape)
-            }
-            JointParameter::RotorInertia
-            | JointParameter::Stiffness
-            | JointParameter::CubicStiffness
-            | JointParameter::Damping
-            | JointParameter::Preload
-            | JointParameter::TorqueOffset
-            | JointParameter::Change(..) => return S::ZERO,
-        };
-        torque * self.gain
-    }
-
     /// Returns the derivative of [`Term::rest`] by the logarithm of the sharpness or of the Stribeck velocity.
     #[must_use]
     pub fn by_log(&self, of: Scale, drive: &Drive, shape: &Shape) -> f64 {

@@ -247,40 +247,30 @@ impl Law {
 
     /// Returns the formula of the law. This is its only definition.
     ///
-    /// - `speed`, `is_forward`: magnitude and direction of a velocity.
-    ///
     /// # Source
     ///
     /// Eq. (1), `F_v`, and eq. (2), `tanh(beta v)`. The paper's `Y_b4` prints
     /// positions where velocities belong. The friction of a gear under load is `c |K e| tanh(beta v)`
     /// with the deflection `e`; its parameter here is `c K`, so that the column does not contain an
     /// estimated stiffness.
-    fn form<S: Scalar>(
-        self,
-        at: &Conditions<S>,
-        shape: &Shape,
-        speed: impl Fn(S) -> S,
-        is_forward: impl Fn(S) -> S,
-    ) -> Form<S> {
-        // The speed relative to the velocity that scales the residual laws.
-        let relative_speed = || speed(at.velocity) * (1.0 / shape.residual_velocity);
+    fn form<S: Scalar>(self, at: &Conditions<S>, shape: &Shape) -> Form<S> {
         match self {
             Self::Viscous => Form::Smooth(at.velocity),
-            Self::ViscousPositive => Form::Smooth(at.velocity * is_forward(at.velocity)),
-            Self::ViscousNegative => Form::Smooth(at.velocity * is_forward(-at.velocity)),
+            Self::ViscousPositive => Form::Smooth(at.velocity * at.velocity.is_forward()),
+            Self::ViscousNegative => Form::Smooth(at.velocity * (-at.velocity).is_forward()),
             Self::Offset => Form::Smooth(S::constant(1.0)),
             Self::Coulomb => Form::Jump(S::constant(1.0)),
-            Self::CoulombPositive => Form::Jump(is_forward(at.velocity)),
-            Self::CoulombNegative => Form::Jump(is_forward(-at.velocity)),
+            Self::CoulombPositive => Form::Jump(at.velocity.is_forward()),
+            Self::CoulombNegative => Form::Jump((-at.velocity).is_forward()),
             Self::Stribeck => Form::Jump(stribeck_fraction(at, shape)),
-            Self::Quadratic => Form::Smooth(at.velocity * speed(at.velocity)),
+            Self::Quadratic => Form::Smooth(at.velocity * at.velocity.abs()),
             Self::Load => Form::Jump(at.deflection.abs()),
-            Self::ResidualSlow => Form::Jump((relative_speed() * -8.0).exp()),
-            Self::ResidualMedium => Form::Jump((relative_speed() * -2.0).exp()),
-            Self::ResidualFast => {
-                Form::Smooth(at.velocity * relative_speed() * (1.0 / shape.residual_velocity))
-            }
-            Self::ResidualEven => Form::Smooth(relative_speed()),
+            Self::ResidualSlow => Form::Jump((relative_speed(at, shape) * -8.0).exp()),
+            Self::ResidualMedium => Form::Jump((relative_speed(at, shape) * -2.0).exp()),
+            Self::ResidualFast => Form::Smooth(
+                at.velocity * relative_speed(at, shape) * (1.0 / shape.residual_velocity),
+            ),
+            Self::ResidualEven => Form::Smooth(relative_speed(at, shape)),
         }
     }
 
@@ -290,24 +280,9 @@ impl Law {
     /// derivative on the side where the law acts.
     #[must_use]
     pub fn column<S: Scalar>(self, at: &Conditions<S>, shape: &Shape) -> S {
-        match self.form(at, shape, S::abs, S::is_forward) {
+        match self.form(at, shape) {
             Form::Smooth(column) => column,
             Form::Jump(height) => (at.velocity * shape.sharpness).tanh() * height,
-        }
-    }
-
-    /// Returns the column of the law with a smooth passage through zero velocity: in place of the
-    /// speed `v tanh(beta v)`, and in place of a direction `(1 + tanh(beta v)) / 2`.
-    ///
-    /// All time derivatives exist if the deflection is not zero. At rest the column of every law but
-    /// the constant torque is zero.
-    #[must_use]
-    pub fn smooth_column<S: Scalar>(self, at: &Conditions<S>, shape: &Shape) -> S {
-        let sign = |v: S| (v * shape.sharpness).tanh();
-        let is_forward = |v: S| (sign(v) + S::constant(1.0)) * 0.5;
-        match self.form(at, shape, |v| v * sign(v), is_forward) {
-            Form::Smooth(column) => column,
-            Form::Jump(height) => sign(at.velocity) * height,
         }
     }
 
@@ -315,7 +290,7 @@ impl Law {
     /// `None` for a smooth law.
     #[must_use]
     pub fn jump(self, at: &Conditions, shape: &Shape) -> Option<f64> {
-        match self.form(at, shape, Scalar::abs, Scalar::is_forward) {
+        match self.form(at, shape) {
             Form::Smooth(_) => None,
             Form::Jump(height) => Some(height),
         }
@@ -391,10 +366,15 @@ fn stribeck_fraction<S: Scalar>(at: &Conditions<S>, shape: &Shape) -> S {
     (-(part * part)).exp()
 }
 
+/// Returns the speed relative to the velocity that scales the residual laws.
+fn relative_speed<S: Scalar>(at: &Conditions<S>, shape: &Shape) -> S {
+    at.velocity.abs() * (1.0 / shape.residual_velocity)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scalar::{Dual, Jet};
+    use crate::scalar::Dual;
 
     const SHAPE: Shape = Shape {
         sharpness: 100.0,
@@ -547,34 +527,6 @@ mod tests {
             }
             assert_eq!(Law::Viscous.jump(&at, &SHAPE), None);
             assert_eq!(Law::Offset.jump(&at, &SHAPE), None);
-        }
-    }
-
-    #[test]
-    fn smooth_columns_vanish_at_rest_have_slopes_there_and_are_the_columns_at_speed() {
-        let smooth = |law: Law, velocity: f64, shape: &Shape| {
-            let at = Conditions {
-                velocity: Jet::<3>::from_derivatives([velocity, 1.0, 0.0]),
-                deflection: Jet::constant(0.05),
-            };
-            law.smooth_column(&at, shape)
-        };
-        for law in Law::all() {
-            if law != Law::Offset {
-                assert!(smooth(law, 0.0, &SHAPE).value().abs() < 1e-300, "{law:?}");
-            }
-            // At 20 transition velocities the hyperbolic tangent is 1 within 1e-15.
-            for velocity in [-0.2, 0.2] {
-                let known = column(law, velocity, 0.05);
-                let found = smooth(law, velocity, &SHAPE).value();
-                assert!((found - known).abs() < 1e-14, "{law:?}: {found} {known}");
-            }
-            // Both derivatives pass zero without a jump, unlike those of v |v|.
-            let [ahead, behind] = [1e-9, -1e-9].map(|v| smooth(law, v, &SHAPE));
-            for order in 0..3 {
-                let jump = ahead.derivative(order) - behind.derivative(order);
-                assert!(jump.abs() < 1e-2, "{law:?}: {jump}");
-            }
         }
     }
 

@@ -5,7 +5,9 @@ use std::process::Command;
 
 use super::tests::{Case, case, mixed, request};
 use super::write::{Request, export};
-use super::{ControllerCode, ExportError, FeedbackCode, FeedforwardCode, Form, Format, ShaperTap};
+use super::{ControlCode, ExportError, Form, Format};
+use crate::description::{Controller, ControllerKind, Feedforward, Reference};
+use sprung_core::shaper::Tap;
 
 /// Reads the parameters of a twin.
 fn twin(experiment: &str, truth: &str) -> Case {
@@ -25,38 +27,46 @@ fn seven() -> Case {
     twin(&experiment, &truth)
 }
 
-fn state_feedback(n: usize) -> ControllerCode {
+fn control(kind: ControllerKind, n: usize) -> ControlCode {
     let entry = |i: usize, k: usize| 5.0 * ((3 * i + k) as f64).sin();
-    ControllerCode {
-        period: 1e-3,
-        velocity_window: [4, 3],
-        torque_limits: (0..n).map(|i| 20.0 / (i + 1) as f64).collect(),
-        feedforward: FeedforwardCode::WithFriction {
-            velocity_scales: (0..n).map(|i| 0.05 * (i + 1) as f64).collect(),
-        },
-        feedback: FeedbackCode::State {
-            gain: (0..n)
+    let is_pd = kind == ControllerKind::Pd;
+    let of_pd = |gain: f64| if is_pd { vec![gain; n] } else { Vec::new() };
+    ControlCode {
+        controller: Controller {
+            kp_nm_per_rad: of_pd(50.0),
+            kd_nms_per_rad: of_pd(0.5),
+            gain: (0..if is_pd { 0 } else { n })
                 .map(|i| (0..4 * n).map(|k| entry(i, k)).collect())
                 .collect(),
+            feedforward: Feedforward::Identified,
+            friction_compensation_speed_rad_per_s: None,
+            velocity_window: [4, 3],
+            reference: Reference::default(),
+            kind,
         },
-        shaper: [(0, 0.5), (7, 0.3), (31, 0.2)]
-            .map(|(delay, weight)| ShaperTap { delay, weight })
+        period_s: 1e-3,
+        torque_limits: (0..n).map(|i| 20.0 / (i + 1) as f64).collect(),
+        taps: [(0, 0.5), (7, 0.3), (31, 0.2)]
+            .map(|(delay, weight)| Tap { delay, weight })
             .to_vec(),
+        header: vec!["Margins of 10 dB @ 45° */ %THETA%".to_owned()],
     }
 }
 
-fn pd(n: usize, feedforward: FeedforwardCode) -> ControllerCode {
-    ControllerCode {
-        period: 2e-3,
-        velocity_window: [0, 0],
-        torque_limits: vec![f64::INFINITY; n],
-        feedforward,
-        feedback: FeedbackCode::Motors {
-            kp: vec![50.0; n],
-            kd: vec![0.5; n],
-        },
-        shaper: Vec::new(),
-    }
+fn state_feedback(n: usize, speed: Option<f64>) -> ControlCode {
+    let mut own = control(ControllerKind::StateFeedback, n);
+    own.controller.friction_compensation_speed_rad_per_s = speed;
+    own
+}
+
+/// PD without shaper and limits.
+fn pd(n: usize) -> ControlCode {
+    let mut own = control(ControllerKind::Pd, n);
+    own.controller.velocity_window = [0, 0];
+    own.torque_limits.fill(f64::INFINITY);
+    own.taps.clear();
+    own.header.clear();
+    own
 }
 
 /// Runs a program in a folder; returns what it printed.
@@ -73,9 +83,9 @@ fn run(folder: &Path, program: &str, line: &str) -> (bool, String) {
     )
 }
 
-fn write(folder: &Path, case: &Case, format: Format, controller: &ControllerCode) {
+fn write(folder: &Path, case: &Case, format: Format, control: &ControlCode) {
     let exported = export(&Request {
-        controller: Some(controller),
+        control: Some(control.clone()),
         ..request(case, format, Form::Flexible)
     });
     for (file, text) in format.files().iter().zip(exported.unwrap().texts) {
@@ -83,17 +93,17 @@ fn write(folder: &Path, case: &Case, format: Format, controller: &ControllerCode
     }
 }
 
-fn for_controllers(mut judge: impl FnMut(&Path, &Case, &ControllerCode)) {
+fn for_controllers(mut judge: impl FnMut(&Path, &Case, &ControlCode)) {
     let two = || twin(sprung_base::demo::EXPERIMENT, sprung_base::demo::TRUTH);
     let folder = tempfile::tempdir().unwrap();
-    for (case, controller) in [
-        (two(), state_feedback(2)),
-        (seven(), state_feedback(7)),
-        (mixed(), state_feedback(3)),
-        (mixed(), pd(3, FeedforwardCode::WithoutFriction)),
-        (two(), pd(2, FeedforwardCode::None)),
+    for (case, control) in [
+        (two(), state_feedback(2, None)),
+        (seven(), state_feedback(7, Some(0.05))),
+        (mixed(), state_feedback(3, Some(0.1))),
+        (mixed(), control(ControllerKind::Pd, 3)),
+        (two(), pd(2)),
     ] {
-        judge(folder.path(), &case, &controller);
+        judge(folder.path(), &case, &control);
     }
 }
 
@@ -104,8 +114,8 @@ fn c_has_the_controller_of_the_library() {
         return;
     }
     let strict = "-std=c99 -O2 -Wall -Wextra -Werror -Wconversion -pedantic -o robot_test";
-    for_controllers(|folder, case, controller| {
-        write(folder, case, Format::C, controller);
+    for_controllers(|folder, case, control| {
+        write(folder, case, Format::C, control);
         let passes = |more: &str| {
             let (ok, text) = run(
                 folder,
@@ -124,15 +134,14 @@ fn c_has_the_controller_of_the_library() {
         let code = std::fs::read_to_string(folder.join("robot.c")).unwrap();
         for (right, wrong) in [
             ("sum += gain[i][k]", "sum += R(1.001) * gain[i][k]"),
-            ("tau_nm[i] += kp[i]", "tau_nm[i] += R(1.001) * kp[i]"),
+            ("tau_nm[i] = kp[i]", "tau_nm[i] = R(1.001) * kp[i]"),
             ("velocities[i] *= ", "velocities[i] *= R(1.001) * "),
             ("shaped[i] += ", "shaped[i] += R(1.001) * "),
+            ("= own->is_running ? tau_nm[i] : R(0.0)", "= tau_nm[i]"),
+            ("own->is_running && are_finite", "are_finite"),
             (" > limit ? limit", " > limit ? R(1.001) * limit"),
         ] {
-            let has_limits = controller
-                .torque_limits
-                .iter()
-                .all(|limit| limit.is_finite());
+            let has_limits = control.torque_limits.iter().all(|limit| limit.is_finite());
             if code.contains(right) && (has_limits || !right.contains("limit")) {
                 std::fs::write(folder.join("robot.c"), code.replacen(right, wrong, 1)).unwrap();
                 assert!(!passes(""), "{right}");
@@ -143,8 +152,8 @@ fn c_has_the_controller_of_the_library() {
 
 #[test]
 fn rust_has_the_controller_of_the_library_and_needs_no_standard_library() {
-    for_controllers(|folder, case, controller| {
-        write(folder, case, Format::Rust, controller);
+    for_controllers(|folder, case, control| {
+        write(folder, case, Format::Rust, control);
         let rustc = |line: &str| {
             let (ok, text) = run(
                 folder,
@@ -157,6 +166,7 @@ fn rust_has_the_controller_of_the_library_and_needs_no_standard_library() {
             rustc("--test robot.rs");
             let (ok, text) = run(folder, "./robot", "--nocapture");
             assert!(ok && text.contains("samples of the controller"), "{text}");
+            assert!(!text.contains(" 0 passed"), "{text}");
         };
         passes();
         std::fs::write(folder.join("lib.rs"), "#![no_std]\npub mod robot;\n").unwrap();
@@ -169,58 +179,72 @@ fn rust_has_the_controller_of_the_library_and_needs_no_standard_library() {
 }
 
 #[test]
+fn code_without_controller_is_that_of_before() {
+    let case = mixed();
+    for format in [Format::C, Format::Rust] {
+        let texts = export(&request(&case, format, Form::Flexible))
+            .unwrap()
+            .texts;
+        for text in texts {
+            for word in ["control_", "feedforward", "Status", "%C", "%H"] {
+                assert!(!text.contains(word), "{word}");
+            }
+        }
+    }
+}
+
+#[test]
+fn lines_about_the_controller_are_comments() {
+    for (format, line) in [
+        (Format::C, " * Margins of 10 dB @ 45° * / %THETA%\n"),
+        (Format::Rust, "/// Margins of 10 dB @ 45° * / %THETA%\n"),
+    ] {
+        let case = mixed();
+        let texts = export(&Request {
+            control: Some(state_feedback(3, None)),
+            ..request(&case, format, Form::Flexible)
+        });
+        assert!(texts.unwrap().texts[0].contains(line), "{line}");
+    }
+}
+
+#[test]
 fn controllers_that_do_not_fit_are_refused() {
     let case = mixed();
-    let good = state_feedback(3);
-    let change = |change: fn(&mut ControllerCode)| {
-        let mut controller = good.clone();
-        change(&mut controller);
-        let request = Request {
-            controller: Some(&controller),
+    let change = |change: fn(&mut ControlCode)| {
+        let mut control = state_feedback(3, Some(0.1));
+        change(&mut control);
+        export(&Request {
+            control: Some(control),
             ..request(&case, Format::C, Form::Flexible)
-        };
-        export(&request)
+        })
     };
     assert!(change(|_| {}).is_ok());
-    for (wrong, word) in [
-        (change(|own| own.period = 0.0), "period"),
-        (change(|own| own.period = f64::NAN), "period"),
-        (change(|own| own.velocity_window = [1, 32]), "window"),
-        (change(|own| own.torque_limits[1] = 0.0), "limit"),
-        (change(|own| own.torque_limits[1] = f64::NAN), "limit"),
-        (change(|own| own.torque_limits.truncate(2)), "limits"),
-        (change(|own| own.shaper[0].weight = f64::NAN), "shaper"),
+    let wrong: [(fn(&mut ControlCode), &str); 13] = [
+        (|own| own.period_s = 0.0, "period"),
+        (|own| own.period_s = f64::NAN, "period"),
+        (|own| own.controller.velocity_window = [1, 32], "window"),
+        (|own| own.torque_limits[1] = 0.0, "limit"),
+        (|own| own.torque_limits[1] = f64::NAN, "limit"),
+        (|own| own.torque_limits.truncate(2), "limits"),
+        (|own| own.taps[0].weight = f64::NAN, "sum 1"),
+        (|own| own.taps.truncate(1), "sum 1"),
+        (|own| own.controller.gain.truncate(2), "rows"),
+        (|own| own.controller.gain[1].truncate(11), "gains"),
+        (|own| own.controller.gain[1][2] = f64::INFINITY, "gains"),
         (
-            change(|own| {
-                own.feedback = FeedbackCode::State {
-                    gain: vec![vec![0.0; 12]; 2],
-                }
-            }),
-            "rows",
+            |own| own.controller.friction_compensation_speed_rad_per_s = Some(-0.1),
+            "speed",
         ),
-        (
-            change(|own| {
-                own.feedback = FeedbackCode::State {
-                    gain: vec![vec![0.0; 11]; 3],
-                }
-            }),
-            "gains",
-        ),
-        (
-            change(|own| {
-                own.feedforward = FeedforwardCode::WithFriction {
-                    velocity_scales: vec![0.1, -0.1, 0.1],
-                };
-            }),
-            "scale",
-        ),
-    ] {
-        match wrong {
+        (|own| own.controller.kind = ControllerKind::Pd, "positions"),
+    ];
+    for (own, word) in wrong {
+        match change(own) {
             Err(ExportError::Controller { what }) => assert!(what.contains(word), "{what}"),
             other => panic!("{word}: {other:?}"),
         }
     }
-    let long = change(|own| own.shaper[0].delay = usize::MAX);
+    let long = change(|own| own.taps[0].delay = usize::MAX);
     assert!(
         matches!(long, Err(ExportError::TooLarge { .. })),
         "{long:?}"

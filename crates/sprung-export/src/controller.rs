@@ -1,76 +1,37 @@
 //! A controller that the code of a robot contains.
 
-use sprung_core::velocity::LONGEST_WINDOW;
+use sprung_core::shaper::{Shaper, Tap, memory_len};
+use sprung_core::velocity::AveragedVelocity;
 
 use super::error::ExportError;
 use super::format::Format;
+use crate::description::{Controller, ControllerKind};
 
 /// Longest delay of an input shaper, samples.
 const LONGEST_DELAY: usize = 10_000;
 
-/// A designed controller as plain data: what `sprung export` writes beside the dynamics of a robot.
+/// A designed controller: what the code of a robot contains beside its dynamics.
 ///
-/// Every sample it shapes the desired motion, computes feedforward and estimated velocities, adds the
-/// feedback and limits the torques.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ControllerCode {
+/// Every sample it shapes the desired motion, estimates velocities, adds the feedback to the feedforward
+/// and limits the torques.
+#[derive(Clone, Debug)]
+pub struct ControlCode {
+    /// Kind, gains, windows of the estimators of velocities, and speed of the compensation of friction.
+    /// The model of the feedforward is that of the code, whatever this controller says of it. The caller
+    /// of the code gives the desired motion, so the reference does not count.
+    pub controller: Controller,
     /// Sampling period T, s, positive.
-    pub period: f64,
-    /// The velocity estimators average over `p1 + 1` positions and `p2 + 1` differences, as
-    /// `sprung_core::velocity::AveragedVelocity` does.
-    pub velocity_window: [usize; 2],
+    pub period_s: f64,
     /// Largest torques of the motors, \[n\], N·m (N), positive; infinite if there is no limit.
     pub torque_limits: Vec<f64>,
-    /// Rotor motion and torques by the desired motion of the links.
-    pub feedforward: FeedforwardCode,
-    /// The feedback.
-    pub feedback: FeedbackCode,
-    /// Taps of the input shaper; empty if the desired motion is not shaped.
-    pub shaper: Vec<ShaperTap>,
+    /// Taps of the input shaper, from [`sprung_core::shaper::sample`]; empty if the desired motion is not
+    /// shaped.
+    pub taps: Vec<Tap>,
+    /// Lines about the controller for the comment before it.
+    pub header: Vec<String>,
 }
 
-/// Feedforward of a controller.
-#[derive(Clone, Debug, PartialEq)]
-pub enum FeedforwardCode {
-    /// None: the motors follow the desired motion of the links without torques in advance.
-    None,
-    /// That of the identified model without friction, `sprung_core::controller::Feedforward::fill`.
-    WithoutFriction,
-    /// That of the identified model, `sprung_core::controller::Feedforward::fill_with_friction`.
-    WithFriction {
-        /// Velocities within which the friction changes its direction, \[n\], rad/s (m/s), not negative.
-        velocity_scales: Vec<f64>,
-    },
-}
-
-/// Feedback of a controller.
-#[derive(Clone, Debug, PartialEq)]
-pub enum FeedbackCode {
-    /// State feedback, eq. (33).
-    State {
-        /// `F`, \[n\] rows of \[4n\]: on the errors of link positions, rotor positions, link velocities
-        /// and rotor velocities.
-        gain: Vec<Vec<f64>>,
-    },
-    /// PD on the motors, eq. (24).
-    Motors {
-        /// Gains of the positions, \[n\], N·m/rad (N/m).
-        kp: Vec<f64>,
-        /// Gains of the velocities, \[n\], N·m·s/rad (N·s/m).
-        kd: Vec<f64>,
-    },
-}
-
-/// An impulse of an input shaper: `y[k]` is the sum of `weight * x[k - delay]`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ShaperTap {
-    /// Samples.
-    pub delay: usize,
-    /// Part of the desired motion.
-    pub weight: f64,
-}
-
-impl ControllerCode {
+impl ControlCode {
     /// Checks the controller of a robot with `n` joints.
     ///
     /// # Errors
@@ -78,50 +39,47 @@ impl ControllerCode {
     /// [`ExportError::Controller`] if a value is outside its range or an array has a wrong length,
     /// [`ExportError::TooLarge`] if the shaper needs too much memory.
     pub(super) fn check(&self, format: Format, n: usize) -> Result<(), ExportError> {
-        let refused = |what: String| Err(ExportError::Controller { what });
-        if !(self.period.is_finite() && self.period > 0.0) {
-            return refused(format!("its period is {} s", self.period));
-        }
-        if let Some(p) = self.velocity_window.iter().find(|p| **p >= LONGEST_WINDOW) {
-            let samples = p.saturating_add(1);
-            return refused(format!(
-                "a velocity window has {samples} samples, the longest is {LONGEST_WINDOW}"
-            ));
-        }
-        if let Some(limit) = self.torque_limits.iter().find(|limit| {
-            let is_positive = **limit > 0.0;
-            !is_positive
-        }) {
-            return refused(format!("a torque limit is {limit} N·m"));
-        }
-        if self.shaper.iter().any(|tap| tap.delay > LONGEST_DELAY) {
+        let refused = |what: String| ExportError::Controller { what };
+        self.velocity()
+            .map_err(|error| refused(error.to_string()))?;
+        if self.taps.iter().any(|tap| tap.delay > LONGEST_DELAY) {
             return Err(ExportError::TooLarge {
                 format: format.name(),
                 what: format!("a shaper that is longer than {LONGEST_DELAY} samples"),
             });
         }
-        let weights: Vec<f64> = self.shaper.iter().map(|tap| tap.weight).collect();
-        let mut arrays = vec![("weights of the shaper", &weights, weights.len())];
-        match &self.feedforward {
-            FeedforwardCode::None | FeedforwardCode::WithoutFriction => {}
-            FeedforwardCode::WithFriction { velocity_scales } => {
-                if let Some(scale) = velocity_scales.iter().find(|scale| **scale < 0.0) {
-                    return refused(format!("a velocity scale is {scale} rad/s"));
-                }
-                arrays.push(("velocity scales", velocity_scales, n));
-            }
+        Shaper::new(
+            &self.taps_or_none(),
+            &[0.0],
+            vec![0.0; memory_len(&self.taps_or_none(), 1)],
+        )
+        .map_err(|error| refused(error.to_string()))?;
+        let is_positive = |x: &&f64| **x > 0.0;
+        if let Some(limit) = self.torque_limits.iter().find(|limit| !is_positive(limit)) {
+            return Err(refused(format!("a torque limit is {limit} N·m")));
         }
-        match &self.feedback {
-            FeedbackCode::State { gain } => {
-                if gain.len() != n {
-                    let rows = gain.len();
+        if self.torque_limits.len() != n {
+            let limits = self.torque_limits.len();
+            return Err(refused(format!("{limits} torque limits for {n} joints")));
+        }
+        self.check_gains(n)
+    }
+
+    fn check_gains(&self, n: usize) -> Result<(), ExportError> {
+        let refused = |what: String| Err(ExportError::Controller { what });
+        let own = &self.controller;
+        let mut arrays = Vec::new();
+        match own.kind {
+            ControllerKind::Pd => {
+                arrays.push(("gains of positions", &own.kp_nm_per_rad, n));
+                arrays.push(("gains of velocities", &own.kd_nms_per_rad, n));
+            }
+            ControllerKind::StateFeedback => {
+                if own.gain.len() != n {
+                    let rows = own.gain.len();
                     return refused(format!("{rows} rows of gains for {n} joints"));
                 }
-                arrays.extend(gain.iter().map(|row| ("gains in a row", row, 4 * n)));
-            }
-            FeedbackCode::Motors { kp, kd } => {
-                arrays.push(("gains of positions", kp, n));
-                arrays.push(("gains of velocities", kd, n));
+                arrays.extend(own.gain.iter().map(|row| ("gains in a row", row, 4 * n)));
             }
         }
         for (what, own, length) in arrays {
@@ -132,21 +90,36 @@ impl ControllerCode {
                 return refused(format!("one of the {what} is {wrong}"));
             }
         }
-        if self.torque_limits.len() != n {
-            let limits = self.torque_limits.len();
-            return refused(format!("{limits} torque limits for {n} joints"));
+        match own.friction_compensation_speed_rad_per_s {
+            Some(speed) if !(speed.is_finite() && speed > 0.0) => refused(format!(
+                "the speed of the compensation of friction is {speed} rad/s"
+            )),
+            Some(_) | None => Ok(()),
         }
-        Ok(())
+    }
+
+    /// Returns the estimator of a velocity.
+    ///
+    /// # Errors
+    ///
+    /// [`VelocityError`] if the windows or the period are outside their ranges.
+    ///
+    /// [`VelocityError`]: sprung_core::velocity::VelocityError
+    pub(super) fn velocity(
+        &self,
+    ) -> Result<AveragedVelocity, sprung_core::velocity::VelocityError> {
+        let [p1, p2] = self.controller.velocity_window;
+        AveragedVelocity::new(p1, p2, self.period_s)
     }
 
     /// Returns the taps of the shaper; one without delay if the desired motion is not shaped.
-    pub(super) fn taps(&self) -> Vec<ShaperTap> {
-        if self.shaper.is_empty() {
-            return vec![ShaperTap {
+    pub(super) fn taps_or_none(&self) -> Vec<Tap> {
+        if self.taps.is_empty() {
+            return vec![Tap {
                 delay: 0,
                 weight: 1.0,
             }];
         }
-        self.shaper.clone()
+        self.taps.clone()
     }
 }

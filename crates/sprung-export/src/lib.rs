@@ -41,7 +41,7 @@ use sprung_base::{finding, numbers, sha256};
 use sprung_model as model;
 use sprung_robot as description;
 
-pub use controller::{ControllerCode, FeedbackCode, FeedforwardCode, ShaperTap};
+pub use controller::ControlCode;
 pub use error::ExportError;
 pub use evidence::{JointEvidence, Known};
 pub use format::Format;

@@ -130,7 +130,7 @@ pub(super) fn request(case: &Case, format: Format, form: Form) -> Request<'_> {
             logs: Vec::new(),
             values: Vec::new(),
         },
-        controller: None,
+        control: None,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::controller::ControllerCode;
+use super::controller::ControlCode;
 use super::error::ExportError;
 use super::evidence::JointEvidence;
 use super::format::Format;
@@ -37,7 +37,7 @@ pub struct Request<'a> {
     /// Provenance of the values.
     pub origin: Origin,
     /// Controller that code contains; other formats have none.
-    pub controller: Option<&'a ControllerCode>,
+    pub control: Option<ControlCode>,
 }
 
 impl Request<'_> {
@@ -78,7 +78,7 @@ pub fn export(request: &Request<'_>) -> Result<Exported, ExportError> {
     }
     names::check(format, form, &identified.robot)?;
     let mut rows = if format.is_code() {
-        code::said(request.model, &identified.extras, request.controller)
+        code::said(request.model, &identified.extras, request.control.as_ref())
     } else {
         said(format, form, &identified.robot, &identified.extras)
     };
@@ -130,7 +130,7 @@ fn of_code(
         request.model,
         request.values,
         &origin,
-        request.controller,
+        request.control.as_ref(),
     )?;
     Ok(Exported {
         format: request.format,

@@ -27,7 +27,8 @@ pub struct Controller {
     /// The model behind the feedforward of `state-feedback`.
     #[serde(default)]
     pub feedforward: Feedforward,
-    /// Speed below which the feedforward's friction fades, rad/s (m/s); friction is not compensated if absent.
+    /// Speed below which the torques of `state-feedback` against friction fade, so that they do not jump
+    /// when a joint turns round; friction is not compensated if absent.
     pub friction_compensation_speed_rad_per_s: Option<f64>,
     /// Windows `p1`, `p2` of the averaging velocity estimator, samples.
     #[serde(default = "default_window")]

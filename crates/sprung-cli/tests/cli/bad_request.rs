@@ -169,6 +169,10 @@ const WRONG_KEYS_OF_THE_REST: &[(&str, &[&str])] = &[
         "controller.kind=lqr",
         &["unknown controller \"lqr\"", "\"pd\" or \"state-feedback\""],
     ),
+    (
+        "controller.friction_compensation_speed_rad_per_s=0.05",
+        &["friction_compensation_speed_rad_per_s belongs to controller \"state-feedback\""],
+    ),
     ("validate=[{}]", &["missing field `name`"]),
     (
         "simulate.duration_s=0",

@@ -15,7 +15,7 @@ const SHAPES: [Shape; 2] = [Shape {
 
 fn nominal(theta: &[f64; PARAMETERS], q_d: &[[f64; 5]; 2]) -> (Vec<f64>, JointState) {
     let bodies = &bodies(theta);
-    feedforward(&robot(&SHAPES), &Values { theta, bodies }, q_d)
+    feedforward(&robot(&SHAPES), &Values { theta, bodies }, q_d, None)
 }
 
 #[test]

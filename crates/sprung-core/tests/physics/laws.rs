@@ -263,7 +263,7 @@ fn feedforward_is_the_motion_it_promises() {
         };
         let wanted = waves.at(0.0);
         let arm = robot(&case.shapes);
-        let (tau, state) = feedforward(&arm, &case.values(), &wanted);
+        let (tau, state) = feedforward(&arm, &case.values(), &wanted, None);
         let [ddq, ddphi] = acceleration(&arm, &case.values(), &state, &tau);
         for (i, wanted) in wanted.iter().enumerate() {
             let rate = slope(H, |t| rotor(t, i));

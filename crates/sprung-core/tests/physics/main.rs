@@ -9,7 +9,7 @@ mod bodies;
 mod chains;
 mod closed_form;
 mod controllers;
-mod friction_feedforward;
+mod feedforward;
 mod laws;
 mod linearized;
 mod mixed;

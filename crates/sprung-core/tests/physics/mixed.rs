@@ -182,6 +182,16 @@ impl Mixed {
         &mut self.shapes
     }
 
+    pub(crate) fn shapes(&self) -> &[Shape] {
+        &self.shapes
+    }
+
+    /// A parameter of a kind; zero if there is none.
+    pub(crate) fn get(&self, what: JointParameter) -> f64 {
+        let mut own = self.terms.iter().filter(|term| term.what == what);
+        own.next().map_or(0.0, |term| self.theta[term.column])
+    }
+
     /// Sets the parameters of some kinds.
     pub(crate) fn set(&mut self, value: f64, is_meant: impl Fn(JointParameter) -> bool) {
         for term in self.terms.iter().filter(|term| is_meant(term.what)) {
@@ -440,7 +450,8 @@ fn feedforward_is_the_motion_it_promises() {
             robot.theta[term.column] *= f64::from(u8::from(kept));
         }
         let waves = Waves::draw(random, robot.shapes.len(), 2.0);
-        let nominal = |t: f64| robot.with(|robot, values| feedforward(robot, values, &waves.at(t)));
+        let nominal =
+            |t: f64| robot.with(|robot, values| feedforward(robot, values, &waves.at(t), None));
         let (tau, state) = nominal(0.0);
         let [ddq, ddphi] = robot.acceleration(&state, &tau);
         for (i, wanted) in waves.at(0.0).iter().enumerate() {

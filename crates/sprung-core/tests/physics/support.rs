@@ -155,23 +155,14 @@ pub(crate) fn products(
     })
 }
 
-/// Nominal torque and state on a desired link trajectory, without friction.
+/// Nominal torque and state on a desired link trajectory.
+///
+/// - `speed`: speed below which the compensation of friction fades; without it there is none.
 pub(crate) fn feedforward(
     robot: &Robot<'_>,
     values: &Values<'_>,
     q_d: &[[f64; 5]],
-) -> (Vec<f64>, JointState) {
-    feedforward_with(robot, values, q_d, None)
-}
-
-/// Nominal torque and state on a desired link trajectory.
-///
-/// - `scales`: velocity scales of the friction, \[n\].
-pub(crate) fn feedforward_with(
-    robot: &Robot<'_>,
-    values: &Values<'_>,
-    q_d: &[[f64; 5]],
-    scales: Option<&[f64]>,
+    speed: Option<f64>,
 ) -> (Vec<f64>, JointState) {
     let n = robot.joints();
     let mut series = [(); 4].map(|()| vec![TorqueSeries::ZERO; n]);
@@ -186,11 +177,7 @@ pub(crate) fn feedforward_with(
         series: series.each_mut().map(Vec::as_mut_slice),
         steps: &mut steps,
     };
-    match scales {
-        None => nominal.fill(robot, values, q_d, &mut scratch),
-        Some(scales) => nominal.fill_with_friction(robot, values, q_d, scales, &mut scratch),
-    }
-    .unwrap();
+    (nominal.fill(robot, values, q_d, speed, &mut scratch)).unwrap();
     let of_order = |order: usize| q_d.iter().map(|d| d[order]).collect();
     let state = JointState {
         q: of_order(0),

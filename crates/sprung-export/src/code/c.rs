@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
-use super::control::Control;
+use super::control::{Control, FAR, about_control};
 use super::emit::{Language, comment, element, identifier, is_zero, unused};
 use super::graph::Function;
 use super::proof::Vector;
 use super::trace::{Array, Shape, Traced};
-use crate::controller::FeedbackCode;
+use crate::description::ControllerKind;
 use crate::model::Parameter;
 
 /// The template of functions that loop over joints. `@` stands for the prefix, `§` for the prefix of
@@ -24,8 +24,9 @@ const TEST: &str = include_str!("templates/test.c");
 const CONTROLLER_HEADER: &str = include_str!("templates/controller.h");
 const CONTROLLER: &str = include_str!("templates/controller.c");
 const CONTROLLER_TEST: &str = include_str!("templates/controller_test.c");
-const FEEDBACK_OF_STATE: &str = include_str!("templates/feedback_state.c");
-const FEEDBACK_OF_MOTORS: &str = include_str!("templates/feedback_motors.c");
+const COMMAND_OF_STATE: &str = include_str!("templates/command_state.c");
+const COMMAND_OF_PD: &str = include_str!("templates/command_pd.c");
+const FEEDFORWARD_TEST: &str = include_str!("templates/feedforward_test.c");
 
 const C: Language = Language {
     declare: "const @real",
@@ -121,7 +122,13 @@ pub(super) fn write(program: &Program<'_>) -> [String; 3] {
     }
     let [of_header, of_code, of_test] = controller(program.control);
     let [check, measure] = match program.control {
-        Some(_) => ["    check_controller();\n", "    measure_controller();\n"],
+        Some(own) if own.motions.is_empty() => {
+            ["    check_controller();\n", "    measure_controller();\n"]
+        }
+        Some(_) => [
+            "    check_feedforward();\n    check_controller();\n",
+            "    measure_controller();\n",
+        ],
         None => [""; 2],
     };
     let header = filled(HEADER)
@@ -131,7 +138,8 @@ pub(super) fn write(program: &Program<'_>) -> [String; 3] {
         .replace("%ROWS%", &program.rows.to_string())
         .replace("%PARAMETERS%", &program.parameters.len().to_string())
         .replace("%NAMES%", &program.parameter_lines(" *   "))
-        .replace("%FUNCTIONS%", &filled(&declarations));
+        .replace("%FUNCTIONS%", &filled(&declarations))
+        .replace("%HEADER%", &about_control(program.control, " * "));
     let loops = filled(LOOPS)
         .replace("%INVERSE_ROTORS%", &C.constants(program.inverse_rotors))
         .replace("%THETA%", &C.lines(program.theta))
@@ -151,22 +159,24 @@ fn controller(control: Option<&Control<'_>>) -> [String; 3] {
     let Some(control) = control else {
         return <[String; 3]>::default();
     };
-    let feedback = match &control.code.feedback {
-        FeedbackCode::State { gain } => {
+    let controller = control.controller();
+    let command = match controller.kind {
+        ControllerKind::StateFeedback => {
             let row = |row: &Vec<f64>| format!("    {{{}}},\n", C.constants(row));
-            let rows: String = gain.iter().map(row).collect();
-            FEEDBACK_OF_STATE.replace("%GAIN%", &rows)
+            let rows: String = controller.gain.iter().map(row).collect();
+            COMMAND_OF_STATE.replace("%GAIN%", &rows)
         }
-        FeedbackCode::Motors { kp, kd } => FEEDBACK_OF_MOTORS
-            .replace("%KP%", &C.constants(kp))
-            .replace("%KD%", &C.constants(kd)),
+        ControllerKind::Pd => COMMAND_OF_PD
+            .replace("%KP%", &C.constants(&controller.kp_nm_per_rad))
+            .replace("%KD%", &C.constants(&controller.kd_nms_per_rad)),
     };
     let (delays, weights): (Vec<String>, Vec<f64>) = (control.taps.iter())
         .map(|tap| (tap.delay.to_string(), tap.weight))
         .unzip();
     let [positions, rates] = control.windows();
     let header = CONTROLLER_HEADER
-        .replace("%PERIOD%", &format!("{:?}", control.code.period))
+        .replace("%PERIOD%", &format!("{:?}", control.code.period_s))
+        .replace("%WHOSE%", control.whose())
         .replace("%MEASURED%", &(positions + rates).to_string())
         .replace("%SHAPED%", &control.shaped().to_string());
     let code = CONTROLLER
@@ -177,14 +187,23 @@ fn controller(control: Option<&Control<'_>>) -> [String; 3] {
         .replace("%POSITIONS%", &positions.to_string())
         .replace("%RATES%", &rates.to_string())
         .replace("%SCALE%", &C.constant(control.velocity_scale()))
-        .replace("%FEEDBACK%", &feedback);
-    let mut samples = String::new();
-    for sample in &control.samples {
-        samples += &element_of_struct(&sample.all());
-    }
+        .replace("%COMMAND%", &command);
+    let samples = control.samples.iter();
+    let samples: String = samples.map(|own| element_of_struct(&own.all())).collect();
+    let motions = control.motions.iter();
+    let motions: String = motions.map(|own| element_of_struct(&own.all())).collect();
+    let of_feedforward = if control.motions.is_empty() {
+        String::new()
+    } else {
+        FEEDFORWARD_TEST
+            .replace("%COUNT%", &control.motions.len().to_string())
+            .replace("%MOTIONS%", &motions)
+    };
     let test = CONTROLLER_TEST
         .replace("%COUNT%", &control.samples.len().to_string())
-        .replace("%SAMPLES%", &samples);
+        .replace("%FAR%", &FAR.to_string())
+        .replace("%SAMPLES%", &samples)
+        .replace("%FEEDFORWARD%", &of_feedforward);
     [header, code, test]
 }
 

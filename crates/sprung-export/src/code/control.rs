@@ -1,24 +1,28 @@
-//! The controller of the code: its constants, and samples of the library for the self-test.
+//! The controller of the code: its constants, and a run of the library's controller for the self-test.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sprung_core::controller::{pd, state_feedback};
 use sprung_core::drives::State;
 use sprung_core::links::LengthError;
-use sprung_core::velocity::{AveragedVelocity, VelocityError};
+use sprung_core::shaper::{Shaper, ShaperError, Tap, memory_len};
+use sprung_core::velocity::VelocityError;
 
+use super::emit::comment;
+use super::feedforward::DesiredMotion;
 use super::trace::Source;
-use crate::controller::{ControllerCode, FeedbackCode, ShaperTap};
+use crate::controller::ControlCode;
+use crate::description::{Controller, ControllerKind};
 
 /// Samples of the self-test beside the delays of the shaper.
-const SAMPLES: usize = 24;
+const SAMPLES: usize = 40;
 
 /// Samples of the self-test at most for the delays.
 const MAX_DELAYED: usize = 40;
 
 /// Last samples of the self-test: the measured positions are so far away that torques reach their
 /// limits.
-const FAR: usize = 3;
+pub(super) const FAR: usize = 3;
 
 /// A torque that stands for none.
 const NO_LIMIT: f64 = 1e30;
@@ -30,56 +34,54 @@ pub(super) enum ControlError {
     Length(#[from] LengthError),
     #[error(transparent)]
     Velocity(#[from] VelocityError),
+    #[error(transparent)]
+    Shaper(#[from] ShaperError),
 }
 
 /// A sample of the controller.
 #[derive(Clone, Debug)]
 pub(super) struct Sample {
     /// Desired positions, then their derivatives, \[5n\].
-    wanted: Vec<f64>,
+    desired: Vec<f64>,
     /// Measured positions.
     q: Vec<f64>,
     phi: Vec<f64>,
-    /// Torques and rotor motion of the feedforward for the desired motion, which is not shaped.
-    nominal: [Vec<f64>; 3],
     /// Torques of the controller.
     tau: Vec<f64>,
 }
 
 impl Sample {
     /// Returns all arrays, in the order of the self-tests.
-    pub(super) fn all(&self) -> [&[f64]; 7] {
-        let [tau_ff, phi_d, dphi_d] = &self.nominal;
-        [
-            &self.wanted,
-            &self.q,
-            &self.phi,
-            tau_ff,
-            phi_d,
-            dphi_d,
-            &self.tau,
-        ]
+    pub(super) fn all(&self) -> [&[f64]; 4] {
+        [&self.desired, &self.q, &self.phi, &self.tau]
     }
 }
 
 /// A controller as code.
 pub(super) struct Control<'a> {
-    pub(super) code: &'a ControllerCode,
-    pub(super) taps: Vec<ShaperTap>,
+    pub(super) code: &'a ControlCode,
+    pub(super) taps: Vec<Tap>,
     pub(super) samples: Vec<Sample>,
+    /// Motions of the self-test of the feedforward; empty if the controller has none.
+    pub(super) motions: Vec<DesiredMotion>,
 }
 
 impl<'a> Control<'a> {
-    /// Runs the controller of the library on random motions.
+    /// Runs the controller of the library on a motion by chance.
     ///
     /// # Errors
     ///
     /// [`ControlError`] if the controller does not fit the robot.
-    pub(super) fn new(source: &Source<'_>, code: &'a ControllerCode) -> Result<Self, ControlError> {
+    pub(super) fn new(
+        source: &Source<'_>,
+        code: &'a ControlCode,
+        motions: Vec<DesiredMotion>,
+    ) -> Result<Self, ControlError> {
         let mut own = Self {
             code,
-            taps: code.taps(),
+            taps: code.taps_or_none(),
             samples: Vec::new(),
+            motions,
         };
         // The motion must be so small that most torques are below their limits.
         for halvings in 0..10 {
@@ -96,6 +98,18 @@ impl<'a> Control<'a> {
         Ok(own)
     }
 
+    pub(super) fn controller(&self) -> &Controller {
+        &self.code.controller
+    }
+
+    /// Returns whose motion is desired.
+    pub(super) fn whose(&self) -> &'static str {
+        match self.controller().kind {
+            ControllerKind::Pd => "the motors",
+            ControllerKind::StateFeedback => "the links",
+        }
+    }
+
     /// Returns the largest torques as numbers of the code.
     pub(super) fn limits(&self) -> Vec<f64> {
         let limits = self.code.torque_limits.iter();
@@ -104,20 +118,21 @@ impl<'a> Control<'a> {
 
     /// Returns the number of samples that the shaper remembers.
     pub(super) fn shaped(&self) -> usize {
-        1 + self.taps.iter().map(|tap| tap.delay).max().unwrap_or(0)
+        memory_len(&self.taps, 1)
     }
 
     /// Returns the samples of both averages of the velocity.
     pub(super) fn windows(&self) -> [usize; 2] {
-        self.code.velocity_window.map(|p| p + 1)
+        self.controller().velocity_window.map(|p| p + 1)
     }
 
     /// Returns the factor of the sum of differences in a velocity, 1/s.
     pub(super) fn velocity_scale(&self) -> f64 {
         let [positions, rates] = self.windows();
-        1.0 / (self.code.period * (positions * rates) as f64)
+        1.0 / (self.code.period_s * (positions * rates) as f64)
     }
 
+    /// Returns samples on a motion of waves, beside which the measured positions are.
     fn run(&self, source: &Source<'_>, size: f64) -> Result<Vec<Sample>, ControlError> {
         let n = source.robot.joints();
         let mut random = ChaCha8Rng::seed_from_u64(3);
@@ -133,20 +148,27 @@ impl<'a> Control<'a> {
         };
         let wanted = waves(size);
         let [of_link, of_motor] = [1e-3, 1e-4].map(|part| waves(part * size));
-        let [p1, p2] = self.code.velocity_window;
-        let mut velocities = vec![AveragedVelocity::new(p1, p2, self.code.period)?; 2 * n];
+        let mut velocities = vec![self.code.velocity()?; 2 * n];
+        let mut rest = vec![0.0; 5 * n];
+        for (rest, wave) in rest.iter_mut().zip(&wanted) {
+            *rest = derivatives(wave, 0.0)[0];
+        }
+        let memory = vec![0.0; memory_len(&self.taps, 5 * n)];
+        let mut shaper = Shaper::new(&self.taps, &rest, memory)?;
+        let mut shaped = rest;
         let count = SAMPLES + FAR + self.shaped().min(MAX_DELAYED);
-        let mut past: Vec<Vec<[f64; 5]>> = Vec::new();
         let mut samples = Vec::new();
         for k in 0..count {
-            let t = k as f64 * self.code.period;
+            let t = k as f64 * self.code.period_s;
             let far = if k + FAR < count { 1.0 } else { 1e6 };
-            past.push(wanted.iter().map(|wave| derivatives(wave, t)).collect());
-            let shaped = self.shape(&past);
-            let nominal = source.nominal(&self.code.feedforward, &shaped)?;
+            let desired: Vec<f64> = (0..5)
+                .flat_map(|order| wanted.iter().map(move |wave| derivatives(wave, t)[order]))
+                .collect();
+            shaper.process(&desired, &mut shaped)?;
+            let nominal = self.nominal(source, &shaped)?;
             let beside = |wave: &[f64; 3]| far * derivatives(wave, t)[0];
             let q: Vec<f64> = (shaped.iter().zip(&of_link))
-                .map(|(d, wave)| d[0] + beside(wave))
+                .map(|(q_d, wave)| q_d + beside(wave))
                 .collect();
             let phi: Vec<f64> = (0..n)
                 .map(|i| match source.robot.motor_rows[i] {
@@ -158,12 +180,8 @@ impl<'a> Control<'a> {
                 .map(|(velocity, position)| velocity.process(*position))
                 .collect();
             let tau = self.torques(&shaped, &nominal, [&q, &phi], &rates);
-            let direct = past.last().cloned().unwrap_or_default();
             samples.push(Sample {
-                wanted: (0..5)
-                    .flat_map(|order| direct.iter().map(move |d| d[order]))
-                    .collect(),
-                nominal: source.nominal(&self.code.feedforward, &direct)?,
+                desired,
                 q,
                 phi,
                 tau,
@@ -172,40 +190,35 @@ impl<'a> Control<'a> {
         Ok(samples)
     }
 
-    /// Returns the shaped motion. Before the first sample, the desired motion rests.
-    fn shape(&self, past: &[Vec<[f64; 5]>]) -> Vec<[f64; 5]> {
-        let newest = past.len() - 1;
-        let at = |delay: usize, i: usize, order: usize| match newest.checked_sub(delay) {
-            Some(k) => past[k][i][order],
-            None if order == 0 => past[0][i][0],
-            None => 0.0,
-        };
-        let taps = self.taps.iter();
-        (0..past[newest].len())
-            .map(|i| {
-                std::array::from_fn(|order| {
-                    let parts = taps.clone();
-                    parts
-                        .map(|tap| tap.weight * at(tap.delay, i, order))
-                        .sum::<f64>()
-                })
-            })
-            .collect()
+    /// Returns torques, positions and velocities of the motors by the desired motion. Of PD it is the
+    /// motion of the motors themselves.
+    fn nominal(&self, source: &Source<'_>, desired: &[f64]) -> Result<[Vec<f64>; 3], LengthError> {
+        let n = source.robot.joints();
+        let controller = self.controller();
+        match controller.kind {
+            ControllerKind::Pd => {
+                let of = |order: usize| desired[order * n..(order + 1) * n].to_vec();
+                Ok([vec![0.0; n], of(0), of(1)])
+            }
+            ControllerKind::StateFeedback => {
+                let q_d: Vec<[f64; 5]> = (0..n)
+                    .map(|i| std::array::from_fn(|order| desired[order * n + i]))
+                    .collect();
+                source.nominal(controller.friction_compensation_speed_rad_per_s, &q_d)
+            }
+        }
     }
 
     /// Returns the limited torques.
     fn torques(
         &self,
-        shaped: &[[f64; 5]],
-        [tau_ff, phi_d, dphi_d]: &[Vec<f64>; 3],
+        desired: &[f64],
+        [tau_d, phi_d, dphi_d]: &[Vec<f64>; 3],
         [q, phi]: [&[f64]; 2],
         rates: &[f64],
     ) -> Vec<f64> {
-        let (dq, dphi) = rates.split_at(q.len());
-        let [q_d, dq_d] = [0, 1].map(|order| -> Vec<f64> {
-            let own = shaped.iter();
-            own.map(|d| d[order]).collect()
-        });
+        let n = q.len();
+        let (dq, dphi) = rates.split_at(n);
         let state = |q, dq, phi, dphi| State {
             q,
             dq,
@@ -213,25 +226,34 @@ impl<'a> Control<'a> {
             dphi,
             excess: &[],
         };
-        let mut tau = tau_ff.clone();
-        match &self.code.feedback {
-            FeedbackCode::State { gain } => {
-                let gain: Vec<&[f64]> = gain.iter().map(Vec::as_slice).collect();
-                let desired = state(&q_d, &dq_d, phi_d, dphi_d);
+        let controller = self.controller();
+        let mut tau = tau_d.clone();
+        match controller.kind {
+            ControllerKind::StateFeedback => {
+                let gain: Vec<&[f64]> = controller.gain.iter().map(Vec::as_slice).collect();
+                let desired = state(&desired[..n], &desired[n..2 * n], phi_d, dphi_d);
                 state_feedback(&gain, &desired, &state(q, dq, phi, dphi), &mut tau);
             }
-            FeedbackCode::Motors { kp, kd } => {
-                let mut feedback = vec![0.0; tau.len()];
-                pd(kp, kd, [phi_d, dphi_d], [phi, dphi], &mut feedback);
-                for (tau, own) in tau.iter_mut().zip(feedback) {
-                    *tau += own;
-                }
-            }
+            ControllerKind::Pd => pd(
+                &controller.kp_nm_per_rad,
+                &controller.kd_nms_per_rad,
+                [phi_d, dphi_d],
+                [phi, dphi],
+                &mut tau,
+            ),
         }
         (tau.iter().zip(&self.code.torque_limits))
             .map(|(tau, limit)| tau.clamp(-limit, *limit))
             .collect()
     }
+}
+
+/// Returns the lines of the caller about a controller for a comment.
+pub(super) fn about_control(control: Option<&Control<'_>>, begin: &str) -> String {
+    let lines = control.iter().flat_map(|own| &own.code.header);
+    lines
+        .map(|line| format!("{begin}{}\n", comment(line)))
+        .collect()
 }
 
 /// Returns a sine and its derivatives up to the fourth.

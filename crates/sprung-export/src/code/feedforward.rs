@@ -8,8 +8,7 @@ use sprung_core::robot::Values;
 use sprung_core::scalar::{Jet, Scalar};
 
 use super::graph::{Graph, Operand, Symbol, values};
-use super::trace::{Array, Source, Traced};
-use crate::controller::FeedforwardCode;
+use super::trace::{Array, DPHI, PHI, Source, TAU, Traced};
 use crate::reload::worst;
 
 /// Number of random motions.
@@ -26,7 +25,27 @@ const INPUTS: [&str; 5] = [
     "ddddq_d_rad_per_s4",
 ];
 
-const OUTPUTS: [&str; 3] = ["tau_ff_nm", "phi_d_rad", "dphi_d_rad_per_s"];
+const OUTPUTS: [&str; 3] = [TAU, PHI, DPHI];
+
+/// Motions of the self-test.
+const TESTED: usize = 10;
+
+/// A desired motion of the self-test.
+#[derive(Clone, Debug)]
+pub(super) struct DesiredMotion {
+    /// Positions, then their derivatives, \[5n\].
+    desired: Vec<f64>,
+    /// Torques, positions and velocities of the motors.
+    nominal: [Vec<f64>; 3],
+}
+
+impl DesiredMotion {
+    /// Returns all arrays, in the order of the self-tests.
+    pub(super) fn all(&self) -> [&[f64]; 4] {
+        let [tau, phi, dphi] = &self.nominal;
+        [&self.desired, tau, phi, dphi]
+    }
+}
 
 impl Source<'_> {
     /// Returns motor torques, positions and velocities of the rotors, each \[n\].
@@ -36,7 +55,7 @@ impl Source<'_> {
     /// [`LengthError`] if arrays do not fit the robot.
     pub(super) fn nominal<S: Scalar>(
         &self,
-        feedforward: &FeedforwardCode,
+        compensation_speed: Option<f64>,
         q_d: &[[S; 5]],
     ) -> Result<[Vec<S>; 3], LengthError> {
         let n = self.robot.joints();
@@ -55,19 +74,7 @@ impl Source<'_> {
             series: series.each_mut().map(Vec::as_mut_slice),
             steps: &mut vec![Step::default(); n],
         };
-        match feedforward {
-            FeedforwardCode::None => {
-                phi = q_d.iter().map(|d| d[0]).collect();
-                dphi = q_d.iter().map(|d| d[1]).collect();
-            }
-            FeedforwardCode::WithoutFriction => {
-                out.fill(&self.robot, &values, q_d, &mut scratch)?;
-            }
-            FeedforwardCode::WithFriction { velocity_scales } => {
-                let scales = velocity_scales;
-                out.fill_with_friction(&self.robot, &values, q_d, scales, &mut scratch)?;
-            }
-        }
+        out.fill(&self.robot, &values, q_d, compensation_speed, &mut scratch)?;
         Ok([tau, phi, dphi])
     }
 
@@ -76,13 +83,16 @@ impl Source<'_> {
     /// # Errors
     ///
     /// [`LengthError`] if arrays do not fit the robot.
-    pub(super) fn feedforward(&self, feedforward: &FeedforwardCode) -> Result<Traced, LengthError> {
+    pub(super) fn feedforward(
+        &self,
+        compensation_speed: Option<f64>,
+    ) -> Result<Traced, LengthError> {
         let n = self.robot.joints();
         let graph = Graph::default();
         let q_d: Vec<[Symbol<'_>; 5]> = (0..n)
             .map(|i| std::array::from_fn(|order| graph.input(order * n + i)))
             .collect();
-        let results = self.nominal(feedforward, &q_d)?.concat();
+        let results = self.nominal(compensation_speed, &q_d)?.concat();
         let results: Vec<Operand> = results.into_iter().map(Symbol::operand).collect();
         let arrays = |names: &[&'static str]| -> Vec<Array> {
             names.iter().map(|name| self.array(name)).collect()
@@ -98,24 +108,25 @@ impl Source<'_> {
     }
 
     /// Returns the largest difference of the operations from the library at random motions, relative to
-    /// the largest number of an array.
+    /// the largest number of an array, and the motions of the self-test.
     ///
     /// # Errors
     ///
     /// [`LengthError`] if arrays do not fit the robot.
     pub(super) fn prove_feedforward(
         &self,
-        feedforward: &FeedforwardCode,
+        compensation_speed: Option<f64>,
         traced: &Traced,
-    ) -> Result<f64, LengthError> {
+    ) -> Result<(f64, Vec<DesiredMotion>), LengthError> {
         let n = self.robot.joints();
         let mut random = ChaCha8Rng::seed_from_u64(2);
         let mut difference = 0.0;
+        let mut tested = Vec::new();
         for _ in 0..MOTIONS {
             let q_d: Vec<[f64; 5]> = (0..n)
                 .map(|_| RANGES.map(|range| random.random_range(-range..range)))
                 .collect();
-            let known = self.nominal(feedforward, &q_d)?;
+            let known = self.nominal(compensation_speed, &q_d)?;
             let inputs: Vec<f64> = (0..RANGES.len())
                 .flat_map(|order| q_d.iter().map(move |d| d[order]))
                 .collect();
@@ -123,7 +134,13 @@ impl Source<'_> {
             for (known, found) in known.iter().zip(found.chunks(n)) {
                 worst(&mut difference, known, found);
             }
+            if tested.len() < TESTED {
+                tested.push(DesiredMotion {
+                    desired: inputs,
+                    nominal: known,
+                });
+            }
         }
-        Ok(difference)
+        Ok((difference, tested))
     }
 }

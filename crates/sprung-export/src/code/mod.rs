@@ -17,13 +17,14 @@ use std::collections::BTreeMap;
 use self::c::Program;
 use self::control::Control;
 use self::trace::Source;
-use super::controller::{ControllerCode, FeedbackCode, FeedforwardCode};
+use super::controller::ControlCode;
 use super::error::ExportError;
 use super::format::Format;
 use super::provenance::sealed;
 use super::reload::Proof;
 use super::said::{How, Said, row};
 use super::standard::Extra;
+use crate::description::ControllerKind;
 use crate::model::{Model, ModelError, Theta};
 use sprung_core::links::LengthError;
 use sprung_core::parameters::JointParameter;
@@ -53,7 +54,7 @@ pub(super) fn write(
     model: &Model,
     values: &BTreeMap<String, f64>,
     origin: &[String],
-    controller: Option<&ControllerCode>,
+    control: Option<&ControlCode>,
 ) -> Result<(Vec<String>, Proof), ExportError> {
     let differs = |what: String| ExportError::Differs {
         format: format.name(),
@@ -69,8 +70,8 @@ pub(super) fn write(
             "{n} joints, and code has at most {JOINTS}"
         )));
     }
-    if let Some(controller) = controller {
-        controller.check(format, n)?;
+    if let Some(control) = control {
+        control.check(format, n)?;
     }
     let theta = theta(model, values)?;
     let bodies = model.bodies(&theta);
@@ -83,12 +84,14 @@ pub(super) fn write(
     let failed = |error: LengthError| differs(error.to_string());
     let mut traced = source.trace().map_err(failed)?;
     let mut of_feedforward = 0.0;
-    if let Some(controller) = controller {
-        let own = source
-            .feedforward(&controller.feedforward)
-            .map_err(failed)?;
-        of_feedforward =
-            (source.prove_feedforward(&controller.feedforward, &own)).map_err(failed)?;
+    let mut motions = Vec::new();
+    if let Some(control) = control
+        && control.controller.kind == ControllerKind::StateFeedback
+    {
+        model.check_stiffness(&theta)?;
+        let speed = control.controller.friction_compensation_speed_rad_per_s;
+        let own = source.feedforward(speed).map_err(failed)?;
+        (of_feedforward, motions) = source.prove_feedforward(speed, &own).map_err(failed)?;
         traced.push(own);
     }
     let operations: usize = traced.iter().map(|own| own.operations.len()).sum();
@@ -108,12 +111,10 @@ pub(super) fn write(
             return Err(differs(format!("{what} by {difference:.1e}")));
         }
     }
-    let control = match controller {
-        Some(code) => {
-            Some(Control::new(&source, code).map_err(|error| differs(error.to_string()))?)
-        }
-        None => None,
-    };
+    let control = control
+        .map(|code| Control::new(&source, code, motions))
+        .transpose()
+        .map_err(|error| differs(error.to_string()))?;
     let program = Program {
         name,
         origin,
@@ -151,11 +152,7 @@ fn theta(model: &Model, values: &BTreeMap<String, f64>) -> Result<Theta, ModelEr
 }
 
 /// Returns what the code says of the robot.
-pub(super) fn said(
-    model: &Model,
-    extras: &[Extra],
-    controller: Option<&ControllerCode>,
-) -> Vec<Said> {
+pub(super) fn said(model: &Model, extras: &[Extra], control: Option<&ControlCode>) -> Vec<Said> {
     let dynamics =
         "inverse and forward dynamics, mass matrix, Coriolis torques, gravity and regressor";
     let mut rows = vec![
@@ -175,22 +172,16 @@ pub(super) fn said(
         let note = "stiffness, damping, cubic stiffness and preload, as identified";
         rows.push(row("springs", How::Exact, note));
     }
-    if let Some(controller) = controller {
-        let friction = match controller.feedforward {
-            FeedforwardCode::None => "without feedforward",
-            FeedforwardCode::WithoutFriction => "feedforward without friction",
-            FeedforwardCode::WithFriction { .. } => {
-                "feedforward with friction at the desired velocities, smooth at rest"
+    if let Some(control) = control {
+        let own = &control.controller;
+        let law = match (own.kind, own.friction_compensation_speed_rad_per_s) {
+            (ControllerKind::Pd, _) => "PD on the motors",
+            (ControllerKind::StateFeedback, None) => "state feedback, feedforward without friction",
+            (ControllerKind::StateFeedback, Some(_)) => {
+                "state feedback, feedforward with friction at the desired velocities"
             }
         };
-        let feedback = match controller.feedback {
-            FeedbackCode::State { .. } => "state feedback",
-            FeedbackCode::Motors { .. } => "PD on the motors",
-        };
-        let note = format!(
-            "{friction}, {feedback}; for samples {:?} s apart",
-            controller.period
-        );
+        let note = format!("{law}; for samples {:?} s apart", control.period_s);
         rows.push(row("controller", How::Exact, &note));
     }
     let is_change = |extra: &&Extra| matches!(extra.kind, JointParameter::Change(..));

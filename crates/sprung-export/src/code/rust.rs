@@ -3,11 +3,11 @@
 use std::fmt::Write;
 
 use super::c::Program;
-use super::control::Control;
+use super::control::{Control, FAR, about_control};
 use super::emit::{Language, calls, comment, is_zero, unused};
 use super::graph::Function;
 use super::trace::{Array, Shape, Traced};
-use crate::controller::FeedbackCode;
+use crate::description::ControllerKind;
 
 /// The template of the file.
 const FILE: &str = include_str!("templates/robot.rs.txt");
@@ -15,8 +15,9 @@ const FILE: &str = include_str!("templates/robot.rs.txt");
 /// Templates of the controller.
 const CONTROLLER: &str = include_str!("templates/controller.rs.txt");
 const CONTROLLER_TEST: &str = include_str!("templates/controller_test.rs.txt");
-const FEEDBACK_OF_STATE: &str = include_str!("templates/feedback_state.rs.txt");
-const FEEDBACK_OF_MOTORS: &str = include_str!("templates/feedback_motors.rs.txt");
+const COMMAND_OF_STATE: &str = include_str!("templates/command_state.rs.txt");
+const COMMAND_OF_PD: &str = include_str!("templates/command_pd.rs.txt");
+const FEEDFORWARD_TEST: &str = include_str!("templates/feedforward_test.rs.txt");
 
 const RUST: Language = Language {
     declare: "let",
@@ -87,7 +88,8 @@ pub(super) fn write(program: &Program<'_>) -> String {
         .replace("%FUNCTIONS%", &code)
         .replace("%GIVEN%", &given)
         .replace("%COUNT%", &program.vectors.len().to_string())
-        .replace("%VECTORS%", &vectors);
+        .replace("%VECTORS%", &vectors)
+        .replace("%HEADER%", &about_control(program.control, "/// "));
     text
 }
 
@@ -105,22 +107,24 @@ fn controller(control: Option<&Control<'_>>) -> [String; 2] {
     let Some(control) = control else {
         return <[String; 2]>::default();
     };
-    let feedback = match &control.code.feedback {
-        FeedbackCode::State { gain } => {
+    let controller = control.controller();
+    let command = match controller.kind {
+        ControllerKind::StateFeedback => {
             let row = |row: &Vec<f64>| format!("    [{}],\n", RUST.constants(row));
-            let rows: String = gain.iter().map(row).collect();
-            FEEDBACK_OF_STATE.replace("%GAIN%", &rows)
+            let rows: String = controller.gain.iter().map(row).collect();
+            COMMAND_OF_STATE.replace("%GAIN%", &rows)
         }
-        FeedbackCode::Motors { kp, kd } => FEEDBACK_OF_MOTORS
-            .replace("%KP%", &RUST.constants(kp))
-            .replace("%KD%", &RUST.constants(kd)),
+        ControllerKind::Pd => COMMAND_OF_PD
+            .replace("%KP%", &RUST.constants(&controller.kp_nm_per_rad))
+            .replace("%KD%", &RUST.constants(&controller.kd_nms_per_rad)),
     };
     let pairs: Vec<String> = (control.taps.iter())
         .map(|tap| format!("({}, {})", tap.delay, RUST.constant(tap.weight)))
         .collect();
     let [positions, rates] = control.windows();
     let code = CONTROLLER
-        .replace("%PERIOD%", &format!("{:?}", control.code.period))
+        .replace("%PERIOD%", &format!("{:?}", control.code.period_s))
+        .replace("%WHOSE%", control.whose())
         .replace("%MEASURED%", &(positions + rates).to_string())
         .replace("%SHAPED%", &control.shaped().to_string())
         .replace("%TAPS%", &pairs.len().to_string())
@@ -129,12 +133,20 @@ fn controller(control: Option<&Control<'_>>) -> [String; 2] {
         .replace("%POSITIONS%", &positions.to_string())
         .replace("%RATES%", &rates.to_string())
         .replace("%SCALE%", &RUST.constant(control.velocity_scale()))
-        .replace("%FEEDBACK%", &feedback);
+        .replace("%COMMAND%", &command);
     let samples = control.samples.iter();
     let samples: String = samples.map(|sample| element(&sample.all())).collect();
-    let test = CONTROLLER_TEST
+    let mut test = CONTROLLER_TEST
         .replace("%COUNT%", &control.samples.len().to_string())
+        .replace("%FAR%", &FAR.to_string())
         .replace("%SAMPLES%", &samples);
+    if !control.motions.is_empty() {
+        let motions = control.motions.iter();
+        let motions: String = motions.map(|motion| element(&motion.all())).collect();
+        test += &FEEDFORWARD_TEST
+            .replace("%COUNT%", &control.motions.len().to_string())
+            .replace("%MOTIONS%", &motions);
+    }
     [code, test]
 }
 

@@ -48,6 +48,8 @@ pub struct Diverged {
 struct FeedforwardModel {
     theta: Theta,
     bodies: Vec<[f64; BODY]>,
+    /// Speed below which the compensation of friction fades, rad/s (m/s).
+    compensation_speed: Option<f64>,
     series: [Vec<TorqueSeries>; 4],
     steps: Vec<Step<TorqueSeries>>,
     phi: Vec<f64>,
@@ -56,11 +58,12 @@ struct FeedforwardModel {
 }
 
 impl FeedforwardModel {
-    fn new(model: &Model, theta: Theta) -> Self {
+    fn new(model: &Model, theta: Theta, compensation_speed: Option<f64>) -> Self {
         let n = model.joint_count();
         Self {
             bodies: model.bodies(&theta),
             theta,
+            compensation_speed,
             series: std::array::from_fn(|_| vec![TorqueSeries::ZERO; n]),
             steps: vec![Step::default(); n],
             phi: vec![0.0; n],
@@ -85,8 +88,9 @@ impl FeedforwardModel {
             phi: &mut self.phi,
             dphi: &mut self.dphi,
         };
+        let speed = self.compensation_speed;
         if out
-            .fill(&model.robot(), &values, desired, &mut scratch)
+            .fill(&model.robot(), &values, desired, speed, &mut scratch)
             .is_err()
         {
             self.tau.fill(f64::NAN);
@@ -159,7 +163,11 @@ impl ClosedLoop {
                 model.check_stiffness(&of_feedforward)?;
                 Law::StateFeedback {
                     gain: controller.gain.clone(),
-                    nominal: Box::new(FeedforwardModel::new(model, of_feedforward)),
+                    nominal: Box::new(FeedforwardModel::new(
+                        model,
+                        of_feedforward,
+                        controller.friction_compensation_speed_rad_per_s,
+                    )),
                 }
             }
         };
@@ -361,8 +369,69 @@ pub(crate) fn at_rest_in_springs(
     q: &[f64],
 ) -> Result<JointState, ModelError> {
     model.check_stiffness(theta)?;
-    let mut still = FeedforwardModel::new(model, theta.clone());
+    let mut still = FeedforwardModel::new(model, theta.clone(), None);
     let desired: Vec<[f64; 5]> = q.iter().map(|&q| [q, 0.0, 0.0, 0.0, 0.0]).collect();
     still.fill(model, &desired);
     Ok(JointState::at_rest(q, &still.phi))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::demo;
+    use crate::description::{Feedforward, no_files, read};
+
+    const PERIOD: f64 = 1e-3;
+
+    /// Largest error of each link, rad, in the last quarter of a simulation of the demo's state feedback
+    /// with the true parameters.
+    fn errors(
+        speed: Option<f64>,
+        samples: u32,
+        change: impl Fn(&mut BTreeMap<String, f64>),
+    ) -> [f64; 2] {
+        let experiment = read("demo", demo::EXPERIMENT, &[], &mut no_files).unwrap();
+        let model = Model::new(&experiment).unwrap();
+        let mut values: BTreeMap<String, f64> = toml::from_str(demo::TRUTH).unwrap();
+        change(&mut values);
+        let theta = model.theta(&values).unwrap();
+        let mut controller = experiment.validate[1].controller.clone().unwrap();
+        controller.feedforward = Feedforward::Identified;
+        controller.friction_compensation_speed_rad_per_s = speed;
+        let reference = Trajectory::new(&controller.reference, &model);
+        let mut own = ClosedLoop::new(&model, &theta, &controller, PERIOD, None).unwrap();
+        let mut desired = [[0.0; 5]; 2];
+        let mut worst = [0.0_f64; 2];
+        for _ in 0..samples {
+            let (time, state) = (own.time(), own.state());
+            let tau = own.command(time, &state.q, &state.phi);
+            reference.at(time, &mut desired);
+            if time > 0.75 * PERIOD * f64::from(samples) {
+                for (worst, (q, desired)) in worst.iter_mut().zip(state.q.iter().zip(desired)) {
+                    *worst = worst.max((q - desired[0]).abs());
+                }
+            }
+            own.advance(&tau).unwrap();
+        }
+        worst
+    }
+
+    #[test]
+    fn compensation_of_friction_follows_the_desired_motion_more_closely() {
+        let [without, with] = [None, Some(0.02)].map(|speed| errors(speed, 12_000, |_| {}));
+        for joint in 0..2 {
+            assert!(with[joint] < 0.5 * without[joint], "{with:?} {without:?}");
+        }
+        let frictionless = |values: &mut BTreeMap<String, f64>| {
+            for (name, value) in values {
+                if name.contains("viscous") || name.contains("coulomb") {
+                    *value = 0.0;
+                }
+            }
+        };
+        let [without, with] = [None, Some(0.02)].map(|speed| errors(speed, 100, frictionless));
+        assert!((0..2).all(|joint| with[joint].to_bits() == without[joint].to_bits()));
+    }
 }

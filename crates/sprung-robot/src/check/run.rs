@@ -67,6 +67,7 @@ pub(super) fn check_controller(
             format!("every number of {key} must be finite"),
         ));
     }
+    check_compensation(controller, &at("friction_compensation_speed_rad_per_s"))?;
     check_window(controller.velocity_window, &at("velocity_window"))?;
     if let Some(message) = fault_of_shaper(&controller.shaper) {
         return Err(fault(&at("shaper"), message));
@@ -90,6 +91,28 @@ fn fault_of_shaper(shaper: &[[f64; 2]]) -> Option<String> {
         return Some(format!("the parts of shaper have the sum {}, and it must be 1", Shown(sum)));
     }
     None
+}
+
+fn check_compensation(controller: &Controller, path: &[&str]) -> Result<(), Fault> {
+    let Some(speed) = controller.friction_compensation_speed_rad_per_s else {
+        return Ok(());
+    };
+    let key = "friction_compensation_speed_rad_per_s";
+    if controller.kind != ControllerKind::StateFeedback {
+        return Err(fault(
+            path,
+            format!(
+                "{key} belongs to controller \"state-feedback\", which has a feedforward; delete it"
+            ),
+        ));
+    }
+    if !(speed.is_finite() && speed > 0.0) {
+        return Err(fault(
+            path,
+            format!("{key} = {} must be positive and finite", Shown(speed)),
+        ));
+    }
+    Ok(())
 }
 
 pub(crate) fn check_reference(
@@ -274,5 +297,38 @@ pub(super) fn check_target(twin: &Simulate, robot: &Robot) -> Result<(), Fault> 
                 "drive_off_s contains [{from}, {to}]; the first time must be before the second"
             ),
         )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{no_files, read};
+
+    const GAIN: &str = "gain = [[1, 0, 1, 0, 1, 0, 1, 0], [0, 1, 0, 1, 0, 1, 0, 1]]";
+
+    #[test]
+    fn the_speed_of_the_compensation_is_positive_and_belongs_to_state_feedback() {
+        let before = sprung_base::demo::EXPERIMENT.split("[controller]").next();
+        let message = |controller: &str, speed: &str| {
+            let text = format!(
+                "{}\n[controller]\n{controller}\nfriction_compensation_speed_rad_per_s = {speed}\n",
+                before.unwrap_or_default()
+            );
+            let read = read("experiment.toml", &text, &[], &mut no_files);
+            read.err().map(|error| error.to_string())
+        };
+        let state = format!("kind = \"state-feedback\"\n{GAIN}");
+        assert_eq!(message(&state, "0.05"), None);
+        let pd = "kind = \"pd\"\nkp_nm_per_rad = [1, 1]\nkd_nms_per_rad = [1, 1]";
+        for (controller, speed, word) in [
+            (&*state, "0", "= 0 must be positive and finite"),
+            (&state, "-0.1", "= -0.1 must be positive and finite"),
+            (&state, "inf", "must be positive and finite"),
+            (&state, "nan", "must be positive and finite"),
+            (pd, "0.05", "belongs to controller \"state-feedback\""),
+        ] {
+            let message = message(controller, speed).unwrap_or_default();
+            assert!(message.contains(word), "{speed}: {message}");
+        }
     }
 }

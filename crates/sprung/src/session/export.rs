@@ -81,7 +81,7 @@ impl Session {
             is_there: &is_there,
             evidence: &evidence(&experiment, &model, identification, result),
             origin: self.origin(file, identification, result, &values),
-            controller: None,
+            control: None,
         })?)
     }
 

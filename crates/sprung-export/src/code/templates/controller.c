@@ -1,12 +1,4 @@
 
-#include <float.h>
-
-#ifdef SPRUNG_FLOAT
-#define LARGEST FLT_MAX
-#else
-#define LARGEST DBL_MAX
-#endif
-
 /* Impulses of the shaper. */
 #define TAPS %TAPS%
 static const int delays[TAPS] = {%DELAYS%};
@@ -15,62 +7,53 @@ static const @real weights[TAPS] = {%WEIGHTS%};
 /* Largest torques. */
 static const @real limits_nm[§JOINTS] = {%LIMITS%};
 
-%FEEDBACK%
+%COMMAND%
 static int are_finite(const @real *x, int length)
 {
     int i;
     for (i = 0; i < length; i++) {
-        if (!(FABS(x[i]) <= LARGEST)) {
+        /* Infinity minus infinity is not a number, which equals nothing. */
+        if (!(x[i] - x[i] == R(0.0))) {
             return 0;
         }
     }
     return 1;
 }
 
-void @start(struct @controller *own)
+/* The motor of a rigid joint moves with its link. */
+static void join(const @real q_rad[§JOINTS], const @real phi_rad[§JOINTS],
+    @real positions[2 * §JOINTS])
 {
-    own->newest_position = 0;
-    own->newest_wanted = 0;
-    own->is_started = 0;
-    own->is_stopped = 0;
+    int i;
+    for (i = 0; i < §JOINTS; i++) {
+        positions[i] = q_rad[i];
+        positions[§JOINTS + i] = inverse_rotors[i] > R(0.0) ? phi_rad[i] : q_rad[i];
+    }
 }
 
-/* Fills the memories with a rest at the first positions. */
-static void rest(struct @controller *own, const @real wanted[§WANTED],
-    const @real positions[2 * §JOINTS])
+static void shape(struct @control *own, const @real desired[§DESIRED], @real shaped[§DESIRED])
 {
+    const @real *first;
     int i, k;
-    for (k = 0; k < §MEASURED; k++) {
-        for (i = 0; i < 2 * §JOINTS; i++) {
-            own->positions[k][i] = positions[i];
-        }
+    own->newest_desired = (own->newest_desired + 1) % §SHAPED;
+    for (i = 0; i < §DESIRED; i++) {
+        own->desired[own->newest_desired][i] = desired[i];
     }
-    for (k = 0; k < §SHAPED; k++) {
-        for (i = 0; i < §WANTED; i++) {
-            own->wanted[k][i] = i < §JOINTS ? wanted[i] : R(0.0);
-        }
+    first = own->desired[(own->newest_desired + §SHAPED - delays[0]) % §SHAPED];
+    for (i = 0; i < §DESIRED; i++) {
+        shaped[i] = first[i];
     }
-    own->is_started = 1;
-}
-
-static void shape(struct @controller *own, const @real wanted[§WANTED], @real shaped[§WANTED])
-{
-    int i, k;
-    own->newest_wanted = (own->newest_wanted + 1) % §SHAPED;
-    for (i = 0; i < §WANTED; i++) {
-        own->wanted[own->newest_wanted][i] = wanted[i];
-        shaped[i] = R(0.0);
-    }
-    for (k = 0; k < TAPS; k++) {
-        const @real *past = own->wanted[(own->newest_wanted + §SHAPED - delays[k]) % §SHAPED];
-        for (i = 0; i < §WANTED; i++) {
-            shaped[i] += weights[k] * past[i];
+    /* The weights have the sum 1, so the differences to the first impulse are enough. */
+    for (k = 1; k < TAPS; k++) {
+        const @real *past = own->desired[(own->newest_desired + §SHAPED - delays[k]) % §SHAPED];
+        for (i = 0; i < §DESIRED; i++) {
+            shaped[i] += weights[k] * (past[i] - first[i]);
         }
     }
 }
 
 /* Averages positions over %POSITIONS% samples, and differences of these averages over %RATES% samples. */
-static void estimate(struct @controller *own, const @real positions[2 * §JOINTS],
+static void estimate(struct @control *own, const @real positions[2 * §JOINTS],
     @real velocities[2 * §JOINTS])
 {
     int i, age;
@@ -92,52 +75,51 @@ static void estimate(struct @controller *own, const @real positions[2 * §JOINTS
     }
 }
 
-static int stop(struct @controller *own, @real tau_nm[§JOINTS])
+int @control_start(struct @control *own,
+    const @real q_rad[§JOINTS],
+    const @real phi_rad[§JOINTS],
+    const @real desired[§JOINTS])
 {
-    int i;
-    for (i = 0; i < §JOINTS; i++) {
-        tau_nm[i] = R(0.0);
+    @real positions[2 * §JOINTS];
+    int i, k;
+    join(q_rad, phi_rad, positions);
+    own->newest_position = 0;
+    own->newest_desired = 0;
+    own->is_running = are_finite(positions, 2 * §JOINTS) && are_finite(desired, §JOINTS);
+    for (k = 0; k < §MEASURED; k++) {
+        for (i = 0; i < 2 * §JOINTS; i++) {
+            own->positions[k][i] = positions[i];
+        }
     }
-    own->is_stopped = 1;
-    return 1;
+    for (k = 0; k < §SHAPED; k++) {
+        for (i = 0; i < §DESIRED; i++) {
+            own->desired[k][i] = i < §JOINTS ? desired[i] : R(0.0);
+        }
+    }
+    return !own->is_running;
 }
 
-int @control(struct @controller *own,
-    const @real wanted[§WANTED],
+int @control_step(struct @control *own,
+    const @real desired[§DESIRED],
     const @real q_rad[§JOINTS],
     const @real phi_rad[§JOINTS],
     @real tau_nm[§JOINTS])
 {
-    @real positions[2 * §JOINTS], velocities[2 * §JOINTS], shaped[§WANTED];
-    @real phi_d[§JOINTS], dphi_d[§JOINTS], errors[4 * §JOINTS];
+    @real positions[2 * §JOINTS], velocities[2 * §JOINTS], shaped[§DESIRED];
     int i;
-    for (i = 0; i < §JOINTS; i++) {
-        positions[i] = q_rad[i];
-        positions[§JOINTS + i] = inverse_rotors[i] > R(0.0) ? phi_rad[i] : q_rad[i];
-    }
-    if (own->is_stopped || !are_finite(wanted, §WANTED) || !are_finite(positions, 2 * §JOINTS)) {
-        return stop(own, tau_nm);
-    }
-    if (!own->is_started) {
-        rest(own, wanted, positions);
-    }
-    shape(own, wanted, shaped);
-    estimate(own, positions, velocities);
-    @feedforward(shaped, shaped + §JOINTS, shaped + 2 * §JOINTS, shaped + 3 * §JOINTS,
-        shaped + 4 * §JOINTS, tau_nm, phi_d, dphi_d);
-    for (i = 0; i < §JOINTS; i++) {
-        errors[i] = shaped[i] - positions[i];
-        errors[§JOINTS + i] = phi_d[i] - positions[§JOINTS + i];
-        errors[2 * §JOINTS + i] = shaped[§JOINTS + i] - velocities[i];
-        errors[3 * §JOINTS + i] = dphi_d[i] - velocities[§JOINTS + i];
-    }
-    feed_back(errors, tau_nm);
-    if (!are_finite(tau_nm, §JOINTS)) {
-        return stop(own, tau_nm);
+    join(q_rad, phi_rad, positions);
+    if (own->is_running && are_finite(desired, §DESIRED) && are_finite(positions, 2 * §JOINTS)) {
+        shape(own, desired, shaped);
+        estimate(own, positions, velocities);
+        command(shaped, positions, velocities, tau_nm);
+        own->is_running = are_finite(tau_nm, §JOINTS);
+    } else {
+        own->is_running = 0;
     }
     for (i = 0; i < §JOINTS; i++) {
         const @real limit = limits_nm[i];
-        tau_nm[i] = tau_nm[i] > limit ? limit : tau_nm[i] < -limit ? -limit : tau_nm[i];
+        const @real tau = own->is_running ? tau_nm[i] : R(0.0);
+        tau_nm[i] = tau > limit ? limit : tau < -limit ? -limit : tau;
     }
-    return 0;
+    return !own->is_running;
 }

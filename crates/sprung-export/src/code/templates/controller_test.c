@@ -6,14 +6,12 @@
 
 #define SAMPLES %COUNT%
 
-/* A sample of the controller; the feedforward is that of the motion before it is shaped. */
+/* A sample of the controller. In the last %FAR% samples the positions are so wrong that torques reach their
+ * limits. */
 struct sample {
-    @real wanted[§WANTED];
+    @real desired[§DESIRED];
     @real q_rad[§JOINTS];
     @real phi_rad[§JOINTS];
-    @real tau_ff_nm[§JOINTS];
-    @real phi_d_rad[§JOINTS];
-    @real dphi_d_rad_per_s[§JOINTS];
     @real tau_nm[§JOINTS];
 };
 
@@ -28,58 +26,70 @@ static void expect(int is_true, const char *what)
     }
 }
 
+/* Starts the controller at the first sample. */
+static int start(struct @control *own)
+{
+    return @control_start(own, samples[0].q_rad, samples[0].phi_rad, samples[0].desired);
+}
+
+%FEEDFORWARD%/* Checks that a step stops the controller for good, until it is started again. */
+static void check_stop(struct @control *own, const @real *desired, const @real *q_rad, const @real *phi_rad)
+{
+    const struct sample *good = &samples[0];
+    const @real none[§JOINTS] = {R(0.0)};
+    @real tau_nm[§JOINTS];
+    expect(start(own) == 0, "no start");
+    expect(@control_step(own, good->desired, good->q_rad, good->phi_rad, tau_nm) == 0, "a stop");
+    expect(@control_step(own, desired, q_rad, phi_rad, tau_nm) == 1, "no stop");
+    compare("stopped controller", 0, tau_nm, none, §JOINTS, 0.0);
+    expect(@control_step(own, good->desired, good->q_rad, good->phi_rad, tau_nm) == 1, "no latch");
+    compare("stopped controller", 1, tau_nm, none, §JOINTS, 0.0);
+}
+
 static void check_controller(void)
 {
-    static struct @controller own;
-    const @real none[§JOINTS] = {R(0.0)};
-    const struct sample *last = &samples[SAMPLES - 1];
-    volatile @real zero = R(0.0);
-    @real tau_nm[§JOINTS], phi_d[§JOINTS], dphi_d[§JOINTS], q_rad[§JOINTS];
+    static struct @control own;
+    const struct sample *good = &samples[0];
+    const volatile @real zero = R(0.0);
+    @real tau_nm[§JOINTS], wrong[§DESIRED];
     int k, i;
-    @start(&own);
+    expect(@control_step(&own, good->desired, good->q_rad, good->phi_rad, tau_nm) == 1, "not started");
+    start(&own);
     for (k = 0; k < SAMPLES; k++) {
         const struct sample *at = &samples[k];
-        const @real *wanted = at->wanted;
-        @feedforward(wanted, wanted + §JOINTS, wanted + 2 * §JOINTS, wanted + 3 * §JOINTS,
-            wanted + 4 * §JOINTS, tau_nm, phi_d, dphi_d);
-        compare("feedforward", k, tau_nm, at->tau_ff_nm, §JOINTS, TORQUE_TOLERANCE);
-        compare("positions of rotors", k, phi_d, at->phi_d_rad, §JOINTS, TORQUE_TOLERANCE);
-        compare("velocities of rotors", k, dphi_d, at->dphi_d_rad_per_s, §JOINTS, TORQUE_TOLERANCE);
-        expect(@control(&own, wanted, at->q_rad, at->phi_rad, tau_nm) == 0, "the controller stopped");
+        expect(@control_step(&own, at->desired, at->q_rad, at->phi_rad, tau_nm) == 0, "a stop");
         compare("controller", k, tau_nm, at->tau_nm, §JOINTS, CONTROL_TOLERANCE);
     }
-    for (i = 0; i < §JOINTS; i++) {
-        q_rad[i] = last->q_rad[i];
+    for (i = 0; i < §DESIRED; i++) {
+        wrong[i] = i == §JOINTS - 1 ? zero / zero : R(0.0);
     }
-    q_rad[§JOINTS - 1] = zero / zero;
-    for (k = 0; k < 2; k++) {
-        expect(@control(&own, last->wanted, q_rad, last->phi_rad, tau_nm) == 1, "no stop");
-        compare("stopped controller", k, tau_nm, none, §JOINTS, 0.0);
-        q_rad[§JOINTS - 1] = last->q_rad[§JOINTS - 1];
-    }
-    @start(&own);
-    expect(@control(&own, last->wanted, q_rad, last->phi_rad, tau_nm) == 0, "no new start");
+    check_stop(&own, good->desired, wrong, good->phi_rad);
+    check_stop(&own, wrong, good->q_rad, good->phi_rad);
+    expect(@control_start(&own, wrong, good->phi_rad, good->desired) == 1, "a wrong start");
+    wrong[§JOINTS - 1] = R(0.0);
+    wrong[§DESIRED - 1] = R(-1.0) / zero;
+    check_stop(&own, wrong, good->q_rad, good->phi_rad);
 }
 
 #ifndef SPRUNG_NO_CLOCK
 /* Prints the time of a sample of the controller. */
 static void measure_controller(void)
 {
-    static struct @controller own;
+    static struct @control own;
     const int runs = 200000;
     @real tau_nm[§JOINTS];
     volatile @real sink = R(0.0);
-    clock_t start;
+    clock_t begin;
     int run;
-    @start(&own);
-    start = clock();
+    start(&own);
+    begin = clock();
     for (run = 0; run < runs; run++) {
         const struct sample *at = &samples[run % SAMPLES];
-        @control(&own, at->wanted, at->q_rad, at->phi_rad, tau_nm);
+        @control_step(&own, at->desired, at->q_rad, at->phi_rad, tau_nm);
         sink = tau_nm[0];
     }
     (void)sink;
-    printf("controller: %.3f us\n", (double)(clock() - start) / (double)CLOCKS_PER_SEC / runs * 1e6);
+    printf("control_step: %.3f us\n", (double)(clock() - begin) / (double)CLOCKS_PER_SEC / runs * 1e6);
 }
 #endif
 
