@@ -30,8 +30,9 @@ pub struct Control {
     /// Velocity within which the compensation of friction changes its direction, rad/s (m/s); chosen by the motion if
     /// absent, 0 without compensation.
     pub friction_compensation_speed_rad_per_s: Option<f64>,
-    /// Number of vibrations that the input shaper removes, from the lowest; 0 without shaper.
-    pub shaper_modes: usize,
+    /// Number of vibrations that the input shaper removes, from the lowest, 0 without shaper; if absent, 2 for a declared
+    /// controller without feedforward and 0 with the feedforward, which excites no vibration in smooth motions.
+    pub shaper_modes: Option<usize>,
     /// Largest vibration that the shaper leaves, in percent of that without it.
     pub residual_percent: f64,
     /// Number of robots that are drawn from the posterior.
@@ -60,7 +61,7 @@ impl Default for Control {
             gain_margin_db: 6.0,
             phase_margin_deg: 40.0,
             friction_compensation_speed_rad_per_s: None,
-            shaper_modes: 2,
+            shaper_modes: None,
             residual_percent: 5.0,
             draws: 100,
             simulations: 10,

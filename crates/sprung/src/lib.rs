@@ -189,7 +189,7 @@ pub mod report {
         Badge, Bar, BarRow, Bars, Block, Column, Contents, Document, Drawing, Figure, Finding,
         Fold, IntervalRow, Intervals, Layout, Mark, Panel, ReportError, Row, Section, Series,
         Skeleton, Style, Table, Tone, compose, compose_check, compose_comparison,
-        compose_excitation, compose_servo, render, significant,
+        compose_control, compose_excitation, compose_servo, render, significant,
     };
 }
 

@@ -1,13 +1,14 @@
 //! `sprung control`: designs a controller and proves it.
 
 use sprung::control::{ControlDesign, Motors, WithDraws};
-use sprung::report::significant;
+use sprung::report::{compose_control, significant};
 use sprung::session::{Parameters, Session, controller_toml, find_identification};
 
 use crate::args::Control;
 use crate::exit_code::{ExitCode, Failure};
 use crate::output::{Folder, results_folder};
-use crate::results::write_json;
+use crate::command_line::command_line;
+use crate::results::{write_html, write_json};
 use crate::terminal::{Grid, Terminal, dash};
 
 /// Files that a design writes.
@@ -36,10 +37,13 @@ pub(crate) fn run(args: &Control) -> Result<ExitCode, Failure> {
     let mut output = folder.output()?;
     write_json(&mut output, CONTROL_FILE, design)?;
     output.text(CONTROLLER_FILE, &controller_toml(design))?;
+    let document = compose_control(&controlled, &command_line(), session.text());
+    let report = write_html(&mut output, REPORT_FILE, &document)?;
     output.commit()?;
 
     terminal.json(design);
     say(terminal, design);
+    terminal.say(format!("\nreport: {}", report.display()));
     Ok(ExitCode::Done)
 }
 

@@ -1,6 +1,6 @@
 //! Gains for a bandwidth, and the largest bandwidth that keeps the margins.
 
-use super::gains::{Aim, gains, held_hz};
+use super::gains::{Aim, gains, held_hz, of_joints};
 use super::judge::{Case, drawn, identified, keeps, stabilities};
 use super::margins::Stability;
 use super::pose::linear;
@@ -8,7 +8,8 @@ use super::refusal::ControlRefusal;
 use super::result::Bandwidth;
 use super::sampled::Sampled;
 use super::task::ControlTask;
-use crate::description::Controller;
+use crate::description::{Controller, Feedback};
+use crate::frequency::Linear;
 
 /// Factors of the proportions that are tried, from the largest: steps per factor of ten, and range.
 const PER_DECADE: f64 = 12.0;
@@ -35,13 +36,29 @@ pub(super) struct Found {
     pub(super) bandwidth: Bandwidth,
 }
 
+/// Cases that are looked at together.
+const BLOCK: usize = 8;
+
+/// Robots whose margins count.
+#[derive(Clone, Copy, Debug)]
+enum Robots {
+    Identified,
+    Drawn,
+}
+
+/// A feedback that keeps the margins of the identified robot, or what breaks.
+enum Tried {
+    Kept(Controller),
+    Broken(String),
+}
+
 /// The search over factors of the bandwidths.
 struct Search<'t, 'a> {
     task: &'t ControlTask<'a>,
     /// Bandwidths for the factor one, Hz, \[n\].
     base: Vec<f64>,
-    /// Poses at which gains are computed.
-    centres: Vec<usize>,
+    /// Equations in the poses at which gains are computed.
+    centres: Vec<Linear>,
     identified: Vec<Case<'a>>,
     drawn: Vec<Case<'a>>,
     speed: Option<f64>,
@@ -73,10 +90,12 @@ pub(super) fn feedback(
         [one] => vec![*one; n],
         all => all.to_vec(),
     };
-    let search = Search {
+    let heaviest = linear(task.model, task.theta, &task.poses[heaviest(task)]);
+    let centres = std::iter::once(centre).chain(heaviest).collect();
+    let mut search = Search {
         task,
         base,
-        centres: vec![0, heaviest(task)],
+        centres,
         identified: identified(task),
         drawn: drawn(task),
         speed,
@@ -95,25 +114,29 @@ fn heaviest(task: &ControlTask<'_>) -> usize {
 }
 
 impl Search<'_, '_> {
-    fn run(&self, is_asked: bool) -> Result<Found, ControlRefusal> {
+    fn run(&mut self, is_asked: bool) -> Result<Found, ControlRefusal> {
         let (mut factor, mut broken) = self.largest()?;
         let mut reductions = 0;
         let largest = loop {
-            let own = self.at(factor).ok_or(ControlRefusal::Impossible)?;
-            match self.first_broken(&own, &self.drawn) {
-                None => break own,
-                Some(_) if reductions == REDUCTIONS => return Err(self.none(factor)),
-                Some(what) => {
-                    broken = Some(what);
-                    factor *= LESS;
-                    reductions += 1;
-                }
+            let broke = match self.at(factor) {
+                Tried::Kept(own) => match self.first_broken(&own, Robots::Drawn) {
+                    None => break own,
+                    Some(what) => what,
+                },
+                Tried::Broken(what) => what,
+            };
+            if reductions == REDUCTIONS {
+                return Err(ControlRefusal::NoBandwidth { because: broke });
             }
+            broken = Some(broke);
+            factor *= LESS;
+            reductions += 1;
         };
         let limited_by = broken.unwrap_or_else(|| {
             format!("a tenth of the sampling rate, {:.3} Hz", HIGHEST / self.task.period)
         });
-        let hz = |factor: f64| self.base.iter().map(|own| factor * own).collect::<Vec<f64>>();
+        let base = self.base.clone();
+        let hz = |factor: f64| base.iter().map(|own| factor * own).collect::<Vec<f64>>();
         let bandwidth = |used: f64| Bandwidth {
             used_hz: hz(used),
             largest_hz: hz(factor),
@@ -125,34 +148,31 @@ impl Search<'_, '_> {
                 bandwidth: bandwidth(factor),
             });
         }
-        let wanted = self.at(1.0).filter(|own| {
-            let cases = [&self.identified[..], &self.drawn[..]];
-            cases.iter().all(|cases| self.first_broken(own, cases).is_none())
-        });
-        match wanted {
-            Some(controller) => Ok(Found {
+        if let Tried::Kept(controller) = self.at(1.0)
+            && self.first_broken(&controller, Robots::Drawn).is_none()
+        {
+            return Ok(Found {
                 controller,
                 bandwidth: bandwidth(1.0),
-            }),
-            None => Err(ControlRefusal::TooFast {
-                asked_hz: hz(1.0),
-                largest_hz: hz(factor),
-                because: limited_by,
-            }),
+            });
         }
+        Err(ControlRefusal::TooFast {
+            asked_hz: hz(1.0),
+            largest_hz: hz(factor),
+            because: limited_by,
+        })
     }
 
     /// Returns the largest factor that keeps the margins of the identified robot at all poses, and what breaks above it.
-    fn largest(&self) -> Result<(f64, Option<String>), ControlRefusal> {
+    fn largest(&mut self) -> Result<(f64, Option<String>), ControlRefusal> {
         let fastest = self.base.iter().copied().fold(0.0, f64::max);
         let top = LARGEST.min(HIGHEST / self.task.period / fastest);
         let steps = (PER_DECADE * (top / SMALLEST).log10()).ceil().max(1.0);
         let factors = (0..=steps as usize).map(|k| top * (SMALLEST / top).powf(k as f64 / steps));
-        let mut above: Option<(f64, Option<String>)> = None;
+        let mut above: Option<(f64, String)> = None;
         for factor in factors {
-            let broken = self.broken(factor);
-            if broken.is_some() {
-                above = Some((factor, broken));
+            if let Tried::Broken(what) = self.at(factor) {
+                above = Some((factor, what));
                 continue;
             }
             let Some((mut high, mut what)) = above else {
@@ -161,65 +181,72 @@ impl Search<'_, '_> {
             let mut low = factor;
             for _ in 0..HALVINGS {
                 let middle = (low * high).sqrt();
-                match self.broken(middle) {
-                    None => low = middle,
-                    Some(own) => (high, what) = (middle, Some(own)),
+                match self.at(middle) {
+                    Tried::Kept(_) => low = middle,
+                    Tried::Broken(own) => (high, what) = (middle, own),
                 }
             }
-            return Ok((low, what));
+            return Ok((low, Some(what)));
         }
-        Err(self.none(SMALLEST))
+        let because = above.map_or_else(String::new, |(_, what)| what);
+        Err(ControlRefusal::NoBandwidth { because })
     }
 
-    fn none(&self, factor: f64) -> ControlRefusal {
-        ControlRefusal::NoBandwidth {
-            because: self
-                .broken(factor)
-                .unwrap_or_else(|| "robots of the posterior do not keep them".to_owned()),
-        }
-    }
-
-    /// Returns what breaks with a factor; `None` if the identified robot keeps the margins at all poses.
-    fn broken(&self, factor: f64) -> Option<String> {
-        match self.at(factor) {
-            None => Some("no gain stabilises the equations".to_owned()),
-            Some(own) => self.first_broken(&own, &self.identified),
-        }
-    }
-
-    /// Returns the feedback for a factor: that of the first centre that keeps the margins at all poses, or of the first one.
-    fn at(&self, factor: f64) -> Option<Controller> {
+    /// Returns the feedback for a factor: the first that keeps the margins at all poses, or what breaks with the first one. Gains
+    /// for the coupled arm come first, then those for each joint alone.
+    fn at(&mut self, factor: f64) -> Tried {
         let task = self.task;
         let aim = Aim {
             feedback: task.settings.feedback,
             bandwidth_hz: self.base.iter().map(|own| factor * own).collect(),
             damping: task.settings.damping,
         };
-        let all: Vec<Controller> = (self.centres.iter())
-            .filter_map(|pose| {
-                let linear = linear(task.model, task.theta, &task.poses[*pose])?;
-                let plant = Sampled::new(task.model, &linear, task.period);
-                let gain = gains(task.model, &linear, &plant, &aim)?;
-                Some(task.feedback(gain, self.speed))
-            })
-            .collect();
-        let mut kept = all.iter();
-        let kept = kept.find(|own| self.first_broken(own, &self.identified).is_none());
-        kept.or(all.first()).cloned()
+        let coupled = self.centres.iter().map(|centre| {
+            let plant = Sampled::new(task.model, centre, task.period);
+            gains(task.model, centre, &plant, &aim)
+        });
+        let is_quadratic = aim.feedback == Feedback::StateFeedback;
+        let alone = (self.centres.iter().filter(|_| is_quadratic))
+            .map(|centre| of_joints(task.model, centre, task.period, &aim));
+        let all: Vec<Vec<Vec<f64>>> = coupled.chain(alone).flatten().collect();
+        let mut first = None;
+        for gain in all {
+            let own = task.feedback(gain, self.speed);
+            match self.first_broken(&own, Robots::Identified) {
+                None => return Tried::Kept(own),
+                Some(what) => {
+                    first.get_or_insert(what);
+                }
+            }
+        }
+        Tried::Broken(first.unwrap_or_else(|| "no gain stabilises the equations".to_owned()))
     }
 
-    /// Returns the first margin that does not hold, in a sentence.
-    fn first_broken(&self, controller: &Controller, cases: &[Case<'_>]) -> Option<String> {
-        // In blocks, so that a loop without margins is seen early.
-        cases.chunks(8).find_map(|block| {
-            let all = stabilities(self.task, controller, block);
-            let mut cases = block.iter().zip(&all);
-            cases.find_map(|(case, own)| match own {
-                None => Some("no robot has these values".to_owned()),
-                Some(own) if keeps(own, self.task.settings) => None,
-                Some(own) => Some(self.words(own, case)),
-            })
-        })
+    /// Returns the first margin that does not hold, in a sentence. The case in which a margin broke last comes first.
+    fn first_broken(&mut self, controller: &Controller, robots: Robots) -> Option<String> {
+        let cases = match robots {
+            Robots::Identified => &mut self.identified,
+            Robots::Drawn => &mut self.drawn,
+        };
+        let blocks = std::iter::once(0..1).chain((1..cases.len()).step_by(BLOCK).map(|from| {
+            from..(from + BLOCK).min(cases.len())
+        }));
+        for block in blocks {
+            let own = cases.get(block.clone()).unwrap_or_default();
+            let all = stabilities(self.task, controller, own);
+            let broken = all.iter().position(|own| {
+                own.as_ref().is_none_or(|own| !keeps(own, self.task.settings))
+            });
+            if let Some(k) = broken {
+                let case = own[k];
+                cases.swap(0, block.start + k);
+                return Some(match &all[k] {
+                    None => "no robot has these values".to_owned(),
+                    Some(own) => self.words(own, &case),
+                });
+            }
+        }
+        None
     }
 
     fn words(&self, own: &Stability, case: &Case<'_>) -> String {

@@ -2,7 +2,8 @@
 
 use sprung_base::finding::GENERATOR;
 use sprung_base::progress::{Listener, Phase};
-use sprung_core::parameters::JointParameter;
+use sprung_core::friction::Law;
+use sprung_core::parameters::{JointParameter, Side};
 
 use super::bandwidth::feedback;
 use super::bode::loop_curves;
@@ -23,6 +24,12 @@ use crate::simulate::Trajectory;
 /// its fastest joint.
 const SPEED: f64 = 0.05;
 const SPEED_PART: f64 = 0.2;
+
+/// Multiple of the highest frequency of a spring up to which poles are shown.
+const SHOWN: f64 = 4.0;
+
+/// Vibrations that a shaper removes without feedforward.
+const MODES: usize = 2;
 
 /// Samples of a reference from which its velocity is computed.
 const SAMPLES: usize = 2000;
@@ -76,7 +83,8 @@ pub fn design_control(
     }
     progress.tell(Phase::Designing, 2, Some(3))?;
     let vibrations = vibrations(task.model, &seen, task.poses.len());
-    let shaper = shaper(task, &seen, &mut assumed)?;
+    let has_feedforward = controller.kind == ControllerKind::StateFeedback;
+    let shaper = shaper(task, has_feedforward, &seen, &mut assumed)?;
     let impulses: Vec<[f64; 2]> = (shaper.iter())
         .flat_map(|own| own.impulses.iter().map(|own| [own.time_s, own.amplitude]))
         .collect();
@@ -141,14 +149,19 @@ fn compensation_speed(task: &ControlTask<'_>) -> Option<f64> {
 /// Designs the shaper for the light vibrations of the loop; `None` if there are none or none is wanted.
 fn shaper(
     task: &ControlTask<'_>,
+    has_feedforward: bool,
     seen: &[Seen],
     assumed: &mut Vec<String>,
 ) -> Result<Option<ShaperDesign>, ControlRefusal> {
-    let modes = task.settings.shaper_modes;
+    let other = if has_feedforward { 0 } else { MODES };
+    let modes = task.settings.shaper_modes.unwrap_or(other);
     if modes == 0 {
         return Ok(None);
     }
-    let regions = regions(seen, modes);
+    let sticking: Vec<bool> = (0..task.model.joint_count())
+        .map(|joint| sticks(task, joint))
+        .collect();
+    let regions = regions(seen, modes, &sticking);
     if regions.is_empty() {
         assumed.push(
             "the loop damps its vibrations by 30 % or more in all poses, so no input shaper is needed".to_owned(),
@@ -171,11 +184,25 @@ fn shaper(
     Ok(Some(own))
 }
 
+/// Way of a link on its spring, rad (m), whose torque dry friction of the motor holds if the motor sticks.
+const STICKS: f64 = 0.05;
+
+/// Returns whether dry friction holds the motor of a joint while its link vibrates.
+fn sticks(task: &ControlTask<'_>, joint: usize) -> bool {
+    let value = |kind| task.model.index(kind, joint).map_or(0.0, |index| task.theta[index]);
+    let dry = value(JointParameter::Friction(Side::Motor, Law::Coulomb));
+    dry > STICKS * value(JointParameter::Stiffness)
+}
+
+/// Returns the poles that vibrate, without those of the velocity estimators: up to some multiple of the springs' frequencies.
 fn poles(seen: &[Seen]) -> Vec<(f64, f64, bool)> {
+    let springs = seen.iter().flat_map(|own| own.springs.iter().flatten().flatten());
+    let highest = springs.map(|[hz, _]| SHOWN * hz).fold(0.0, f64::max);
     (seen.iter())
         .flat_map(|own| {
             let poles = own.stability.vibrations.iter();
-            poles.map(|pole| (pole.hz, pole.damping, own.robot == 0))
+            let shown = poles.filter(move |pole| highest <= 0.0 || pole.hz <= highest);
+            shown.map(|pole| (pole.hz, pole.damping, own.robot == 0))
         })
         .collect()
 }

@@ -104,6 +104,42 @@ fn motors(joints: &[Joint], aim: &Aim) -> Vec<Vec<f64>> {
         .collect()
 }
 
+/// Returns the gains of a quadratic cost for each joint alone: two inertias on a spring, or one without a spring. They know nothing of
+/// the coupling by the links, so they depend less on the pose.
+pub(super) fn of_joints(
+    model: &Model,
+    linear: &Linear,
+    period: f64,
+    aim: &Aim,
+) -> Option<Vec<Vec<f64>>> {
+    let joints = Joint::all(model, linear);
+    let n = joints.len();
+    let mut all = vec![vec![0.0; 4 * n]; n];
+    for (i, joint) in joints.iter().enumerate() {
+        let alone = linear.of(&if joint.motor == joint.link {
+            vec![joint.link]
+        } else {
+            vec![joint.link, joint.motor]
+        });
+        let last = alone.mass.nrows() - 1;
+        let plant = Sampled::of(&alone, &[last], &[0, last], period);
+        let own = Joint {
+            link: 0,
+            motor: last,
+            ..*joint
+        };
+        let aim = Aim {
+            bandwidth_hz: vec![aim.bandwidth_hz[i]],
+            ..aim.clone()
+        };
+        let found = quadratic(&[own], &plant, &aim)?;
+        for order in 0..4 {
+            all[i][order * n + i] = found[0][order];
+        }
+    }
+    Some(all)
+}
+
 /// Returns the gains with the least cost: for one body, poles with the rate `w` and the damping `d` minimise the integral of
 /// `w⁴ q² + (4 d² - 2) w² q̇² + (tau/J)²`. The links count, so the springs' vibrations cost what they move the links.
 fn quadratic(joints: &[Joint], plant: &Sampled, aim: &Aim) -> Option<Vec<Vec<f64>>> {

@@ -10,7 +10,7 @@ use crate::frequency::{Linear, Mode, assigned};
 use crate::model::{Model, Theta};
 
 /// Number of pairs of a robot and a pose that are looked at beside those of the identified robot.
-const PAIRS: usize = 600;
+const PAIRS: usize = 300;
 
 /// A robot in a pose.
 #[derive(Clone, Copy, Debug)]

@@ -10,8 +10,11 @@ use crate::description::Controller;
 use crate::model::Model;
 
 /// Even steps of the frequency in its logarithm, and further frequencies about each resonance of the loop, in half widths.
-const STEPS: usize = 160;
-const ABOUT: [f64; 7] = [-3.0, -1.2, -0.4, 0.0, 0.4, 1.2, 3.0];
+const STEPS: usize = 100;
+const ABOUT: [f64; 5] = [-2.5, -0.8, 0.0, 0.8, 2.5];
+
+/// Damping ratio above which a vibration makes no narrow peak.
+const BROAD: f64 = 0.3;
 
 /// Lowest frequency, part of half the sampling rate.
 const LOWEST: f64 = 1e-4;
@@ -93,7 +96,7 @@ pub fn stability(
     let mut frequencies: Vec<f64> = (0..=STEPS)
         .map(|k| nyquist * LOWEST.powf(1.0 - k as f64 / STEPS as f64))
         .collect();
-    for own in &vibrating {
+    for own in vibrating.iter().filter(|own| -own.re < BROAD * own.norm()) {
         let width = own.re.abs() / TAU;
         frequencies.extend(ABOUT.map(|part| own.im / TAU + part * width));
     }

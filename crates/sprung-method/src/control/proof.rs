@@ -13,7 +13,7 @@ use crate::model::Theta;
 use crate::simulate::{Move, Trajectory, Twin, TwinSetup};
 
 /// Longest simulation of a reference, s, and its beginning that does not count: the robot starts at rest.
-const LONGEST: f64 = 10.0;
+const LONGEST: f64 = 8.0;
 const SETTLES: f64 = 1.0;
 
 /// Way of a move: at most this, rad (m), and this part of the range of positions.
@@ -23,7 +23,7 @@ const WAY_PART: f64 = 0.05;
 /// Way of a step as a part of that of a move.
 const STEP_PART: f64 = 0.05;
 
-/// Length of a move without a vibration, s, and least number of samples.
+/// Least length of a move, s, and least number of samples in a period of vibration.
 const MOVE: f64 = 0.5;
 const MOVE_SAMPLES: f64 = 20.0;
 
@@ -35,7 +35,7 @@ const HOLD: f64 = 1.0;
 const MEASURED: f64 = 0.4;
 const REST: f64 = 0.2;
 
-/// Part of the way by which a link that rests may move.
+/// Part of the way by which a link may vibrate at the end.
 const RESTS: f64 = 0.01;
 
 /// Part of a torque's limit that counts as reached.
@@ -162,6 +162,8 @@ struct Plan<'t, 'a> {
     designed: Designed<'t>,
     settings: Simulate,
     way: Vec<f64>,
+    /// Period of the vibration that is looked for, s.
+    period: f64,
     duration: f64,
     hold: f64,
     delay: f64,
@@ -183,7 +185,8 @@ impl<'t, 'a> Plan<'t, 'a> {
             way: (task.ranges.iter())
                 .map(|[low, high]| WAY.min(WAY_PART * (high - low)))
                 .collect(),
-            duration: period.unwrap_or(MOVE).max(MOVE_SAMPLES * task.period),
+            period: period.unwrap_or(MOVE).max(MOVE_SAMPLES * task.period),
+            duration: period.unwrap_or(0.0).max(MOVE),
             hold: HOLD.max(PERIODS * period.unwrap_or(0.0)),
             delay: designed.shaper.last().map_or(0.0, |[time, _]| *time),
         }
@@ -335,26 +338,33 @@ impl<'t, 'a> Plan<'t, 'a> {
         &run.links[at(from).min(end)..end]
     }
 
-    /// Returns the largest deviation of a link from its rest after a move, rad (m).
-    fn vibration(&self, run: &Run) -> f64 {
-        let rest = self.held(run, [1.0 - REST, 1.0]);
-        let looked = self.held(run, [0.0, MEASURED]);
-        (0..self.way.len())
-            .map(|joint| {
-                let mean = rest.iter().map(|own| own[joint]).sum::<f64>() / rest.len().max(1) as f64;
-                looked.iter().map(|own| (own[joint] - mean).abs()).fold(0.0, f64::max)
-            })
-            .fold(0.0, f64::max)
+    /// Returns the amplitude of the vibration of each link in a part of the hold, \[n\], rad (m): its largest deviation from the mean
+    /// over one period, which leaves out the slow creep against dry friction.
+    fn amplitudes(&self, run: &Run, part: [f64; 2]) -> Vec<f64> {
+        let looked = self.held(run, part);
+        let window = ((self.period / self.task.period) as usize).clamp(1, looked.len().max(1));
+        let of_joint = |joint: usize| {
+            let mut sum: f64 = looked.iter().take(window).map(|own| own[joint]).sum();
+            let mut largest = 0.0_f64;
+            for k in 0..looked.len().saturating_sub(window) {
+                let middle = looked[k + window / 2][joint];
+                largest = largest.max((middle - sum / window as f64).abs());
+                sum += looked[k + window][joint] - looked[k][joint];
+            }
+            largest
+        };
+        (0..self.way.len()).map(of_joint).collect()
     }
 
-    /// Returns whether a link still moves at the end.
+    /// Returns the largest vibration of a link after a move, rad (m).
+    fn vibration(&self, run: &Run) -> f64 {
+        self.amplitudes(run, [0.0, MEASURED]).into_iter().fold(0.0, f64::max)
+    }
+
+    /// Returns whether a link still vibrates at the end.
     fn goes_on(&self, run: &Run) -> bool {
-        let rest = self.held(run, [1.0 - REST, 1.0]);
-        self.way.iter().enumerate().any(|(joint, way)| {
-            let all = || rest.iter().map(|own| own[joint]);
-            all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min)
-                > RESTS * way
-        })
+        let all = self.amplitudes(run, [1.0 - REST, 1.0]);
+        all.iter().zip(&self.way).any(|(own, way)| *own > RESTS * way)
     }
 }
 

@@ -77,15 +77,27 @@ pub(super) struct Sampled {
 }
 
 impl Sampled {
-    /// Returns the sampled equations.
+    /// Returns the sampled equations of a robot.
     #[must_use]
     pub(super) fn new(model: &Model, linear: &Linear, period: f64) -> Self {
-        let (n, rows) = (model.joint_count(), linear.mass.nrows());
+        let n = model.joint_count();
+        let torques: Vec<usize> = (0..n).map(|k| model.torque_row(k)).collect();
+        let robot = model.robot();
+        let motors = (0..n).map(|k| robot.motor_coordinate(k));
+        let outputs: Vec<usize> = (0..n).chain(motors).collect();
+        Self::of(linear, &torques, &outputs, period)
+    }
+
+    /// Returns the sampled equations.
+    ///
+    /// - `torques`: coordinate on which each motor acts, \[n\]; `outputs`: coordinate of each link and of each motor, \[2n\].
+    pub(super) fn of(linear: &Linear, torques: &[usize], outputs: &[usize], period: f64) -> Self {
+        let (n, rows) = (torques.len(), linear.mass.nrows());
         let factors = linear.mass.partial_piv_lu();
         let spring = factors.solve(&linear.stiffness);
         let damper = factors.solve(&linear.damping);
-        let torques = factors.solve(&Mat::from_fn(rows, n, |i, k| {
-            f64::from(u8::from(i == model.torque_row(k)))
+        let acting = factors.solve(&Mat::from_fn(rows, n, |i, k| {
+            f64::from(u8::from(i == torques[k]))
         }));
         let size = 2 * rows + n;
         let rates = Mat::from_fn(size, size, |i, j| {
@@ -98,18 +110,15 @@ impl Sampled {
             } else if j < 2 * rows {
                 -damper[(i - rows, j - rows)]
             } else {
-                torques[(i - rows, j - 2 * rows)]
+                acting[(i - rows, j - 2 * rows)]
             };
             period * part
         });
         let whole = exponential(&rates);
-        let robot = model.robot();
         Self {
             transition: whole.submatrix(0, 0, 2 * rows, 2 * rows).to_owned(),
             input: whole.submatrix(0, 2 * rows, 2 * rows, n).to_owned(),
-            outputs: (0..n)
-                .chain((0..n).map(|k| robot.motor_coordinate(k)))
-                .collect(),
+            outputs: outputs.to_vec(),
             period,
         }
     }

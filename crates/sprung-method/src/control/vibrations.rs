@@ -40,16 +40,35 @@ pub(super) fn vibrations(model: &Model, all: &[Seen], poses: usize) -> Vec<Vibra
 }
 
 /// Returns the region of each of the lowest light vibrations of the loop, at most `most`; empty without any.
-pub(super) fn regions(all: &[Seen], most: usize) -> Vec<Vec<shaper::Mode>> {
-    (0..most)
-        .map(|k| {
-            let points = all.iter().filter_map(|own| light(own).nth(k));
-            points
-                .filter_map(|[hz, damping]| shaper::Mode::from_hz(hz, damping.max(0.0)).ok())
-                .collect()
-        })
+///
+/// While dry friction holds a motor, its link vibrates as with the motor held. The region with the nearest frequency then holds
+/// these vibrations, too.
+///
+/// - `sticking`: whether dry friction holds the motor of each joint, \[n\].
+pub(super) fn regions(all: &[Seen], most: usize, sticking: &[bool]) -> Vec<Vec<shaper::Mode>> {
+    let mut regions: Vec<Vec<Point>> = (0..most)
+        .map(|k| all.iter().filter_map(|own| light(own).nth(k)).collect())
         .take_while(|region: &Vec<_>| !region.is_empty())
+        .collect();
+    let middles: Vec<f64> = regions.iter().map(|region| middle_hz(region)).collect();
+    for joint in (0..sticking.len()).filter(|&joint| sticking[joint]) {
+        let held: Vec<Point> = all.iter().filter_map(|own| own.springs[1][joint]).collect();
+        let away = |k: &usize| (middles[*k] / middle_hz(&held)).ln().abs();
+        let nearest = (0..regions.len()).min_by(|a, b| away(a).total_cmp(&away(b)));
+        if let Some(nearest) = nearest.filter(|_| !held.is_empty()) {
+            regions[nearest].extend(held);
+        }
+    }
+    let mode = |[hz, damping]: Point| shaper::Mode::from_hz(hz, damping.max(0.0)).ok();
+    (regions.into_iter())
+        .map(|region| region.into_iter().filter_map(mode).collect())
         .collect()
+}
+
+/// Returns the median frequency of a region, Hz.
+fn middle_hz(region: &[Point]) -> f64 {
+    let mut all: Vec<f64> = region.iter().map(|[hz, _]| *hz).collect();
+    quantile(&mut all, 0.5)
 }
 
 /// Returns a vibration over poses and robots; `None` if no robot has it.

@@ -203,7 +203,8 @@ impl ClosedLoop {
     pub fn with_feedforward(mut self, theta: &Theta) -> Result<Self, LoopError> {
         if let Law::StateFeedback { nominal, .. } = &mut self.law {
             self.model.check_stiffness(theta)?;
-            **nominal = FeedforwardModel::new(&self.model, theta.clone());
+            let speed = nominal.compensation_speed;
+            **nominal = FeedforwardModel::new(&self.model, theta.clone(), speed);
         }
         Ok(self)
     }

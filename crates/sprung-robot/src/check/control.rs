@@ -68,7 +68,7 @@ pub(super) fn check_control(control: &Control, robot: &Robot) -> Result<(), Faul
         ("draws", control.draws, 1, 10_000),
         ("simulations", control.simulations, 1, 10_000),
         ("poses", control.poses, 1, 10_000),
-        ("shaper_modes", control.shaper_modes, 0, 4),
+        ("shaper_modes", control.shaper_modes.unwrap_or(0), 0, 4),
     ] {
         if !(least..=most).contains(&value) {
             return wrong(

@@ -1,0 +1,477 @@
+//! Composes the report of a designed controller: margins, vibrations, shaper, and the simulations that prove it.
+
+use sprung_method::control::{
+    Banded, ControlDesign, ControlPictures, Controlled, LoopCurve, Motors, ShaperDesign, Timed,
+    WithDraws,
+};
+
+use super::document::{
+    Badge, Block, Document, Figure, Fold, Layout, Panel, Row, Section, Series, Style, Table, Tone,
+};
+use super::numbers::{or_dash, short, significant};
+use super::section::{folded, section};
+use super::tables::{number, text};
+use super::verdict::as_sentence;
+
+/// Styles of the curves of one panel.
+const STYLES: [Style; 2] = [Style::First, Style::Second];
+
+/// Composes the report of a designed controller.
+///
+/// - `command`: the command that made the report; `experiment`: the text of the experiment file.
+#[must_use]
+pub fn compose_control(controlled: &Controlled, command: &str, experiment: &str) -> Document {
+    let Controlled { design, pictures } = controlled;
+    let mut sections = vec![loops(design, pictures), vibrations(design, pictures)];
+    sections.extend(design.shaper.as_ref().map(shaper));
+    sections.push(moves(design, pictures));
+    sections.extend(tracking(design, pictures));
+    sections.push(settings(design, command, experiment));
+    Document {
+        title: design.robot.clone(),
+        subtitle: subtitle(design),
+        generator: design.generator.clone(),
+        verdict: Some(badge(design)),
+        summary: summary(design),
+        reason: design.bandwidth.as_ref().map_or_else(String::new, |own| {
+            format!(
+                "The largest bandwidth that keeps the margins is {} Hz: {}.",
+                numbers(&own.largest_hz),
+                own.limited_by
+            )
+        }),
+        what_to_do: what_to_do(design),
+        sections,
+        ..Document::default()
+    }
+}
+
+fn numbers(all: &[f64]) -> String {
+    let all: Vec<String> = all.iter().map(|own| significant(*own, 3)).collect();
+    all.join(", ")
+}
+
+fn subtitle(design: &ControlDesign) -> String {
+    let own = &design.controller;
+    let kind = match own.feedback.as_str() {
+        "state-feedback" => "State feedback",
+        "pd" => "PD control of the motors",
+        "link-damping" => "Control that damps the links",
+        _ => "Declared controller",
+    };
+    let ahead = match (own.has_feedforward, own.friction_compensation_speed_rad_per_s) {
+        (true, Some(_)) => " with the torques of the model and compensation of friction",
+        (true, None) => " with the torques of the model",
+        (false, _) => "",
+    };
+    format!("{kind}{ahead}, period {} ms", short(1e3 * own.period_s, 4))
+}
+
+fn badge(design: &ControlDesign) -> Badge {
+    let unusable = design.verdict.as_deref() == Some("unusable");
+    let (tone, text) = match (unusable, design.proof.moves.limit_cycles) {
+        (true, _) => (Tone::Bad, "From unusable values"),
+        (false, 0) => (Tone::Good, "Stable for every robot of the posterior"),
+        (false, _) => (Tone::Doubtful, "Stable, with limit cycles"),
+    };
+    Badge {
+        tone,
+        text: text.to_owned(),
+    }
+}
+
+fn summary(design: &ControlDesign) -> String {
+    let least = |all: &mut dyn Iterator<Item = f64>| all.fold(f64::INFINITY, f64::min);
+    let gain = least(&mut design.loops.iter().filter_map(|own| Some(own.gain_db?.worst)));
+    let phase = least(&mut design.loops.iter().map(|own| own.phase_deg.worst));
+    let robots = if design.draws == 0 {
+        "the given values".to_owned()
+    } else {
+        format!("{} robots of the posterior", design.draws)
+    };
+    let bandwidth = design.bandwidth.as_ref().map_or_else(String::new, |own| {
+        format!(" The bandwidth is {} Hz.", numbers(&own.used_hz))
+    });
+    format!(
+        "In {} poses and for {robots}, every motor's loop keeps at least {} dB and {}°.{bandwidth}",
+        design.poses.len(),
+        significant(gain, 2),
+        significant(phase, 2)
+    )
+}
+
+fn what_to_do(design: &ControlDesign) -> String {
+    let export = "Copy controller.toml into the experiment to simulate it, or write its code with sprung export --format c \
+                  --control control.json.";
+    let shaper = if design.shaper.is_some() {
+        " Feed the desired motion through the shaper."
+    } else {
+        ""
+    };
+    format!("{export}{shaper} Begin on the robot with a part of the bandwidth.")
+}
+
+fn pair(own: &WithDraws, digits: usize) -> [String; 2] {
+    [significant(own.identified, digits), significant(own.worst, digits)]
+}
+
+/// Composes the section about margins with Bode plots.
+fn loops(design: &ControlDesign, pictures: &ControlPictures) -> Section {
+    let row = |own: &sprung_method::control::LoopMargins| {
+        let [phase, worst_phase] = pair(&own.phase_deg, 3);
+        let gain = own.gain_db;
+        Row {
+            cells: vec![
+                own.joint.clone(),
+                or_dash(gain.map(|own| own.identified), 3),
+                or_dash(gain.map(|own| own.worst), 3),
+                phase,
+                worst_phase,
+                or_dash(Some(own.crossover_hz).filter(|hz| *hz > 0.0), 3),
+            ],
+            tone: Tone::Neutral,
+        }
+    };
+    let table = Table {
+        columns: vec![
+            text("Loop of"),
+            number("gain margin [dB]"),
+            number("worst robot [dB]"),
+            number("phase margin [°]"),
+            number("worst robot [°]"),
+            number("crossover [Hz]"),
+        ],
+        rows: design.loops.iter().map(row).collect(),
+        ..Table::default()
+    };
+    let figure = Figure {
+        id: "bode".to_owned(),
+        caption: "Open loop of each motor with the loops of the others closed, in the middle of the workspace: the identified \
+                  robot, and the lowest and the highest value over robots of the posterior."
+            .to_owned(),
+        x_label: "log₁₀ of the frequency in Hz".to_owned(),
+        layout: Layout::Grid,
+        panels: pictures.loops.iter().flat_map(bode).collect(),
+    };
+    section(
+        "loops",
+        "Margins",
+        "Each loop is opened at one motor while the others stay closed, with sampling, velocity estimators and the largest \
+         and smallest inertias of the workspace. The worst robot is the worst over all robots and poses.",
+        vec![Block::Table(table), Block::Figure(figure)],
+    )
+}
+
+fn bode(own: &LoopCurve) -> [Panel; 2] {
+    let x: Vec<f64> = own.hz.iter().map(|hz| hz.log10()).collect();
+    [
+        (&own.gain_db, format!("{} gain [dB]", own.joint), 0.0),
+        (&own.phase_deg, format!("{} phase [°]", own.joint), -180.0),
+    ]
+    .map(|(band, y_label, line)| {
+        let mut series = banded(band, "identified robot", Style::First);
+        series.insert(0, constant(line, x.len()));
+        Panel {
+            y_label,
+            x: x.clone(),
+            series,
+            ..Panel::default()
+        }
+    })
+}
+
+fn constant(value: f64, length: usize) -> Series {
+    Series {
+        name: "limit of stability".to_owned(),
+        values: vec![Some(value); length],
+        style: Style::Error,
+        clipped: false,
+    }
+}
+
+/// Returns a curve and the two ends of its band.
+fn banded(band: &Banded, name: &str, style: Style) -> Vec<Series> {
+    let series = |name: String, values: &[f64], style| Series {
+        name,
+        values: values.iter().map(|own| own.is_finite().then_some(*own)).collect(),
+        style,
+        clipped: false,
+    };
+    let has_band = band.low != band.high;
+    let mut all = Vec::new();
+    if has_band {
+        all.push(series(format!("{name}, lowest"), &band.low, Style::Reference));
+        all.push(series(format!("{name}, highest"), &band.high, Style::Reference));
+    }
+    all.push(series(name.to_owned(), &band.identified, style));
+    all
+}
+
+/// Composes the section about vibrations with the poles over the workspace.
+fn vibrations(design: &ControlDesign, pictures: &ControlPictures) -> Section {
+    let ends = |[low, high]: [f64; 2]| format!("{} – {}", significant(low, 3), significant(high, 3));
+    let rows = design.vibrations.iter().map(|own| Row {
+        cells: vec![
+            own.name.clone(),
+            own.motors.words().to_owned(),
+            significant(own.all.hz, 4),
+            ends(own.all.hz_95),
+            significant(own.all.damping, 2),
+            ends(own.all.damping_95),
+        ],
+        tone: if own.motors == Motors::Controlled && own.all.damping < 0.1 {
+            Tone::Doubtful
+        } else {
+            Tone::Neutral
+        },
+    });
+    let table = Table {
+        caption: "Natural frequency and damping ratio: the median over the poses, and the interval that holds 95 % of all robots \
+                  in all poses. control.json has them for each pose."
+            .to_owned(),
+        columns: vec![
+            text("Vibration"),
+            text("motors"),
+            number("Hz"),
+            number("95 %"),
+            number("damping"),
+            number("95 %"),
+        ],
+        rows: rows.collect(),
+        ..Table::default()
+    };
+    let mut poles = pictures.poles.clone();
+    poles.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let cloud = |name: &str, is_identified: bool, style| Series {
+        name: name.to_owned(),
+        values: (poles.iter())
+            .map(|own| (own.2 == is_identified).then_some(own.1))
+            .collect(),
+        style,
+        clipped: false,
+    };
+    let figure = Figure {
+        id: "poles".to_owned(),
+        caption: "Vibrations of the closed loop in all poses. A point is a pole of one robot in one pose.".to_owned(),
+        x_label: "natural frequency [Hz]".to_owned(),
+        layout: Layout::Stack,
+        panels: vec![Panel {
+            y_label: "damping ratio".to_owned(),
+            x: poles.iter().map(|own| own.0).collect(),
+            series: vec![
+                cloud("robots of the posterior", false, Style::Cloud),
+                cloud("identified robot", true, Style::Cloud),
+            ],
+            ..Panel::default()
+        }],
+    };
+    let mut blocks = vec![Block::Table(table)];
+    if !pictures.poles.is_empty() {
+        blocks.push(Block::Figure(figure));
+    }
+    section(
+        "vibrations",
+        "Vibrations",
+        "Motors free: the resonance of a spring between motor and link. Motors held: the links on their springs, which is also \
+         the vibration while dry friction holds the motors. Loop closed: with this controller.",
+        blocks,
+    )
+}
+
+fn shaper(own: &ShaperDesign) -> Section {
+    let impulses = Table {
+        caption: "Impulses of the whole shaper.".to_owned(),
+        columns: vec![number("time [s]"), number("part of the command")],
+        rows: (own.impulses.iter())
+            .map(|impulse| Row {
+                cells: vec![significant(impulse.time_s, 4), significant(impulse.amplitude, 4)],
+                tone: Tone::Neutral,
+            })
+            .collect(),
+        ..Table::default()
+    };
+    let trade_off = Table {
+        caption: "Delay against vibration: the shaper of the design is the shortest that leaves at most the allowed part."
+            .to_owned(),
+        columns: vec![
+            text("Shaper"),
+            number("delay [s]"),
+            number("largest residual [%]"),
+            number("median [%]"),
+        ],
+        rows: (own.trade_off.iter())
+            .map(|row| {
+                let kinds: Vec<&str> = row.kinds.iter().map(|kind| kind.word()).collect();
+                Row {
+                    cells: vec![
+                        kinds.join(" and "),
+                        significant(row.delay_s, 3),
+                        significant(row.largest_percent, 2),
+                        significant(row.median_percent, 2),
+                    ],
+                    tone: if (row.delay_s - own.delay_s).abs() < 1e-9 {
+                        Tone::Good
+                    } else {
+                        Tone::Neutral
+                    },
+                }
+            })
+            .collect(),
+        ..Table::default()
+    };
+    let modes: Vec<String> = (own.modes.iter())
+        .map(|mode| {
+            format!(
+                "{} for {} Hz with damping ratio {}",
+                mode.kind.word(),
+                significant(mode.centre_hz, 3),
+                significant(mode.damping, 2)
+            )
+        })
+        .collect();
+    section(
+        "shaper",
+        "Input shaper",
+        &format!(
+            "{}. It delays the motion by {} s and leaves at most {} % of the vibration of 95 % of the robots and poses.",
+            modes.join(" and "),
+            significant(own.delay_s, 3),
+            significant(own.largest_percent, 2)
+        ),
+        vec![Block::Table(trade_off), Block::Table(impulses)],
+    )
+}
+
+/// Returns a figure of simulated motions, one panel per joint.
+fn figure(id: &str, caption: &str, timed: &Timed, what: &str) -> Figure {
+    let panel = |own: &sprung_method::control::LinkCurves| {
+        let curves = own.curves.iter().filter(|(_, band)| !band.identified.is_empty());
+        Panel {
+            y_label: format!("{} {what} [rad]", own.joint),
+            x: timed.time_s.clone(),
+            series: (curves.zip(STYLES))
+                .flat_map(|((name, band), style)| banded(band, name, style))
+                .map(|own| fitting(own, timed.time_s.len()))
+                .collect(),
+            ..Panel::default()
+        }
+    };
+    Figure {
+        id: id.to_owned(),
+        caption: caption.to_owned(),
+        x_label: "time [s]".to_owned(),
+        layout: Layout::Grid,
+        panels: timed.joints.iter().map(panel).collect(),
+    }
+}
+
+/// Returns a curve with as many values as the time.
+fn fitting(mut own: Series, length: usize) -> Series {
+    own.values.resize(length, None);
+    own
+}
+
+fn moves(design: &ControlDesign, pictures: &ControlPictures) -> Section {
+    let own = &design.proof.moves;
+    let [unshaped, worst] = pair(&own.unshaped_rad, 2);
+    let [shaped, worst_shaped] = pair(&own.shaped_rad, 2);
+    let mut lead = format!(
+        "Simulated moves of {} s from rest to rest in different poses. Afterwards the links deviate from their rest by at most \
+         {unshaped} rad (worst robot {worst})",
+        significant(own.duration_s, 3)
+    );
+    if design.shaper.is_some() {
+        lead += &format!(", with the shaper by {shaped} rad (worst robot {worst_shaped})");
+    }
+    lead += ".";
+    if own.limit_cycles > 0 {
+        lead += &format!(
+            " {} of {} robots go on moving: a limit cycle.",
+            own.limit_cycles, design.proof.robots
+        );
+    }
+    section(
+        "moves",
+        "Steps and moves",
+        &lead,
+        vec![
+            Block::Figure(figure(
+                "move",
+                "Links in a move: the distance from the end. The identified robot, and the band of the simulated robots.",
+                &pictures.moves,
+                "from the end",
+            )),
+            Block::Figure(figure(
+                "step",
+                "Links after a small step of the desired position.",
+                &pictures.step,
+                "from the end",
+            )),
+        ],
+    )
+}
+
+fn tracking(design: &ControlDesign, pictures: &ControlPictures) -> Option<Section> {
+    let all = &design.proof.tracking;
+    if all.is_empty() {
+        return None;
+    }
+    let rows = all.iter().map(|own| {
+        let [identified, worst] = pair(&own.designed_rad, 3);
+        Row {
+            cells: vec![
+                own.joint.clone(),
+                or_dash(own.declared_rad, 3),
+                identified,
+                worst,
+            ],
+            tone: Tone::Neutral,
+        }
+    });
+    let table = Table {
+        columns: vec![
+            text("Link"),
+            number("[controller] [rad]"),
+            number("designed [rad]"),
+            number("worst robot [rad]"),
+        ],
+        rows: rows.collect(),
+        ..Table::default()
+    };
+    let caption = "Errors of the links on the reference after the first second.";
+    Some(section(
+        "tracking",
+        "Tracking",
+        "Root mean square errors of the links on the reference of the experiment. The model in the controller is that of the \
+         identified robot; the simulated robots differ from it as the posterior allows.",
+        vec![
+            Block::Table(table),
+            Block::Figure(figure("errors", caption, &pictures.tracking, "error")),
+        ],
+    ))
+}
+
+fn settings(design: &ControlDesign, command: &str, experiment: &str) -> Section {
+    let assumed = design.assumed.iter();
+    let mut blocks: Vec<Block> = assumed
+        .map(|sentence| Block::Paragraph(as_sentence(sentence)))
+        .collect();
+    let gains: Vec<String> = (design.controller.gain.iter())
+        .map(|row| {
+            let row: Vec<String> = row.iter().map(|own| significant(*own, 5)).collect();
+            format!("[{}]", row.join(", "))
+        })
+        .collect();
+    blocks.push(Block::Code(format!(
+        "gain on the errors of link positions, motor positions, link velocities and motor velocities\n{}",
+        gains.join("\n")
+    )));
+    blocks.extend([command, experiment].map(|text| Block::Code(text.to_owned())));
+    folded(
+        Fold::Screen,
+        "settings",
+        "Assumptions and settings",
+        "The assumptions of the design, its gains, the command that made this report, and the experiment file.",
+        blocks,
+    )
+}
