@@ -2,8 +2,8 @@
  * Runs all functions of an exported robot at states by chance and prints the bits of their results. On a
  * microcontroller, it also prints the instructions and the stack of each function.
  *
- * -DPREFIX=arm_ names the robot, -DJOINTS, -DROWS and -DPARAMETERS are its sizes. The states come from integers, so that every machine has the
- * same ones.
+ * -DPREFIX=arm_ names the robot, -DJOINTS, -DROWS and -DPARAMETERS are its sizes. With -DCONTROL it runs the
+ * functions of the controller instead. The states come from integers, so that every machine has the same ones.
  */
 #include "machine.h"
 #include "robot.h"
@@ -24,6 +24,22 @@ static real q[JOINTS], dq[JOINTS], ddq[JOINTS], phi[JOINTS], dphi[JOINTS], ddphi
 static real tau_link[JOINTS], tau_motor[JOINTS], state[4 * JOINTS];
 static real results[RESULTS];
 
+#ifdef CONTROL
+/* The desired motion: positions, then their derivatives. */
+static real desired[5 * JOINTS];
+static struct OWN(control) control;
+
+static void feedforward(void)
+{
+    OWN(feedforward)(desired, desired + JOINTS, desired + 2 * JOINTS, desired + 3 * JOINTS,
+        desired + 4 * JOINTS, results, results + JOINTS, results + 2 * JOINTS);
+}
+
+static void control_step(void)
+{
+    OWN(control_step)(&control, desired, q, phi, results);
+}
+#else
 static void gravity(void)
 {
     OWN(gravity)(q, results);
@@ -69,11 +85,17 @@ static void state_derivative(void)
     OWN(state_derivative)(state, tau_motor, results);
 }
 
+#endif
+
 static const struct {
     const char *name;
     void (*call)(void);
     int length;
 } functions[] = {
+#ifdef CONTROL
+    {"feedforward", feedforward, 3 * JOINTS},
+    {"control_step", control_step, JOINTS},
+#else
     {"gravity", gravity, JOINTS},
     {"coriolis", coriolis, JOINTS},
     {"mass_matrix", mass_matrix, JOINTS * JOINTS},
@@ -83,6 +105,7 @@ static const struct {
     {"forward_dynamics", forward_dynamics, 2 * JOINTS},
     {"state_derivative", state_derivative, 4 * JOINTS},
     {"regressor", regressor, OF_REGRESSOR},
+#endif
 };
 
 #define FUNCTIONS (sizeof functions / sizeof functions[0])
@@ -108,6 +131,16 @@ static void draw(void)
         tau_link[i] = by_chance(10);
         tau_motor[i] = by_chance(10);
     }
+#ifdef CONTROL
+    for (i = 0; i < JOINTS; i++) {
+        desired[i] = q[i] + by_chance(1) / (real)64;
+        desired[JOINTS + i] = dq[i];
+        desired[2 * JOINTS + i] = ddq[i];
+        desired[3 * JOINTS + i] = by_chance(50);
+        desired[4 * JOINTS + i] = by_chance(250);
+    }
+    OWN(control_start)(&control, q, phi, desired);
+#endif
 }
 
 static void print_bits(real value)

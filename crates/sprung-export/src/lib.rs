@@ -33,8 +33,6 @@ mod urdf;
 mod write;
 
 #[cfg(test)]
-mod controlled;
-#[cfg(test)]
 mod tests;
 
 use sprung_base::{finding, numbers, sha256};

@@ -42,13 +42,13 @@ name = "j1"
 name = "j2"
 "#;
 
-pub(super) struct Case {
-    pub(super) experiment: Experiment,
-    pub(super) model: Model,
-    pub(super) values: BTreeMap<String, f64>,
+struct Case {
+    experiment: Experiment,
+    model: Model,
+    values: BTreeMap<String, f64>,
 }
 
-pub(super) fn case(text: &str, values: &[(&str, f64)]) -> Case {
+fn case(text: &str, values: &[(&str, f64)]) -> Case {
     let experiment = read("test", text, &[], &mut no_files).unwrap();
     let model = Model::new(&experiment).unwrap();
     let values = values
@@ -61,7 +61,7 @@ pub(super) fn case(text: &str, values: &[(&str, f64)]) -> Case {
     }
 }
 
-pub(super) fn mixed() -> Case {
+fn mixed() -> Case {
     let mut case = case(
         MIXED,
         &[
@@ -112,7 +112,7 @@ fn planar() -> Case {
     )
 }
 
-pub(super) fn request(case: &Case, format: Format, form: Form) -> Request<'_> {
+fn request(case: &Case, format: Format, form: Form) -> Request<'_> {
     Request {
         format,
         form,

@@ -1,5 +1,7 @@
 //! The controller of the code: its constants, and a run of the library's controller for the self-test.
 
+use std::fmt::Write;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sprung_core::controller::{pd, state_feedback};
@@ -20,7 +22,7 @@ const SAMPLES: usize = 40;
 /// Samples of the self-test at most for the delays.
 const MAX_DELAYED: usize = 40;
 
-/// Last samples of the self-test: the measured positions are so far away that torques reach their
+/// Last samples of the self-test: the measured positions are so far away that torques reach both
 /// limits.
 pub(super) const FAR: usize = 3;
 
@@ -160,7 +162,11 @@ impl<'a> Control<'a> {
         let mut samples = Vec::new();
         for k in 0..count {
             let t = k as f64 * self.code.period_s;
-            let far = if k + FAR < count { 1.0 } else { 1e6 };
+            let far = match k {
+                _ if k + FAR < count => 1.0,
+                _ if k % 2 == 0 => 1e6,
+                _ => -1e6,
+            };
             let desired: Vec<f64> = (0..5)
                 .flat_map(|order| wanted.iter().map(move |wave| derivatives(wave, t)[order]))
                 .collect();
@@ -250,10 +256,11 @@ impl<'a> Control<'a> {
 
 /// Returns the lines of the caller about a controller for a comment.
 pub(super) fn about_control(control: Option<&Control<'_>>, begin: &str) -> String {
-    let lines = control.iter().flat_map(|own| &own.code.header);
-    lines
-        .map(|line| format!("{begin}{}\n", comment(line)))
-        .collect()
+    let mut text = String::new();
+    for line in control.iter().flat_map(|own| &own.code.header) {
+        let _ = writeln!(text, "{begin}{}", comment(line));
+    }
+    text
 }
 
 /// Returns a sine and its derivatives up to the fourth.

@@ -11,7 +11,7 @@ use super::mujoco::{build, sprung};
 use super::python::Python;
 use crate::install::arm;
 use crate::root;
-use crate::steps::succeeds;
+use crate::steps::{cargo, succeeds};
 
 /// A microcontroller.
 struct Core {
@@ -74,8 +74,26 @@ pub(super) fn check(python: &Python) -> Option<()> {
             &folder.join("seven"),
         )?,
     ];
+    let controlled = Robot::controlled(
+        "controller of 7 joints",
+        &root().join("examples/seven-joint-twin"),
+        &folder.join("controlled"),
+    )?;
+    let mut is_good = true;
+    for robots in [&robots[..], &[controlled]] {
+        let rows = rows(robots)?;
+        for line in output::table(&rows) {
+            println!("{line}");
+        }
+        is_good &= rows.iter().all(|row| row.problems.is_empty());
+    }
+    is_good.then_some(())
+}
+
+/// Runs robots with both types of numbers on both microcontrollers.
+fn rows(robots: &[Robot]) -> Option<Vec<Row>> {
     let mut rows = Vec::new();
-    for robot in &robots {
+    for robot in robots {
         for number in [Number::Double, Number::Single] {
             let host = robot.on_host(number)?;
             for core in &CORES {
@@ -83,10 +101,7 @@ pub(super) fn check(python: &Python) -> Option<()> {
             }
         }
     }
-    for line in output::table(&rows) {
-        println!("{line}");
-    }
-    rows.iter().all(|row| row.problems.is_empty()).then_some(())
+    Some(rows)
 }
 
 impl Robot {
@@ -98,9 +113,26 @@ impl Robot {
         let given = ["export", &experiment, "--parameters", &truth];
         let more = ["--format", "c", "--out", &out, "--force", "--quiet"];
         sprung(&[&given[..], &more].concat())?;
+        Self::of(name, folder)
+    }
+
+    /// Exports a robot with a controller. Its programs run the controller only.
+    fn controlled(name: &'static str, experiment: &Path, folder: &Path) -> Option<Self> {
+        let example = ["--package", "sprung-export", "--example", "controlled"];
+        let mut write = cargo();
+        write.args(["run", "--quiet"]).args(example).arg("--");
+        write.args(["experiment.toml", "truth.toml"].map(|file| experiment.join(file)));
+        succeeds(write.arg(folder))?;
+        let mut own = Self::of(name, folder)?;
+        own.defined.push("-DCONTROL".to_owned());
+        Some(own)
+    }
+
+    /// Returns the robot whose code is in a folder.
+    fn of(name: &'static str, folder: &Path) -> Option<Self> {
         let header = std::fs::read_to_string(folder.join("robot.h")).ok()?;
         let Some(defined) = output::defined(&header) else {
-            eprintln!("── {out}/robot.h has no name of the robot");
+            eprintln!("── {}/robot.h has no name of the robot", folder.display());
             return None;
         };
         Some(Self {
