@@ -343,6 +343,9 @@ pub(crate) struct Export {
     /// the results folder].
     #[arg(long, value_name = "FILE")]
     pub(crate) parameters: Option<PathBuf>,
+    /// control.json of a designed controller, which the code in C or Rust then contains.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) control: Option<PathBuf>,
     /// Write one joint with the rotor's inertia in place of motor, spring and link.
     #[arg(long)]
     pub(crate) rigid: bool,

@@ -449,7 +449,7 @@ impl Session {
         let session = Arc::clone(&self.inner);
         let parameters = Parameters::from(identified.found().identification.clone());
         let exported = run.work(py, move |_| {
-            session.export(&parameters, &file, format, form)
+            session.export(&parameters, &file, format, form, None)
         })?;
         let names = format.files().iter().map(|name| (*name).to_owned());
         Ok(names.zip(exported.texts).collect())

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 use sprung::export::{Earlier, Exported, Form, Proof, Said, earlier};
-use sprung::session::{Parameters, Session, Usability, find_identification};
+use sprung::session::{Parameters, Session, Usability, find_identification, read_control};
 
 use crate::args::Export;
 use crate::exit_code::{ExitCode, Failure};
@@ -36,14 +36,15 @@ pub(crate) fn run(args: &Export) -> Result<ExitCode, Failure> {
     } else {
         Form::Flexible
     };
-    let inputs = session.inputs().into_iter().chain([file.clone()]);
+    let control = args.control.as_deref().map(read_control).transpose()?;
+    let inputs = session.inputs().into_iter().chain([file.clone()]).chain(args.control.clone());
     let folder = Folder::new(&path, inputs, format.files())?;
     if !args.force {
         for file in format.files() {
             refuse_edited(&path.join(file))?;
         }
     }
-    let found = session.export(&parameters, &file, format, form)?;
+    let found = session.export(&parameters, &file, format, form, control.as_ref())?;
     let mut output = folder.output()?;
     let mut files = Vec::new();
     for (file, text) in format.files().iter().zip(&found.texts) {

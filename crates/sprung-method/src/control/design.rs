@@ -21,9 +21,9 @@ use crate::description::{Controller, ControllerKind};
 use crate::simulate::Trajectory;
 
 /// Velocity of friction compensation without a reference, rad/s (m/s), and with one as a part of the root mean square velocity of
-/// its fastest joint.
-const SPEED: f64 = 0.05;
-const SPEED_PART: f64 = 0.2;
+/// its slowest joint that moves.
+const SPEED: f64 = 0.02;
+const SPEED_PART: f64 = 0.1;
 
 /// Multiple of the highest frequency of a spring up to which poles are shown.
 const SHOWN: f64 = 4.0;
@@ -106,6 +106,7 @@ pub fn design_control(
         robot: robot.to_owned(),
         joints: task.model.joints().to_vec(),
         verdict,
+        has_payload: task.settings.payload.is_some(),
         controller: written(task, &controller, impulses),
         bandwidth,
         loops: loops(task, &seen),
@@ -142,8 +143,9 @@ fn compensation_speed(task: &ControlTask<'_>) -> Option<f64> {
             *sum += own[1] * own[1] / SAMPLES as f64;
         }
     }
-    let fastest = squares.iter().map(|own| own.sqrt()).fold(0.0, f64::max);
-    Some(if fastest > 0.0 { SPEED_PART * fastest } else { SPEED })
+    let moving = squares.into_iter().filter(|own| *own > 0.0);
+    let slowest = moving.map(f64::sqrt).fold(f64::INFINITY, f64::min);
+    Some(if slowest.is_finite() { SPEED_PART * slowest } else { SPEED })
 }
 
 /// Designs the shaper for the light vibrations of the loop; `None` if there are none or none is wanted.

@@ -342,7 +342,7 @@ impl<'t, 'a> Plan<'t, 'a> {
     /// over one period, which leaves out the slow creep against dry friction.
     fn amplitudes(&self, run: &Run, part: [f64; 2]) -> Vec<f64> {
         let looked = self.held(run, part);
-        let window = ((self.period / self.task.period) as usize).clamp(1, looked.len().max(1));
+        let window = ((self.period / self.task.period) as usize).clamp(1, (looked.len() / 2).max(1));
         let of_joint = |joint: usize| {
             let mut sum: f64 = looked.iter().take(window).map(|own| own[joint]).sum();
             let mut largest = 0.0_f64;

@@ -21,6 +21,9 @@ pub struct ControlDesign {
     /// Word of the verdict on the values; `None` for values that come from no identification.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub verdict: Option<String>,
+    /// Whether the values include a payload.
+    #[serde(default)]
+    pub has_payload: bool,
     /// The controller.
     pub controller: DesignedController,
     /// Bandwidths; `None` for a declared controller.

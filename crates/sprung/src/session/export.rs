@@ -3,16 +3,18 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::control::{ControlError, control_code};
 use super::error::SessionError;
 use super::files::read_text;
 use super::load::Session;
 use super::parameters::Parameters;
 use sprung_base::sha256::sha256;
 use sprung_export::{
-    ExportError, Exported, Form, Format, JointEvidence, Known, LogOrigin, Origin, Request,
+    ControlCode, ExportError, Exported, Form, Format, JointEvidence, Known, LogOrigin, Origin, Request,
     ValueOrigin, export,
 };
 use sprung_log::Channels;
+use sprung_method::control::ControlDesign;
 use sprung_method::estimate::{EstimateResult, Identification};
 use sprung_model::Model;
 use sprung_robot::{Experiment, Signal};
@@ -23,6 +25,7 @@ impl Session {
     /// The values are those of possible bodies and drives. The first result of an identification counts.
     ///
     /// - `file`: the file of the parameters, for the origin.
+    /// - `control`: a designed controller, which code then contains.
     ///
     /// # Errors
     ///
@@ -34,8 +37,10 @@ impl Session {
         file: &Path,
         format: Format,
         form: Form,
+        control: Option<&ControlDesign>,
     ) -> Result<Exported, SessionError> {
         self.allow_export(format)?;
+        let control = control.map(|own| self.code_of(own, format)).transpose()?;
         let identification = parameters.identification.as_ref();
         if let Some(identification) = identification {
             self.check_robot(&identification.robot)?;
@@ -81,8 +86,26 @@ impl Session {
             is_there: &is_there,
             evidence: &evidence(&experiment, &model, identification, result),
             origin: self.origin(file, identification, result, &values),
-            control: None,
+            control,
         })?)
+    }
+
+    /// Returns a designed controller of this robot in the form of the export.
+    fn code_of(&self, control: &ControlDesign, format: Format) -> Result<ControlCode, ControlError> {
+        if !format.is_code() {
+            return Err(ControlError::NoCode {
+                format: format.name(),
+            });
+        }
+        let experiment = self.experiment();
+        let joints = experiment.robot.joint.iter().map(|own| &own.name);
+        if control.robot != experiment.robot.name || !joints.eq(&control.joints) {
+            return Err(ControlError::OtherRobot {
+                found: format!("\"{}\"", control.robot),
+                expected: format!("\"{}\"", experiment.robot.name),
+            });
+        }
+        control_code(control)
     }
 
     fn check_robot(&self, found: &str) -> Result<(), ExportError> {

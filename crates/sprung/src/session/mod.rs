@@ -41,7 +41,7 @@ mod validate;
 pub use arrays::QuantityArrays;
 pub use check::Depth;
 pub use compare::{ComparedFiles, compare_files};
-pub use control::{ControlError, controller_toml};
+pub use control::{ControlError, controller_toml, read_control};
 pub use described::{Described, split_remedy};
 pub use error::{ErrorKind, SessionError};
 pub use excite::{ExciteMethod, ExciteRequest, excitation_files};

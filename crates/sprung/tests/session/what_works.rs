@@ -296,7 +296,7 @@ impl Case {
                     Format::Json
                 };
                 let file = Path::new("identification.json");
-                session.export(&self.parameters(), file, format, Form::Flexible)?;
+                session.export(&self.parameters(), file, format, Form::Flexible, None)?;
             }
             "dynamics" => {
                 session.dynamics(&self.parameters(), 0)?;

@@ -59,6 +59,37 @@ pub enum ControlError {
         /// What is wrong.
         why: String,
     },
+    /// A file is no design.
+    #[error("{file} is not the control.json of a design: {why}; give the file that sprung control writes")]
+    NoDesign {
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// The design is for another robot.
+    #[error("the controller was designed for {found}, and the experiment describes {expected}; design one for this robot")]
+    OtherRobot {
+        /// Robot of the design.
+        found: String,
+        /// Robot of the experiment.
+        expected: String,
+    },
+    /// The format has no controller.
+    #[error("--control belongs to --format c and --format rust; {format} files have no controller")]
+    NoCode {
+        /// Name of the format.
+        format: &'static str,
+    },
+    /// The shaper has no taps.
+    #[error("the shaper of the design does not fit its period: {0}; design it again")]
+    Shaper(String),
+    /// The design has a payload.
+    #[error(
+        "the controller was designed for a payload, which the model in the code does not carry; design it without payload for \
+         code"
+    )]
+    PayloadInCode,
     /// Values are missing.
     #[error("{0}; give --parameters FILE with an identification")]
     Values(String),

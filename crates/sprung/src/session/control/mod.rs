@@ -1,9 +1,12 @@
 //! Designs a controller for an identified robot.
 
+mod code;
 mod error;
 mod path;
 mod written;
 
+pub(super) use code::control_code;
+pub use code::read_control;
 pub use error::ControlError;
 pub use written::controller_toml;
 
