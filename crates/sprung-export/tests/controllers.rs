@@ -1,4 +1,5 @@
 //! Code of controllers, compiled and run.
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::collections::BTreeMap;
 use std::path::Path;
