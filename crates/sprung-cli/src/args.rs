@@ -57,7 +57,9 @@ pub(crate) enum Verb {
     #[command(before_help = "Example: sprung excite experiment.toml --out design")]
     Excite(Excite),
     /// Design a controller for an identified robot, and prove it on robots from the posterior.
-    #[command(before_help = "Example: sprung control experiment.toml --set control.bandwidth_hz=[3.0]")]
+    #[command(
+        before_help = "Example: sprung control experiment.toml --set control.bandwidth_hz=[3.0]"
+    )]
     Control(Control),
     /// Write an identified robot for simulators and controllers.
     #[command(before_help = "Example: sprung export experiment.toml --format mjcf")]

@@ -59,7 +59,10 @@ fn subtitle(design: &ControlDesign) -> String {
         "link-damping" => "Control that damps the links",
         _ => "Declared controller",
     };
-    let ahead = match (own.has_feedforward, own.friction_compensation_speed_rad_per_s) {
+    let ahead = match (
+        own.has_feedforward,
+        own.friction_compensation_speed_rad_per_s,
+    ) {
         (true, Some(_)) => " with the torques of the model and compensation of friction",
         (true, None) => " with the torques of the model",
         (false, _) => "",
@@ -82,7 +85,12 @@ fn badge(design: &ControlDesign) -> Badge {
 
 fn summary(design: &ControlDesign) -> String {
     let least = |all: &mut dyn Iterator<Item = f64>| all.fold(f64::INFINITY, f64::min);
-    let gain = least(&mut design.loops.iter().filter_map(|own| Some(own.gain_db?.worst)));
+    let gain = least(
+        &mut design
+            .loops
+            .iter()
+            .filter_map(|own| Some(own.gain_db?.worst)),
+    );
     let phase = least(&mut design.loops.iter().map(|own| own.phase_deg.worst));
     let robots = if design.draws == 0 {
         "the given values".to_owned()
@@ -112,7 +120,10 @@ fn what_to_do(design: &ControlDesign) -> String {
 }
 
 fn pair(own: &WithDraws, digits: usize) -> [String; 2] {
-    [significant(own.identified, digits), significant(own.worst, digits)]
+    [
+        significant(own.identified, digits),
+        significant(own.worst, digits),
+    ]
 }
 
 /// Composes the section about margins with Bode plots.
@@ -193,15 +204,26 @@ fn constant(value: f64, length: usize) -> Series {
 fn banded(band: &Banded, name: &str, style: Style) -> Vec<Series> {
     let series = |name: String, values: &[f64], style| Series {
         name,
-        values: values.iter().map(|own| own.is_finite().then_some(*own)).collect(),
+        values: values
+            .iter()
+            .map(|own| own.is_finite().then_some(*own))
+            .collect(),
         style,
         clipped: false,
     };
     let has_band = band.low != band.high;
     let mut all = Vec::new();
     if has_band {
-        all.push(series(format!("{name}, lowest"), &band.low, Style::Reference));
-        all.push(series(format!("{name}, highest"), &band.high, Style::Reference));
+        all.push(series(
+            format!("{name}, lowest"),
+            &band.low,
+            Style::Reference,
+        ));
+        all.push(series(
+            format!("{name}, highest"),
+            &band.high,
+            Style::Reference,
+        ));
     }
     all.push(series(name.to_owned(), &band.identified, style));
     all
@@ -209,7 +231,8 @@ fn banded(band: &Banded, name: &str, style: Style) -> Vec<Series> {
 
 /// Composes the section about vibrations with the poles over the workspace.
 fn vibrations(design: &ControlDesign, pictures: &ControlPictures) -> Section {
-    let ends = |[low, high]: [f64; 2]| format!("{} – {}", significant(low, 3), significant(high, 3));
+    let ends =
+        |[low, high]: [f64; 2]| format!("{} – {}", significant(low, 3), significant(high, 3));
     let rows = design.vibrations.iter().map(|own| Row {
         cells: vec![
             own.name.clone(),
@@ -284,7 +307,10 @@ fn shaper(own: &ShaperDesign) -> Section {
         columns: vec![number("time [s]"), number("part of the command")],
         rows: (own.impulses.iter())
             .map(|impulse| Row {
-                cells: vec![significant(impulse.time_s, 4), significant(impulse.amplitude, 4)],
+                cells: vec![
+                    significant(impulse.time_s, 4),
+                    significant(impulse.amplitude, 4),
+                ],
                 tone: Tone::Neutral,
             })
             .collect(),
@@ -345,7 +371,10 @@ fn shaper(own: &ShaperDesign) -> Section {
 /// Returns a figure of simulated motions, one panel per joint.
 fn figure(id: &str, caption: &str, timed: &Timed, what: &str) -> Figure {
     let panel = |own: &sprung_method::control::LinkCurves| {
-        let curves = own.curves.iter().filter(|(_, band)| !band.identified.is_empty());
+        let curves = own
+            .curves
+            .iter()
+            .filter(|(_, band)| !band.identified.is_empty());
         Panel {
             y_label: format!("{} {what} [rad]", own.joint),
             x: timed.time_s.clone(),

@@ -6,8 +6,8 @@ use toml::de::{DeArray, DeTable, DeValue};
 
 use super::check::kinematics;
 use super::check::{Fault, check, check_format, check_log_over};
-use super::defaults::spread;
 use super::control::Control;
+use super::defaults::spread;
 use super::excite::Excite;
 use super::identify::Identify;
 use super::keys::{self, Misfit};

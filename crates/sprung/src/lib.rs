@@ -188,8 +188,8 @@ pub mod report {
     pub use sprung_report::{
         Badge, Bar, BarRow, Bars, Block, Column, Contents, Document, Drawing, Figure, Finding,
         Fold, IntervalRow, Intervals, Layout, Mark, Panel, ReportError, Row, Section, Series,
-        Skeleton, Style, Table, Tone, compose, compose_check, compose_comparison,
-        compose_control, compose_excitation, compose_servo, render, significant,
+        Skeleton, Style, Table, Tone, compose, compose_check, compose_comparison, compose_control,
+        compose_excitation, compose_servo, render, significant,
     };
 }
 

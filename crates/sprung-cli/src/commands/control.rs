@@ -5,9 +5,9 @@ use sprung::report::{compose_control, significant};
 use sprung::session::{Parameters, Session, controller_toml, find_identification};
 
 use crate::args::Control;
+use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};
 use crate::output::{Folder, results_folder};
-use crate::command_line::command_line;
 use crate::results::{write_html, write_json};
 use crate::terminal::{Grid, Terminal, dash};
 
@@ -74,7 +74,13 @@ fn say(terminal: Terminal, own: &ControlDesign) {
     terminal.table(&vibrations_table(own));
     if let Some(shaper) = &own.shaper {
         let kinds: Vec<String> = (shaper.modes.iter())
-            .map(|mode| format!("{} at {} Hz", mode.kind.word(), significant(mode.centre_hz, 3)))
+            .map(|mode| {
+                format!(
+                    "{} at {} Hz",
+                    mode.kind.word(),
+                    significant(mode.centre_hz, 3)
+                )
+            })
             .collect();
         terminal.say(format!(
             "input shaper: {}, delay {} s, leaves at most {} % of the vibration",
@@ -112,7 +118,14 @@ fn say(terminal: Terminal, own: &ControlDesign) {
 }
 
 fn loops_table(own: &ControlDesign) -> Grid {
-    let header = ["loop", "gain margin, dB", "worst robot", "phase margin, °", "worst robot", "crossover, Hz"];
+    let header = [
+        "loop",
+        "gain margin, dB",
+        "worst robot",
+        "phase margin, °",
+        "worst robot",
+        "crossover, Hz",
+    ];
     let mut table = Grid::new(header.map(str::to_owned).into(), 1);
     for row in &own.loops {
         let gain = |of: fn(&WithDraws) -> f64| dash(row.gain_db.as_ref().map(of), 3);
@@ -129,9 +142,17 @@ fn loops_table(own: &ControlDesign) -> Grid {
 }
 
 fn vibrations_table(own: &ControlDesign) -> Grid {
-    let header = ["vibration", "motors", "Hz", "95 % of robots and poses", "damping", "95 %"];
+    let header = [
+        "vibration",
+        "motors",
+        "Hz",
+        "95 % of robots and poses",
+        "damping",
+        "95 %",
+    ];
     let mut table = Grid::new(header.map(str::to_owned).into(), 2);
-    let ends = |[low, high]: [f64; 2]| format!("{} – {}", significant(low, 3), significant(high, 3));
+    let ends =
+        |[low, high]: [f64; 2]| format!("{} – {}", significant(low, 3), significant(high, 3));
     for row in &own.vibrations {
         table.add_row(vec![
             row.name.clone(),

@@ -37,7 +37,11 @@ pub(crate) fn run(args: &Export) -> Result<ExitCode, Failure> {
         Form::Flexible
     };
     let control = args.control.as_deref().map(read_control).transpose()?;
-    let inputs = session.inputs().into_iter().chain([file.clone()]).chain(args.control.clone());
+    let inputs = session
+        .inputs()
+        .into_iter()
+        .chain([file.clone()])
+        .chain(args.control.clone());
     let folder = Folder::new(&path, inputs, format.files())?;
     if !args.force {
         for file in format.files() {

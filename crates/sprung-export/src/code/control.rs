@@ -149,7 +149,12 @@ impl<'a> Control<'a> {
             (0..n).map(wave).collect()
         };
         let wanted = waves(size);
-        let [of_link, of_motor] = [1e-3, 1e-4].map(|part| waves(part * size));
+        // Without feedforward the deviation alone makes the torque, which must exceed the rounding of gains times positions.
+        let of_motors = match self.controller().kind {
+            ControllerKind::Pd => 0.05,
+            ControllerKind::StateFeedback => 1e-4,
+        };
+        let [of_link, of_motor] = [1e-3, of_motors].map(|part| waves(part * size));
         let mut velocities = vec![self.code.velocity()?; 2 * n];
         let mut rest = vec![0.0; 5 * n];
         for (rest, wave) in rest.iter_mut().zip(&wanted) {

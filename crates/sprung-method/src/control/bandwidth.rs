@@ -76,7 +76,8 @@ pub(super) fn feedback(
     speed: Option<f64>,
 ) -> Result<Found, ControlRefusal> {
     let n = task.model.joint_count();
-    let centre = linear(task.model, task.theta, &task.poses[0]).ok_or(ControlRefusal::Impossible)?;
+    let centre =
+        linear(task.model, task.theta, &task.poses[0]).ok_or(ControlRefusal::Impossible)?;
     let asked = &task.settings.bandwidth_hz;
     let base = match asked.as_slice() {
         [] => {
@@ -107,9 +108,16 @@ pub(super) fn feedback(
 fn heaviest(task: &ControlTask<'_>) -> usize {
     let inertia = |q: &Vec<f64>| {
         let own = linear(task.model, task.theta, q)?;
-        Some((0..task.model.joint_count()).map(|i| own.mass[(i, i)].ln()).sum::<f64>())
+        Some(
+            (0..task.model.joint_count())
+                .map(|i| own.mass[(i, i)].ln())
+                .sum::<f64>(),
+        )
     };
-    let all = task.poses.iter().map(|q| inertia(q).unwrap_or(f64::NEG_INFINITY));
+    let all = task
+        .poses
+        .iter()
+        .map(|q| inertia(q).unwrap_or(f64::NEG_INFINITY));
     (all.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))).map_or(0, |(pose, _)| pose)
 }
 
@@ -133,7 +141,10 @@ impl Search<'_, '_> {
             reductions += 1;
         };
         let limited_by = broken.unwrap_or_else(|| {
-            format!("a tenth of the sampling rate, {:.3} Hz", HIGHEST / self.task.period)
+            format!(
+                "a tenth of the sampling rate, {:.3} Hz",
+                HIGHEST / self.task.period
+            )
         });
         let base = self.base.clone();
         let hz = |factor: f64| base.iter().map(|own| factor * own).collect::<Vec<f64>>();
@@ -228,14 +239,17 @@ impl Search<'_, '_> {
             Robots::Identified => &mut self.identified,
             Robots::Drawn => &mut self.drawn,
         };
-        let blocks = std::iter::once(0..1).chain((1..cases.len()).step_by(BLOCK).map(|from| {
-            from..(from + BLOCK).min(cases.len())
-        }));
+        let blocks = std::iter::once(0..1).chain(
+            (1..cases.len())
+                .step_by(BLOCK)
+                .map(|from| from..(from + BLOCK).min(cases.len())),
+        );
         for block in blocks {
             let own = cases.get(block.clone()).unwrap_or_default();
             let all = stabilities(self.task, controller, own);
             let broken = all.iter().position(|own| {
-                own.as_ref().is_none_or(|own| !keeps(own, self.task.settings))
+                own.as_ref()
+                    .is_none_or(|own| !keeps(own, self.task.settings))
             });
             if let Some(k) = broken {
                 let case = own[k];

@@ -1,7 +1,7 @@
 //! The open loops over the frequency, with the band of the posterior.
 
-use rayon::prelude::*;
 use faer::c64;
+use rayon::prelude::*;
 
 use super::pictures::{Banded, LoopCurve};
 use super::pose::linear;
@@ -37,7 +37,11 @@ pub(super) fn loop_curves(task: &ControlTask<'_>, controller: &Controller) -> Ve
     (0..n)
         .map(|joint| {
             let gains: Vec<Vec<f64>> = (all.iter())
-                .map(|own| own.iter().map(|at| 20.0 * at[joint].norm().log10()).collect())
+                .map(|own| {
+                    own.iter()
+                        .map(|at| 20.0 * at[joint].norm().log10())
+                        .collect()
+                })
                 .collect();
             let phases: Vec<Vec<f64>> = all.iter().map(|own| unwrapped(own, joint)).collect();
             let band = |all: &[Vec<f64>]| {

@@ -72,7 +72,9 @@ pub fn design_control(
     let cases = [identified(task), drawn(task)].concat();
     let seen = look(task, &controller, &cases);
     let grows = |own: &&Seen| own.stability.growth_per_s.is_some();
-    if let Some((own, rate)) = (seen.iter().find(grows)).and_then(|own| Some((own, own.stability.growth_per_s?))) {
+    if let Some((own, rate)) =
+        (seen.iter().find(grows)).and_then(|own| Some((own, own.stability.growth_per_s?)))
+    {
         return Err(ControlRefusal::Unstable {
             pose_rad: task.poses[own.pose].clone(),
             time_s: 1.0 / rate,
@@ -88,7 +90,9 @@ pub fn design_control(
     let impulses: Vec<[f64; 2]> = (shaper.iter())
         .flat_map(|own| own.impulses.iter().map(|own| [own.time_s, own.amplitude]))
         .collect();
-    let lowest = vibrations.iter().find(|own| own.motors == Motors::Controlled);
+    let lowest = vibrations
+        .iter()
+        .find(|own| own.motors == Motors::Controlled);
     let mut pictures = ControlPictures {
         loops: loop_curves(task, &controller),
         poles: poles(&seen),
@@ -145,7 +149,11 @@ fn compensation_speed(task: &ControlTask<'_>) -> Option<f64> {
     }
     let moving = squares.into_iter().filter(|own| *own > 0.0);
     let slowest = moving.map(f64::sqrt).fold(f64::INFINITY, f64::min);
-    Some(if slowest.is_finite() { SPEED_PART * slowest } else { SPEED })
+    Some(if slowest.is_finite() {
+        SPEED_PART * slowest
+    } else {
+        SPEED
+    })
 }
 
 /// Designs the shaper for the light vibrations of the loop; `None` if there are none or none is wanted.
@@ -191,14 +199,20 @@ const STICKS: f64 = 0.05;
 
 /// Returns whether dry friction holds the motor of a joint while its link vibrates.
 fn sticks(task: &ControlTask<'_>, joint: usize) -> bool {
-    let value = |kind| task.model.index(kind, joint).map_or(0.0, |index| task.theta[index]);
+    let value = |kind| {
+        task.model
+            .index(kind, joint)
+            .map_or(0.0, |index| task.theta[index])
+    };
     let dry = value(JointParameter::Friction(Side::Motor, Law::Coulomb));
     dry > STICKS * value(JointParameter::Stiffness)
 }
 
 /// Returns the poles that vibrate, without those of the velocity estimators: up to some multiple of the springs' frequencies.
 fn poles(seen: &[Seen]) -> Vec<(f64, f64, bool)> {
-    let springs = seen.iter().flat_map(|own| own.springs.iter().flatten().flatten());
+    let springs = seen
+        .iter()
+        .flat_map(|own| own.springs.iter().flatten().flatten());
     let highest = springs.map(|[hz, _]| SHOWN * hz).fold(0.0, f64::max);
     (seen.iter())
         .flat_map(|own| {
@@ -226,11 +240,16 @@ fn loops(task: &ControlTask<'_>, seen: &[Seen]) -> Vec<LoopMargins> {
                 joint: name.clone(),
                 gain_db: gain.worst.is_finite().then_some(WithDraws {
                     // A figure that no gain bounds has no number in JSON.
-                    identified: if gain.identified.is_finite() { gain.identified } else { gain.worst },
+                    identified: if gain.identified.is_finite() {
+                        gain.identified
+                    } else {
+                        gain.worst
+                    },
                     ..gain
                 }),
                 phase_deg: least(seen, |own| own.stability.margins[joint].phase_deg),
-                crossover_hz: crossover.map_or(0.0, |own| own.stability.margins[joint].crossover_hz),
+                crossover_hz: crossover
+                    .map_or(0.0, |own| own.stability.margins[joint].crossover_hz),
             }
         })
         .collect()

@@ -48,10 +48,22 @@ impl Joint {
                     link,
                     motor,
                     carried: own(&linear.mass, link),
-                    rotor: if is_flexible { own(&linear.mass, motor) } else { 0.0 },
+                    rotor: if is_flexible {
+                        own(&linear.mass, motor)
+                    } else {
+                        0.0
+                    },
                     friction: own(&linear.damping, link)
-                        + if is_flexible { own(&linear.damping, motor) } else { 0.0 },
-                    stiffness: if is_flexible { -linear.stiffness[(motor, link)] } else { 0.0 },
+                        + if is_flexible {
+                            own(&linear.damping, motor)
+                        } else {
+                            0.0
+                        },
+                    stiffness: if is_flexible {
+                        -linear.stiffness[(motor, link)]
+                    } else {
+                        0.0
+                    },
                 }
             })
             .collect()

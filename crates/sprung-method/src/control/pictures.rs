@@ -21,7 +21,10 @@ impl Banded {
         };
         let all = 0..identified.len();
         Self {
-            low: all.clone().map(|k| at(k, f64::INFINITY, f64::min)).collect(),
+            low: all
+                .clone()
+                .map(|k| at(k, f64::INFINITY, f64::min))
+                .collect(),
             high: all.map(|k| at(k, f64::NEG_INFINITY, f64::max)).collect(),
             identified,
         }

@@ -120,7 +120,11 @@ pub(super) fn prove(
     let vibration = |run: &Run| plan.vibration(run);
     let percent = |own: &Robot| {
         let [shaped, unshaped] = [&own.shaped, &own.unshaped].map(vibration);
-        if unshaped > 0.0 { 100.0 * shaped / unshaped } else { 0.0 }
+        if unshaped > 0.0 {
+            100.0 * shaped / unshaped
+        } else {
+            0.0
+        }
     };
     let moves = Moves {
         duration_s: plan.duration,
@@ -128,7 +132,10 @@ pub(super) fn prove(
         unshaped_rad: worst(&|own| vibration(&own.unshaped)),
         shaped_rad: worst(&|own| vibration(&own.shaped)),
         largest_percent: robots.iter().map(percent).fold(0.0, f64::max),
-        limit_cycles: robots.iter().filter(|own| plan.goes_on(&own.shaped)).count(),
+        limit_cycles: robots
+            .iter()
+            .filter(|own| plan.goes_on(&own.shaped))
+            .count(),
     };
     let has_limit = task.model.torque_limits().any(f64::is_finite);
     let torques = robots.iter().flat_map(|own| {
@@ -195,7 +202,9 @@ impl<'t, 'a> Plan<'t, 'a> {
     /// Simulates all motions of a robot.
     fn of(&self, robot: usize) -> Result<Robot, ControlRefusal> {
         let task = self.task;
-        let theta = robot.checked_sub(1).map_or(task.theta, |draw| &task.draws[draw]);
+        let theta = robot
+            .checked_sub(1)
+            .map_or(task.theta, |draw| &task.draws[draw]);
         let pose = &task.poses[robot % task.poses.len()];
         let own = self.designed.controller;
         let tracking = |controller: &Controller| -> Result<Option<Run>, ControlRefusal> {
@@ -206,7 +215,9 @@ impl<'t, 'a> Plan<'t, 'a> {
             let start = reference.clone();
             let duration = task.twin.duration_s.min(LONGEST);
             let what = "on the reference of the experiment";
-            Ok(Some(self.run(theta, controller, start, &motion, duration, what)?))
+            Ok(Some(
+                self.run(theta, controller, start, &motion, duration, what)?,
+            ))
         };
         let designed = tracking(own)?;
         if robot == 0
@@ -221,7 +232,11 @@ impl<'t, 'a> Plan<'t, 'a> {
         let moved = |way: f64, duration: f64, shaper: &[[f64; 2]]| {
             let end = (pose.iter().zip(&self.way).zip(task.ranges))
                 .map(|((from, whole), [low, high])| {
-                    let inward = if *from > 0.5 * (low + high) { -1.0 } else { 1.0 };
+                    let inward = if *from > 0.5 * (low + high) {
+                        -1.0
+                    } else {
+                        1.0
+                    };
                     from + inward * way * whole
                 })
                 .collect();
@@ -233,7 +248,14 @@ impl<'t, 'a> Plan<'t, 'a> {
             let motion = motion.shaped(shaper.to_vec());
             let time = duration + self.delay + self.hold;
             let start = self.resting(pose);
-            self.run(theta, own, start, &motion, time, "in a move from rest to rest")
+            self.run(
+                theta,
+                own,
+                start,
+                &motion,
+                time,
+                "in a move from rest to rest",
+            )
         };
         let unshaped = moved(1.0, self.duration, &[])?;
         let shaped = moved(1.0, self.duration, self.designed.shaper)?;
@@ -274,7 +296,10 @@ impl<'t, 'a> Plan<'t, 'a> {
                 .collect()
         };
         Reference {
-            centre_deg: of(JointKind::Revolute).iter().map(|q| q.to_degrees()).collect(),
+            centre_deg: of(JointKind::Revolute)
+                .iter()
+                .map(|q| q.to_degrees())
+                .collect(),
             centre_m: of(JointKind::Prismatic),
             sines: Vec::new(),
         }
@@ -303,14 +328,20 @@ impl<'t, 'a> Plan<'t, 'a> {
             settings: &self.settings,
         })
         .and_then(|twin| twin.with_feedforward(task.theta));
-        let mut twin = twin.map_err(|_| ControlRefusal::Impossible)?.with_reference(motion.clone());
+        let mut twin = twin
+            .map_err(|_| ControlRefusal::Impossible)?
+            .with_reference(motion.clone());
         let samples = (duration / task.period).ceil() as usize;
         let mut run = Run {
             links: Vec::with_capacity(samples),
             wanted: Vec::with_capacity(samples),
             torque: vec![0.0; n],
         };
-        let settles = if what.contains("reference") { SETTLES } else { 0.0 };
+        let settles = if what.contains("reference") {
+            SETTLES
+        } else {
+            0.0
+        };
         let mut desired = vec![[0.0; 5]; n];
         for _ in 0..samples {
             let sample = twin.sample().map_err(|_| ControlRefusal::RunsAway {
@@ -342,7 +373,8 @@ impl<'t, 'a> Plan<'t, 'a> {
     /// over one period, which leaves out the slow creep against dry friction.
     fn amplitudes(&self, run: &Run, part: [f64; 2]) -> Vec<f64> {
         let looked = self.held(run, part);
-        let window = ((self.period / self.task.period) as usize).clamp(1, (looked.len() / 2).max(1));
+        let window =
+            ((self.period / self.task.period) as usize).clamp(1, (looked.len() / 2).max(1));
         let of_joint = |joint: usize| {
             let mut sum: f64 = looked.iter().take(window).map(|own| own[joint]).sum();
             let mut largest = 0.0_f64;
@@ -358,13 +390,17 @@ impl<'t, 'a> Plan<'t, 'a> {
 
     /// Returns the largest vibration of a link after a move, rad (m).
     fn vibration(&self, run: &Run) -> f64 {
-        self.amplitudes(run, [0.0, MEASURED]).into_iter().fold(0.0, f64::max)
+        self.amplitudes(run, [0.0, MEASURED])
+            .into_iter()
+            .fold(0.0, f64::max)
     }
 
     /// Returns whether a link still vibrates at the end.
     fn goes_on(&self, run: &Run) -> bool {
         let all = self.amplitudes(run, [1.0 - REST, 1.0]);
-        all.iter().zip(&self.way).any(|(own, way)| *own > RESTS * way)
+        all.iter()
+            .zip(&self.way)
+            .any(|(own, way)| *own > RESTS * way)
     }
 }
 
@@ -416,7 +452,9 @@ fn draw(
         curves(
             &[
                 ("without shaper", &|own| Some(&own.unshaped)),
-                ("with shaper", &|own| Some(&own.shaped).filter(|_| is_shaped)),
+                ("with shaper", &|own| {
+                    Some(&own.shaped).filter(|_| is_shaped)
+                }),
             ],
             0,
             &from_end,
@@ -428,7 +466,9 @@ fn draw(
         curves(
             &[
                 ("without shaper", &|own| Some(&own.steps[0])),
-                ("with shaper", &|own| Some(&own.steps[1]).filter(|_| is_shaped)),
+                ("with shaper", &|own| {
+                    Some(&own.steps[1]).filter(|_| is_shaped)
+                }),
             ],
             0,
             &from_end,

@@ -6,7 +6,7 @@
 pub enum ControlRefusal {
     /// The bandwidth that was asked for does not keep the margins.
     #[error(
-        "a bandwidth of {} Hz does not keep the margins: {because}; the largest in these proportions is {} Hz",
+        "a bandwidth of {} Hz does not keep the margins; the largest in these proportions is {} Hz, above which {because}",
         numbers(.asked_hz), numbers(.largest_hz)
     )]
     TooFast {
@@ -64,7 +64,9 @@ pub enum ControlRefusal {
     #[error("no input shaper: {0}; give shaper_modes = 0 in [control] for a design without one")]
     Shaper(#[from] super::shapers::ShaperDesignError),
     /// No robot can have the values.
-    #[error("no robot can have these values; identify the robot again, or correct the nominal values")]
+    #[error(
+        "no robot can have these values; identify the robot again, or correct the nominal values"
+    )]
     Impossible,
     /// The user stopped the design.
     #[error("stopped on request before the end")]

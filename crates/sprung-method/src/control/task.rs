@@ -1,6 +1,8 @@
 //! What the design of a controller takes.
 
-use crate::description::{Control, Controller, ControllerKind, Feedback, Feedforward, Reference, Simulate};
+use crate::description::{
+    Control, Controller, ControllerKind, Feedback, Feedforward, Reference, Simulate,
+};
 use crate::model::{Model, Theta};
 
 /// What the design of a controller takes.

@@ -106,7 +106,8 @@ fn over(
         let here = points.iter().filter(|(own, _)| own.pose == pose);
         let all: Vec<Point> = here.clone().filter_map(|(_, point)| *point).collect();
         let mut own = here.filter(|(own, _)| own.robot == 0);
-        own.find_map(|(_, point)| *point).map(|value| mode(value, &all))
+        own.find_map(|(_, point)| *point)
+            .map(|value| mode(value, &all))
     };
     Some(Vibration {
         motors,

@@ -1,9 +1,7 @@
 //! Poses that fill a workspace.
 
 /// Prime numbers, bases of the Halton sequence.
-const PRIMES: [u32; 16] = [
-    2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53,
-];
+const PRIMES: [u32; 16] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53];
 
 /// Returns poses that fill the ranges evenly, the middle first; \[count\]\[n\].
 ///

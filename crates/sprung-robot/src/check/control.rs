@@ -60,7 +60,10 @@ pub(super) fn check_control(control: &Control, robot: &Robot) -> Result<(), Faul
         if !(least..=most).contains(&value) {
             return wrong(
                 key,
-                format!("{key} = {} must be between {least} and {most}", Shown(value)),
+                format!(
+                    "{key} = {} must be between {least} and {most}",
+                    Shown(value)
+                ),
             );
         }
     }
@@ -82,7 +85,10 @@ pub(super) fn check_control(control: &Control, robot: &Robot) -> Result<(), Faul
     }
     if let Some(payload) = &control.payload {
         if payload.mass_kg.is_none() {
-            return wrong("payload", "the payload of control needs mass_kg and com_m".to_owned());
+            return wrong(
+                "payload",
+                "the payload of control needs mass_kg and com_m".to_owned(),
+            );
         }
         if let Err(what) = possible(payload) {
             return wrong("payload", format!("the payload of control: {what}"));

@@ -85,10 +85,15 @@ fn fault_of_shaper(shaper: &[[f64; 2]]) -> Option<String> {
     if times().any(|time| !(0.0..=LONGEST_SHAPER).contains(&time))
         || times().zip(times().skip(1)).any(|(a, b)| b <= a)
     {
-        return Some(format!("the times of shaper must rise, from 0 to at most {LONGEST_SHAPER} s"));
+        return Some(format!(
+            "the times of shaper must rise, from 0 to at most {LONGEST_SHAPER} s"
+        ));
     }
     if !shaper.is_empty() && (sum - 1.0).abs() > 1e-6 {
-        return Some(format!("the parts of shaper have the sum {}, and it must be 1", Shown(sum)));
+        return Some(format!(
+            "the parts of shaper have the sum {}, and it must be 1",
+            Shown(sum)
+        ));
     }
     None
 }

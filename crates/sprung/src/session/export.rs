@@ -10,8 +10,8 @@ use super::load::Session;
 use super::parameters::Parameters;
 use sprung_base::sha256::sha256;
 use sprung_export::{
-    ControlCode, ExportError, Exported, Form, Format, JointEvidence, Known, LogOrigin, Origin, Request,
-    ValueOrigin, export,
+    ControlCode, ExportError, Exported, Form, Format, JointEvidence, Known, LogOrigin, Origin,
+    Request, ValueOrigin, export,
 };
 use sprung_log::Channels;
 use sprung_method::control::ControlDesign;
@@ -91,7 +91,11 @@ impl Session {
     }
 
     /// Returns a designed controller of this robot in the form of the export.
-    fn code_of(&self, control: &ControlDesign, format: Format) -> Result<ControlCode, ControlError> {
+    fn code_of(
+        &self,
+        control: &ControlDesign,
+        format: Format,
+    ) -> Result<ControlCode, ControlError> {
         if !format.is_code() {
             return Err(ControlError::NoCode {
                 format: format.name(),

@@ -35,7 +35,9 @@ pub fn read_control(file: &Path) -> Result<ControlDesign, SessionError> {
 }
 
 /// Returns a design in the form of the export.
-pub(in crate::session) fn control_code(design: &ControlDesign) -> Result<ControlCode, ControlError> {
+pub(in crate::session) fn control_code(
+    design: &ControlDesign,
+) -> Result<ControlCode, ControlError> {
     if design.has_payload {
         return Err(ControlError::PayloadInCode);
     }
@@ -43,7 +45,11 @@ pub(in crate::session) fn control_code(design: &ControlDesign) -> Result<Control
     let n = design.joints.len();
     let of = |order: usize| -> Vec<f64> {
         (0..n)
-            .map(|i| own.gain.get(i).and_then(|row| row.get((2 * order + 1) * n + i)))
+            .map(|i| {
+                own.gain
+                    .get(i)
+                    .and_then(|row| row.get((2 * order + 1) * n + i))
+            })
             .map(|own| own.copied().unwrap_or(f64::NAN))
             .collect()
     };

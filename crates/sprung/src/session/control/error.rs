@@ -52,15 +52,17 @@ pub enum ControlError {
     },
     /// The robot cannot carry the payload.
     #[error(
-        "the robot cannot carry the payload of [control]: {why}; describe the robot with urdf, dh_modified or dh_classic, and name one of \
-         its links"
+        "the robot cannot carry the payload of [control]: {why}; describe the robot with urdf, dh_modified or dh_classic, and give one \
+         of its links"
     )]
     Payload {
         /// What is wrong.
         why: String,
     },
     /// A file is no design.
-    #[error("{file} is not the control.json of a design: {why}; give the file that sprung control writes")]
+    #[error(
+        "{file} is not the control.json of a design: {why}; give the file that sprung control writes"
+    )]
     NoDesign {
         /// The file.
         file: String,
@@ -68,7 +70,9 @@ pub enum ControlError {
         why: String,
     },
     /// The design is for another robot.
-    #[error("the controller was designed for {found}, and the experiment describes {expected}; design one for this robot")]
+    #[error(
+        "the controller was designed for {found}, and the experiment describes {expected}; design one for this robot"
+    )]
     OtherRobot {
         /// Robot of the design.
         found: String,

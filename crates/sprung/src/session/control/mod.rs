@@ -117,7 +117,9 @@ impl Setup {
         let settings = &experiment.control;
         let mut assumed = Vec::new();
         let n = model.joint_count();
-        if settings.feedback == Feedback::LinkDamping && (0..n).all(|joint| !model.is_flexible(joint)) {
+        if settings.feedback == Feedback::LinkDamping
+            && (0..n).all(|joint| !model.is_flexible(joint))
+        {
             return Err(ControlError::Rigid.into());
         }
         if settings.feedback == Feedback::Declared && experiment.controller.is_none() {
@@ -125,22 +127,41 @@ impl Setup {
         }
         let result = (parameters.identification.as_ref()).and_then(|own| own.results.first());
         let period = period(&experiment, parameters)?;
-        let (model, mut theta, mut draws) =
-            values(session, &experiment, model, (parameters, result), accept_unusable, &mut assumed)?;
+        let (model, mut theta, mut draws) = values(
+            session,
+            &experiment,
+            model,
+            (parameters, result),
+            accept_unusable,
+            &mut assumed,
+        )?;
         if let Some(payload) = &settings.payload {
-            model.link_of_payload(payload).map_err(|error| ControlError::Payload {
-                why: error.to_string(),
-            })?;
-            let change = model.change_by_payload(payload).ok_or_else(|| ControlError::Payload {
-                why: "its mass or its centre of mass is missing".to_owned(),
-            })?;
+            if model.tree().is_none() {
+                return Err(ControlError::Payload {
+                    why: "kinematics = \"planar-2r\" has no single bodies".to_owned(),
+                }
+                .into());
+            }
+            model
+                .link_of_payload(payload)
+                .map_err(|error| ControlError::Payload {
+                    why: error.to_string(),
+                })?;
+            let change = model
+                .change_by_payload(payload)
+                .ok_or_else(|| ControlError::Payload {
+                    why: "its mass or its centre of mass is missing".to_owned(),
+                })?;
             for theta in std::iter::once(&mut theta).chain(&mut draws) {
                 for (value, change) in theta.iter_mut().zip(&change) {
                     *value += change;
                 }
             }
         }
-        let declared = experiment.controller.as_ref().map(|own| own.velocity_window);
+        let declared = experiment
+            .controller
+            .as_ref()
+            .map(|own| own.velocity_window);
         let window = settings.velocity_window.or(declared).unwrap_or(WINDOW);
         let ranges = ranges(&experiment, &model, &mut assumed);
         let twin = match experiment.simulate.clone() {
@@ -220,7 +241,9 @@ fn values(
     let Some(result) = result else {
         let given = parameters.sets.first().map(|set| set.values.clone());
         let values = given.unwrap_or_default();
-        let theta = model.theta(&values).map_err(|error| ControlError::Values(error.to_string()))?;
+        let theta = model
+            .theta(&values)
+            .map_err(|error| ControlError::Values(error.to_string()))?;
         check(&model, &theta)?;
         assumed.push(
             "the values come from no identification, so they count as exact: no margin covers their errors".to_owned(),
@@ -260,10 +283,14 @@ fn ranges(experiment: &Experiment, model: &Model, assumed: &mut Vec<String>) -> 
             JointKind::Revolute => TURN,
             JointKind::Prismatic => SLIDE,
         };
-        experiment.robot.limits(joint).position_rad.unwrap_or_else(|| {
-            free.push(model.joints()[joint].clone());
-            [-half, half]
-        })
+        experiment
+            .robot
+            .limits(joint)
+            .position_rad
+            .unwrap_or_else(|| {
+                free.push(model.joints()[joint].clone());
+                [-half, half]
+            })
     });
     let all = all.collect();
     if !free.is_empty() {

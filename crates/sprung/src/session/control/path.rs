@@ -26,7 +26,13 @@ impl Session {
         })?;
         let last = poses.len() - 1;
         let count = most.min(poses.len());
-        let place = |k: usize| if count == 1 { 0 } else { k * last / (count - 1) };
+        let place = |k: usize| {
+            if count == 1 {
+                0
+            } else {
+                k * last / (count - 1)
+            }
+        };
         Ok((0..count).map(|k| poses[place(k)].clone()).collect())
     }
 }
@@ -36,9 +42,15 @@ fn poses(
     joints: &[String],
     limits: &[Option<[f64; 2]>],
 ) -> Result<Vec<Vec<f64>>, String> {
-    let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
+    let mut lines = text
+        .lines()
+        .enumerate()
+        .filter(|(_, line)| !line.trim().is_empty());
     let (_, header) = lines.next().ok_or("the file is empty")?;
-    let names: Vec<&str> = header.split(',').map(|name| name.trim().trim_matches('"')).collect();
+    let names: Vec<&str> = header
+        .split(',')
+        .map(|name| name.trim().trim_matches('"'))
+        .collect();
     let columns = joints.iter().map(|joint| {
         let mut names = names.iter();
         names
@@ -55,7 +67,9 @@ fn poses(
             let cell = cells.get(*column).copied().unwrap_or_default();
             let value: f64 = (cell.parse().ok())
                 .filter(|value: &f64| value.is_finite())
-                .ok_or_else(|| format!("line {line_number}, column \"{joint}\": \"{cell}\" is no number"))?;
+                .ok_or_else(|| {
+                    format!("line {line_number}, column \"{joint}\": \"{cell}\" is no number")
+                })?;
             if let Some([low, high]) = limits
                 && !(*low..=*high).contains(&value)
             {

@@ -28,7 +28,9 @@ pub fn controller_toml(design: &ControlDesign) -> String {
         }
     } else {
         let of = |order: usize| -> Vec<f64> {
-            (0..n).map(|i| own.gain[i][(2 * order + 1) * n + i]).collect()
+            (0..n)
+                .map(|i| own.gain[i][(2 * order + 1) * n + i])
+                .collect()
         };
         let _ = writeln!(
             text,
