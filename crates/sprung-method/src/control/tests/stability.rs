@@ -1,34 +1,16 @@
 //! Tests of the stability of sampled loops.
 
-use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use faer::c64;
 use sprung_core::velocity::AveragedVelocity;
 
-use super::margins::stability;
-use super::pose::linear;
-use super::sampled::{Law, Sampled};
-use crate::demo;
-use crate::description::{Controller, no_files, read};
-use crate::model::Model;
+use super::super::margins::stability;
+use super::super::pose::linear;
+use super::super::sampled::{Law, Sampled};
+use super::{PERIOD, arm};
+use crate::description::Controller;
 use crate::simulate::ClosedLoop;
-
-const PERIOD: f64 = 1e-3;
-
-/// Returns the demo's arm with its true values and without Coulomb friction, and its controller.
-fn arm() -> (Model, Vec<f64>, Controller) {
-    let experiment = read("demo", demo::EXPERIMENT, &[], &mut no_files).unwrap();
-    let model = Model::new(&experiment).unwrap();
-    let mut values: BTreeMap<String, f64> = toml::from_str(demo::TRUTH).unwrap();
-    for (name, value) in &mut values {
-        if name.contains("coulomb") {
-            *value = 0.0;
-        }
-    }
-    let theta = model.theta(&values).unwrap();
-    (model, theta, experiment.controller.unwrap())
-}
 
 #[test]
 fn one_period_of_the_sampled_equations_is_that_of_the_simulation() {
