@@ -66,6 +66,7 @@ fn control(n: usize) -> ControlCode {
             feedforward: Feedforward::Identified,
             friction_compensation_speed_rad_per_s: Some(0.05),
             velocity_window: [4, 4],
+            shaper: Vec::new(),
             reference: Reference::default(),
         },
         period_s: 1e-3,

@@ -131,6 +131,7 @@ fn control(kind: ControllerKind, n: usize) -> ControlCode {
             feedforward: Feedforward::Identified,
             friction_compensation_speed_rad_per_s: None,
             velocity_window: [4, 3],
+            shaper: Vec::new(),
             reference: Reference::default(),
             kind,
         },

@@ -14,6 +14,7 @@ mod check;
 mod code;
 mod common;
 mod compare;
+mod control;
 mod corpus;
 mod drift;
 mod excite;

@@ -30,7 +30,7 @@ The robot is described by one of `urdf`, `dh_modified`, `dh_classic` and `kinema
 ";
 
 /// Headings of the page and the definitions of the schema below them.
-const SECTIONS: [(&str, &str); 21] = [
+const SECTIONS: [(&str, &str); 22] = [
     ("robot", "Robot"),
     ("robot.joint", "Joint"),
     ("robot.joint.limits", "Limits"),

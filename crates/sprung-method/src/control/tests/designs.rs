@@ -110,7 +110,10 @@ fn damped_links_have_the_poles_of_a_damper_between_link_and_base() {
         (false, false) => -by_velocity[(i - 4, j - 4)],
     });
     for known in whole.eigenvalues().unwrap() {
-        let nearest = found.iter().map(|own| (own - known).norm()).fold(f64::INFINITY, f64::min);
+        let nearest = found
+            .iter()
+            .map(|own| (own - known).norm())
+            .fold(f64::INFINITY, f64::min);
         assert!(nearest < 2e-3 * known.norm(), "{known} {nearest}");
     }
 }
@@ -210,9 +213,8 @@ fn held_links_vibrate_with_the_roots_of_their_two_equations() {
     let cases = [identified(&task), drawn(&task)].concat();
     let seen = look(&task, &case.declared, &cases);
     let value = |name: &str| case.theta[case.model.index_of(name).unwrap()];
-    let stiffness = |joint: usize| {
-        case.theta[case.model.index(JointParameter::Stiffness, joint).unwrap()]
-    };
+    let stiffness =
+        |joint: usize| case.theta[case.model.index(JointParameter::Stiffness, joint).unwrap()];
     for own in seen.iter().filter(|own| own.robot == 0) {
         let cos = case.poses[own.pose][1].cos();
         let (coupling, second) = (value("link2.coupling"), value("link2.inertia"));
@@ -233,7 +235,10 @@ fn held_links_vibrate_with_the_roots_of_their_two_equations() {
 
 #[test]
 fn feedforward_and_state_feedback_follow_better_than_the_declared_loop() {
-    let own = Case::new(settings(Feedback::StateFeedback)).design().unwrap().design;
+    let own = Case::new(settings(Feedback::StateFeedback))
+        .design()
+        .unwrap()
+        .design;
     for tracking in &own.proof.tracking {
         assert!(tracking.designed_rad.worst < 0.25 * tracking.declared_rad.unwrap());
     }
@@ -277,7 +282,10 @@ fn moves_are_as_smooth_as_they_say() {
         for order in 0..4 {
             let slope = (after[order] - before[order]) / (2.0 * step);
             let size = 1.0 + here[order + 1].abs();
-            assert!((slope - here[order + 1]).abs() < 1e-5 * size, "{time} {order}");
+            assert!(
+                (slope - here[order + 1]).abs() < 1e-5 * size,
+                "{time} {order}"
+            );
         }
     }
 }
@@ -287,5 +295,8 @@ fn an_unstable_declared_loop_is_refused() {
     let mut case = Case::new(settings(Feedback::Declared));
     case.declared.kp_nm_per_rad = vec![5000.0, 500.0];
     case.declared.kd_nms_per_rad = vec![0.0, 0.0];
-    assert!(matches!(case.design(), Err(ControlRefusal::Unstable { .. })));
+    assert!(matches!(
+        case.design(),
+        Err(ControlRefusal::Unstable { .. })
+    ));
 }
