@@ -56,7 +56,7 @@ pub(crate) enum Verb {
     /// Design the motion to record: within all limits, with promised errors.
     #[command(before_help = "Example: sprung excite experiment.toml --out design")]
     Excite(Excite),
-    /// Design a controller for an identified robot, and prove it on robots from the posterior.
+    /// Design a controller for an identified robot, and prove it.
     #[command(
         before_help = "Example: sprung control experiment.toml --set control.bandwidth_hz=[3.0]"
     )]

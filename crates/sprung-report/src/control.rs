@@ -1,5 +1,7 @@
 //! Composes the report of a designed controller: margins, vibrations, shaper, and the simulations that prove it.
 
+use std::fmt::Write;
+
 use sprung_method::control::{
     Banded, ControlDesign, ControlPictures, Controlled, LoopCurve, Motors, ShaperDesign, Timed,
     WithDraws,
@@ -410,11 +412,15 @@ fn moves(design: &ControlDesign, pictures: &ControlPictures) -> Section {
         significant(own.duration_s, 3)
     );
     if design.shaper.is_some() {
-        lead += &format!(", with the shaper by {shaped} rad (worst robot {worst_shaped})");
+        let _ = write!(
+            lead,
+            ", with the shaper by {shaped} rad (worst robot {worst_shaped})"
+        );
     }
     lead += ".";
     if own.limit_cycles > 0 {
-        lead += &format!(
+        let _ = write!(
+            lead,
             " {} of {} robots go on moving: a limit cycle.",
             own.limit_cycles, design.proof.robots
         );

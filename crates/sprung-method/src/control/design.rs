@@ -8,15 +8,16 @@ use sprung_core::parameters::{JointParameter, Side};
 use super::bandwidth::feedback;
 use super::bode::loop_curves;
 use super::judge::{Seen, drawn, identified, look};
+use super::motions::Designed;
 use super::pictures::ControlPictures;
-use super::proof::{Designed, prove};
+use super::proof::prove;
 use super::refusal::ControlRefusal;
 use super::result::{
     CONTROL_FORMAT, ControlDesign, DesignedController, LoopMargins, Motors, WithDraws,
 };
 use super::shapers::{ShaperDesign, ShaperSettings, design_shaper};
 use super::task::{ControlTask, whole_gain};
-use super::vibrations::{regions, vibrations};
+use super::vibrations::{measured_regions, regions, vibrations};
 use crate::description::{Controller, ControllerKind};
 use crate::simulate::Trajectory;
 
@@ -61,12 +62,11 @@ pub fn design_control(
 ) -> Result<Controlled, ControlRefusal> {
     progress.tell(Phase::Designing, 0, Some(3))?;
     let speed = compensation_speed(task);
-    let (controller, bandwidth) = match task.declared.filter(|_| task.is_declared()) {
-        Some(own) => (own.clone(), None),
-        None => {
-            let found = feedback(task, speed)?;
-            (found.controller, Some(found.bandwidth))
-        }
+    let (controller, bandwidth) = if let Some(own) = task.declared.filter(|_| task.is_declared()) {
+        (own.clone(), None)
+    } else {
+        let found = feedback(task, speed)?;
+        (found.controller, Some(found.bandwidth))
     };
     progress.tell(Phase::Designing, 1, Some(3))?;
     let cases = [identified(task), drawn(task)].concat();
@@ -163,7 +163,11 @@ fn shaper(
     seen: &[Seen],
     assumed: &mut Vec<String>,
 ) -> Result<Option<ShaperDesign>, ControlRefusal> {
-    let other = if has_feedforward { 0 } else { MODES };
+    let other = if has_feedforward && task.measured.is_none() {
+        0
+    } else {
+        MODES
+    };
     let modes = task.settings.shaper_modes.unwrap_or(other);
     if modes == 0 {
         return Ok(None);
@@ -171,7 +175,10 @@ fn shaper(
     let sticking: Vec<bool> = (0..task.model.joint_count())
         .map(|joint| sticks(task, joint))
         .collect();
-    let regions = regions(seen, modes, &sticking);
+    let regions = match task.measured {
+        Some(all) => measured_regions(all, modes),
+        None => regions(seen, modes, &sticking),
+    };
     if regions.is_empty() {
         assumed.push(
             "the loop damps its vibrations by 30 % or more in all poses, so no input shaper is needed".to_owned(),
@@ -268,8 +275,8 @@ fn written(
         friction_compensation_speed_rad_per_s: controller.friction_compensation_speed_rad_per_s,
         gain: whole_gain(controller, task.model.joint_count()),
         shaper,
-        torque_limits_nm: (task.model.torque_limits())
-            .map(|limit| limit.is_finite().then_some(limit))
+        torque_limits_nm: (task.torque_limits.iter())
+            .map(|limit| limit.is_finite().then_some(*limit))
             .collect(),
     }
 }

@@ -9,6 +9,7 @@ mod design;
 mod gains;
 mod judge;
 mod margins;
+mod motions;
 mod pictures;
 mod pose;
 mod proof;
@@ -35,5 +36,5 @@ pub use shapers::{
     KindTrial, ModeShaper, ShapedImpulse, ShaperDesign, ShaperDesignError, ShaperKind,
     ShaperSettings, TradeOff, design_shaper,
 };
-pub use task::ControlTask;
+pub use task::{ControlTask, MeasuredMode};
 pub use workspace::workspace_poses;

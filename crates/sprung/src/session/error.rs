@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::control::ControlError;
+use super::control_error::ControlError;
 use super::excite_error::ExciteError;
 use sprung_base::finding::Finding;
 use sprung_base::progress::Stopped;

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::control::{ControlError, control_code};
+use super::control_code::control_code;
+use super::control_error::ControlError;
 use super::error::SessionError;
 use super::files::read_text;
 use super::load::Session;

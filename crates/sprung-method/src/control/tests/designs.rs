@@ -161,6 +161,8 @@ impl Case {
             window: [4, 4],
             poses: &self.poses,
             ranges: &[[-2.0, 2.0]; 2],
+            torque_limits: &[f64::INFINITY; 2],
+            measured: None,
             twin: &self.twin,
             reference: Some(&self.declared.reference),
         }

@@ -1,25 +1,21 @@
 //! Designs a controller for an identified robot.
 
-mod code;
-mod error;
 mod path;
 mod written;
 
-pub(super) use code::control_code;
-pub use code::read_control;
-pub use error::ControlError;
 pub use written::controller_toml;
 
 use sprung_base::progress::Listener;
 use sprung_core::chain::JointKind;
 use sprung_method::control::{
-    ControlRefusal, ControlTask, Controlled, design_control, workspace_poses,
+    ControlRefusal, ControlTask, Controlled, MeasuredMode, design_control, workspace_poses,
 };
-use sprung_method::estimate::EstimateResult;
+use sprung_method::estimate::{EstimateResult, FeatureKind};
 use sprung_method::excite::Bounds;
 use sprung_model::{Model, Theta};
-use sprung_robot::{Experiment, Feedback, Reference, Task as Verb};
+use sprung_robot::{Experiment, Feedback, Reference, Task as Verb, Vibrations};
 
+use super::control_error::ControlError;
 use super::error::SessionError;
 use super::excite::{assumed_twin, completed};
 use super::export::values_of;
@@ -36,6 +32,9 @@ const PERIOD: f64 = 1e-3;
 
 /// Windows of the velocity estimator without a controller.
 const WINDOW: [usize; 2] = [4, 4];
+
+/// Damping ratio of a vibration of which motor signals tell only the frequency.
+const MOTOR_SIDE_DAMPING: f64 = 0.02;
 
 /// Relative difference of periods that counts as none.
 const SAME_PERIOD: f64 = 1e-3;
@@ -65,9 +64,10 @@ impl Session {
         }
         self.allow(Verb::Simulate)?;
         let (experiment, model) = self.described_by(parameters)?;
-        let mut setup = Setup::new(self, experiment, model, parameters, accept_unusable)?;
+        let mut setup = Setup::new(self, experiment, &model, parameters, accept_unusable)?;
         let poses = setup.poses(self)?;
         let reference = setup.reference();
+        let measured = setup.measured(parameters)?;
         let declared = setup.experiment.controller.clone();
         let assumed = std::mem::take(&mut setup.assumed);
         let task = ControlTask {
@@ -80,6 +80,8 @@ impl Session {
             window: setup.window,
             poses: &poses,
             ranges: &setup.ranges,
+            torque_limits: &setup.torque_limits,
+            measured: measured.as_deref(),
             twin: &setup.twin,
             reference: reference.as_ref(),
         };
@@ -102,6 +104,7 @@ struct Setup {
     period: f64,
     window: [usize; 2],
     ranges: Vec<[f64; 2]>,
+    torque_limits: Vec<f64>,
     twin: sprung_robot::Simulate,
     assumed: Vec<String>,
 }
@@ -110,7 +113,7 @@ impl Setup {
     fn new(
         session: &Session,
         experiment: Experiment,
-        model: Model,
+        model: &Model,
         parameters: &Parameters,
         accept_unusable: bool,
     ) -> Result<Self, SessionError> {
@@ -179,6 +182,15 @@ impl Setup {
             period,
             window,
             ranges,
+            torque_limits: (0..n)
+                .map(|joint| {
+                    experiment
+                        .robot
+                        .limits(joint)
+                        .torque_nm
+                        .unwrap_or(f64::INFINITY)
+                })
+                .collect(),
             twin,
             assumed,
             experiment,
@@ -197,6 +209,45 @@ impl Setup {
                 session.path(file, self.model.joints(), &limits, settings.poses)
             }
         }
+    }
+
+    /// Returns the antiresonances of the log, if the shaper is to remove them.
+    fn measured(&self, parameters: &Parameters) -> Result<Option<Vec<MeasuredMode>>, ControlError> {
+        if self.experiment.control.vibrations == Vibrations::Model {
+            return Ok(None);
+        }
+        let found = parameters.identification.as_ref();
+        let joints = found.and_then(|own| own.frequency_response.as_ref());
+        let features = joints
+            .iter()
+            .flat_map(|own| &own.joints)
+            .flat_map(|own| &own.features);
+        let mut all: Vec<MeasuredMode> = features
+            .filter(|own| own.kind == FeatureKind::Antiresonance)
+            .filter_map(|own| {
+                Some(MeasuredMode {
+                    hz: own.log_hz?,
+                    standard_error_hz: own.log_standard_error_hz?,
+                    damping: own.log_damping?,
+                })
+            })
+            .collect();
+        let springs = found.into_iter().flat_map(|own| &own.springs_from_motor);
+        all.extend(springs.filter_map(|own| {
+            let part = |value: Option<f64>, error: Option<f64>| Some(error? / value?);
+            let stiffness = part(own.stiffness, own.stiffness_standard_error)?;
+            let inertia = part(own.link_inertia, own.link_inertia_standard_error)?;
+            let hz = own.antiresonance_hz?;
+            Some(MeasuredMode {
+                hz,
+                standard_error_hz: 0.5 * hz * stiffness.hypot(inertia),
+                damping: MOTOR_SIDE_DAMPING,
+            })
+        }));
+        if all.is_empty() {
+            return Err(ControlError::NoVibration);
+        }
+        Ok(Some(all))
     }
 
     /// Returns the reference on which the loop is simulated: that of the last validation run with a controller, or that of the
@@ -232,7 +283,7 @@ fn period(experiment: &Experiment, parameters: &Parameters) -> Result<f64, Sessi
 fn values(
     session: &Session,
     experiment: &Experiment,
-    model: Model,
+    model: &Model,
     (parameters, result): (&Parameters, Option<&EstimateResult>),
     accept_unusable: bool,
     assumed: &mut Vec<String>,
@@ -244,7 +295,7 @@ fn values(
         let theta = model
             .theta(&values)
             .map_err(|error| ControlError::Values(error.to_string()))?;
-        check(&model, &theta)?;
+        check(model, &theta)?;
         assumed.push(
             "the values come from no identification, so they count as exact: no margin covers their errors".to_owned(),
         );
@@ -259,7 +310,7 @@ fn values(
     let samples = session.sample(parameters, &request)?;
     let values = values_of(result);
     let theta = model.theta(&values)?;
-    check(&model, &theta)?;
+    check(model, &theta)?;
     if !samples.undetermined.is_empty() {
         assumed.push(format!(
             "the log does not determine {}; robots of the posterior have nominal values there, with their relative error",

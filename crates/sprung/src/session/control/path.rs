@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::error::ControlError;
+use crate::session::control_error::ControlError;
 use crate::session::error::SessionError;
 use crate::session::files::read_text;
 use crate::session::load::Session;

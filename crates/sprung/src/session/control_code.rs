@@ -7,9 +7,9 @@ use sprung_export::ControlCode;
 use sprung_method::control::{CONTROL_FORMAT, ControlDesign};
 use sprung_robot::{Controller, ControllerKind, Feedforward, Reference};
 
-use super::error::ControlError;
-use crate::session::error::SessionError;
-use crate::session::files::{Disk, read_text};
+use super::control_error::ControlError;
+use super::error::SessionError;
+use super::files::{Disk, read_text};
 
 /// Reads the `control.json` of a design.
 ///
@@ -35,9 +35,7 @@ pub fn read_control(file: &Path) -> Result<ControlDesign, SessionError> {
 }
 
 /// Returns a design in the form of the export.
-pub(in crate::session) fn control_code(
-    design: &ControlDesign,
-) -> Result<ControlCode, ControlError> {
+pub(super) fn control_code(design: &ControlDesign) -> Result<ControlCode, ControlError> {
     if design.has_payload {
         return Err(ControlError::PayloadInCode);
     }
