@@ -169,8 +169,8 @@ fn loops(design: &ControlDesign, pictures: &ControlPictures) -> Section {
     section(
         "loops",
         "Margins",
-        "Each loop is opened at one motor while the others stay closed, with sampling, velocity estimators and the largest \
-         and smallest inertias of the workspace. The worst robot is the worst over all robots and poses.",
+        "Each loop is opened at one motor while the others stay closed, with sampling and velocity estimators, in all poses. \
+         The worst robot is the worst over all robots and poses.",
         vec![Block::Table(table), Block::Figure(figure)],
     )
 }

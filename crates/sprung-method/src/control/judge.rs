@@ -12,6 +12,9 @@ use crate::model::{Model, Theta};
 /// Number of pairs of a robot and a pose that are looked at beside those of the identified robot.
 const PAIRS: usize = 300;
 
+/// Lowest frequency of a vibration of a spring, Hz.
+const SLOWEST: f64 = 1e-3;
+
 /// A robot in a pose.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Case<'a> {
@@ -108,7 +111,9 @@ fn springs(model: &Model, linear: &Linear) -> [Vec<Option<Point>>; 2] {
     let flexible: Vec<usize> = (0..n).filter(|&joint| model.is_flexible(joint)).collect();
     let stiffness = |joint: usize| -linear.stiffness[(robot.motor_coordinate(joint), joint)];
     let of = |linear: &Linear, ends: &dyn Fn(usize) -> (Option<usize>, usize)| {
-        let modes = Mode::all(linear);
+        let mut modes = Mode::all(linear);
+        // The motion of a free robot as a whole has no frequency but rounding.
+        modes.retain(|mode| mode.hz() > SLOWEST);
         let shares: Vec<Vec<f64>> = (0..flexible.len())
             .map(|k| {
                 let stiffness = stiffness(flexible[k]);

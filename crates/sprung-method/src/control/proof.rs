@@ -141,9 +141,12 @@ fn draw(
                 })
                 .collect::<Vec<_>>()
         };
-    // Deviations from the end, because robots start in different poses.
-    let rest = |run: &Run, joint: usize| run.links.last().map_or(0.0, |own| own[joint]);
-    let from_end = |run: &Run, k: usize, joint: usize| run.links[k][joint] - rest(run, joint);
+    // Distances from the end along the way, because robots start in different poses.
+    let from_end = |run: &Run, k: usize, joint: usize| {
+        let at = |own: Option<&Vec<f64>>| own.map_or(0.0, |own| own[joint]);
+        let (start, rest) = (at(run.links.first()), at(run.links.last()));
+        (run.links[k][joint] - rest) * (rest - start).signum()
+    };
     let is_shaped = !plan.designed.shaper.is_empty();
     pictures.moves = timed(
         &robots[0].shaped,

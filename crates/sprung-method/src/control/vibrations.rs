@@ -110,32 +110,52 @@ fn over(
         let mut all: Vec<f64> = all.iter().map(|own| own[which]).collect();
         quantile(&mut all, 0.5)
     };
-    let mode = |value: [f64; 2], all: &[Point]| {
-        let ends = |which: usize| {
-            let mut all: Vec<f64> = all.iter().map(|own| own[which]).collect();
-            [0.5 * (1.0 - HELD), 0.5 * (1.0 + HELD)].map(|part| quantile(&mut all, part))
-        };
-        Mode {
-            hz: value[0],
-            hz_95: ends(0),
-            damping: value[1],
-            damping_95: ends(1),
-        }
-    };
     if identified.is_empty() {
         return None;
     }
-    let of_pose = |pose: usize| {
-        let here = points.iter().filter(|(own, _)| own.pose == pose);
-        let all: Vec<Point> = here.clone().filter_map(|(_, point)| *point).collect();
-        let mut own = here.filter(|(own, _)| own.robot == 0);
+    let at = |pose: usize| {
+        let mut own = points
+            .iter()
+            .filter(|(own, _)| own.robot == 0 && own.pose == pose);
         own.find_map(|(_, point)| *point)
-            .map(|value| mode(value, &all))
+    };
+    // Robots are drawn in few poses each, so all poses share the relative deviations from the identified robot.
+    let deviations: Vec<Point> = (points.iter())
+        .filter(|(own, _)| own.robot != 0)
+        .filter_map(|(own, point)| {
+            let ([hz, damping], [of, beside]) = ((*point)?, at(own.pose)?);
+            Some([hz / of, damping / beside])
+        })
+        .collect();
+    let ends = |which: usize, all: &[Point]| {
+        let mut all: Vec<f64> = all.iter().map(|own| own[which]).collect();
+        [0.5 * (1.0 - HELD), 0.5 * (1.0 + HELD)].map(|part| quantile(&mut all, part))
+    };
+    let of_pose = |pose: usize| {
+        let [hz, damping] = at(pose)?;
+        let scaled = |value: f64, which: usize| {
+            if deviations.is_empty() {
+                [value; 2]
+            } else {
+                ends(which, &deviations).map(|own| own * value)
+            }
+        };
+        Some(Mode {
+            hz,
+            hz_95: scaled(hz, 0),
+            damping,
+            damping_95: scaled(damping, 1),
+        })
     };
     Some(Vibration {
         motors,
         name,
-        all: mode([middle(0, &identified), middle(1, &identified)], &every),
+        all: Mode {
+            hz: middle(0, &identified),
+            hz_95: ends(0, &every),
+            damping: middle(1, &identified),
+            damping_95: ends(1, &every),
+        },
         poses: (0..poses).map(of_pose).collect(),
     })
 }
