@@ -1,7 +1,8 @@
-//! Arrays of NumPy as columns of a log, without copies.
+//! Arrays of NumPy as columns of a log, without copies, and the columns of simulated logs.
 
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods, ToPyArray};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use sprung::log::{Array, Arrays};
 
 use crate::arrow::Numbers;
@@ -101,4 +102,31 @@ pub(crate) fn log(py: Python<'_>, named: Vec<(String, Bound<'_, PyAny>)>) -> PyR
     }
     Arrays::new(columns)
         .map_err(|error| crate::errors::exception(py, &sprung::session::SessionError::from(error)))
+}
+
+/// Returns the columns of a CSV that the twin wrote, as arrays by name.
+pub(crate) fn columns_by_name<'py>(py: Python<'py>, csv: &[u8]) -> PyResult<Bound<'py, PyDict>> {
+    let all = PyDict::new(py);
+    for (name, numbers) in columns_of_csv(csv) {
+        let array: Bound<'py, PyArray1<f64>> = numbers.to_pyarray(py);
+        all.set_item(name, array)?;
+    }
+    Ok(all)
+}
+
+/// Returns the columns of a CSV that the twin wrote.
+fn columns_of_csv(csv: &[u8]) -> Vec<(String, Vec<f64>)> {
+    let text = String::from_utf8_lossy(csv);
+    let mut lines = text.lines();
+    let header = lines.next().unwrap_or_default();
+    let mut columns: Vec<(String, Vec<f64>)> = header
+        .split(',')
+        .map(|name| (name.to_owned(), Vec::new()))
+        .collect();
+    for line in lines {
+        for ((_, numbers), cell) in columns.iter_mut().zip(line.split(',')) {
+            numbers.push(cell.parse().unwrap_or(f64::NAN));
+        }
+    }
+    columns
 }

@@ -39,6 +39,17 @@ fn in_python(error: &SessionError) -> Option<String> {
             let text = own.to_string().replace("--parameters FILE", "parameters");
             Some(text.replace("--warm-up", "warm_up=True"))
         }
+        SessionError::Control(own) => {
+            let text = (own.to_string())
+                .replace("--parameters FILE with an identification", "a Result")
+                .replace("--control belongs", "control belongs")
+                .replace("--format ", "the format ");
+            Some(text.replace("sprung control", "Experiment.control"))
+        }
+        SessionError::UnusableResult { .. } => {
+            let text = error.to_string();
+            Some(text.replace("accept unusable results", "give accept_unusable=True"))
+        }
         _ => None,
     }
 }

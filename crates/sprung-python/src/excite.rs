@@ -51,12 +51,12 @@ impl From<Values<'_>> for Source {
     fn from(values: Values<'_>) -> Self {
         match values {
             Values::Identified(identified, set) => {
-                let mut all = Parameters::from(identified.found().identification.clone());
-                // A design takes the first set.
-                if set < all.sets.len() {
-                    all.sets.swap(0, set);
+                let mut own = identified.found().identification.clone();
+                // A design takes the first result.
+                if set < own.results.len() {
+                    own.results.swap(0, set);
                 }
-                Self::Known(Box::new(all))
+                Self::Known(Box::new(Parameters::from(own)))
             }
             Values::Named(values) => Self::Known(Box::new(Parameters::named("given", values))),
             Values::File(path) => Self::File(path),

@@ -5,13 +5,16 @@
 mod arrays;
 mod arrow;
 mod cli;
+mod control;
 mod dynamics;
 mod errors;
 mod excite;
 mod many_logs;
 mod runner;
+mod sample;
 mod servo;
 mod session;
+mod start;
 mod worked;
 
 use pyo3::prelude::*;
@@ -29,15 +32,17 @@ fn _sprung(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<worked::Validated>()?;
     module.add_class::<servo::IdentifiedServo>()?;
     module.add_class::<excite::Excited>()?;
+    module.add_class::<control::Designed>()?;
+    module.add_class::<sample::Drawn>()?;
     module.add_class::<many_logs::RobotChoices>()?;
     module.add_class::<many_logs::ReducedLogs>()?;
     module.add_class::<dynamics::Dynamics>()?;
     module.add_class::<arrow::Columns>()?;
     module.add_class::<arrow::Numbers>()?;
     module.add_function(wrap_pyfunction!(cli::run_command, module)?)?;
-    module.add_function(wrap_pyfunction!(session::toml_of_json, module)?)?;
-    module.add_function(wrap_pyfunction!(session::joints_of_urdf, module)?)?;
-    module.add_function(wrap_pyfunction!(session::experiment_from_log, module)?)?;
+    module.add_function(wrap_pyfunction!(start::toml_of_json, module)?)?;
+    module.add_function(wrap_pyfunction!(start::joints_of_urdf, module)?)?;
+    module.add_function(wrap_pyfunction!(start::experiment_from_log, module)?)?;
     module.add_function(wrap_pyfunction!(many_logs::choices, module)?)?;
     module.add_function(wrap_pyfunction!(many_logs::factors, module)?)?;
     module.add_function(wrap_pyfunction!(many_logs::identify_factors, module)?)?;

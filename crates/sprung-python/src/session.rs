@@ -1,4 +1,4 @@
-//! Experiments: check, identify, validate, simulate, excite, export.
+//! Experiments: check, identify, validate, simulate, excite, control, sample, export.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -6,22 +6,22 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use numpy::{PyArray1, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use sprung::description::Start;
 use sprung::export::{Form, Format};
 use sprung::log::{Arrays, Input, LogSource};
 use sprung::session::{
-    Depth, Disk, ExciteRequest, Files, NewExperiment, Parameters, QuantityArrays,
-    ReadIdentification, SessionError, start_from_urdf,
+    Depth, Disk, ExciteRequest, Files, Parameters, QuantityArrays, ReadIdentification,
+    SampleRequest, SessionError,
 };
 
 use crate::arrays;
+use crate::control::{Designed, design};
 use crate::dynamics::Dynamics;
 use crate::errors::{exception, wrong_input};
 use crate::excite::{Excited, Source, Values, method};
 use crate::runner::Run;
+use crate::sample::Drawn;
 use crate::servo::{IdentifiedServo, ServoCheck};
 use crate::worked::{Checked, Identified, Validated, file};
 
@@ -250,7 +250,7 @@ impl Session {
             Ok(logs)
         })?;
         (logs.into_iter())
-            .map(|(file, csv)| Ok((file, columns_by_name(py, &csv)?)))
+            .map(|(file, csv)| Ok((file, arrays::columns_by_name(py, &csv)?)))
             .collect()
     }
 
@@ -386,7 +386,7 @@ impl Session {
             twin.write(&mut csv, progress)?;
             Ok(csv)
         })?;
-        columns_by_name(py, &csv)
+        arrays::columns_by_name(py, &csv)
     }
 
     /// Returns the true parameters of the twin.
@@ -422,6 +422,45 @@ impl Session {
         Ok(Excited::new(Arc::clone(&self.inner), excited))
     }
 
+    /// Designs a controller, and proves it on robots from the posterior.
+    fn control(
+        &self,
+        py: Python<'_>,
+        parameters: Values<'_>,
+        accept_unusable: bool,
+        run: Run,
+    ) -> PyResult<Designed> {
+        let source = Source::from(parameters);
+        let session = Arc::clone(&self.inner);
+        let controlled = run.work(py, move |progress| {
+            session.control(&source.read()?, accept_unusable, progress)
+        })?;
+        Ok(Designed::new(Arc::clone(&self.inner), controlled))
+    }
+
+    /// Draws robots from the posterior of one result of an identification.
+    fn sample(
+        &self,
+        py: Python<'_>,
+        identified: &Identified,
+        set: usize,
+        draws: (usize, u64),
+        accept_unusable: bool,
+        run: Run,
+    ) -> PyResult<Drawn> {
+        let (count, seed) = draws;
+        let request = SampleRequest {
+            count,
+            seed,
+            set,
+            accept_unusable,
+        };
+        let session = Arc::clone(&self.inner);
+        let parameters = Parameters::from(identified.found().identification.clone());
+        let samples = run.work(py, move |_| session.sample(&parameters, &request))?;
+        Ok(Drawn::new(samples))
+    }
+
     /// Returns the robot with the parameters of one result of an identification.
     fn dynamics(&self, py: Python<'_>, identified: &Identified, set: usize) -> PyResult<Dynamics> {
         let parameters = Parameters::from(identified.found().identification.clone());
@@ -431,12 +470,14 @@ impl Session {
     }
 
     /// Writes an identified robot for simulators and controllers; returns texts by file name.
+    ///
+    /// - `forms`: whether rigid joints replace springs, and the text of `control.json` of a controller.
     fn export(
         &self,
         py: Python<'_>,
         identified: &Identified,
         format: &str,
-        rigid: bool,
+        forms: (bool, Option<String>),
         file: PathBuf,
         run: Run,
     ) -> PyResult<Vec<(String, String)>> {
@@ -445,97 +486,15 @@ impl Session {
             let remedy = format!("give one of {}", Format::ALL.map(Format::word).join(", "));
             wrong_input(py, "format", &text, &remedy)
         })?;
+        let (rigid, control) = forms;
         let form = if rigid { Form::Rigid } else { Form::Flexible };
+        let control = control.map(|text| design(py, &text)).transpose()?;
         let session = Arc::clone(&self.inner);
         let parameters = Parameters::from(identified.found().identification.clone());
         let exported = run.work(py, move |_| {
-            session.export(&parameters, &file, format, form, None)
+            session.export(&parameters, &file, format, form, control.as_ref())
         })?;
         let names = format.files().iter().map(|name| (*name).to_owned());
         Ok(names.zip(exported.texts).collect())
     }
-}
-
-/// Returns the columns of a CSV that the twin wrote, as arrays by name.
-fn columns_by_name<'py>(py: Python<'py>, csv: &[u8]) -> PyResult<Bound<'py, PyDict>> {
-    let all = PyDict::new(py);
-    for (name, numbers) in columns_of_csv(csv) {
-        let array: Bound<'py, PyArray1<f64>> = numbers.to_pyarray(py);
-        all.set_item(name, array)?;
-    }
-    Ok(all)
-}
-
-/// Returns the columns of a CSV that the twin wrote.
-fn columns_of_csv(csv: &[u8]) -> Vec<(String, Vec<f64>)> {
-    let text = String::from_utf8_lossy(csv);
-    let mut lines = text.lines();
-    let header = lines.next().unwrap_or_default();
-    let mut columns: Vec<(String, Vec<f64>)> = header
-        .split(',')
-        .map(|name| (name.to_owned(), Vec::new()))
-        .collect();
-    for line in lines {
-        for ((_, numbers), cell) in columns.iter_mut().zip(line.split(',')) {
-            numbers.push(cell.parse().unwrap_or(f64::NAN));
-        }
-    }
-    columns
-}
-
-/// Returns an experiment file from JSON.
-#[pyfunction]
-pub(crate) fn toml_of_json(py: Python<'_>, json: &str) -> PyResult<String> {
-    let wrong = |error: &dyn std::fmt::Display| {
-        let text = format!("the experiment cannot be written as TOML: {error}");
-        wrong_input(
-            py,
-            "experiment",
-            &text,
-            "give tables, lists, texts and numbers as in experiment.toml",
-        )
-    };
-    let value: serde_json::Value = serde_json::from_str(json).map_err(|error| wrong(&error))?;
-    let value = toml::Value::try_from(value).map_err(|error| wrong(&error))?;
-    toml::to_string(&value).map_err(|error| wrong(&error))
-}
-
-/// Returns the names of the joints of a URDF that move.
-#[pyfunction]
-pub(crate) fn joints_of_urdf(py: Python<'_>, path: PathBuf) -> PyResult<Vec<String>> {
-    let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
-    let start = start_from_urdf(&path, &folder).map_err(|error| exception(py, &error))?;
-    Ok(start.joint_names())
-}
-
-/// Chooses the columns of logs; returns the text of an experiment file and the findings as JSON.
-#[pyfunction]
-pub(crate) fn experiment_from_log(
-    py: Python<'_>,
-    logs: Vec<PathBuf>,
-    urdf: Option<PathBuf>,
-    joints: Option<usize>,
-    topics: Option<String>,
-    folder: PathBuf,
-    run: Run,
-) -> PyResult<(String, String)> {
-    let new = run.work(py, move |progress| {
-        let start = match (urdf, logs.first()) {
-            (Some(urdf), _) => start_from_urdf(&urdf, &folder)?,
-            (None, Some(log)) => {
-                let found = match joints {
-                    Some(joints) => Some(joints),
-                    None => sprung::session::joints_of_log(log)?,
-                };
-                Start::table(found.unwrap_or(1))?
-            }
-            (None, None) => Start::table(joints.unwrap_or(1))?,
-        };
-        if logs.is_empty() {
-            return Ok(NewExperiment::without_log(&start));
-        }
-        NewExperiment::from_logs(&start, (&logs, topics.as_deref()), &folder, progress)
-    })?;
-    let findings = serde_json::to_string(&new.findings).unwrap_or_default();
-    Ok((new.text, findings))
 }

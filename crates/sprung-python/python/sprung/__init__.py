@@ -11,6 +11,17 @@ True
 All numbers are in SI units: rad, N·m, kg·m²; m and N for prismatic joints.
 """
 
+from sprung._control import (
+    Control,
+    LoopMargins,
+    Mode,
+    Moves,
+    ShapedMode,
+    Shaper,
+    Tracking,
+    Vibration,
+    WithDraws,
+)
 from sprung._errors import (
     ExperimentError,
     FileError,
@@ -26,15 +37,18 @@ from sprung._finding import Evidence, Finding
 from sprung._model import Model, Motion
 from sprung._parameters import Parameter, Parameters
 from sprung._result import Check, Comparison, Result, Validation, compare, load
+from sprung._samples import Bodies, SampledValues, Samples
 from sprung._servo import Servo, ServoCheck, ServoResult
 from sprung._sprung import GENERATOR, Choices, LogFactors
 
 __version__ = GENERATOR.removeprefix("sprung ")
 
 __all__ = [
+    "Bodies",
     "Check",
     "Choices",
     "Comparison",
+    "Control",
     "Evidence",
     "Excitation",
     "Experiment",
@@ -45,21 +59,31 @@ __all__ = [
     "LimitUsed",
     "LogError",
     "LogFactors",
+    "LoopMargins",
+    "Mode",
     "Model",
     "More",
     "Motion",
+    "Moves",
     "Parameter",
     "Parameters",
     "Promised",
     "Result",
+    "SampledValues",
+    "Samples",
     "Servo",
     "ServoCheck",
     "ServoResult",
+    "ShapedMode",
+    "Shaper",
     "SprungError",
     "SprungWarning",
     "Stopped",
+    "Tracking",
     "Trajectory",
     "Validation",
+    "Vibration",
+    "WithDraws",
     "__version__",
     "compare",
     "load",

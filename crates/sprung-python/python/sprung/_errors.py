@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import difflib
 import json
+from collections.abc import Iterable
 from typing import Any
+
+import numpy as np
 
 from sprung._finding import Finding, findings
 
@@ -81,3 +85,17 @@ def one_of(name: str, value: str, allowed: tuple[str, ...]) -> None:
     if value not in allowed:
         words: Any = ", ".join(allowed)
         raise InputError(f'{name} = "{value}" is not known', name, f"give one of {words}")
+
+
+def whole(name: str, value: int) -> None:
+    """Refuses a number that is not whole, negative or too large for the library."""
+    if not isinstance(value, int | np.integer) or not 0 <= value < 2**64:
+        raise InputError(f"{name} = {value!r}", name, "give a whole number from 0")
+
+
+def no_parameter(name: str, known: Iterable[str]) -> KeyError:
+    """Returns the error about a parameter that there is not."""
+    names = list(known)
+    near = difflib.get_close_matches(str(name), names, 1)
+    nearest = f"; the nearest name is {near[0]!r}" if near else ""
+    return KeyError(f"there is no parameter {name!r}{nearest}; the parameters are {', '.join(names)}")

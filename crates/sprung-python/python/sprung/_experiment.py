@@ -4,17 +4,28 @@ from __future__ import annotations
 
 import functools
 import json
-import numbers
 import os
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sprung import _sprung
-from sprung._columns import Columns, Named, named
+from sprung._arguments import (
+    Log,
+    Overrides,
+    Values,
+    assignments,
+    path_of,
+    plain,
+    run_of,
+    session_of,
+    values_of,
+)
+from sprung._columns import Named, named
+from sprung._control import Control
 from sprung._errors import ExperimentError, InputError, SprungWarning, one_of
 from sprung._excitation import Excitation
 from sprung._files import write_text
@@ -24,13 +35,6 @@ from sprung._sprung import Choices, LogFactors
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-#: ``{"identify.estimator": "least-squares"}`` or ``["identify.estimator=least-squares"]``.
-Overrides: TypeAlias = "Mapping[str, Any] | Sequence[str]"
-#: A path, columns in memory, or several of one kind.
-Log: TypeAlias = "str | os.PathLike[str] | Columns | Sequence[Any]"
-#: A result, values by the names of parameters, or a file of the command line.
-Values: TypeAlias = "Result | Mapping[str, float] | str | os.PathLike[str]"
 
 _METHODS = ("optimal", "paper", "random")
 
@@ -69,9 +73,9 @@ class Experiment:
         *,
         folder: str | os.PathLike[str] | None = None,
     ) -> None:
-        own = _assignments(overrides)
+        own = assignments(overrides)
         if isinstance(source, Mapping):
-            text = _sprung.toml_of_json(json.dumps(source, default=_plain))
+            text = _sprung.toml_of_json(json.dumps(source, default=plain))
             place = os.path.abspath(folder or os.curdir)
             self._become(("text", "experiment", text, place), own)
         else:
@@ -84,7 +88,7 @@ class Experiment:
     def _become(self, origin: tuple[str, ...], overrides: list[str]) -> None:
         self._origin = origin
         self._overrides = overrides
-        self._session = _session(origin, overrides)
+        self._session = session_of(origin, overrides)
 
     @classmethod
     def _of(cls, origin: tuple[str, ...], overrides: list[str]) -> Experiment:
@@ -93,7 +97,7 @@ class Experiment:
         return own
 
     def _with(self, overrides: Overrides) -> Experiment:
-        own = _assignments(overrides)
+        own = assignments(overrides)
         return Experiment._of(self._origin, [*self._overrides, *own]) if own else self
 
     @classmethod
@@ -107,12 +111,12 @@ class Experiment:
     ) -> Experiment:
         """Returns an experiment from the text of an ``experiment.toml``."""
         place = os.path.abspath(folder or os.curdir)
-        return cls._of(("text", name, text, place), _assignments(overrides))
+        return cls._of(("text", name, text, place), assignments(overrides))
 
     @classmethod
     def demo(cls, overrides: Overrides = ()) -> Experiment:
         """Returns the paper's experiment, with a digital twin that `simulate` runs."""
-        return cls._of(("demo",), _assignments(overrides))
+        return cls._of(("demo",), assignments(overrides))
 
     @classmethod
     def from_urdf(
@@ -199,7 +203,7 @@ class Experiment:
                 joints,
                 topics,
                 folder,
-                _run(0, callback),
+                run_of(0, callback),
             )
         for finding in json.loads(found or "[]"):
             message = f"{finding['code']}: {finding['text']}; {finding['remedy']}"
@@ -256,7 +260,7 @@ class Experiment:
         """
         session, logs = self._given(log)
         with heard(progress, "checking") as callback:
-            return Check(session.check(logs, thorough, _run(threads, callback)))
+            return Check(session.check(logs, thorough, run_of(threads, callback)))
 
     def identify(
         self,
@@ -293,7 +297,7 @@ class Experiment:
         if laws_from:
             session = session.with_laws_from([own._handle for own in laws_from])
         with heard(progress, "identifying") as callback:
-            result = Result(session.identify(logs, _run(threads, callback)), self)
+            result = Result(session.identify(logs, run_of(threads, callback)), self)
         for finding in result.findings:
             if finding.severity in {"warning", "serious"}:
                 warnings.warn(SprungWarning.of(finding), stacklevel=2)
@@ -316,7 +320,7 @@ class Experiment:
             Choices for `factors`. They can be pickled, and ``to_json`` gives a text.
         """
         path = os.path.abspath(first)
-        return _sprung.choices(self._session, name or path, path, _run(threads, None))
+        return _sprung.choices(self._session, name or path, path, run_of(threads, None))
 
     def factors(
         self,
@@ -341,7 +345,7 @@ class Experiment:
             two joints, ``merge`` joins two of them.
         """
         path = os.path.abspath(log)
-        run = _run(threads, None)
+        run = run_of(threads, None)
         return _sprung.factors(self._session, choices, order, name or path, path, run)
 
     def identify_factors(
@@ -366,7 +370,7 @@ class Experiment:
         if not factors:
             raise InputError("there are no factors", "factors", "give those of at least one log")
         path = os.path.abspath(first)
-        run = _run(threads, None)
+        run = run_of(threads, None)
         merged = functools.reduce(LogFactors.merge, factors)
         own = _sprung.identify_factors(self._session, merged, name or path, path, run)
         return Result(own, self)
@@ -390,7 +394,7 @@ class Experiment:
         """
         session, logs = self._given(log, runs=True)
         with heard(progress, "validating") as callback:
-            return Validation(session.validate(result._handle, logs, _run(threads, callback)))
+            return Validation(session.validate(result._handle, logs, run_of(threads, callback)))
 
     def simulate(
         self,
@@ -415,7 +419,7 @@ class Experiment:
         """
         handle = None if result is None else result._handle
         with heard(progress, "simulating") as callback:
-            return self._session.simulate(run, handle, seed, _run(threads, callback))
+            return self._session.simulate(run, handle, seed, run_of(threads, callback))
 
     def excite(
         self,
@@ -453,13 +457,46 @@ class Experiment:
             FileError: if the file of the values cannot be read.
         """
         one_of("method", method, _METHODS)
-        values = _values(parameters)
-        log = None if from_log is None else _path("from_log", from_log, "give the path of a log")
-        motion = None if reference is None else _path("reference", reference, "give the path of a file")
+        values = None if parameters is None else values_of(parameters)
+        log = None if from_log is None else path_of("from_log", from_log, "give the path of a log")
+        motion = None if reference is None else path_of("reference", reference, "give the path of a file")
         with heard(progress, "designing") as callback:
-            run = _run(threads, callback)
+            run = run_of(threads, callback)
             files = (log, motion)
             return Excitation._of(self._session.excite(method, warm_up, values, files, run))
+
+    def control(
+        self,
+        parameters: Values,
+        *,
+        accept_unusable: bool = False,
+        threads: int = 0,
+        progress: Progress = None,
+    ) -> Control:
+        """Designs a controller for an identified robot with the settings of ``[control]``, and proves it on
+        robots from the posterior.
+
+        Args:
+            parameters: a result, ``identification.json`` or a TOML file of values, or a dict of values by
+                name; values that come from no identification count as exact.
+            accept_unusable: whether a result whose verdict is ``unusable`` counts.
+            threads: number of threads; 0 for one per processor. Results do not depend on it.
+            progress: callback with phase, work done and total; it stops the run by returning ``False``.
+                ``True`` shows a bar of tqdm.
+
+        Returns:
+            The controller, its margins, the vibrations, the input shaper, and what simulations show.
+
+        Raises:
+            ExperimentError: if settings do not fit the robot, no controller keeps margins and limits, or the
+                result is unusable.
+            FileError: if the file of the values cannot be read.
+            Stopped: if the callback stopped the run.
+        """
+        values = values_of(parameters)
+        with heard(progress, "designing") as callback:
+            run = run_of(threads, callback)
+            return Control._of(self._session.control(values, accept_unusable, run))
 
     def truth(self) -> dict[str, float]:
         """Returns the true parameters of the digital twin, by name."""
@@ -497,7 +534,7 @@ class Experiment:
                 )
         else:
             own = [f"log.file={json.dumps(paths)}"]
-        return _session(self._origin, [*self._overrides, *own])
+        return session_of(self._origin, [*self._overrides, *own])
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Experiment):
@@ -512,73 +549,3 @@ class Experiment:
 
     def __repr__(self) -> str:
         return f"<sprung.Experiment of {self.robot!r}: {', '.join(self.joints)}>"
-
-
-def _session(origin: tuple[str, ...], overrides: list[str]) -> _sprung.Session:
-    match origin:
-        case ("file", path):
-            return _sprung.Session.open(path, overrides)
-        case ("text", name, text, folder):
-            return _sprung.Session.read(name, text, overrides, folder)
-        case _:
-            return _sprung.Session.demo(overrides)
-
-
-def _assignments(overrides: Overrides) -> list[str]:
-    if isinstance(overrides, str):
-        raise InputError(
-            "overrides is a text", "overrides", "give a list of texts key.path=value, or a dict"
-        )
-    if not isinstance(overrides, Mapping):
-        return [str(one) for one in overrides]
-    return [f"{key}={_toml(value)}" for key, value in overrides.items()]
-
-
-def _toml(value: Any) -> str:
-    if isinstance(value, Mapping):
-        inner = ", ".join(f"{json.dumps(str(key))} = {_toml(own)}" for key, own in value.items())
-        return f"{{ {inner} }}"
-    if isinstance(value, list | tuple | np.ndarray):
-        return f"[{', '.join(_toml(own) for own in value)}]"
-    return json.dumps(value, default=_plain, ensure_ascii=False)
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, os.PathLike):
-        return os.fspath(value)
-    raise InputError(
-        f"{value!r} is of type {type(value).__name__}",
-        "experiment",
-        "give tables, lists, texts and numbers",
-    )
-
-
-def _values(given: Values | None) -> _sprung.Values | None:
-    if given is None:
-        return None
-    if isinstance(given, Result):
-        return given._handle, given._index
-    remedy = "give a Result, numbers by the names of parameters, or the path of a file"
-    if not isinstance(given, Mapping):
-        return _path("parameters", given, remedy)
-    for name, value in given.items():
-        if not isinstance(value, numbers.Real):
-            kind = type(value).__name__
-            raise InputError(f"the value of {name!r} is of type {kind}", "parameters", remedy)
-    return {str(name): float(value) for name, value in given.items()}
-
-
-def _path(name: str, given: object, remedy: str) -> str:
-    if not isinstance(given, str | os.PathLike):
-        raise InputError(f"{name} is of type {type(given).__name__}", name, remedy)
-    return os.path.abspath(given)
-
-
-def _run(threads: int, callback: Any) -> _sprung.Run:
-    if not 0 <= threads <= 256:
-        raise InputError(f"threads = {threads}", "threads", "give 0 to 256")
-    return {"threads": threads, "progress": callback}

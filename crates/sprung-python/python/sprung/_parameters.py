@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from sprung._errors import no_parameter
+
 if TYPE_CHECKING:
     import pandas
     import pyarrow
@@ -89,8 +91,7 @@ class Parameters(Mapping[str, Parameter]):
         try:
             return self._all[name]
         except KeyError:
-            known = ", ".join(self._all)
-            raise KeyError(f"there is no parameter {name!r}; the parameters are {known}") from None
+            raise no_parameter(name, self._all) from None
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._all)

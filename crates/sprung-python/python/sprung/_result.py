@@ -13,15 +13,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sprung import _sprung
-from sprung._errors import InputError, one_of
+from sprung._errors import InputError, one_of, whole
 from sprung._files import write_text
 from sprung._finding import Finding, findings
 from sprung._model import Model
 from sprung._parameters import Parameter, Parameters
+from sprung._samples import Samples
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from sprung._control import Control
     from sprung._experiment import Experiment
     from sprung._plots import Plots
 
@@ -218,6 +220,7 @@ class Result(_Report):
         folder: str | os.PathLike[str] | None = None,
         *,
         rigid: bool = False,
+        control: Control | None = None,
     ) -> dict[str, str]:
         """Returns the identified robot for simulators and controllers, and writes it to a folder.
 
@@ -225,6 +228,7 @@ class Result(_Report):
             format: ``urdf``, ``mjcf``, ``sdf``, ``json``, ``c`` or ``rust``.
             folder: folder for the files; nothing is written if absent.
             rigid: whether to write rigid joints with armature instead of springs.
+            control: a designed controller, which code in ``c`` or ``rust`` then contains.
 
         Returns:
             texts by file name.
@@ -232,11 +236,29 @@ class Result(_Report):
         one_of("format", format, _FORMATS)
         run: _sprung.Run = {"threads": 0, "progress": None}
         session = self._experiment._session
-        texts = dict(session.export(self._handle, format, rigid, "identification.json", run))
+        forms = (rigid, None if control is None else control.to_json())
+        texts = dict(session.export(self._handle, format, forms, "identification.json", run))
         if folder is not None:
             for name, text in texts.items():
                 write_text(Path(folder) / name, text)
         return texts
+
+    def sample(self, count: int, *, seed: int = 0, accept_unusable: bool = False) -> Samples:
+        """Draws robots that can exist from the posterior of the identification.
+
+        Args:
+            count: number of robots, 1 to 100 000.
+            seed: the same seed gives the same robots.
+            accept_unusable: whether robots are drawn from a result whose verdict is ``unusable`` as well.
+
+        Raises:
+            ExperimentError: if the result is unusable or has no covariance, or no robot can exist.
+        """
+        whole("count", count)
+        whole("seed", seed)
+        run: _sprung.Run = {"threads": 0, "progress": None}
+        session, draws = self._experiment._session, (count, seed)
+        return Samples._of(session.sample(self._handle, self._index, draws, accept_unusable, run))
 
     def _html(self) -> str:
         return self._handle.report(None)

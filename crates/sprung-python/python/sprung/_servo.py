@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from sprung import _sprung
 from sprung._errors import ExperimentError, SprungWarning
-from sprung._experiment import Experiment, Log, Overrides, _run
+from sprung._arguments import Log, Overrides, run_of
+from sprung._experiment import Experiment
 from sprung._files import write_text
 from sprung._finding import Finding, findings
 from sprung._parameters import Parameter, Parameters
@@ -75,7 +76,7 @@ class Servo:
         """
         session, logs = self._experiment._given(log)
         with heard(progress, "checking") as callback:
-            return ServoCheck(session.check_servo(logs, _run(threads, callback)))
+            return ServoCheck(session.check_servo(logs, run_of(threads, callback)))
 
     def identify(
         self, log: Log | None = None, *, threads: int = 0, progress: Progress = None
@@ -99,7 +100,7 @@ class Servo:
         """
         session, logs = self._experiment._given(log)
         with heard(progress, "identifying") as callback:
-            result = ServoResult(session.identify_servo(logs, _run(threads, callback)))
+            result = ServoResult(session.identify_servo(logs, run_of(threads, callback)))
         for finding in result.findings:
             if finding.severity in {"warning", "serious"}:
                 warnings.warn(SprungWarning.of(finding), stacklevel=2)
@@ -126,7 +127,7 @@ class Servo:
         """
         handle = None if result is None else result._identified()
         with heard(progress, "simulating") as callback:
-            run = _run(threads, callback)
+            run = run_of(threads, callback)
             logs = self._experiment._session.simulate_servo(handle, seed, run)
         return [columns for _, columns in logs]
 

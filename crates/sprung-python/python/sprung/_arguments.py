@@ -1,0 +1,97 @@
+"""Arguments of calls: overrides, values and paths."""
+
+from __future__ import annotations
+
+import json
+import numbers
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from sprung import _sprung
+from sprung._columns import Columns
+from sprung._errors import InputError
+from sprung._result import Result
+
+#: ``{"identify.estimator": "least-squares"}`` or ``["identify.estimator=least-squares"]``.
+Overrides: TypeAlias = "Mapping[str, Any] | Sequence[str]"
+#: A path, columns in memory, or several of one kind.
+Log: TypeAlias = "str | os.PathLike[str] | Columns | Sequence[Any]"
+#: A result, values by the names of parameters, or a file of the command line.
+Values: TypeAlias = "Result | Mapping[str, float] | str | os.PathLike[str]"
+
+
+def session_of(origin: tuple[str, ...], overrides: list[str]) -> _sprung.Session:
+    """Returns the session of a file, a text or the demo."""
+    match origin:
+        case ("file", path):
+            return _sprung.Session.open(path, overrides)
+        case ("text", name, text, folder):
+            return _sprung.Session.read(name, text, overrides, folder)
+        case _:
+            return _sprung.Session.demo(overrides)
+
+
+def assignments(overrides: Overrides) -> list[str]:
+    """Returns overrides as texts ``key.path=value``."""
+    if isinstance(overrides, str):
+        raise InputError(
+            "overrides is a text", "overrides", "give a list of texts key.path=value, or a dict"
+        )
+    if not isinstance(overrides, Mapping):
+        return [str(one) for one in overrides]
+    return [f"{key}={_toml(value)}" for key, value in overrides.items()]
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, Mapping):
+        inner = ", ".join(f"{json.dumps(str(key))} = {_toml(own)}" for key, own in value.items())
+        return f"{{ {inner} }}"
+    if isinstance(value, list | tuple | np.ndarray):
+        return f"[{', '.join(_toml(own) for own in value)}]"
+    return json.dumps(value, default=plain, ensure_ascii=False)
+
+
+def plain(value: Any) -> Any:
+    """Returns numbers and texts of NumPy and paths as those of JSON."""
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    raise InputError(
+        f"{value!r} is of type {type(value).__name__}",
+        "experiment",
+        "give tables, lists, texts and numbers",
+    )
+
+
+def values_of(given: Values) -> _sprung.Values:
+    """Returns values of a robot for the extension module."""
+    if isinstance(given, Result):
+        return given._handle, given._index
+    remedy = "give a Result, numbers by the names of parameters, or the path of a file"
+    if not isinstance(given, Mapping):
+        return path_of("parameters", given, remedy)
+    for name, value in given.items():
+        if not isinstance(value, numbers.Real):
+            kind = type(value).__name__
+            raise InputError(f"the value of {name!r} is of type {kind}", "parameters", remedy)
+    return {str(name): float(value) for name, value in given.items()}
+
+
+def path_of(name: str, given: object, remedy: str) -> str:
+    """Returns an absolute path."""
+    if not isinstance(given, str | os.PathLike):
+        raise InputError(f"{name} is of type {type(given).__name__}", name, remedy)
+    return os.path.abspath(given)
+
+
+def run_of(threads: int, callback: Any) -> _sprung.Run:
+    """Returns the settings of a run."""
+    if not 0 <= threads <= 256:
+        raise InputError(f"threads = {threads}", "threads", "give 0 to 256")
+    return {"threads": threads, "progress": callback}
