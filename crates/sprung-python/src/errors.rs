@@ -41,7 +41,10 @@ fn in_python(error: &SessionError) -> Option<String> {
         }
         SessionError::Control(own) => {
             let text = (own.to_string())
-                .replace("--parameters FILE with an identification", "a Result")
+                .replace(
+                    "; give --parameters FILE with an identification",
+                    ", or give a Result",
+                )
                 .replace("--control belongs", "control belongs")
                 .replace("--format ", "the format ");
             Some(text.replace("sprung control", "Experiment.control"))

@@ -413,8 +413,7 @@ impl Session {
             from_log,
             reference,
         };
-        let source = parameters.map(Source::from);
-        let session = Arc::clone(&self.inner);
+        let (session, source) = (Arc::clone(&self.inner), parameters.map(Source::from));
         let excited = run.work(py, move |progress| {
             let parameters = source.map(Source::read).transpose()?;
             session.excite(&request, parameters.as_ref(), progress)
