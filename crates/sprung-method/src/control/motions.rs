@@ -32,7 +32,7 @@ const MEASURED: f64 = 0.4;
 const REST: f64 = 0.2;
 
 /// Part of the way by which a link may vibrate at the end.
-const RESTS: f64 = 0.01;
+pub(super) const RESTS: f64 = 0.01;
 
 /// Part of a torque's limit that counts as reached.
 const REACHED: f64 = 1.0 - 1e-9;

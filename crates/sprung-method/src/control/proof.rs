@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use sprung_base::progress::{Listener, Phase};
 
-use super::motions::{Designed, Plan, Robot, Run, SETTLES};
+use super::motions::{Designed, Plan, RESTS, Robot, Run, SETTLES};
 use super::pictures::{Banded, ControlPictures, LinkCurves, Timed};
 use super::refusal::ControlRefusal;
 use super::result::{Moves, Proof, Tracking, WithDraws};
@@ -59,20 +59,17 @@ pub(super) fn prove(
             .collect(),
     };
     let vibration = |run: &Run| plan.vibration(run);
+    let shortest = plan.way.iter().copied().fold(f64::INFINITY, f64::min);
     let percent = |own: &Robot| {
         let [shaped, unshaped] = [&own.shaped, &own.unshaped].map(vibration);
-        if unshaped > 0.0 {
-            100.0 * shaped / unshaped
-        } else {
-            0.0
-        }
+        (unshaped > RESTS * shortest).then(|| 100.0 * shaped / unshaped)
     };
     let moves = Moves {
         duration_s: plan.duration,
         way_rad: plan.way.clone(),
         unshaped_rad: worst(&|own| vibration(&own.unshaped)),
         shaped_rad: worst(&|own| vibration(&own.shaped)),
-        largest_percent: robots.iter().map(percent).fold(0.0, f64::max),
+        largest_percent: robots.iter().filter_map(percent).max_by(f64::total_cmp),
         limit_cycles: robots
             .iter()
             .filter(|own| plan.goes_on(&own.shaped))

@@ -189,8 +189,9 @@ pub struct Moves {
     pub unshaped_rad: WithDraws,
     /// With the shaper, or the same without one.
     pub shaped_rad: WithDraws,
-    /// The largest shaped residual in percent of the unshaped one of the same robot and pose.
-    pub largest_percent: f64,
+    /// The largest shaped residual in percent of the unshaped one of the same robot and pose; `None` if moves without shaper
+    /// leave less than 1 % of the way.
+    pub largest_percent: Option<f64>,
     /// Number of robots that go on moving long after the end: a limit cycle.
     pub limit_cycles: usize,
 }

@@ -254,7 +254,8 @@ class Moves:
         way_rad: way of each joint, rad (m).
         unshaped_rad: deviation without shaper, rad (m).
         shaped_rad: deviation with the shaper; the same if there is none.
-        largest_percent: largest shaped deviation, % of the unshaped one of the same robot and pose.
+        largest_percent: largest shaped deviation, % of the unshaped one of the same robot and pose; ``None``
+            if moves without shaper leave less than 1 % of the way.
         limit_cycles: number of robots that go on moving long after the end.
     """
 
@@ -262,7 +263,7 @@ class Moves:
     way_rad: list[float]
     unshaped_rad: WithDraws
     shaped_rad: WithDraws
-    largest_percent: float
+    largest_percent: float | None
     limit_cycles: int
 
     @classmethod
