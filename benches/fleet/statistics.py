@@ -41,6 +41,8 @@ class Kind:
     unequal: float = 0.0
     """Scatter of the logarithm of the scatter within robots."""
     decides: bool = False
+    shared: float = 0.0
+    """Error that all robots share, and which their standard errors contain."""
 
 
 KINDS = (
@@ -56,6 +58,8 @@ KINDS = (
     Kind("10 of 200, unequal logs", changed=10, over_time="step", unequal=0.4),
     Kind("10 of 200, 30 logs, 2 %", logs=30, changed=10, change=-0.02, over_time="step", unequal=0.3),
     Kind("10 of 200 soften slowly", changed=10, over_time="trend"),
+    Kind("common motion and bias", robots=20, logs=1, shared=0.3),
+    Kind("the same, 1 of 20 softer", robots=20, logs=1, between=0.002, shared=0.3, changed=1, decides=True),
 )
 
 
@@ -76,6 +80,8 @@ def simulate(kind: Kind, seed: int):
         error = kind.error * np.exp(0.3 * random.standard_normal(count))
         value = 1.0 + kind.between * random.standard_normal(kind.robots)[robot]
         value += kind.within * unequal * random.standard_normal(count) + error * random.standard_normal(count)
+        value += kind.shared * random.standard_normal()
+        error = np.hypot(error, kind.shared)
         if parameter == PARAMETERS[0]:
             part = {"": 1.0, "step": time_s > moment[robot], "trend": time_s / (365 * DAY_S)}[kind.over_time]
             value += np.where(np.isin(robot, changed), kind.change * part, 0.0)

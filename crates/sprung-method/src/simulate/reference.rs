@@ -113,7 +113,7 @@ impl Trajectory {
 
     /// Returns the trajectory behind an input shaper.
     ///
-    /// - `shaper`: times, s, and parts of its impulses; before time zero the trajectory rests at [`Trajectory::start`].
+    /// - `shaper`: times, s, and parts of its impulses; before time zero the trajectory rests at its start.
     #[must_use]
     pub fn shaped(self, shaper: Vec<[f64; 2]>) -> Self {
         Self { shaper, ..self }

@@ -72,6 +72,24 @@ def test_a_fifth_of_the_robots_does_not_hide_itself() -> None:
     assert len(named) <= 14
 
 
+def test_errors_that_all_robots_share_hide_no_robot() -> None:
+    """Twenty robots with one motion: their standard errors are thirty times their scatter."""
+    found, false = 0, 0
+    for seed in range(20):
+        rows = fleet(seed, robots=20, logs=1, soft=1)
+        random = np.random.default_rng(1000 + seed)
+        bias = np.repeat(0.2 * random.standard_normal(2), 20)
+        error = np.hypot(rows.standard_error, 0.2)
+        analysis = analyse(replace(rows, value=rows.value + bias, standard_error=error))
+        named = [robot.robot for _, robot in analysis.outliers()]
+        found += SOFT in named
+        false += len(named) > named.count(SOFT)
+        for population in analysis.populations:
+            assert population.central is not None
+            assert population.central.between == 0.0 and population.central.own_part < 0.01
+    assert found >= 18 and false <= 4
+
+
 def test_a_fleet_without_changes_names_hardly_any_robot() -> None:
     analyses = [analyse(fleet(seed)) for seed in range(15)]
     assert sum(bool(one.outliers()) for one in analyses) <= 3

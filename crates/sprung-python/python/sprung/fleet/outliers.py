@@ -3,6 +3,10 @@
 A few defective robots widen the scatter of all and hide themselves. The mean and the scatter of the test are
 therefore those of the central robots: a normal distribution that is truncated at ``WINDOW`` standard deviations.
 The test uses Student's t, because mean and scatter are estimated.
+
+Robots with one motion, one sensor and one model share a part of their errors. Their standard errors contain it, but it
+does not make them differ: the central robots then scatter less than their standard errors. The part of the variance
+that each robot has on its own is estimated from their scatter, too.
 """
 
 from __future__ import annotations
@@ -32,8 +36,15 @@ class Central:
     mean_standard_error: float
     between: float
     """Standard deviation between robots."""
+    own_part: float
+    """Part of the variance of the estimates that each robot has on its own; below 1 only where the central robots
+    scatter less than their standard errors, and then ``between`` is 0."""
     robots: int
     """Robots inside the window."""
+
+    def sigma(self, variance: Floats) -> Floats:
+        """The standard deviation of robots whose estimates have a variance: [robots] each."""
+        return np.sqrt(self.between**2 + self.own_part * variance)
 
 
 @dataclass(frozen=True)
@@ -61,19 +72,21 @@ def central(means: RobotMeans) -> Central | None:
         return None
     mean = float(np.median(means.value))
     width = 1.4826 * float(np.median(np.abs(means.value - mean)))
-    between = max(width**2 - float(np.median(means.variance)), 0.0) ** 0.5
+    scale = _Scale(means.variance, width)
+    spread = scale.of(width)
     # The window may grow but not shrink: a chain of ever smaller windows would end far below the true scatter.
-    window = between
+    window = spread
     for _ in range(10):
-        mean, between = _truncated(means, mean, window)
-        if between <= window * (1.0 + 1e-3):
+        mean, spread = _truncated(means, scale, mean, window)
+        if spread <= window + 1e-3 * (1.0 + abs(window)):
             break
-        window = between
-    sigma = np.sqrt(between**2 + means.variance)
+        window = spread
+    sigma = scale.sigma(spread)
     inside = np.abs(means.value - mean) <= WINDOW * sigma
     second, _ = _window_moments()
     information = float(np.sum(second / sigma[inside] ** 2))
-    return Central(mean, information**-0.5, between, int(inside.sum()))
+    between, own_part = scale.parts(spread)
+    return Central(mean, information**-0.5, between, own_part, int(inside.sum()))
 
 
 def test(means: RobotMeans) -> Tests | None:
@@ -81,7 +94,7 @@ def test(means: RobotMeans) -> Tests | None:
     found = central(means)
     if found is None:
         return None
-    sigma = np.sqrt(found.between**2 + means.variance)
+    sigma = found.sigma(means.variance)
     inside = np.abs(means.value - found.mean) <= WINDOW * sigma
     # Fisher information of the variance between robots, from the truncated distribution.
     _, spread = _window_moments()
@@ -122,18 +135,47 @@ def _window_moments() -> tuple[float, float]:
     return second, fourth - second**2
 
 
-def _truncated(means: RobotMeans, mean: float, between: float) -> tuple[float, float]:
+LEAST_OWN_PART = 1e-6
+"""Least part of the variance that is a robot's own: the roundings of a motion differ even if all else is shared."""
+
+
+class _Scale:
+    """One number for the scatter of robots: positive for scatter beyond their standard errors, in their unit; negative
+    where they scatter less, the logarithm of the part of their standard errors that remains."""
+
+    def __init__(self, variance: Floats, width: float) -> None:
+        self.variance = variance
+        self.typical = float(np.median(variance))
+        self.unit = max(self.typical**0.5, width, np.finfo(float).tiny)
+        self.least = 0.5 * float(np.log(LEAST_OWN_PART)) if self.typical > 0.0 else 0.0
+
+    def of(self, width: float) -> float:
+        """The number for the standard deviation of a typical robot."""
+        if width**2 >= self.typical:
+            return float((width**2 - self.typical) ** 0.5 / self.unit)
+        return float(max(np.log(max(width, np.finfo(float).tiny)) - 0.5 * np.log(self.typical), self.least))
+
+    def parts(self, spread: float) -> tuple[float, float]:
+        """The standard deviation between robots, and the part of the variance that is their own."""
+        return max(spread, 0.0) * self.unit, float(np.exp(2.0 * min(spread, 0.0)))
+
+    def sigma(self, spread: float) -> Floats:
+        between, own_part = self.parts(spread)
+        return np.sqrt(between**2 + own_part * self.variance)
+
+
+def _truncated(means: RobotMeans, scale: _Scale, mean: float, spread: float) -> tuple[float, float]:
     """Maximises the likelihood of the robots inside the window about an earlier mean and scatter."""
-    width = np.sqrt(between**2 + means.variance)
+    width = scale.sigma(spread)
     inside = np.abs(means.value - mean) <= WINDOW * width
     if int(inside.sum()) < 3:
-        return mean, between
-    value, variance, half = means.value[inside], means.variance[inside], WINDOW * width[inside]
-    scale = float(np.median(width))
+        return mean, spread
+    value, half = means.value[inside], WINDOW * width[inside]
+    unit = float(np.median(width))
 
     def cost(x: Floats) -> float:
-        centre = mean + float(x[0]) * scale
-        sigma = np.sqrt((float(x[1]) * scale) ** 2 + variance)
+        centre = mean + float(x[0]) * unit
+        sigma = scale.sigma(float(x[1]))[inside]
         high = special.ndtr((mean + half - centre) / sigma)
         low = special.ndtr((mean - half - centre) / sigma)
         mass = np.maximum(high - low, 1e-300)
@@ -142,10 +184,12 @@ def _truncated(means: RobotMeans, mean: float, between: float) -> tuple[float, f
         return float(np.sum(0.5 * ((value - centre) / sigma) ** 2 + np.log(sigma) + np.log(mass)) + restricted)
 
     # Nearly uniform values in the window would have any scatter: the bound keeps it near the median's.
+    widest = 1.5 * unit
+    bound = widest / scale.unit if widest**2 >= scale.typical else scale.of(widest)
     found = optimize.minimize(
         cost,
-        np.array([0.0, between / scale]),
+        np.array([0.0, spread]),
         method="L-BFGS-B",
-        bounds=[(-1.0, 1.0), (0.0, 1.5)],
+        bounds=[(-1.0, 1.0), (scale.least, max(bound, spread))],
     )
-    return mean + float(found.x[0]) * scale, float(found.x[1]) * scale
+    return mean + float(found.x[0]) * unit, float(found.x[1])
