@@ -11,7 +11,7 @@ use crate::root;
 const NO_PAGES: [&str; 3] = ["target", ".git", "fuzz"];
 
 /// Words in the library with the form of a code that are no codes.
-const OTHER_WORDS: [&str; 21] = [
+const OTHER_WORDS: [&str; 22] = [
     "as-stamped",
     "at-a-glance",
     "condition-number",
@@ -21,6 +21,7 @@ const OTHER_WORDS: [&str; 21] = [
     "hold-out",
     "kebab-case",
     "least-squares",
+    "link-damping",
     "measured-and-predicted",
     "my-arm",
     "on-cycle",
