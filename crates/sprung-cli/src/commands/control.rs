@@ -102,13 +102,20 @@ fn say(terminal: Terminal, own: &ControlDesign) {
         ));
     }
     let moves = &proof.moves;
+    let vibration = |own: &WithDraws| {
+        format!(
+            "{} rad (worst robot {})",
+            significant(own.identified, 2),
+            significant(own.worst, 2)
+        )
+    };
+    let shaped = own.shaper.as_ref().map_or_else(String::new, |_| {
+        format!(", with the shaper {}", vibration(&moves.shaped_rad))
+    });
     terminal.say(format!(
-        "moves of {} s leave vibrations of {} rad, with shaper {} rad (worst robots {} and {}); limit cycles in {} of {} robots",
+        "moves of {} s leave vibrations of {}{shaped}; limit cycles in {} of {} robots",
         significant(moves.duration_s, 3),
-        significant(moves.unshaped_rad.identified, 2),
-        significant(moves.shaped_rad.identified, 2),
-        significant(moves.unshaped_rad.worst, 2),
-        significant(moves.shaped_rad.worst, 2),
+        vibration(&moves.unshaped_rad),
         moves.limit_cycles,
         proof.robots
     ));

@@ -284,21 +284,18 @@ impl Search<'_, '_> {
             return format!("{pose} the loop is unstable{resonance}");
         }
         let settings = self.task.settings;
-        let excess = |k: &usize| {
-            let margin = &own.margins[*k];
-            (margin.gain_db - settings.gain_margin_db)
-                .min((margin.phase_deg - settings.phase_margin_deg) / 5.0)
-        };
-        let worst = (0..own.margins.len())
-            .min_by(|a, b| excess(a).total_cmp(&excess(b)))
-            .unwrap_or(0);
-        format!(
-            "{pose} the loop of {} keeps {:.1} dB and {:.0}°, less than {} dB and {}°{resonance}",
-            self.task.model.joints()[worst],
-            own.margins[worst].gain_db,
-            own.margins[worst].phase_deg,
-            settings.gain_margin_db,
-            settings.phase_margin_deg,
-        )
+        let lacking = own.margins.iter().zip(self.task.model.joints());
+        let broken = lacking.flat_map(|(margin, joint)| {
+            let gain = (margin.gain_db, settings.gain_margin_db, "gain", " dB");
+            let phase = (margin.phase_deg, settings.phase_margin_deg, "phase", "°");
+            [gain, phase]
+                .map(|(own, least, what, unit)| (own / least, own, least, what, unit, joint))
+        });
+        let worst = broken.min_by(|a, b| a.0.total_cmp(&b.0));
+        worst.map_or(pose.clone(), |(_, own, least, what, unit, joint)| {
+            format!(
+                "{pose} the loop of {joint} keeps a {what} margin of {own:.1}{unit}, less than {least}{unit}{resonance}"
+            )
+        })
     }
 }

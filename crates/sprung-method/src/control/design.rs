@@ -71,10 +71,10 @@ pub fn design_control(
     progress.tell(Phase::Designing, 1, Some(3))?;
     let cases = [identified(task), drawn(task)].concat();
     let seen = look(task, &controller, &cases);
-    let grows = |own: &&Seen| own.stability.growth_per_s.is_some();
-    if let Some((own, rate)) =
-        (seen.iter().find(grows)).and_then(|own| Some((own, own.stability.growth_per_s?)))
-    {
+    let growing = seen
+        .iter()
+        .find_map(|own| Some((own, own.stability.growth_per_s?)));
+    if let Some((own, rate)) = growing {
         return Err(ControlRefusal::Unstable {
             pose_rad: task.poses[own.pose].clone(),
             time_s: 1.0 / rate,

@@ -47,6 +47,33 @@ pub(super) struct Designed<'a> {
     pub(super) lowest_hz: Option<f64>,
 }
 
+/// A kind of simulated motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// Along the reference of the experiment, whose beginning does not count.
+    Reference,
+    /// From rest to rest.
+    Move,
+}
+
+impl Kind {
+    fn words(self) -> String {
+        match self {
+            Self::Reference => "on the reference of the experiment",
+            Self::Move => "in a move from rest to rest",
+        }
+        .to_owned()
+    }
+
+    /// Returns the time that does not count, s.
+    fn settles(self) -> f64 {
+        match self {
+            Self::Reference => SETTLES,
+            Self::Move => 0.0,
+        }
+    }
+}
+
 /// One simulated motion.
 #[derive(Clone, Debug)]
 pub(super) struct Run {
@@ -118,16 +145,12 @@ impl<'t, 'a> Plan<'t, 'a> {
             let motion = Trajectory::new(reference, task.model);
             let start = reference.clone();
             let duration = task.twin.duration_s.min(LONGEST);
-            let what = "on the reference of the experiment";
-            Ok(Some(
-                self.run(theta, controller, start, &motion, duration, what)?,
-            ))
+            let run = self.run(theta, controller, start, &motion, duration, Kind::Reference)?;
+            Ok(Some(run))
         };
         let designed = tracking(own)?;
-        if robot == 0
-            && let Some(run) = &designed
-        {
-            self.check_torques(run, "on the reference of the experiment")?;
+        if let Some(run) = &designed {
+            self.check_torques(run, Kind::Reference)?;
         }
         let declared = match task.declared.filter(|_| robot == 0 && !task.is_declared()) {
             Some(own) => tracking(own).ok().flatten(),
@@ -152,20 +175,11 @@ impl<'t, 'a> Plan<'t, 'a> {
             let motion = motion.shaped(shaper.to_vec());
             let time = duration + self.delay + self.hold;
             let start = self.resting(pose);
-            self.run(
-                theta,
-                own,
-                start,
-                &motion,
-                time,
-                "in a move from rest to rest",
-            )
+            self.run(theta, own, start, &motion, time, Kind::Move)
         };
         let unshaped = moved(1.0, self.duration, &[])?;
         let shaped = moved(1.0, self.duration, self.designed.shaper)?;
-        if robot == 0 {
-            self.check_torques(&unshaped, "in a move from rest to rest")?;
-        }
+        self.check_torques(&unshaped, Kind::Move)?;
         Ok(Robot {
             designed,
             declared,
@@ -178,7 +192,7 @@ impl<'t, 'a> Plan<'t, 'a> {
         })
     }
 
-    fn check_torques(&self, run: &Run, what: &str) -> Result<(), ControlRefusal> {
+    fn check_torques(&self, run: &Run, kind: Kind) -> Result<(), ControlRefusal> {
         let limits = self.task.torque_limits;
         let mut all = run.torque.iter().zip(limits).enumerate();
         match all.find(|(_, (part, _))| **part >= REACHED) {
@@ -186,7 +200,7 @@ impl<'t, 'a> Plan<'t, 'a> {
             Some((joint, (_, limit_nm))) => Err(ControlRefusal::Saturates {
                 joint: self.task.model.joints()[joint].clone(),
                 limit_nm: *limit_nm,
-                where_: what.to_owned(),
+                motion: kind.words(),
             }),
         }
     }
@@ -217,7 +231,7 @@ impl<'t, 'a> Plan<'t, 'a> {
         start: Reference,
         motion: &Trajectory,
         duration: f64,
-        what: &str,
+        kind: Kind,
     ) -> Result<Run, ControlRefusal> {
         let task = self.task;
         let n = task.model.joint_count();
@@ -241,21 +255,16 @@ impl<'t, 'a> Plan<'t, 'a> {
             wanted: Vec::with_capacity(samples),
             torque: vec![0.0; n],
         };
-        let settles = if what.contains("reference") {
-            SETTLES
-        } else {
-            0.0
-        };
         let mut desired = vec![[0.0; 5]; n];
         for _ in 0..samples {
             let sample = twin.sample().map_err(|_| ControlRefusal::RunsAway {
-                where_: what.to_owned(),
+                motion: kind.words(),
             })?;
             motion.at(sample.time, &mut desired);
             run.wanted.push(desired.iter().map(|own| own[0]).collect());
             let [q, _, _] = sample.motion;
             run.links.push(q);
-            if sample.time >= settles {
+            if sample.time >= kind.settles() {
                 let parts = sample.tau.iter().zip(task.torque_limits);
                 for (most, (tau, limit)) in run.torque.iter_mut().zip(parts) {
                     *most = most.max(tau.abs() / limit);

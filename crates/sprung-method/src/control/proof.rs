@@ -90,9 +90,13 @@ pub(super) fn prove(
     })
 }
 
+/// Returns the first sample of a run along the reference that counts.
+fn settled(task: &ControlTask<'_>, run: &Run) -> usize {
+    ((SETTLES / task.period) as usize).min(run.links.len() / 2)
+}
+
 fn rms(task: &ControlTask<'_>, run: &Run, joint: usize) -> f64 {
-    let skipped = (SETTLES / task.period) as usize;
-    let errors = (run.links.iter().zip(&run.wanted)).skip(skipped.min(run.links.len() / 2));
+    let errors = (run.links.iter().zip(&run.wanted)).skip(settled(task, run));
     let (mut sum, mut count) = (0.0, 0.0);
     for (link, wanted) in errors {
         sum += (link[joint] - wanted[joint]).powi(2);
@@ -174,7 +178,7 @@ fn draw(
         ),
     );
     if let Some(run) = &robots[0].designed {
-        let skipped = ((SETTLES / task.period) as usize).min(run.links.len() / 2);
+        let skipped = settled(task, run);
         let error = |run: &Run, k: usize, joint: usize| run.links[k][joint] - run.wanted[k][joint];
         pictures.tracking = timed(
             run,

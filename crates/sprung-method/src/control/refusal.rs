@@ -40,7 +40,7 @@ pub enum ControlRefusal {
     },
     /// A torque passes its limit.
     #[error(
-        "the torque of {joint} reaches its limit of {limit_nm:.4} N·m {where_}, so the design would not hold; ask for a smaller \
+        "the torque of {joint} reaches its limit of {limit_nm:.4} N·m {motion}, so the design would not hold; ask for a smaller \
          bandwidth_hz in [control], or a slower reference"
     )]
     Saturates {
@@ -49,16 +49,16 @@ pub enum ControlRefusal {
         /// The limit, N·m (N).
         limit_nm: f64,
         /// The motion.
-        where_: String,
+        motion: String,
     },
     /// A simulated loop runs away.
     #[error(
-        "the simulated loop runs away {where_} although it is stable at rest; ask for a smaller bandwidth_hz in [control], or a \
+        "the simulated loop runs away {motion} although it is stable at rest; ask for a smaller bandwidth_hz in [control], or a \
          slower reference"
     )]
     RunsAway {
         /// The motion.
-        where_: String,
+        motion: String,
     },
     /// No shaper exists.
     #[error("no input shaper: {0}; give shaper_modes = 0 in [control] for a design without one")]

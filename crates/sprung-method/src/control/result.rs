@@ -100,7 +100,7 @@ pub struct LoopMargins {
     pub gain_db: Option<WithDraws>,
     /// Least phase that may change, degrees.
     pub phase_deg: WithDraws,
-    /// Frequency at which the open loop has the gain one, Hz; 0 if it has none.
+    /// Highest frequency at which the open loop of the identified robot has the gain one in the first pose, Hz; 0 if it has none.
     pub crossover_hz: f64,
 }
 
@@ -172,7 +172,7 @@ pub struct Proof {
 pub struct Tracking {
     /// Name of the joint.
     pub joint: String,
-    /// With `[controller]`, on the identified robot; `None` without one.
+    /// With `[controller]`, on the identified robot; `None` without one, or if its loop runs away.
     pub declared_rad: Option<f64>,
     /// With the designed controller.
     pub designed_rad: WithDraws,

@@ -123,6 +123,9 @@ impl Trajectory {
     /// acceleration then, or else the centres.
     #[must_use]
     pub(crate) fn start(&self) -> Vec<f64> {
+        if let Some(to) = &self.to {
+            return to.ends[0].clone();
+        }
         let mut first = vec![[0.0; 5]; self.centre.len()];
         self.unshaped(0.0, &mut first);
         let mut most = vec![[0.0; 3]; self.centre.len()];

@@ -294,6 +294,25 @@ fn moves_are_as_smooth_as_they_say() {
 }
 
 #[test]
+fn a_shaped_step_has_the_steps_of_its_impulses() {
+    let motion = Trajectory::of_move(Move {
+        ends: [vec![0.2], vec![1.2]],
+        begin: 0.0,
+        duration: 0.0,
+    })
+    .shaped(vec![[0.0, 0.6], [0.3, 0.4]]);
+    for (time, position) in [(0.0, 0.8), (0.29, 0.8), (0.31, 1.2)] {
+        let mut own = [[0.0; 5]];
+        motion.at(time, &mut own);
+        assert!(
+            (own[0][0] - position).abs() < 1e-12,
+            "{time}: {}",
+            own[0][0]
+        );
+    }
+}
+
+#[test]
 fn an_unstable_declared_loop_is_refused() {
     let mut case = Case::new(settings(Feedback::Declared));
     case.declared.kp_nm_per_rad = vec![5000.0, 500.0];
