@@ -107,7 +107,7 @@ impl Dynamics {
         )
     }
 
-    fn coriolis<'py>(
+    fn coriolis_torques<'py>(
         &self,
         py: Python<'py>,
         q: Matrix<'_>,
@@ -149,7 +149,7 @@ impl Dynamics {
     }
 
     /// Torques on links and motors, \[samples × 2 joints\].
-    fn inverse_dynamics<'py>(
+    fn predict<'py>(
         &self,
         py: Python<'py>,
         motion: [Matrix<'_>; 6],

@@ -63,6 +63,8 @@ pub(crate) fn wrong_input(py: Python<'_>, code: &str, text: &str, remedy: &str) 
 }
 
 /// Returns an exception that the package defines.
+///
+/// - `findings`: findings for which a log was refused, as JSON.
 fn raise(
     py: Python<'_>,
     class: &str,
@@ -74,8 +76,9 @@ fn raise(
 ) -> PyErr {
     let made = py
         .import("sprung._errors")
-        .and_then(|module| module.getattr(class))
-        .and_then(|class| class.call1((text, code, remedy, place, findings)));
+        .and_then(|module| {
+            module.call_method1("described", (class, text, code, remedy, place, findings))
+        });
     match made {
         Ok(exception) => PyErr::from_value(exception),
         Err(error) => error,

@@ -27,6 +27,12 @@ use crate::worked::{Checked, Identified, Validated, file};
 
 type Named<'py> = Vec<(String, Bound<'py, PyAny>)>;
 
+/// Name of the demo of a position servo, and its files.
+const SERVO: &str = "demo-servo";
+const SERVO_EXPERIMENT: &str =
+    include_str!("../../../examples/servo-pendulum/experiment.toml");
+const SERVO_TRUTH: &str = include_str!("../../../examples/servo-pendulum/truth.toml");
+
 /// An experiment, its robot's equations, and access to its files.
 #[pyclass(frozen, module = "sprung._sprung")]
 pub(crate) struct Session {
@@ -125,17 +131,22 @@ impl Session {
         Self::of(py, made)
     }
 
-    /// Reads the demo's experiment.
+    /// Reads the experiment of a demo.
+    ///
+    /// - `name`: `demo`, or `demo-servo` for a position servo.
     #[staticmethod]
-    fn demo(py: Python<'_>, overrides: Vec<String>) -> PyResult<Self> {
-        let files = |path: &Path| -> std::io::Result<Box<dyn Input>> {
+    fn demo(py: Python<'_>, name: &str, overrides: Vec<String>) -> PyResult<Self> {
+        let (text, truth) = match name {
+            SERVO => (SERVO_EXPERIMENT, SERVO_TRUTH),
+            _ => (sprung::demo::EXPERIMENT, sprung::demo::TRUTH),
+        };
+        let files = move |path: &Path| -> std::io::Result<Box<dyn Input>> {
             if path == Path::new("truth.toml") {
-                return Ok(Box::new(Cursor::new(sprung::demo::TRUTH.as_bytes())));
+                return Ok(Box::new(Cursor::new(truth.as_bytes())));
             }
             Disk.open(path)
         };
-        let text = sprung::demo::EXPERIMENT;
-        let made = sprung::session::Session::read("demo", text, &overrides, files);
+        let made = sprung::session::Session::read(name, text, &overrides, files);
         Self::of(py, made)
     }
 
@@ -331,19 +342,23 @@ impl Session {
         Ok(Identified::new(found, text).after(seconds))
     }
 
-    /// Validates an identification on the runs of the experiment, or on arrays.
+    /// Validates an identification on the runs of the experiment, on arrays, or on files.
     fn validate(
         &self,
         py: Python<'_>,
         identified: &Identified,
         logs: Option<Vec<Named<'_>>>,
+        files: Option<Vec<PathBuf>>,
         run: Run,
     ) -> PyResult<Validated> {
         let found = identified.found();
         let parameters = Parameters::from(found.identification.clone());
         let validated = match logs {
             None => {
-                let session = Arc::clone(&self.inner);
+                let session = match files {
+                    None => Arc::clone(&self.inner),
+                    Some(files) => Arc::new(self.inner.with_run_files(files)),
+                };
                 run.work(py, move |progress| session.validate(&parameters, progress))
             }
             Some(logs) => {

@@ -127,7 +127,7 @@ def test_a_first_motion_is_smaller() -> None:
     short = {"excite.steps": 4, "excite.starts": 1, "excite.duration_s": 4}
     arm = sprung.Experiment.demo({"robot.joint_defaults.limits": limits, **short})
     first, usual = arm.excite(warm_up=True), arm.excite()
-    assert first.contents["is_warm_up"] and not usual.contents["is_warm_up"]
+    assert first.warm_up and not usual.warm_up
     speeds = [np.abs(own.trajectory.velocity_rad_per_s).max() for own in (first, usual)]
     assert speeds[0] < 0.5 * speeds[1]
 
@@ -247,7 +247,7 @@ def test_files_hold_the_motion(
     arm: sprung.Experiment, designed: sprung.Excitation, tmp_path: Path
 ) -> None:
     folder = designed.write(tmp_path / "out")
-    assert json.loads((folder / "excitation.json").read_text()) == designed.contents
+    assert (folder / "excitation.json").read_text() == designed.to_json()
     table = np.genfromtxt(folder / "trajectory.csv", delimiter=",", names=True)
     assert np.array_equal(table["t_s"], designed.trajectory.time_s)
     assert np.array_equal(table["joint2_position_rad"], designed.trajectory.position_rad[:, 1])

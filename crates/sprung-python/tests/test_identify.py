@@ -15,7 +15,7 @@ import pytest
 from numpy.typing import NDArray
 
 import sprung
-from sprung._result import _without_times
+from sprung._report import _without_times
 
 Log = dict[str, NDArray[np.float64]]
 LEAST_SQUARES = ["identify.estimator=least-squares"]
@@ -92,14 +92,14 @@ def test_the_command_line_gives_the_same_bits(tmp_path: Path) -> None:
     own = sprung.Experiment(folder).identify()
     assert _without_times(json.loads(own.to_json())) == _without_times(of_command)
     assert own.estimators[0] == "prediction-error"
-    assert own.refinement is not None and own.refinement["used"]
+    assert own.refinement is not None and own.refinement.used
     assert sprung.load(folder, own.experiment) == own
 
 
 def test_several_logs_are_one_experiment(experiment: sprung.Experiment, log: Log) -> None:
     other = experiment.simulate(seed=5)
     both = experiment.identify([log, other])
-    assert len(both.identification["further_logs"]) == 1
+    assert len(both.logs) == 2
     one = experiment.identify(log).parameters["joint1.stiffness"].standard_error
     two = both.parameters["joint1.stiffness"].standard_error
     assert one is not None and two is not None and two < one
@@ -114,7 +114,7 @@ def test_laws_of_earlier_results(
     assert own, "the offset of the torque is a law that the log asks for"
     again = experiment.identify(log, laws_from=[result, earlier])
     assert list(again.parameters) == list(earlier.parameters)
-    kinds = [change["kind"] for change in again.identification["applied"]]
+    kinds = [change.kind for change in again.applied]
     assert kinds == ["law"] * len(own)
     other = sprung.Experiment.demo({"robot.name": "other"})
     with pytest.raises(sprung.SprungError, match='its robot is "'):
@@ -175,14 +175,14 @@ def test_check_validate_and_compare(
     assert not check.refused
     assert all(finding.severity in {"info", "warning"} for finding in check.findings)
     other = experiment.simulate(seed=3)
-    validation = experiment.validate(result, other)
-    assert [run["name"] for run in validation.runs] == ["direct"]
-    assert not validation.runs[0]["same_log"]
-    assert result.identification["log"]["file"].startswith("arrays ")
-    assert experiment.validate(result, [log, other]).runs[0]["same_log"]
-    assert "kept" in json.dumps(validation.contents)
+    validation = result.validate(other)
+    assert [run.name for run in validation.runs] == ["direct"]
+    assert not validation.runs[0].same_log
+    assert result.logs[0].file.startswith("arrays ")
+    assert result.validate([log, other]).runs[0].same_log
+    assert validation.runs[0].sets[0].promise_kept
     comparison = sprung.compare([result, experiment.identify(other)], ["a", "b"])
-    assert [own["file"] for own in comparison.contents["compared"]] == ["a", "b"]
+    assert [own.label for own in comparison.compared] == ["a", "b"]
     assert comparison.conclusion
 
 
@@ -227,7 +227,7 @@ def test_plots(result: sprung.Result) -> None:
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
-    rows = [name for name in result.fit["measured"] if name != "t"]
+    rows = [name for name in result.fit_curves["measured"] if name != "t"]
     assert len(result.plot.fit().axes) == len(rows) > 0
     assert len(result.plot.trace("joint1.stiffness").axes) == 1
     figure = result.plot.parameters()

@@ -16,7 +16,7 @@ def test_regressor_times_parameters_is_the_torque(result: sprung.Result) -> None
     q, dq, ddq, phi, dphi, ddphi = STATES
     regressor = model.regressor(q, dq, ddq, phi, dphi, ddphi)
     assert regressor.shape == (50, 4, 15)
-    torques = model.inverse_dynamics(q, dq, ddq, phi, dphi, ddphi)
+    torques = model.predict(q, dq, ddq, phi, dphi, ddphi)
     product = regressor @ np.array(list(model.parameters.values()))
     assert np.allclose(product, np.hstack(torques), rtol=1e-12, atol=1e-12)
 
@@ -24,7 +24,7 @@ def test_regressor_times_parameters_is_the_torque(result: sprung.Result) -> None
 def test_forward_dynamics_is_the_inverse(result: sprung.Result) -> None:
     model = result.model
     q, dq, ddq, phi, dphi, ddphi = STATES
-    link, motor = model.inverse_dynamics(q, dq, ddq, phi, dphi, ddphi)
+    link, motor = model.predict(q, dq, ddq, phi, dphi, ddphi)
     found = model.forward_dynamics(q, dq, motor, phi, dphi, link)
     assert np.allclose(found.ddq, ddq, rtol=1e-9, atol=1e-9)
     assert np.allclose(found.ddphi, ddphi, rtol=1e-9, atol=1e-9)
@@ -33,14 +33,14 @@ def test_forward_dynamics_is_the_inverse(result: sprung.Result) -> None:
 def test_parts_add_up(result: sprung.Result) -> None:
     model = result.model
     q, dq, ddq, phi, dphi, ddphi = STATES
-    link, motor = model.inverse_dynamics(q, dq, ddq, phi, dphi, ddphi)
+    link, motor = model.predict(q, dq, ddq, phi, dphi, ddphi)
     masses = model.mass_matrix(q)
     assert np.allclose(masses, masses.transpose(0, 2, 1))
     assert np.linalg.eigvalsh(masses).min() > 0
     moved = np.einsum("kij,kj->ki", masses, np.hstack([ddq, ddphi]))
     spring = model.spring(q, phi, dq, dphi)
     friction = model.friction(q, dq, phi, dphi)
-    own = moved[:, :2] + model.coriolis(q, dq) + model.gravity(q) - spring + friction.link
+    own = moved[:, :2] + model.coriolis_torques(q, dq) + model.gravity(q) - spring + friction.link
     assert np.allclose(own, link)
     assert np.allclose(moved[:, 2:] + spring + friction.motor, motor)
 
@@ -48,8 +48,8 @@ def test_parts_add_up(result: sprung.Result) -> None:
 def test_one_state_and_many_agree(result: sprung.Result) -> None:
     model = result.model
     q, dq, ddq, *_ = STATES
-    one = model.inverse_dynamics(q[3], dq[3], ddq[3])
-    many = model.inverse_dynamics(q, dq, ddq)
+    one = model.predict(q[3], dq[3], ddq[3])
+    many = model.predict(q, dq, ddq)
     assert one.link.shape == (2,)
     assert np.array_equal(one.link, many.link[3]) and np.array_equal(one.motor, many.motor[3])
 
@@ -71,7 +71,7 @@ def test_wrong_shapes_are_refused(result: sprung.Result) -> None:
     with pytest.raises(sprung.InputError, match="shape"):
         model.gravity([0.0, 0.0, 0.0])
     with pytest.raises(sprung.InputError, match="shape"):
-        model.coriolis(np.zeros((3, 2)), np.zeros((4, 2)))
+        model.coriolis_torques(np.zeros((3, 2)), np.zeros((4, 2)))
     with pytest.raises(sprung.InputError, match="numbers"):
         model.gravity(["a", "b"])
     with pytest.raises(sprung.InputError, match="without bound"):

@@ -31,7 +31,7 @@ def test_checks_and_validations_pickle(
     check = experiment.check(log)
     back = pickle.loads(pickle.dumps(check))
     assert back == check and back._html() == check._html()
-    validation = experiment.validate(result, log)
+    validation = result.validate(log)
     back = pickle.loads(pickle.dumps(validation))
     assert back == validation and back.sentence == validation.sentence
 

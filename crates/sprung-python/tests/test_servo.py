@@ -41,7 +41,7 @@ def test_a_twin_is_simulated_and_identified(
     assert abs(armature.value - truth["servo.armature"]) < 4 * armature.standard_error
     assert abs(armature.value / truth["servo.armature"] - 1) < 0.1
     assert result.joint == "servo" and result.scale == "known-load" and result.usable
-    assert result.fit["position_rms_over_noise"] < 1.5
+    assert result.position_errors.position_rms_over_noise < 1.5
 
 
 def test_another_seed_gives_another_log_and_the_result_another_twin(

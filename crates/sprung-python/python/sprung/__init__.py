@@ -11,6 +11,16 @@ True
 All numbers are in SI units: rad, N·m, kg·m²; m and N for prismatic joints.
 """
 
+from sprung._check import Check, CheckedColumn, CheckedLog
+from sprung._comparison import (
+    Combined,
+    CombinedParameter,
+    ComparedResult,
+    Comparison,
+    DriftOfParameter,
+    DriftOverTime,
+    compare,
+)
 from sprung._control import (
     Control,
     LoopMargins,
@@ -34,54 +44,97 @@ from sprung._errors import (
 from sprung._excitation import Excitation, LimitUsed, More, Promised, Trajectory
 from sprung._experiment import Experiment
 from sprung._finding import Evidence, Finding
-from sprung._model import Model, Motion
-from sprung._parameters import Parameter, Parameters
-from sprung._result import Check, Comparison, Result, Validation, compare, load
+from sprung._identification import (
+    Applied,
+    Delay,
+    Disturbance,
+    EncoderOffset,
+    HeldOutResidual,
+    LogUsed,
+    PromisedErrors,
+    RefinedDelay,
+    Refinement,
+    RigidJoint,
+    StandardParameter,
+)
+from sprung._model import Accelerations, Model, Motion, Torques
+from sprung._named import Named
+from sprung._parameters import Parameter, ParameterRow, Parameters
+from sprung._result import Result, load
 from sprung._samples import Bodies, SampledValues, Samples
-from sprung._servo import Servo, ServoCheck, ServoResult
+from sprung._servo import Servo, ServoCheck, ServoErrors, ServoLog, ServoResult
 from sprung._sprung import GENERATOR, Choices, LogFactors
+from sprung._validation import JointErrors, LoopErrors, ValidatedSet, Validation, ValidationRun
 
 __version__ = GENERATOR.removeprefix("sprung ")
 
 __all__ = [
+    "Accelerations",
+    "Applied",
     "Bodies",
     "Check",
+    "CheckedColumn",
+    "CheckedLog",
     "Choices",
+    "Combined",
+    "CombinedParameter",
+    "ComparedResult",
     "Comparison",
     "Control",
+    "Delay",
+    "Disturbance",
+    "DriftOfParameter",
+    "DriftOverTime",
+    "EncoderOffset",
     "Evidence",
     "Excitation",
     "Experiment",
     "ExperimentError",
     "FileError",
     "Finding",
+    "HeldOutResidual",
     "InputError",
+    "JointErrors",
     "LimitUsed",
     "LogError",
     "LogFactors",
+    "LogUsed",
+    "LoopErrors",
     "LoopMargins",
     "Mode",
     "Model",
     "More",
     "Motion",
     "Moves",
+    "Named",
     "Parameter",
+    "ParameterRow",
     "Parameters",
     "Promised",
+    "PromisedErrors",
+    "RefinedDelay",
+    "Refinement",
     "Result",
+    "RigidJoint",
     "SampledValues",
     "Samples",
     "Servo",
     "ServoCheck",
+    "ServoErrors",
+    "ServoLog",
     "ServoResult",
     "ShapedMode",
     "Shaper",
     "SprungError",
     "SprungWarning",
+    "StandardParameter",
     "Stopped",
+    "Torques",
     "Tracking",
     "Trajectory",
+    "ValidatedSet",
     "Validation",
+    "ValidationRun",
     "Vibration",
     "WithDraws",
     "__version__",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import json
 import numbers
 import os
@@ -15,10 +16,12 @@ from sprung._columns import Columns
 from sprung._errors import InputError
 from sprung._result import Result
 
+#: Tables, lists, texts, numbers and dates, as in an experiment file.
+Table: TypeAlias = "Mapping[str, object]"
 #: ``{"identify.estimator": "least-squares"}`` or ``["identify.estimator=least-squares"]``.
-Overrides: TypeAlias = "Mapping[str, Any] | Sequence[str]"
+Overrides: TypeAlias = "Table | Sequence[str]"
 #: A path, columns in memory, or several of one kind.
-Log: TypeAlias = "str | os.PathLike[str] | Columns | Sequence[Any]"
+Log: TypeAlias = "str | os.PathLike[str] | Columns | Sequence[str | os.PathLike[str] | Columns]"
 #: A result, values by the names of parameters, or a file of the command line.
 Values: TypeAlias = "Result | Mapping[str, float] | str | os.PathLike[str]"
 
@@ -30,8 +33,9 @@ def session_of(origin: tuple[str, ...], overrides: list[str]) -> _sprung.Session
             return _sprung.Session.open(path, overrides)
         case ("text", name, text, folder):
             return _sprung.Session.read(name, text, overrides, folder)
-        case _:
-            return _sprung.Session.demo(overrides)
+        case (name,):
+            return _sprung.Session.demo(name, overrides)
+    raise InputError(f"{origin} is no origin", "experiment", "give a path or a dict")
 
 
 def assignments(overrides: Overrides) -> list[str]:
@@ -62,6 +66,8 @@ def plain(value: Any) -> Any:
         return value.tolist()
     if isinstance(value, os.PathLike):
         return os.fspath(value)
+    if isinstance(value, datetime.date):
+        return value.isoformat()
     raise InputError(
         f"{value!r} is of type {type(value).__name__}",
         "experiment",

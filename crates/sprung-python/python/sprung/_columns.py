@@ -4,20 +4,45 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 
 from sprung import _sprung
 from sprung._errors import InputError, SprungWarning
 
-#: Columns by name; a DataFrame; or an object with ``__arrow_c_stream__``.
-Columns: TypeAlias = Any
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+class ArrowTable(Protocol):
+    """A table of Arrow, polars, DuckDB and others, by the PyCapsule interface of Arrow."""
+
+    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object:
+        """Returns its capsule."""
+        ...
+
+
+class DataFrame(Protocol):
+    """A DataFrame of pandas."""
+
+    @property
+    def columns(self) -> Any:
+        """Names of the columns."""
+        ...
+
+    @property
+    def iloc(self) -> Any:
+        """Rows by number."""
+        ...
+
+
+#: Columns by name; a DataFrame; or a table of Arrow.
+Columns: TypeAlias = "Mapping[str, ArrayLike] | DataFrame | ArrowTable"
 #: Named arrays in the form that the library takes.
 Named: TypeAlias = list[tuple[str, Any]]
 
 
-def named(log: Columns, wanted: Sequence[str]) -> Named:
+def named(log: Any, wanted: Sequence[str]) -> Named:
     """Returns the columns of a log as contiguous arrays, without copies where memory allows.
 
     Args:

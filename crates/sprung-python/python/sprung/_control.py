@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sprung._files import write_text
-from sprung._result import _Report
+from sprung._record import record
+from sprung._report import Report
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,11 +35,6 @@ class WithDraws:
 
     identified: float
     worst: float
-
-    @classmethod
-    def of(cls, given: Mapping[str, float]) -> WithDraws:
-        """Returns a figure from its JSON."""
-        return cls(given["identified"], given["worst"])
 
     def __str__(self) -> str:
         return f"{self.identified:.3g} (worst robot {self.worst:.3g})"
@@ -67,8 +63,8 @@ class LoopMargins:
         gain = given["gain_db"]
         return cls(
             given["joint"],
-            None if gain is None else WithDraws.of(gain),
-            WithDraws.of(given["phase_deg"]),
+            None if gain is None else record(WithDraws, gain),
+            record(WithDraws, given["phase_deg"]),
             given["crossover_hz"],
         )
 
@@ -92,11 +88,6 @@ class Mode:
     hz_95: tuple[float, float]
     damping: float
     damping_95: tuple[float, float]
-
-    @classmethod
-    def of(cls, given: Mapping[str, Any]) -> Mode:
-        """Returns a mode from its JSON."""
-        return cls(given["hz"], _pair(given["hz_95"]), given["damping"], _pair(given["damping_95"]))
 
     def __str__(self) -> str:
         low, high = self.hz_95
@@ -129,8 +120,8 @@ class Vibration:
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> Vibration:
         """Returns a vibration from its JSON."""
-        own = Mode.of(given["all"])
-        poses = [None if one is None else Mode.of(one) for one in given["poses"]]
+        own = record(Mode, given["all"])
+        poses = [None if one is None else record(Mode, one) for one in given["poses"]]
         figures = (own.hz, own.hz_95, own.damping, own.damping_95)
         return cls(given["motors"], given["name"], *figures, poses)
 
@@ -156,12 +147,6 @@ class ShapedMode:
     damping: float
     largest_percent: float
     median_percent: float
-
-    @classmethod
-    def of(cls, given: Mapping[str, Any]) -> ShapedMode:
-        """Returns the part of a shaper from its JSON."""
-        names = ("kind", "centre_hz", "damping", "largest_percent", "median_percent")
-        return cls(*(given[name] for name in names))
 
     def __str__(self) -> str:
         return f"{self.kind} at {self.centre_hz:.3g} Hz"
@@ -200,7 +185,7 @@ class Shaper:
             median_percent=given["median_percent"],
             level_percent=given["level_percent"],
             reached=given["reached"],
-            modes=[ShapedMode.of(own) for own in given["modes"]],
+            modes=[record(ShapedMode, own) for own in given["modes"]],
         )
 
     def __eq__(self, other: object) -> bool:
@@ -235,12 +220,6 @@ class Tracking:
     declared_rad: float | None
     designed_rad: WithDraws
 
-    @classmethod
-    def of(cls, given: Mapping[str, Any]) -> Tracking:
-        """Returns an error from its JSON."""
-        designed = WithDraws.of(given["designed_rad"])
-        return cls(given["joint"], given["declared_rad"], designed)
-
     def __str__(self) -> str:
         return f"{self.joint} follows the reference within {self.designed_rad} rad rms"
 
@@ -266,18 +245,12 @@ class Moves:
     largest_percent: float | None
     limit_cycles: int
 
-    @classmethod
-    def of(cls, given: Mapping[str, Any]) -> Moves:
-        """Returns moves from their JSON."""
-        figures = {name: WithDraws.of(given[name]) for name in ("unshaped_rad", "shaped_rad")}
-        return cls(**{**given, **figures})
-
     def __str__(self) -> str:
         return f"moves of {self.duration_s:.3g} s leave vibrations of {self.shaped_rad} rad"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Control(_Report):
+class Control(Report):
     """A designed controller, and what is known about it.
 
     Attributes:
@@ -363,14 +336,14 @@ class Control(_Report):
             largest_bandwidth_hz=bandwidth and _array(bandwidth["largest_hz"]),
             limited_by=bandwidth and bandwidth["limited_by"],
             loops=[LoopMargins.of(one) for one in own["loops"]],
-            least_damping=WithDraws.of(own["least_damping"]),
+            least_damping=record(WithDraws, own["least_damping"]),
             poses_rad=_array(own["poses"]),
             draws=own["draws"],
             vibrations=[Vibration.of(one) for one in own["vibrations"]],
             shaper=None if shaper is None else Shaper.of(shaper),
             simulations=proof["robots"],
-            tracking=[Tracking.of(one) for one in proof["tracking"]],
-            moves=Moves.of(proof["moves"]),
+            tracking=[record(Tracking, one) for one in proof["tracking"]],
+            moves=record(Moves, proof["moves"]),
             torque_percent=proof["torque_percent"],
             payload=own["has_payload"],
             assumed=own["assumed"],
@@ -439,11 +412,6 @@ class _Pickled:
 
 def _control(json_text: str, toml: str, page: str) -> Control:
     return Control._of(_Pickled(json_text, toml, page))
-
-
-def _pair(given: Sequence[float]) -> tuple[float, float]:
-    low, high = given
-    return low, high
 
 
 def _array(given: Sequence[float] | Sequence[Sequence[float]]) -> Numbers:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import difflib
 import json
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -30,14 +28,14 @@ class SprungError(Exception):
         code: str = "usage",
         remedy: str | None = None,
         place: str | None = None,
-        findings_json: str = "[]",
+        findings: Sequence[Finding] = (),
     ) -> None:
-        super().__init__(text, code, remedy, place, findings_json)
+        super().__init__(text, code, remedy, place, findings)
         self.text = text
         self.code = code
         self.remedy = remedy
         self.place = place
-        self.findings: list[Finding] = findings(json.loads(findings_json or "[]"))
+        self.findings: list[Finding] = list(findings)
 
     def __str__(self) -> str:
         return self.text if self.remedy is None else f"{self.text}; {self.remedy}"
@@ -83,8 +81,9 @@ class SprungWarning(UserWarning):
 def one_of(name: str, value: str, allowed: tuple[str, ...]) -> None:
     """Refuses a word that is not allowed."""
     if value not in allowed:
-        words: Any = ", ".join(allowed)
-        raise InputError(f'{name} = "{value}" is not known', name, f"give one of {words}")
+        raise InputError(
+            f'{name} = "{value}" is not known', name, f"give one of {', '.join(allowed)}"
+        )
 
 
 def whole(name: str, value: int) -> None:
@@ -93,9 +92,15 @@ def whole(name: str, value: int) -> None:
         raise InputError(f"{name} = {value!r}", name, "give a whole number from 0")
 
 
-def no_parameter(name: str, known: Iterable[str]) -> KeyError:
-    """Returns the error about a parameter that there is not."""
-    names = list(known)
-    near = difflib.get_close_matches(str(name), names, 1)
-    nearest = f"; the nearest name is {near[0]!r}" if near else ""
-    return KeyError(f"there is no parameter {name!r}{nearest}; the parameters are {', '.join(names)}")
+def described(
+    kind: str, text: str, code: str, remedy: str | None, place: str | None, found: str
+) -> SprungError:
+    """Returns the exception of an error of the library.
+
+    Args:
+        kind: name of its class.
+        found: findings for which a log was refused, as JSON.
+    """
+    classes = (ExperimentError, LogError, FileError, InputError, Stopped)
+    (own,) = (one for one in classes if one.__name__ == kind)
+    return own(text, code, remedy, place, findings(json.loads(found or "[]")))

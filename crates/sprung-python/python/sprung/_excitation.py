@@ -7,14 +7,13 @@ import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sprung._files import remove, write_text
-from sprung._result import _Report
+from sprung._report import Report
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -166,12 +165,13 @@ class More:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Excitation(_Report):
+class Excitation(Report):
     """A designed experiment.
 
     Attributes:
         robot: name of the robot.
         method: ``optimal``, ``paper``, ``random`` or ``reference``.
+        warm_up: whether it is a first small motion of an unknown robot.
         certified: whether all limits hold: those of the reference between samples, those of
             the simulated loop at every period of the controller.
         duration_s: length of the motion without approach, s.
@@ -189,6 +189,7 @@ class Excitation(_Report):
 
     robot: str
     method: str
+    warm_up: bool
     certified: bool
     duration_s: float
     approach_s: float
@@ -210,6 +211,7 @@ class Excitation(_Report):
         return cls(
             robot=own["robot"],
             method=own["method"],
+            warm_up=own["is_warm_up"],
             certified=own["is_certified"],
             duration_s=motion["duration_s"],
             approach_s=motion["approach_s"],
@@ -224,12 +226,6 @@ class Excitation(_Report):
             assumed=own["assumed"],
             _handle=handle,
         )
-
-    @cached_property
-    def contents(self) -> dict[str, Any]:
-        """The contents of ``excitation.json``."""
-        own: dict[str, Any] = json.loads(self.to_json())
-        return own
 
     @property
     def undetermined(self) -> list[str]:

@@ -16,6 +16,7 @@ from sprung import _sprung
 from sprung._arguments import (
     Log,
     Overrides,
+    Table,
     Values,
     assignments,
     path_of,
@@ -24,14 +25,16 @@ from sprung._arguments import (
     session_of,
     values_of,
 )
+from sprung._check import Check
 from sprung._columns import Named, named
 from sprung._control import Control
 from sprung._errors import ExperimentError, InputError, SprungWarning, one_of
 from sprung._excitation import Excitation
 from sprung._files import write_text
-from sprung._progress import Progress, heard
-from sprung._result import Check, Result, Validation
+from sprung._progress import Callback, Progress, heard
+from sprung._result import Result
 from sprung._sprung import Choices, LogFactors
+from sprung._validation import Validation
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -68,7 +71,7 @@ class Experiment:
 
     def __init__(
         self,
-        source: str | os.PathLike[str] | Mapping[str, Any],
+        source: str | os.PathLike[str] | Table,
         overrides: Overrides = (),
         *,
         folder: str | os.PathLike[str] | None = None,
@@ -122,7 +125,7 @@ class Experiment:
     def from_urdf(
         cls,
         urdf: str | os.PathLike[str],
-        joints: Sequence[str] | Mapping[str, Mapping[str, Any]] | None = None,
+        joints: Sequence[str] | Mapping[str, Table] | None = None,
         log: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | None = None,
         overrides: Overrides = (),
         *,
@@ -133,7 +136,7 @@ class Experiment:
         Args:
             urdf: its URDF.
             joints: names of the joints to identify, or a table of ``[[robot.joint]]`` for each, for
-                example ``{"elbow": {"flexible": False}}``; all joints that move if absent.
+                example ``{"elbow": {"transmission": "rigid"}}``; all joints that move if absent.
             log: logs in which sprung looks for the columns; without it, `identify` takes arrays.
             overrides: keys of the experiment and their values.
             progress: callback, or whether to show a bar.
@@ -150,6 +153,7 @@ class Experiment:
                 return own
             raise InputError("joints and log are both given", "joints", "give one of them")
         known = _sprung.joints_of_urdf(path)
+        tables: Mapping[str, Table]
         tables = joints if isinstance(joints, Mapping) else dict.fromkeys(joints or known, {})
         unknown = [name for name in tables if name not in known]
         if unknown:
@@ -375,26 +379,16 @@ class Experiment:
         own = _sprung.identify_factors(self._session, merged, name or path, path, run)
         return Result(own, self)
 
-    def validate(
-        self,
-        result: Result,
-        log: Log | None = None,
-        *,
-        threads: int = 0,
-        progress: Progress = None,
+    def _validate(
+        self, result: Result, log: Log | None, threads: int, callback: Callback | None
     ) -> Validation:
-        """Predicts other logs with an identified model, and compares the errors with the promise.
-
-        Args:
-            result: the identification.
-            log: nothing for the ``[[validate]]`` runs of the experiment; otherwise as for `identify`,
-                one run for each log. The controllers of the runs count in their order.
-            threads: number of threads; 0 for one per processor.
-            progress: callback, or whether to show a bar.
-        """
-        session, logs = self._given(log, runs=True)
-        with heard(progress, "validating") as callback:
-            return Validation(session.validate(result._handle, logs, run_of(threads, callback)))
+        session, logs, files = self._session, None, None
+        if log is not None:
+            given = _logs(log)
+            files = _paths(given)
+            logs = None if files else [named(one, session.log_columns) for one in given]
+        run = run_of(threads, callback)
+        return Validation(session.validate(result._handle, logs, files, run))
 
     def simulate(
         self,
@@ -502,39 +496,17 @@ class Experiment:
         """Returns the true parameters of the digital twin, by name."""
         return self._session.truth()
 
-    def _given(
-        self, log: Log | None, *, runs: bool = False
-    ) -> tuple[_sprung.Session, list[Named] | None]:
+    def _given(self, log: Log | None) -> tuple[_sprung.Session, list[Named] | None]:
         """Returns the session and the logs in memory, if there are any."""
         if log is None:
             return self._session, None
-        logs: list[Any] = list(log) if isinstance(log, list | tuple) else [log]
-        if not logs:
-            raise InputError("the list of logs is empty", "log", "give at least one log")
-        paths = [os.path.abspath(one) for one in logs if isinstance(one, str | os.PathLike)]
-        if len(paths) == len(logs):
-            return self._on_files(paths, runs), None
+        logs = _logs(log)
+        paths = _paths(logs)
         if paths:
-            raise InputError(
-                "the list holds paths and columns", "log", "give logs of one kind in a call"
-            )
+            own = [*self._overrides, f"log.file={json.dumps(paths)}"]
+            return session_of(self._origin, own), None
         wanted = self._session.log_columns
         return self._session, [named(one, wanted) for one in logs]
-
-    def _on_files(self, paths: list[str], runs: bool) -> _sprung.Session:
-        if runs:
-            own = [f"validate.{k}.log.file={json.dumps(path)}" for k, path in enumerate(paths)]
-            own = own[: len(self._session.validations)]
-            if len(own) < len(paths):
-                raise InputError(
-                    f"{len(paths)} files are given and the experiment has "
-                    f"{len(self._session.validations)} [[validate]] runs",
-                    "log",
-                    "add runs to the experiment, or give columns in memory",
-                )
-        else:
-            own = [f"log.file={json.dumps(paths)}"]
-        return session_of(self._origin, [*self._overrides, *own])
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Experiment):
@@ -549,3 +521,20 @@ class Experiment:
 
     def __repr__(self) -> str:
         return f"<sprung.Experiment of {self.robot!r}: {', '.join(self.joints)}>"
+
+
+def _logs(log: Log) -> list[Any]:
+    logs: list[Any] = list(log) if isinstance(log, list | tuple) else [log]
+    if not logs:
+        raise InputError("the list of logs is empty", "log", "give at least one log")
+    return logs
+
+
+def _paths(logs: list[Any]) -> list[str]:
+    """Returns the paths of logs; none for columns in memory."""
+    paths = [os.path.abspath(one) for one in logs if isinstance(one, str | os.PathLike)]
+    if paths and len(paths) < len(logs):
+        raise InputError(
+            "the list holds paths and columns", "log", "give logs of one kind in a call"
+        )
+    return paths

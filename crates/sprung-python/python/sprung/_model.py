@@ -78,10 +78,10 @@ class Model:
         one, (own,) = self._states(q=q)
         return self._shaped(one, self._dynamics.gravity(own))
 
-    def coriolis(self, q: ArrayLike, dq: ArrayLike) -> Numbers:
-        """Returns the Coriolis and centrifugal torques ``C(q, dq) dq`` of the links, N·m."""
+    def coriolis_torques(self, q: ArrayLike, dq: ArrayLike) -> Numbers:
+        """Returns the Coriolis and centrifugal torques ``C(q, dq) dq`` of the links, shape of q, N·m."""
         one, own = self._states(q=q, dq=dq)
-        return self._shaped(one, self._dynamics.coriolis(*own))
+        return self._shaped(one, self._dynamics.coriolis_torques(*own))
 
     def mass_matrix(self, q: ArrayLike) -> Numbers:
         """Returns the mass matrix of links and rotors.
@@ -120,7 +120,7 @@ class Model:
         )
         return self._shaped(one, self._dynamics.spring(own))
 
-    def inverse_dynamics(
+    def predict(
         self,
         q: ArrayLike,
         dq: ArrayLike,
@@ -129,12 +129,16 @@ class Model:
         dphi: ArrayLike | None = None,
         ddphi: ArrayLike | None = None,
     ) -> Torques:
-        """Returns the torques of a motion: on the links from outside, and of the motors, N·m.
+        """Predicts the torques of a motion: on the links from outside, and of the motors, N·m.
+
+        Args:
+            q, dq, ddq: positions, velocities and accelerations of the links.
+            phi, dphi, ddphi: those of the motors after the gear; those of the links if absent.
 
         Source: eq. (1) of the paper.
         """
         one, own = self._motion(q, dq, phi, dphi, ddq, ddq if ddphi is None else ddphi)
-        return Torques(*self._halves(one, self._dynamics.inverse_dynamics(own)))
+        return Torques(*self._halves(one, self._dynamics.predict(own)))
 
     def regressor(
         self,

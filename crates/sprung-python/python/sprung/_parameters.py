@@ -2,28 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypedDict
 
-from sprung._errors import no_parameter
+from sprung._named import Named
 
 if TYPE_CHECKING:
     import pandas
     import pyarrow
 
-_COLUMNS = (
-    "unit",
-    "value",
-    "standard_error",
-    "ci95_low",
-    "ci95_high",
-    "one_sided",
-    "unconstrained",
-    "nominal",
-    "identifiable",
-    "fixed",
-)
+
+class ParameterRow(TypedDict):
+    """A parameter as a row of a table.
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+        >>> rows = experiment.identify(experiment.simulate()).parameters.to_dict()
+        >>> rows["joint1.stiffness"]["identifiable"]
+        True
+    """
+
+    unit: str
+    value: float | None
+    standard_error: float | None
+    ci95_low: float | None
+    ci95_high: float | None
+    one_sided: bool
+    unconstrained: float | None
+    nominal: float | None
+    identifiable: bool
+    fixed: bool
 
 
 @dataclass(frozen=True)
@@ -42,11 +52,18 @@ class Parameter:
         nominal: value of the maker; ``None`` if there is none.
         identifiable: whether the log determines it.
         fixed: whether its value was given and not estimated.
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+        >>> stiffness = experiment.identify(experiment.simulate()).parameters["joint1.stiffness"]
+        >>> stiffness.ci95[0] < 9.3587 < stiffness.ci95[1]          # the twin's
+        True
     """
 
     name: str
     unit: str
-    value: float | None
+    value: float | None = None
     standard_error: float | None = None
     ci95: tuple[float, float] | None = None
     one_sided: bool = False
@@ -54,23 +71,6 @@ class Parameter:
     nominal: float | None = None
     identifiable: bool = True
     fixed: bool = False
-
-    @classmethod
-    def of(cls, given: Mapping[str, Any]) -> Parameter:
-        """Returns a parameter from its JSON."""
-        ci95 = given.get("ci95")
-        return cls(
-            name=given["name"],
-            unit=given["unit"],
-            value=given.get("value"),
-            standard_error=given.get("standard_error"),
-            ci95=(ci95[0], ci95[1]) if ci95 else None,
-            one_sided=given.get("one_sided", False),
-            unconstrained=given.get("unconstrained"),
-            nominal=given.get("nominal"),
-            identifiable=given["identifiable"],
-            fixed=given.get("fixed", False),
-        )
 
     def __str__(self) -> str:
         if self.value is None:
@@ -81,26 +81,24 @@ class Parameter:
         return f"{self.name} = {self.value:.6g}{error} {self.unit}".rstrip()
 
 
-class Parameters(Mapping[str, Parameter]):
-    """Parameters by name, in the order of the model."""
+class Parameters(Named[Parameter]):
+    """Parameters by name, in the order of the model.
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+        >>> parameters = experiment.identify(experiment.simulate()).parameters
+        >>> parameters["joint1.stiffness"].unit
+        'N·m/rad'
+        >>> parameters["joint1.stifness"]
+        Traceback (most recent call last):
+        KeyError: "there is no parameter 'joint1.stifness'; the nearest name is 'joint1.stiffness'; ..."
+    """
+
+    _kind = "parameter"
 
     def __init__(self, parameters: list[Parameter]) -> None:
-        self._all = {parameter.name: parameter for parameter in parameters}
-
-    def __getitem__(self, name: str) -> Parameter:
-        try:
-            return self._all[name]
-        except KeyError:
-            raise no_parameter(name, self._all) from None
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._all)
-
-    def __len__(self) -> int:
-        return len(self._all)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Parameters) and self._all == other._all
+        super().__init__({parameter.name: parameter for parameter in parameters})
 
     def __hash__(self) -> int:
         return hash(tuple(self._all.values()))
@@ -117,11 +115,10 @@ class Parameters(Mapping[str, Parameter]):
             if parameter.value is not None
         }
 
-    def _columns(self) -> dict[str, list[Any]]:
-        rows = [_row(parameter) for parameter in self._all.values()]
-        return {"name": list(self._all)} | {
-            name: [row[name] for row in rows] for name in _COLUMNS
-        }
+    def _columns(self) -> dict[str, list[object]]:
+        rows: list[Mapping[str, object]] = [_row(own) for own in self._all.values()]
+        columns = {name: [row[name] for row in rows] for name in ParameterRow.__annotations__}
+        return {"name": list(self._all), **columns}
 
     def to_pandas(self) -> pandas.DataFrame:
         """Returns a table with one row per parameter, with the names as index."""
@@ -135,12 +132,12 @@ class Parameters(Mapping[str, Parameter]):
 
         return pyarrow.table(self._columns())
 
-    def to_dict(self) -> dict[str, dict[str, Any]]:
+    def to_dict(self) -> dict[str, ParameterRow]:
         """Returns numbers by the names of parameters."""
         return {name: _row(parameter) for name, parameter in self._all.items()}
 
 
-def _row(parameter: Parameter) -> dict[str, Any]:
+def _row(parameter: Parameter) -> ParameterRow:
     low, high = parameter.ci95 or (None, None)
     return {
         "unit": parameter.unit,

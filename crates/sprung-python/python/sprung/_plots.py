@@ -23,7 +23,7 @@ class Plots:
 
     def fit(self) -> Figure:
         """Plots measured and predicted filtered torques over time, one axis per row, N·m (N)."""
-        sets = self._result.fit
+        sets = self._result.fit_curves
         names = [name for name in next(iter(sets.values()), {}) if name != "t"]
         figure, axes = _figure(len(names))
         for axis, name in zip(axes, names, strict=True):

@@ -1,11 +1,9 @@
-"""Results of checks, identifications, validations and comparisons."""
+"""Results of identifications."""
 
 from __future__ import annotations
 
-import html
 import json
 import os
-from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,58 +11,52 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sprung import _sprung
-from sprung._errors import InputError, one_of, whole
+from sprung._curves import curves
+from sprung._errors import one_of, whole
 from sprung._files import write_text
 from sprung._finding import Finding, findings
+from sprung._identification import (
+    Applied,
+    LogUsed,
+    PromisedErrors,
+    Refinement,
+    RigidJoint,
+    StandardParameter,
+)
 from sprung._model import Model
+from sprung._named import Named
 from sprung._parameters import Parameter, Parameters
+from sprung._progress import Progress, heard
+from sprung._record import record
+from sprung._report import Report
 from sprung._samples import Samples
+from sprung._validation import Validation
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from sprung._arguments import Log
     from sprung._control import Control
+    from sprung._curves import Curves
     from sprung._experiment import Experiment
     from sprung._plots import Plots
 
 _FORMATS = ("urdf", "mjcf", "sdf", "json", "c", "rust")
 
 
-class _Report:
-    """What all results have: JSON and a report."""
-
-    def _html(self) -> str:
-        raise NotImplementedError
-
-    def to_json(self) -> str:
-        """Returns the text of the file that the command line writes."""
-        raise NotImplementedError
-
-    def report(self, path: str | os.PathLike[str]) -> Path:
-        """Writes the report, one HTML file that needs no other; returns its path."""
-        return write_text(path, self._html())
-
-    def _repr_html_(self) -> str:
-        # The frame keeps the styles of the report and those of the notebook apart.
-        page = html.escape(self._html(), quote=True)
-        return f'<iframe srcdoc="{page}" style="width:100%;height:640px;border:0"></iframe>'
-
-    def __eq__(self, other: object) -> bool:
-        if type(self) is not type(other):
-            return NotImplemented
-        return isinstance(other, _Report) and bool(self._timeless() == other._timeless())
-
-    def __hash__(self) -> int:
-        return hash(json.dumps(self._timeless(), sort_keys=True))
-
-    def _timeless(self) -> Any:
-        return _without_times(json.loads(self.to_json()))
-
-
-class Result(_Report):
+class Result(Report):
     """An identification.
 
     Attributes of the first estimator stand here; `by` returns those of another one.
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+        >>> result = experiment.identify(experiment.simulate())
+        >>> result.estimator, result.verdict
+        ('least-squares', 'good')
+        >>> print(result.parameters["joint2.stiffness"])        # doctest: +ELLIPSIS
+        joint2.stiffness = 4.2... ± ... N·m/rad
     """
 
     def __init__(
@@ -75,14 +67,13 @@ class Result(_Report):
         self._index = index
 
     @cached_property
-    def identification(self) -> dict[str, Any]:
-        """The contents of ``identification.json``."""
+    def _contents(self) -> dict[str, Any]:
         own: dict[str, Any] = json.loads(self.to_json())
         return own
 
     @property
     def _result(self) -> dict[str, Any]:
-        own: dict[str, Any] = self.identification["results"][self._index]
+        own: dict[str, Any] = self._contents["results"][self._index]
         return own
 
     @property
@@ -93,7 +84,7 @@ class Result(_Report):
     @property
     def robot(self) -> str:
         """Name of the robot."""
-        return str(self.identification["robot"])
+        return str(self._contents["robot"])
 
     @property
     def estimator(self) -> str:
@@ -103,7 +94,7 @@ class Result(_Report):
     @property
     def estimators(self) -> list[str]:
         """Names of all estimators of the identification."""
-        return [own["estimator"] for own in self.identification["results"]]
+        return [own["estimator"] for own in self._contents["results"]]
 
     def by(self, estimator: str) -> Result:
         """Returns the same identification, with the attributes of another estimator."""
@@ -113,7 +104,7 @@ class Result(_Report):
     @cached_property
     def parameters(self) -> Parameters:
         """The parameters, by name."""
-        return Parameters([Parameter.of(own) for own in self._result["parameters"]])
+        return Parameters([record(Parameter, own) for own in self._result["parameters"]])
 
     @property
     def verdict(self) -> str:
@@ -150,26 +141,43 @@ class Result(_Report):
             own[: i + 1, i] = row
         return own
 
-    @property
-    def refinement(self) -> dict[str, Any] | None:
+    @cached_property
+    def refinement(self) -> Refinement | None:
         """Figures of the refinement; ``None`` if the estimator has none."""
-        own: dict[str, Any] | None = self._result.get("refinement")
-        return own
+        own = self._result.get("refinement")
+        return None if own is None else record(Refinement, own)
 
-    @property
-    def promise(self) -> list[dict[str, Any]]:
+    @cached_property
+    def promise(self) -> list[PromisedErrors]:
         """Errors that the result promises for a new experiment of the same kind, by joint."""
-        return list(self._result["promise"])
+        return [record(PromisedErrors, own) for own in self._result["promise"]]
 
-    @property
-    def rigid_joints(self) -> list[dict[str, Any]]:
+    @cached_property
+    def logs(self) -> list[LogUsed]:
+        """Figures of the logs."""
+        own = [self._contents["log"], *self._contents.get("further_logs", [])]
+        return [record(LogUsed, one) for one in own]
+
+    @cached_property
+    def applied(self) -> list[Applied]:
+        """Changes beyond the experiment that the log asked for and all results use."""
+        return [record(Applied, own) for own in self._contents.get("applied", [])]
+
+    @cached_property
+    def rigid_joints(self) -> list[RigidJoint]:
         """Joints whose spring the logs do not determine, each with a lower bound of its stiffness."""
-        return list(self.identification.get("rigid_joints", []))
+        return [record(RigidJoint, own) for own in self._contents.get("rigid_joints", [])]
+
+    @cached_property
+    def standard_parameters(self) -> Named[StandardParameter]:
+        """Inertial parameters of single links and rotors, by name; empty for ``planar-2r``."""
+        own = [record(StandardParameter, one) for one in self._result.get("standard_parameters", [])]
+        return Named({one.name: one for one in own}, "standard parameter")
 
     @property
-    def residual_rms(self) -> dict[str, float]:
+    def residual_rms(self) -> Named[float]:
         """Root mean square residual of each row, N·m (N)."""
-        return dict(self._result["residual_rms"])
+        return Named(self._result["residual_rms"], "row")
 
     @cached_property
     def model(self) -> Model:
@@ -184,14 +192,66 @@ class Result(_Report):
         return Plots(self)
 
     @cached_property
-    def trace(self) -> dict[str, dict[str, NDArray[np.float64]]]:
-        """Every parameter over time, by estimator and name; ``t`` has the time, s."""
-        return _sets(self._handle.trace())
+    def trace(self) -> Named[Curves]:
+        """Every parameter over growing parts of the log, by estimator and name; ``t`` has the time, s."""
+        return curves(self._handle.trace(), "estimator")
 
     @cached_property
-    def fit(self) -> dict[str, dict[str, NDArray[np.float64]]]:
-        """Filtered right-hand sides over time, measured and by estimator; ``t`` has the time, s."""
-        return _sets(self._handle.fit())
+    def fit_curves(self) -> Named[Curves]:
+        """Filtered torques and deflections over time, ``measured`` and by estimator; ``t`` has the time, s."""
+        return curves(self._handle.fit(), "source")
+
+    def validate(
+        self, log: Log | None = None, *, threads: int = 0, progress: Progress = None
+    ) -> Validation:
+        """Predicts other logs with the identified model, and compares the errors with the promise.
+
+        Args:
+            log: nothing for the ``[[validate]]`` runs of the experiment; otherwise as for
+                `Experiment.identify`, one run for each log. The controllers of the runs count in their order.
+            threads: number of threads; 0 for one per processor.
+            progress: callback, or whether to show a bar.
+
+        Raises:
+            LogError: if a log cannot be read, or was refused.
+            ExperimentError: if columns of the experiment are missing in a log.
+
+        Example:
+            >>> import sprung
+            >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+            >>> result = experiment.identify(experiment.simulate())
+            >>> result.validate(experiment.simulate(seed=7)).runs[0].sets[0].promise_kept
+            True
+        """
+        with heard(progress, "validating") as callback:
+            return self._experiment._validate(self, log, threads, callback)
+
+    def score(
+        self, log: Log | None = None, *, threads: int = 0, progress: Progress = None
+    ) -> float:
+        """Returns the part of the mean square of the motor torques that the model predicts on other logs.
+
+        One for a perfect prediction, zero for a model that predicts no torque: the mean over joints and logs
+        of ``1 - (error / torque)²``, of root mean squares of filtered torques. `validate` tells more.
+
+        Args:
+            log: as for `validate`.
+            threads: number of threads; 0 for one per processor.
+            progress: callback, or whether to show a bar.
+
+        Raises:
+            InputError: if a parameter has no value, so that nothing is predicted.
+            LogError: if a log cannot be read, or was refused.
+            ExperimentError: if columns of the experiment are missing in a log.
+
+        Example:
+            >>> import sprung
+            >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+            >>> result = experiment.identify(experiment.simulate())
+            >>> result.score(experiment.simulate(seed=7)) > 0.98
+            True
+        """
+        return self.validate(log, threads=threads, progress=progress).score(self.estimator)
 
     def to_json(self) -> str:
         """Returns the text of ``identification.json``."""
@@ -277,161 +337,6 @@ def _result(parts: tuple[str, str, str, str], experiment: Experiment, index: int
     return Result(_sprung.Identified.of_parts(*parts), experiment, index)
 
 
-class _Pickled:
-    """JSON and report of a result that came out of a pickle."""
-
-    def __init__(self, json_text: str, page: str) -> None:
-        self._json = json_text
-        self._page = page
-
-    def json(self) -> str:
-        return self._json
-
-    def report(self) -> str:
-        return self._page
-
-
-class Check(_Report):
-    """A check of a log."""
-
-    def __init__(self, handle: _sprung.Checked | _Pickled) -> None:
-        self._handle = handle
-
-    @cached_property
-    def contents(self) -> dict[str, Any]:
-        """The contents of ``check.json``."""
-        own: dict[str, Any] = json.loads(self.to_json())
-        return own
-
-    @cached_property
-    def findings(self) -> list[Finding]:
-        """Findings about the log, with remedies."""
-        return findings(self.contents["findings"])
-
-    @property
-    def refused(self) -> bool:
-        """Whether `Experiment.identify` refuses the log."""
-        return bool(self.contents["refused"])
-
-    def to_json(self) -> str:
-        """Returns the text of ``check.json``."""
-        return self._handle.json()
-
-    def _html(self) -> str:
-        return self._handle.report()
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return _check, (self.to_json(), self._html())
-
-    def __repr__(self) -> str:
-        lines = [str(finding) for finding in self.findings] or ["no findings"]
-        return "\n".join(lines)
-
-
-def _check(json_text: str, page: str) -> Check:
-    return Check(_Pickled(json_text, page))
-
-
-class Validation(_Report):
-    """Prediction errors on other logs beside the promised ones."""
-
-    def __init__(self, handle: _sprung.Validated | _Pickled, sentence: str | None = None) -> None:
-        self._handle = handle
-        self._sentence = sentence
-
-    @cached_property
-    def contents(self) -> dict[str, Any]:
-        """The contents of ``validation.json``."""
-        own: dict[str, Any] = json.loads(self.to_json())
-        return own
-
-    @property
-    def runs(self) -> list[dict[str, Any]]:
-        """The runs, with the errors of each parameter set."""
-        return list(self.contents["runs"])
-
-    @property
-    def sentence(self) -> str:
-        """The result in a sentence."""
-        if self._sentence is None and isinstance(self._handle, _sprung.Validated):
-            self._sentence = self._handle.sentence()
-        return self._sentence or ""
-
-    @cached_property
-    def signals(self) -> dict[str, dict[str, NDArray[np.float64]]]:
-        """Measured and simulated signals by ``run/parameters``; empty after a pickle."""
-        if isinstance(self._handle, _sprung.Validated):
-            return _sets(self._handle.signals())
-        return {}
-
-    def to_json(self) -> str:
-        """Returns the text of ``validation.json``."""
-        return self._handle.json()
-
-    def _html(self) -> str:
-        return self._handle.report()
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return _validation, (self.to_json(), self._html(), self.sentence)
-
-    def __repr__(self) -> str:
-        return self.sentence
-
-
-def _validation(json_text: str, page: str, sentence: str) -> Validation:
-    return Validation(_Pickled(json_text, page), sentence)
-
-
-class Comparison(_Report):
-    """Several identifications side by side."""
-
-    def __init__(self, json_text: str, page: str, conclusion: list[str]) -> None:
-        self._json = json_text
-        self._page = page
-        self.conclusion = conclusion
-
-    @cached_property
-    def contents(self) -> dict[str, Any]:
-        """The contents of ``comparison.json``."""
-        own: dict[str, Any] = json.loads(self._json)
-        return own
-
-    def to_json(self) -> str:
-        """Returns the text of ``comparison.json``."""
-        return self._json
-
-    def _html(self) -> str:
-        return self._page
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return Comparison, (self._json, self._page, self.conclusion)
-
-    def __repr__(self) -> str:
-        return "\n".join(self.conclusion)
-
-
-def compare(results: Sequence[Result], labels: Sequence[str] | None = None) -> Comparison:
-    """Compares identifications of one robot with the first one: estimators, settings, runs.
-
-    Four or more results of different logs are tested for drift, in the order of the dates of the logs if all have
-    one: ``contents["drift"]``, and sentences in ``conclusion``.
-
-    Args:
-        results: two or more identifications.
-        labels: a name for each; ``result 1``, ``result 2`` if absent.
-
-    Raises:
-        ExperimentError: if they are of different robots, or share no parameters.
-    """
-    names = list(labels or (f"result {k}" for k in range(1, len(results) + 1)))
-    if len(names) != len(results):
-        raise InputError(
-            f"{len(names)} labels for {len(results)} results", "labels", "give one for each"
-        )
-    given = [(name, own.to_json()) for name, own in zip(names, results, strict=True)]
-    return Comparison(*_sprung.compare(given))
-
-
 def load(path: str | os.PathLike[str], experiment: Experiment) -> Result:
     """Reads an identification that the command line or `Result.save` wrote.
 
@@ -441,18 +346,3 @@ def load(path: str | os.PathLike[str], experiment: Experiment) -> Result:
     """
     handle, _ = _sprung.read_results(os.path.abspath(path), experiment.text)
     return Result(handle, experiment)
-
-
-def _sets(
-    given: list[tuple[str, Any, list[tuple[str, Any]]]],
-) -> dict[str, dict[str, NDArray[np.float64]]]:
-    return {label: {"t": time, **dict(values)} for label, time, values in given}
-
-
-def _without_times(value: Any) -> Any:
-    """Returns JSON without computing times, which differ between equal runs."""
-    if isinstance(value, dict):
-        return {name: _without_times(own) for name, own in value.items() if name != "elapsed_s"}
-    if isinstance(value, list):
-        return [_without_times(own) for own in value]
-    return value

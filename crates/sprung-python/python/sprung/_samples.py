@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, SupportsIndex
 
 import numpy as np
 
-from sprung._errors import no_parameter
+from sprung._named import Named
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -19,23 +19,18 @@ if TYPE_CHECKING:
     Numbers = NDArray[np.float64]
 
 
-class SampledValues(Mapping[str, float]):
-    """Values of one robot by the names of parameters, wherever values by name are taken."""
+class SampledValues(Named[float]):
+    """Values of one robot by the names of parameters, wherever values by name are taken.
 
-    def __init__(self, values: Mapping[str, float]) -> None:
-        self._all = dict(values)
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+        >>> robot = experiment.identify(experiment.simulate()).sample(3)[0]
+        >>> 9.0 < robot["joint1.stiffness"] < 10.0
+        True
+    """
 
-    def __getitem__(self, name: str) -> float:
-        try:
-            return self._all[name]
-        except KeyError:
-            raise no_parameter(name, self._all) from None
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._all)
-
-    def __len__(self) -> int:
-        return len(self._all)
+    _kind = "parameter"
 
     def __hash__(self) -> int:
         return hash(frozenset(self._all.items()))

@@ -6,19 +6,22 @@ import json
 import os
 import warnings
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sprung import _sprung
 from sprung._errors import ExperimentError, SprungWarning
-from sprung._arguments import Log, Overrides, run_of
+from sprung._arguments import Log, Overrides, Table, assignments, run_of
 from sprung._experiment import Experiment
 from sprung._files import write_text
 from sprung._finding import Finding, findings
+from sprung._named import Named
 from sprung._parameters import Parameter, Parameters
 from sprung._progress import Progress, heard
-from sprung._result import _Pickled, _Report
+from sprung._record import record
+from sprung._report import Pickled, Report
 
 if TYPE_CHECKING:
     import numpy as np
@@ -40,7 +43,7 @@ class Servo:
 
     def __init__(
         self,
-        source: str | os.PathLike[str] | Mapping[str, Any] | Experiment,
+        source: str | os.PathLike[str] | Table | Experiment,
         overrides: Overrides = (),
         *,
         folder: str | os.PathLike[str] | None = None,
@@ -55,6 +58,11 @@ class Servo:
                 "no-servo",
                 "use sprung.Experiment, or add [robot.joint.servo] to its joint",
             )
+
+    @classmethod
+    def demo(cls, overrides: Overrides = ()) -> Servo:
+        """Returns a servo on a pendulum with two known masses, and its digital twin."""
+        return cls(Experiment._of(("demo-servo",), assignments(overrides)))
 
     @property
     def experiment(self) -> Experiment:
@@ -139,7 +147,41 @@ class Servo:
         return f"<sprung.Servo of {self._experiment.robot!r}>"
 
 
-class ServoResult(_Report):
+@dataclass(frozen=True)
+class ServoErrors:
+    """Distance of the simulated from the logged positions of a servo.
+
+    Attributes:
+        position_rms_rad: root mean square over the windows that the model follows, rad.
+        position_rms_over_noise: the same relative to the noise of the sensor.
+        windows_not_followed: part of the windows that the model does not follow.
+    """
+
+    position_rms_rad: float
+    position_rms_over_noise: float
+    windows_not_followed: float
+
+
+@dataclass(frozen=True)
+class ServoLog:
+    """Figures of one log of a servo.
+
+    Attributes:
+        log: path or digest of the log, with its window.
+        samples: number of samples that were used.
+        duration_s: their duration, s.
+        load_inertia_kgm2: inertia of the known load about the axis, kg·m².
+        load_torque_nm: largest torque of gravity on the known load, N·m.
+    """
+
+    log: str
+    samples: int
+    duration_s: float
+    load_inertia_kgm2: float
+    load_torque_nm: float
+
+
+class ServoResult(Report):
     """The identified parameters of a position servo."""
 
     def __init__(self, handle: _sprung.IdentifiedServo | _PickledServo) -> None:
@@ -155,41 +197,44 @@ class ServoResult(_Report):
         )
 
     @cached_property
-    def contents(self) -> dict[str, Any]:
-        """The contents of ``servo.json``."""
+    def _contents(self) -> dict[str, Any]:
         own: dict[str, Any] = json.loads(self.to_json())
         return own
 
     @property
     def joint(self) -> str:
         """Name of the servo's joint."""
-        return str(self.contents["joint"])
+        return str(self._contents["joint"])
 
     @cached_property
     def parameters(self) -> Parameters:
         """The parameters, by name."""
-        own = [{**given, "identifiable": True} for given in self.contents["parameters"]]
-        return Parameters([Parameter.of(given) for given in own])
+        return Parameters([record(Parameter, own) for own in self._contents["parameters"]])
 
     @cached_property
     def braking(self) -> Parameter:
         """Viscous friction and back-EMF together: torque per velocity while the drive is on."""
-        return Parameter.of({**self.contents["braking"], "identifiable": True})
+        return record(Parameter, self._contents["braking"])
 
     @property
     def scale(self) -> str:
         """What gives the scale of all torques: ``known-load``, ``given`` or ``none``."""
-        return str(self.contents["scale"])
+        return str(self._contents["scale"])
 
-    @property
-    def fit(self) -> dict[str, float]:
+    @cached_property
+    def position_errors(self) -> ServoErrors:
         """Distance of the simulated from the logged positions."""
-        return dict(self.contents["fit"])
+        return record(ServoErrors, self._contents["fit"])
+
+    @cached_property
+    def logs(self) -> list[ServoLog]:
+        """Figures of the logs and their known loads."""
+        return [record(ServoLog, own) for own in self._contents["logs"]]
 
     @cached_property
     def findings(self) -> list[Finding]:
         """Findings about the logs and the result."""
-        return findings(self.contents["findings"])
+        return findings(self._contents["findings"])
 
     @property
     def usable(self) -> bool:
@@ -219,7 +264,7 @@ class ServoResult(_Report):
         return "\n".join(f"  {parameter}" for parameter in self.parameters.values())
 
 
-class _PickledServo(_Pickled):
+class _PickledServo(Pickled):
     """JSON, report and table of a result that came out of a pickle."""
 
     def __init__(self, json_text: str, page: str, table: str, usable: bool) -> None:
@@ -242,20 +287,20 @@ class ServoCheck:
         self._json = json_text
 
     @cached_property
-    def contents(self) -> dict[str, Any]:
-        """The contents of ``servo-check.json``."""
+    def _contents(self) -> dict[str, Any]:
         own: dict[str, Any] = json.loads(self._json)
         return own
 
     @property
-    def least_errors(self) -> dict[str, float | None]:
+    def least_errors(self) -> Named[float | None]:
         """Smallest standard error of each parameter; ``None`` if it is given or not determined."""
-        return {own["name"]: own["least_error"] for own in self.contents["parameters"]}
+        own = {one["name"]: one["least_error"] for one in self._contents["parameters"]}
+        return Named(own, "parameter")
 
     @cached_property
     def findings(self) -> list[Finding]:
         """Findings about the logs, with remedies."""
-        return findings(self.contents["findings"])
+        return findings(self._contents["findings"])
 
     def to_json(self) -> str:
         """Returns the text of ``servo-check.json``."""

@@ -40,7 +40,7 @@ def test_the_same_numbers_as_one_identification(tmp_path: Path) -> None:
     experiment = Experiment(folder / "experiment.toml", overrides=fleets.OVERRIDES)
     for level, logs in (("log", "log0.parquet"), ("robot", ["log0.parquet", "log1.parquet"])):
         paths = [str(folder / log) for log in ([logs] if isinstance(logs, str) else logs)]
-        expected = experiment.identify(paths[0] if level == "log" else paths).identification["results"][0]
+        expected = json.loads(experiment.identify(paths[0] if level == "log" else paths).to_json())["results"][0]
         chosen = rows[(rows.robot == "robot1") & (rows.level == level)]
         if level == "log":
             chosen = chosen[chosen.log == paths[0]]

@@ -192,6 +192,20 @@ impl Session {
         own
     }
 
+    /// Returns this session with a validation run on each of some files. The first runs keep their names,
+    /// controllers and columns.
+    #[must_use]
+    pub fn with_run_files(&self, files: Vec<PathBuf>) -> Self {
+        let mut own = self.with_runs(files.len());
+        for (place, (run, file)) in own.experiment.validate.iter_mut().zip(files).enumerate() {
+            let kept = self.experiment.validate.get(place);
+            let mut log = kept.and_then(|run| run.log.clone()).unwrap_or_default();
+            log.file = Some(vec![file.into()]);
+            run.log = Some(log);
+        }
+        own
+    }
+
     /// Returns the experiment, including the overrides.
     #[must_use]
     pub fn experiment(&self) -> &Experiment {

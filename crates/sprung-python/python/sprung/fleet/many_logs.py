@@ -101,7 +101,8 @@ def reduce_log(task: Task, order: int, experiment: str, paths: Sequence[str], ov
 def identify(task: Task, factors: Sequence[LogFactors], experiment: str, first: str, overrides: tuple[str, ...]) -> Any:
     """Identifies a robot from the factors of its logs; returns the contents of identification.json."""
     own = _experiment(experiment, overrides)
-    return own.identify_factors(factors, first, name=task.logs[0], threads=1).identification
+    found = own.identify_factors(factors, first, name=task.logs[0], threads=1)
+    return json.loads(found.to_json())
 
 
 @functools.lru_cache(maxsize=64)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import json
 import re
 import tempfile
 import warnings
@@ -50,7 +51,7 @@ def identify(experiment: str, logs: list[str], overrides: list[str]) -> Mapping[
     warnings.filterwarnings("ignore", category=SprungWarning)
     log: Any = logs[0] if len(logs) == 1 else logs
     result = Experiment(experiment, overrides=overrides).identify(log, threads=1)
-    identification: Mapping[str, Any] = result.identification
+    identification: Mapping[str, Any] = json.loads(result.to_json())
     return identification
 
 

@@ -1,0 +1,330 @@
+"""What an identification tells beside its parameters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from sprung._named import Named
+
+
+@dataclass(frozen=True)
+class Delay:
+    """A delay that was compensated.
+
+    Attributes:
+        value: delay, s.
+        standard_error: its standard error, s; ``None`` if the experiment gives the delay.
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+        >>> experiment.identify(experiment.simulate()).logs[0].delay_s
+        {}
+    """
+
+    value: float
+    standard_error: float | None = None
+
+
+@dataclass(frozen=True)
+class LogUsed:
+    """Figures of one log.
+
+    Attributes:
+        file: path or digest of the log.
+        samples: number of samples.
+        period_s: sampling period, s.
+        duration_s: time between the first and the last sample, s.
+        date_s: time of the first sample since 1970, s; ``None`` if the times are no dates.
+        sampling: ``even``, ``on-cycle`` or ``as-stamped``.
+        jitter_percent: largest deviation of a time step from the period, %.
+        interpolated: number of used samples that were interpolated.
+        dropped: number of missing samples.
+        repeated: number of samples left out because they repeat a time.
+        without_value: number of samples left out because a column has no value.
+        frozen: number of samples that repeat all values although a joint moves.
+        gaps: number of gaps.
+        delay_s: delays that were compensated, by column.
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+        >>> log = experiment.identify(experiment.simulate()).logs[0]
+        >>> log.samples, log.period_s, log.sampling, log.gaps
+        (10000, 0.001, 'even', 0)
+    """
+
+    file: str
+    samples: int
+    period_s: float
+    duration_s: float
+    date_s: float | None = None
+    sampling: str = ""
+    jitter_percent: float = 0.0
+    interpolated: int = 0
+    dropped: int = 0
+    repeated: int = 0
+    without_value: int = 0
+    frozen: int = 0
+    gaps: int = 0
+    delay_s: Named[Delay] = field(default_factory=lambda: Named({}))
+
+
+@dataclass(frozen=True)
+class Applied:
+    """A change beyond the experiment that the log asked for.
+
+    Attributes:
+        kind: ``samples`` that were mended, ``timing`` of the torques, ``sharpness`` of Coulomb friction, or
+            ``law``.
+        what: the change with its size.
+        held_out: held-out error of the torque without and with the change, relative to the torque;
+            ``None`` if it was not compared.
+        forbidden_by: setting that forbids the change.
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+        >>> experiment.identify(experiment.simulate()).applied      # the demo's model is complete
+        []
+    """
+
+    kind: str
+    what: str
+    forbidden_by: str
+    held_out: tuple[float, float] | None = None
+
+    def __str__(self) -> str:
+        gain = ""
+        if self.held_out is not None:
+            without, beside = (100.0 * own for own in self.held_out)
+            gain = f"; held-out error {without:.2f} → {beside:.2f} %"
+        return f"{self.what}{gain} (forbidden by {self.forbidden_by})"
+
+
+@dataclass(frozen=True)
+class PromisedErrors:
+    """Errors that a result promises for a new experiment of the same kind, root mean squares.
+
+    Attributes:
+        joint: name of the joint.
+        torque_nm: motor torque in the logs, N·m (N).
+        torque_error_nm: promised error of the motor torque, N·m (N).
+        deflection_rad: deflection of the spring in the logs, rad (m); ``None`` without a spring.
+        deflection_error_rad: promised error of the deflection, rad (m).
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+        >>> promise = experiment.identify(experiment.simulate()).promise
+        >>> [f"{100 * own.torque_error_nm / own.torque_nm:.0f} %" for own in promise]
+        ['7 %', '13 %']
+    """
+
+    joint: str
+    torque_nm: float
+    torque_error_nm: float
+    deflection_rad: float | None = None
+    deflection_error_rad: float | None = None
+
+
+@dataclass(frozen=True)
+class RigidJoint:
+    """A joint whose spring the logs do not determine.
+
+    Attributes:
+        joint: name of the joint.
+        stiffness_above_nm_per_rad: lower bound of the stiffness at 95 %, N·m/rad (N/m).
+        compliance_rad_per_nm: estimate of the compliance, rad/(N·m) (m/N); noise may make it negative.
+        compliance_standard_error_rad_per_nm: its standard error, rad/(N·m) (m/N).
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+        >>> experiment.identify(experiment.simulate()).rigid_joints     # the log shows both springs
+        []
+    """
+
+    joint: str
+    stiffness_above_nm_per_rad: float
+    compliance_rad_per_nm: float
+    compliance_standard_error_rad_per_nm: float
+
+
+@dataclass(frozen=True)
+class StandardParameter:
+    """An inertial parameter of a single link, or the inertia of a rotor, of bodies that can exist.
+
+    Attributes:
+        name: for example ``link1.izz``.
+        unit: unit of the numbers.
+        value: value.
+        decided: what decided it: ``log``, ``both``, ``nominal``, ``nothing`` or ``given``.
+        share_of_log: part of the nominal value's variance that the log removed, 0 to 1.
+        standard_error: by the errors of the log and of the nominal values; ``None`` for a given value.
+        nominal: nominal value; ``None`` if there is none.
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+        >>> result = experiment.identify(experiment.simulate())
+        >>> list(result.standard_parameters)            # planar-2r has no single links
+        []
+    """
+
+    name: str
+    unit: str
+    value: float
+    decided: str
+    share_of_log: float = 0.0
+    standard_error: float | None = None
+    nominal: float | None = None
+
+    def __str__(self) -> str:
+        error = "" if self.standard_error is None else f" ± {self.standard_error:.2g}"
+        return f"{self.name} = {self.value:.6g}{error} {self.unit}, by {self.decided}"
+
+
+@dataclass(frozen=True)
+class HeldOutResidual:
+    """Residual in blocks of the logs that estimates had not used, relative to the filtered torque.
+
+    Attributes:
+        refined: that of the refinement.
+        linear: that of least squares.
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "prediction-error"})
+        >>> refinement = experiment.identify(experiment.simulate()).refinement
+        >>> refinement.held_out_residual.refined < refinement.held_out_residual.linear
+        True
+    """
+
+    refined: float
+    linear: float
+
+
+@dataclass(frozen=True)
+class Disturbance:
+    """Noise and disturbance of a row of the equations, standard deviations.
+
+    Attributes:
+        row: for example ``joint1.motor_nm``.
+        torque_noise_nm: white noise of the torque, N·m (N).
+        reversal_noise_nm: further white noise while Coulomb friction reverses, N·m (N).
+        disturbance_nm: slow disturbance, N·m (N).
+        torque_nm: motor torque of the joint, N·m (N).
+        at_bound: whether the disturbance ended at its upper bound.
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "prediction-error"})
+        >>> refinement = experiment.identify(experiment.simulate()).refinement
+        >>> [own.row for own in refinement.disturbances if own.at_bound]
+        []
+    """
+
+    row: str
+    torque_noise_nm: float
+    disturbance_nm: float
+    torque_nm: float
+    at_bound: bool
+    reversal_noise_nm: float = 0.0
+
+
+@dataclass(frozen=True)
+class EncoderOffset:
+    """Constant offset of a position sensor by likelihood.
+
+    Attributes:
+        joint: name of the joint.
+        column: column of the log.
+        offset_rad: value, rad (m).
+        standard_error_rad: its standard error, rad (m).
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "prediction-error"})
+        >>> refinement = experiment.identify(experiment.simulate()).refinement
+        >>> [own.joint for own in refinement.encoder_offsets]
+        ['joint1', 'joint2']
+    """
+
+    joint: str
+    column: str
+    offset_rad: float
+    standard_error_rad: float
+
+
+@dataclass(frozen=True)
+class RefinedDelay:
+    """Delay of a column relative to the other columns by likelihood.
+
+    Attributes:
+        column: column of the log.
+        delay_s: time from the event to its record, s.
+        used_s: delay that the parameters take into account, s.
+        standard_error_s: standard error of the delay, s; ``None`` if the log does not determine it.
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "prediction-error"})
+        >>> refinement = experiment.identify(experiment.simulate()).refinement
+        >>> max(abs(own.delay_s) for own in refinement.delays) < 1e-4       # the twin has no delay
+        True
+    """
+
+    column: str
+    delay_s: float
+    used_s: float
+    standard_error_s: float | None = None
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """Figures of the refinement by prediction errors.
+
+    Attributes:
+        used: whether the values are those of the refinement; otherwise those of least squares.
+        rung: how much slow disturbance the values allow: ``free``, ``cap10``, ``cap3`` or ``flat``.
+        converged: whether the search converged.
+        runs: number of runs of the filter.
+        samples: number of samples used.
+        duration_s: time that they span, s.
+        measurements: number of position measurements; an incremental encoder gives one at each edge.
+        minus_log_likelihood: minus the logarithm of the likelihood, without its constant.
+        cost_per_measurement: mean squared whitened innovation; above 2 if the model does not follow the log.
+        disturbance_corner_hz: corner frequency of the disturbances, Hz.
+        disturbances: noise and disturbance of each row.
+        encoder_offsets: constant offsets of position sensors.
+        delays: delays by likelihood.
+        held_out_residual: residual in blocks that the estimates had not used; ``None`` if the log is too short.
+        torques_delay_s: delay that all motor torques have together and its standard error, s; ``None`` if it
+            is no unknown.
+        correlations: pairs of parameters with the most correlated errors, and their correlation.
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "prediction-error"})
+        >>> refinement = experiment.identify(experiment.simulate()).refinement
+        >>> refinement.used, refinement.converged, refinement.rung
+        (True, True, 'free')
+    """
+
+    used: bool
+    rung: str
+    converged: bool
+    runs: int
+    samples: int
+    duration_s: float
+    measurements: int
+    minus_log_likelihood: float
+    cost_per_measurement: float
+    disturbance_corner_hz: float
+    disturbances: list[Disturbance]
+    encoder_offsets: list[EncoderOffset]
+    delays: list[RefinedDelay]
+    held_out_residual: HeldOutResidual | None = None
+    torques_delay_s: tuple[float, float] | None = None
+    correlations: list[tuple[str, str, float]] = field(default_factory=list)
