@@ -282,6 +282,22 @@ class Control(Report):
         torque_percent: largest torque of the simulations, % of its limit; ``None`` without limits.
         payload: whether the values include a payload.
         assumed: assumptions of the design and what it leaves out, one sentence each.
+
+    Example:
+        >>> import sprung
+        >>> settings = {"control.draws": 5, "control.simulations": 1, "control.shaper_modes": 1}
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"} | settings)
+        >>> control = experiment.control(experiment.identify(experiment.simulate()))
+        >>> control.gain.shape, control.feedback
+        ((2, 8), 'state-feedback')
+        >>> control.loops[0].gain_margin_db.worst >= 6.0, control.least_damping.worst > 0.0
+        (True, True)
+        >>> control.vibrations[0].motors, len(control.vibrations[0].poses) == len(control.poses_rad)
+        ('free', True)
+        >>> control.shaper.largest_percent < 10.0, control.shaper.modes[0].centre_hz > 0.0
+        (True, True)
+        >>> [own.joint for own in control.tracking], control.moves.limit_cycles
+        (['joint1', 'joint2'], 0)
     """
 
     robot: str

@@ -20,6 +20,14 @@ class SprungError(Exception):
         remedy: what to do; ``None`` if the text says it.
         place: file, line and column; ``None`` if the error has no place.
         findings: findings for which a log was refused.
+
+    Example:
+        >>> import sprung
+        >>> try:
+        ...     sprung.Experiment.demo({"identify.estimator": "magic"})
+        ... except sprung.SprungError as error:
+        ...     type(error).__name__, error.code
+        ('ExperimentError', 'usage')
     """
 
     def __init__(
@@ -42,23 +50,65 @@ class SprungError(Exception):
 
 
 class ExperimentError(SprungError, ValueError):
-    """The experiment or the request is wrong (exit code 2 of the command line)."""
+    """The experiment or the request is wrong (exit code 2 of the command line).
+
+    Example:
+        >>> import sprung
+        >>> sprung.Experiment.demo({"robot.nam": "arm"})
+        Traceback (most recent call last):
+        sprung._errors.ExperimentError: ...
+    """
 
 
 class LogError(SprungError, ValueError):
-    """A log is wrong or was refused (exit code 3)."""
+    """A log is wrong or was refused (exit code 3).
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo()
+        >>> log = experiment.simulate()
+        >>> log["phi1_rad"][:] = 0.0131                  # as of an encoder that is not connected
+        >>> experiment.identify(log)
+        Traceback (most recent call last):
+        sprung._errors.LogError: ...
+    """
 
 
 class FileError(SprungError):
-    """A file cannot be read or written (exit code 4)."""
+    """A file cannot be read or written (exit code 4).
+
+    Example:
+        >>> import sprung
+        >>> sprung.Experiment("there-is-no-such-folder/experiment.toml")
+        Traceback (most recent call last):
+        sprung._errors.FileError: ...
+    """
 
 
 class InputError(SprungError, ValueError):
-    """An argument of a call is wrong."""
+    """An argument of a call is wrong.
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+        >>> result = experiment.identify(experiment.simulate())
+        >>> result.model.gravity([0.0, 0.0, 0.0])
+        Traceback (most recent call last):
+        sprung._errors.InputError: q has the shape (3,); give (2,) or (samples, 2) for all arguments
+    """
 
 
 class Stopped(SprungError):
-    """The progress callback stopped the run by returning ``False``."""
+    """The progress callback stopped the run by returning ``False``.
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo()
+        >>> log = experiment.simulate()
+        >>> experiment.identify(log, progress=lambda phase, done, total: False)
+        Traceback (most recent call last):
+        sprung._errors.Stopped: ...
+    """
 
 
 class SprungWarning(UserWarning):
@@ -66,6 +116,10 @@ class SprungWarning(UserWarning):
 
     Attributes:
         finding: the finding behind it; ``None`` for a warning about an argument.
+
+    Example:
+        >>> import warnings, sprung
+        >>> warnings.simplefilter("ignore", sprung.SprungWarning)
     """
 
     def __init__(self, message: str, finding: Finding | None = None) -> None:

@@ -185,6 +185,16 @@ class Excitation(Report):
         limits: used part of each limit, the largest first.
         more: standard errors that more experiments would buy.
         assumed: assumptions of the design, one sentence each.
+
+    Example:
+        >>> import sprung
+        >>> design = sprung.Experiment.demo().excite(method="paper")
+        >>> design.trajectory.position_rad.shape, design.duration_s
+        ((10001, 2), 10.0)
+        >>> design.promise[0].name, design.promise[0].standard_error < 1e-3
+        ('link1.inertia_total', True)
+        >>> design.undetermined, [own.joint for own in design.limits], design.more[0].factor < 1.0
+        ([], [], True)
     """
 
     robot: str

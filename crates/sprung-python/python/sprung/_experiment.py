@@ -370,6 +370,20 @@ class Experiment:
 
         Raises:
             ExperimentError: if factors are those of another robot or experiment.
+
+        Example:
+            >>> import pathlib, tempfile, numpy as np, sprung
+            >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+            >>> folder = pathlib.Path(tempfile.mkdtemp())
+            >>> paths = [folder / "run1.csv", folder / "run2.csv"]
+            >>> for seed, path in enumerate(paths):
+            ...     log = experiment.simulate(seed=seed)
+            ...     table = np.column_stack(list(log.values()))
+            ...     np.savetxt(path, table, delimiter=",", header=",".join(log), comments="")
+            >>> choices = experiment.choices(paths[0])
+            >>> factors = [experiment.factors(path, k, choices) for k, path in enumerate(paths)]
+            >>> experiment.identify_factors(factors, paths[0]).verdict
+            'good'
         """
         if not factors:
             raise InputError("there are no factors", "factors", "give those of at least one log")

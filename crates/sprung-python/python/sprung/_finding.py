@@ -9,7 +9,20 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Evidence:
-    """Place in a log that shows a finding, and its value."""
+    """Place in a log that shows a finding, and its value.
+
+    Attributes:
+        file: path or digest of the log.
+        value: what the log shows there.
+        unit: unit of the value.
+        column: column of the log; ``None`` if the finding belongs to none.
+        time_s: time in the log, s; ``None`` if the finding belongs to the whole log.
+
+    Example:
+        >>> import sprung
+        >>> sprung.Evidence("run.csv", 0.17, "rad", column="q1_rad", time_s=2.5).column
+        'q1_rad'
+    """
 
     file: str
     value: float
@@ -30,6 +43,13 @@ class Finding:
         parameters: names of the parameters concerned.
         evidence: place in a log, if there is one.
         setting: table and line of ``experiment.toml`` that correct the cause, if there is one.
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+        >>> result = experiment.identify(experiment.simulate())
+        >>> [own.code for own in result.findings if own.severity in ("serious", "error")]
+        []
     """
 
     code: str

@@ -18,14 +18,32 @@ if TYPE_CHECKING:
 
 
 class Torques(NamedTuple):
-    """Torques on the links and of the motors, each with the shape of the motion, N·m (N)."""
+    """Torques on the links and of the motors, each with the shape of the motion, N·m (N).
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+        >>> result = experiment.identify(experiment.simulate())
+        >>> torques = result.model.predict([0.0, 0.0], [1.0, 0.0], [0.0, 0.0])
+        >>> torques.motor.shape
+        (2,)
+    """
 
     link: Numbers
     motor: Numbers
 
 
 class Accelerations(NamedTuple):
-    """Accelerations of links and motors, each with the shape of the motion, rad/s² (m/s²)."""
+    """Accelerations of links and motors, each with the shape of the motion, rad/s² (m/s²).
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+        >>> result = experiment.identify(experiment.simulate())
+        >>> accelerations = result.model.forward_dynamics([0.0, 0.0], [0.0, 0.0], [1.0, 0.0])
+        >>> bool(accelerations.ddphi[0] > 0.0)
+        True
+    """
 
     ddq: Numbers
     ddphi: Numbers
@@ -39,6 +57,14 @@ class Motion:
         t: times, s, shape (samples,).
         q, dq: positions and velocities of the links, rad, rad/s, shape (samples, joints).
         phi, dphi: positions and velocities of the motors after the gear, of the same shape.
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+        >>> result = experiment.identify(experiment.simulate())
+        >>> motion = result.model.simulate([[3.0, 0.0]] * 100, 0.001, q=[0.0, 0.0])
+        >>> motion.q.shape, bool(motion.phi[-1, 0] > 0.0)
+        ((101, 2), True)
     """
 
     t: Numbers
@@ -55,6 +81,22 @@ class Model:
     rad, N·m; m, N for prismatic joints. ``phi`` is the position of the motor after the gear; where it
     is absent, the springs are not stretched: ``phi = q``. The motor of a rigid joint moves with its
     link, whatever ``phi`` is.
+
+    Example:
+        The torque of a motion is the regressor times the parameters.
+
+        >>> import numpy as np
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+        >>> result = experiment.identify(experiment.simulate())
+        >>> model = result.model
+        >>> motion = [0.1, 0.2], [1.0, -1.0], [5.0, 0.0]
+        >>> torques = np.hstack(model.predict(*motion))
+        >>> theta = np.array(list(model.parameters.values()))
+        >>> bool(np.allclose(model.regressor(*motion) @ theta, torques))
+        True
+        >>> bool(np.all(np.linalg.eigvalsh(model.mass_matrix([0.1, 0.2])) > 0.0))
+        True
     """
 
     def __init__(self, result: Any, index: int) -> None:

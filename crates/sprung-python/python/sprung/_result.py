@@ -55,7 +55,7 @@ class Result(Report):
         >>> result = experiment.identify(experiment.simulate())
         >>> result.estimator, result.verdict
         ('least-squares', 'good')
-        >>> print(result.parameters["joint2.stiffness"])        # doctest: +ELLIPSIS
+        >>> print(result.parameters["joint2.stiffness"])
         joint2.stiffness = 4.2... ± ... N·m/rad
     """
 
@@ -343,6 +343,14 @@ def load(path: str | os.PathLike[str], experiment: Experiment) -> Result:
     Args:
         path: ``identification.json``, a folder of results, or the folder of an experiment.
         experiment: the experiment of the robot.
+
+    Example:
+        >>> import tempfile, sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+        >>> result = experiment.identify(experiment.simulate())
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     sprung.load(result.save(folder), experiment) == result
+        True
     """
     handle, _ = _sprung.read_results(os.path.abspath(path), experiment.text)
     return Result(handle, experiment)

@@ -39,6 +39,20 @@ class Servo:
 
     Raises:
         ExperimentError: if the experiment is wrong or describes no servo.
+
+    Example:
+        >>> import sprung
+        >>> servo = sprung.Servo.demo({"simulate.duration_s": 16.0})
+        >>> logs = servo.simulate()                             # one for each known mass
+        >>> servo.check(logs).least_errors["servo.armature"] < 1e-4
+        True
+        >>> result = servo.identify(logs)
+        >>> print(result.parameters["servo.armature"])
+        servo.armature = 0.02... ± ... kg·m²
+        >>> result.scale, result.usable, [round(own.load_torque_nm, 2) for own in result.logs]
+        ('known-load', True, [2.06, 5.98])
+        >>> result.position_errors.position_rms_over_noise < 1.5
+        True
     """
 
     def __init__(

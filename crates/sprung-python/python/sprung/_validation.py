@@ -148,7 +148,7 @@ class Validation(Report):
         >>> import sprung
         >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
         >>> result = experiment.identify(experiment.simulate())
-        >>> print(result.validate(experiment.simulate(seed=7)))     # doctest: +ELLIPSIS
+        >>> print(result.validate(experiment.simulate(seed=7)))
         The promise is kept: ...
     """
 

@@ -1,0 +1,150 @@
+"""The page of the interface, from signatures and docstrings."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from dataclasses import dataclass, fields, is_dataclass
+from functools import cached_property
+from typing import Any
+
+import sprung
+
+#: Headings and their modules.
+SECTIONS = {
+    "Experiments": ["_experiment"],
+    "Results": ["_result", "_identification", "_parameters", "_samples"],
+    "Plots": ["_plots"],
+    "Model": ["_model"],
+    "Checks, validations and comparisons": ["_check", "_validation", "_comparison"],
+    "Designed experiments": ["_excitation"],
+    "Designed controllers": ["_control"],
+    "Servos": ["_servo"],
+    "Many logs": ["_sprung"],
+    "Findings, errors and names": ["_finding", "_errors", "_named"],
+}
+HEAD = """# Python interface
+
+Every public name of the module `sprung`, from its docstrings; `help(sprung.Result)` shows more, with examples.
+[Python](../how-to/python.md) shows how to work with them, [Fleets](../how-to/fleet.md) the module `sprung.fleet`.
+
+All numbers are in SI units: rad, N·m, kg·m²; m and N for prismatic joints. All results have `report(path)`, which writes
+a report as one HTML file, and `to_json()`, which returns the text of the file that the command line writes.
+"""
+
+
+@dataclass(frozen=True)
+class Member:
+    """A member of a class, as a row of the page."""
+
+    name: str
+    shown: str
+    type: str
+    meaning: str
+
+
+def members(own: object) -> list[Member]:
+    """Returns the public members of a class in their order: attributes, properties, methods."""
+    if not inspect.isclass(own) or own.__module__ == "sprung._sprung":
+        return []
+    described = _attributes(own.__doc__ or "")
+    types = {field.name: str(field.type) for field in fields(own)} if is_dataclass(own) else {}
+    types |= {name: str(hint) for name, hint in inspect.get_annotations(own).items()}
+    rows = [
+        Member(name, f"`{name}`", types.get(name, ""), meaning) for name, meaning in described.items()
+    ]
+    rows += [
+        Member(name, f"`{name}`", hint, "")
+        for name, hint in types.items()
+        if not name.startswith("_") and name not in described and not issubclass(own, (dict, tuple))
+    ]
+    for name, value in vars(own).items():
+        if name.startswith("_"):
+            continue
+        if isinstance(value, property | cached_property):
+            function: Any = value.fget if isinstance(value, property) else value.func
+            hint = str(inspect.get_annotations(function).get("return", ""))
+            rows.append(Member(name, f"`{name}`", hint, _first(function.__doc__)))
+        elif isinstance(value, classmethod | staticmethod) or inspect.isfunction(value):
+            function = value if inspect.isfunction(value) else value.__func__
+            hint = str(inspect.get_annotations(function).get("return", ""))
+            rows.append(Member(name, f"`{name}{_signature(function)}`", hint, _first(function.__doc__)))
+    return rows
+
+
+def page() -> str:
+    """Returns the page."""
+    names = [name for name in sprung.__all__ if name != "__version__"]
+    parts = [HEAD]
+    for heading, modules in SECTIONS.items():
+        inside = [
+            name
+            for module in modules
+            for name in names
+            if getattr(sprung, name).__module__ == f"sprung.{module}"
+        ]
+        if inside:
+            parts.append(f"\n## {heading}\n")
+            parts += [_entry(name) for name in sorted(inside, key=_place)]
+    return "".join(parts)
+
+
+def _place(name: str) -> tuple[int, str]:
+    # The name of the section's subject comes first.
+    order = ["Experiment", "Result", "Model", "Excitation", "Control", "Servo", "SprungError", "Check", "Validation"]
+    return (order.index(name) if name in order else len(order), name)
+
+
+def _entry(name: str) -> str:
+    own = getattr(sprung, name)
+    call = "" if inspect.isclass(own) and name not in ("Experiment", "Servo") else _signature(own)
+    lines = [f"\n### `sprung.{name}{call}`\n\n{_summary(own.__doc__)}\n"]
+    rows = members(own)
+    if rows:
+        lines.append("\n| name | meaning |\n|---|---|\n")
+        lines += [f"| {row.shown} | {row.meaning} |\n".replace("``", "`") for row in rows]
+    return "".join(lines).replace("``", "`")
+
+
+def _signature(function: object) -> str:
+    """Returns the names of the arguments and their defaults."""
+    words = []
+    star = False
+    for parameter in inspect.signature(function).parameters.values():  # type: ignore[arg-type]
+        if parameter.name in ("self", "cls"):
+            continue
+        if parameter.kind is parameter.KEYWORD_ONLY and not star:
+            words.append("*")
+            star = True
+        word = f"*{parameter.name}" if parameter.kind is parameter.VAR_POSITIONAL else parameter.name
+        star = star or parameter.kind is parameter.VAR_POSITIONAL
+        if parameter.default is not parameter.empty:
+            word += f"={parameter.default!r}"
+        words.append(word)
+    return f"({', '.join(words)})"
+
+
+def _summary(docstring: str | None) -> str:
+    """Returns the paragraphs before the first section."""
+    text = inspect.cleandoc(docstring or "")
+    before = re.split(r"\n\n(?:Args|Attributes|Returns|Raises|Example|Source)\b.*?:", text)[0]
+    return before.replace("\n\n", " ").replace("\n", " ")
+
+
+def _first(docstring: str | None) -> str:
+    text = inspect.cleandoc(docstring or "").split("\n\n")[0]
+    return text.replace("\n", " ").replace("|", "\\|")
+
+
+def _attributes(docstring: str) -> dict[str, str]:
+    """Returns the entries of the section `Attributes`."""
+    text = inspect.cleandoc(docstring)
+    match = re.search(r"^Attributes:\n((?:    .*\n?|\n)+)", text, flags=re.MULTILINE)
+    found: dict[str, str] = {}
+    if match is None:
+        return found
+    for entry in re.split(r"\n(?=    \S)", match[1].split("\n\n")[0].rstrip()):
+        names, _, meaning = entry.strip().partition(": ")
+        for name in names.split(", "):
+            found[name] = re.sub(r"\s+", " ", meaning).replace("|", "\\|")
+    return found
