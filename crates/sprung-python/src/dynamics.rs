@@ -149,11 +149,7 @@ impl Dynamics {
     }
 
     /// Torques on links and motors, \[samples × 2 joints\].
-    fn predict<'py>(
-        &self,
-        py: Python<'py>,
-        motion: [Matrix<'_>; 6],
-    ) -> Bound<'py, PyArray2<f64>> {
+    fn predict<'py>(&self, py: Python<'py>, motion: [Matrix<'_>; 6]) -> Bound<'py, PyArray2<f64>> {
         let given: Vec<&Matrix<'_>> = motion.iter().collect();
         self.each(
             py,

@@ -74,11 +74,9 @@ fn raise(
     place: Option<&str>,
     findings: &str,
 ) -> PyErr {
-    let made = py
-        .import("sprung._errors")
-        .and_then(|module| {
-            module.call_method1("described", (class, text, code, remedy, place, findings))
-        });
+    let made = py.import("sprung._errors").and_then(|module| {
+        module.call_method1("described", (class, text, code, remedy, place, findings))
+    });
     match made {
         Ok(exception) => PyErr::from_value(exception),
         Err(error) => error,

@@ -29,8 +29,7 @@ type Named<'py> = Vec<(String, Bound<'py, PyAny>)>;
 
 /// Name of the demo of a position servo, and its files.
 const SERVO: &str = "demo-servo";
-const SERVO_EXPERIMENT: &str =
-    include_str!("../../../examples/servo-pendulum/experiment.toml");
+const SERVO_EXPERIMENT: &str = include_str!("../../../examples/servo-pendulum/experiment.toml");
 const SERVO_TRUTH: &str = include_str!("../../../examples/servo-pendulum/truth.toml");
 
 /// An experiment, its robot's equations, and access to its files.
@@ -44,6 +43,9 @@ struct InMemory {
     session: Arc<sprung::session::Session>,
     logs: Vec<Arrays>,
 }
+
+/// Logs in memory that an experiment reads, and its session.
+type Loaded = (Arc<sprung::session::Session>, Vec<LogSource<'static>>);
 
 impl InMemory {
     fn sources(logs: Vec<Arrays>) -> Vec<LogSource<'static>> {
@@ -78,6 +80,16 @@ impl Session {
                 (session, Some(logs))
             }
         })
+    }
+
+    /// Takes arrays as logs with the payloads of the files that they replace.
+    fn loaded(&self, py: Python<'_>, logs: Vec<Named<'_>>) -> PyResult<Loaded> {
+        let payloads = self.inner.payloads(logs.len());
+        let payloads = payloads.map_err(|error| exception(py, &error))?;
+        let InMemory { session, logs } = self.in_memory(py, logs)?;
+        let sources = InMemory::sources(logs).into_iter().zip(payloads);
+        let loaded = sources.map(|(source, payload)| source.carrying(payload));
+        Ok((session, loaded.collect()))
     }
 
     /// Takes arrays as logs, by the names of columns or of quantities.
@@ -292,9 +304,9 @@ impl Session {
                 run.work(py, move |progress| session.check(depth, progress))
             }
             Some(logs) => {
-                let InMemory { session, logs } = self.in_memory(py, logs)?;
+                let (session, mut logs) = self.loaded(py, logs)?;
                 run.work(py, move |progress| {
-                    session.check_with(&mut InMemory::sources(logs), depth, progress)
+                    session.check_with(&mut logs, depth, progress)
                 })
             }
         };
@@ -326,16 +338,14 @@ impl Session {
         let text = self.inner.text().to_owned();
         let given = match logs {
             None => None,
-            Some(logs) => Some(self.in_memory(py, logs)?),
+            Some(logs) => Some(self.loaded(py, logs)?),
         };
         let session = Arc::clone(&self.inner);
         let (found, seconds) = run.work(py, move |progress| {
             let begin = Instant::now();
             let found = match given {
                 None => session.identify(progress),
-                Some(InMemory { session, logs }) => {
-                    session.identify_with(&mut InMemory::sources(logs), progress)
-                }
+                Some((session, mut logs)) => session.identify_with(&mut logs, progress),
             }?;
             Ok((found, begin.elapsed().as_secs_f64()))
         })?;

@@ -21,6 +21,16 @@ from sprung._comparison import (
     DriftOverTime,
     compare,
 )
+from sprung._check import Check, CheckedColumn, CheckedLog
+from sprung._comparison import (
+    Combined,
+    CombinedParameter,
+    ComparedResult,
+    Comparison,
+    DriftOfParameter,
+    DriftOverTime,
+    compare,
+)
 from sprung._control import (
     Control,
     LoopMargins,
@@ -51,6 +61,8 @@ from sprung._identification import (
     EncoderOffset,
     HeldOutResidual,
     LogUsed,
+    Payload,
+    PayloadParameter,
     PromisedErrors,
     RefinedDelay,
     Refinement,
@@ -110,6 +122,8 @@ __all__ = [
     "Parameter",
     "ParameterRow",
     "Parameters",
+    "Payload",
+    "PayloadParameter",
     "Promised",
     "PromisedErrors",
     "RefinedDelay",

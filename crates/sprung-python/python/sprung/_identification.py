@@ -129,6 +129,57 @@ class PromisedErrors:
 
 
 @dataclass(frozen=True)
+class PayloadParameter:
+    """An inertial parameter of a payload, about the origin of the link's joint, in its axes.
+
+    Attributes:
+        name: for example ``gripper.izz``.
+        unit: unit of the numbers.
+        value: estimate; ``None`` if the logs do not determine it.
+        standard_error: its standard error.
+        ci95: 95 % confidence interval.
+        physical: value of the nearest body that can exist; ``None`` if none was found.
+    """
+
+    name: str
+    unit: str
+    value: float | None = None
+    standard_error: float | None = None
+    ci95: tuple[float, float] | None = None
+    physical: float | None = None
+
+
+@dataclass(frozen=True)
+class Payload:
+    """A payload that the logs determine.
+
+    Attributes:
+        name: name of the payload.
+        link: link that carried it.
+        estimator: estimator of the robot's own parameters.
+        logs: logs with the payload.
+        parameters: mass, first moments and inertia.
+        centre_of_mass_m: centre of mass in the frame of the link's joint and its standard error, m, one entry
+            per axis; ``None`` where the logs do not determine it.
+        residual_rms: residual of each row of these logs, N·m (N).
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+        >>> for payload in experiment.identify(experiment.simulate()).payloads:     # the demo has none
+        ...     print(payload.name, payload.parameters[0].value)
+    """
+
+    name: str
+    link: str
+    estimator: str
+    logs: list[str]
+    parameters: list[PayloadParameter]
+    centre_of_mass_m: list[tuple[float, float] | None]
+    residual_rms: Named[float]
+
+
+@dataclass(frozen=True)
 class RigidJoint:
     """A joint whose spring the logs do not determine.
 

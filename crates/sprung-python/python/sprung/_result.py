@@ -18,6 +18,7 @@ from sprung._finding import Finding, findings
 from sprung._identification import (
     Applied,
     LogUsed,
+    Payload,
     PromisedErrors,
     Refinement,
     RigidJoint,
@@ -162,6 +163,11 @@ class Result(Report):
     def applied(self) -> list[Applied]:
         """Changes beyond the experiment that the log asked for and all results use."""
         return [record(Applied, own) for own in self._contents.get("applied", [])]
+
+    @cached_property
+    def payloads(self) -> list[Payload]:
+        """Payloads that logs carried and that the experiment leaves open."""
+        return [record(Payload, own) for own in self._contents.get("payloads", [])]
 
     @cached_property
     def rigid_joints(self) -> list[RigidJoint]:

@@ -284,12 +284,12 @@ pub enum SessionError {
     /// The experiment describes no servo.
     #[error("the experiment describes no servo; add [robot.joint.servo] to its joint")]
     NoServo,
-    /// The payloads of a servo's logs are unknown.
+    /// Logs are given in place of files that carry payloads, and their number differs.
     #[error(
         "{given} logs are given, and the experiment names {named} files with payloads; give a log for each \
          file, in their order"
     )]
-    ServoLogs {
+    PayloadLogs {
         /// Number of given logs.
         given: usize,
         /// Number of files that the experiment names.
@@ -446,7 +446,7 @@ impl SessionError {
             | Self::NotSupported(_)
             | Self::IsServo(_)
             | Self::NoServo
-            | Self::ServoLogs { .. }
+            | Self::PayloadLogs { .. }
             | Self::LacksServoParameters { .. }
             | Self::Channel(_)
             | Self::Parameters(_)

@@ -6,7 +6,7 @@ use super::error::SessionError;
 use super::files::Files;
 use super::load::Session;
 use sprung_log::{LogSource, Opener};
-use sprung_robot::{FilePart, Log};
+use sprung_robot::{FilePart, Log, Payload};
 
 /// A function that opens the files of a log, any number of times.
 type BoxedOpener<'a> = Box<Opener<'a>>;
@@ -56,6 +56,28 @@ impl Session {
             file.path = self.folder.join(&file.path);
         }
         Ok(files)
+    }
+
+    /// Returns the bodies that the robot carried, for logs that replace the files of the experiment in their order.
+    ///
+    /// - `given`: number of these logs.
+    ///
+    /// # Errors
+    ///
+    /// [`SessionError::PayloadLogs`] if files of the experiment carry payloads and their number differs.
+    pub fn payloads(&self, given: usize) -> Result<Vec<Option<Payload>>, SessionError> {
+        let log = self.experiment().log.as_ref();
+        let files: Vec<&FilePart> = log.iter().flat_map(|log| &log.file).flatten().collect();
+        if files.iter().all(|file| file.payload.is_none()) {
+            return Ok(vec![None; given]);
+        }
+        if files.len() != given {
+            return Err(SessionError::PayloadLogs {
+                given,
+                named: files.len(),
+            });
+        }
+        Ok(files.iter().map(|file| file.payload.clone()).collect())
     }
 
     /// Returns the logs that the experiment, or one of its validation runs, names.

@@ -107,7 +107,7 @@ impl Session {
     ///
     /// # Errors
     ///
-    /// The errors of [`identify_servo`](Self::identify_servo), and [`SessionError::ServoLogs`] if the
+    /// The errors of [`identify_servo`](Self::identify_servo), and [`SessionError::PayloadLogs`] if the
     /// experiment names payloads and another number of logs.
     pub fn identify_servo_with(
         &self,
@@ -153,13 +153,7 @@ impl Session {
     ) -> Result<(Bench, Records), SessionError> {
         let log = self.log(None)?;
         let files: Vec<FilePart> = log.file.iter().flatten().cloned().collect();
-        let carry = files.iter().any(|file| file.payload.is_some());
-        if carry && files.len() != sources.len() {
-            return Err(SessionError::ServoLogs {
-                given: sources.len(),
-                named: files.len(),
-            });
-        }
+        self.payloads(sources.len())?;
         let (bench, channels) = self.bench(&files)?;
         let records = read(&bench, &channels, sources, progress)?;
         Ok((bench, records))

@@ -1,0 +1,86 @@
+"""Every instrument of `[log]` works in memory by the name of its key, as by columns of a file."""
+
+from __future__ import annotations
+
+import copy
+import tomllib
+import warnings
+from typing import Any
+
+import numpy as np
+import pytest
+
+import sprung
+
+BOTH = ("joint1", "joint2")
+SENSORS: dict[str, tuple[dict[str, list[str]], dict[str, Any]]] = {
+    "joint torque sensors": ({"joint_torque_nm": ["s1", "s2"]}, {}),
+    "deflections": ({"link_deflection_rad": ["d1", "d2"], "link_position_rad": []}, {}),
+    "currents": (
+        {"motor_current_a": ["i1", "i2"], "motor_torque_nm": []},
+        {"robot": {"torque_constant_nm_per_a": 0.5}},
+    ),
+    "gyroscopes": ({"gyroscope_z_rad_per_s": ["g1", "g2"], "link_position_rad": []}, {}),
+    "degrees": ({"motor_position_deg": ["p1", "p2"], "motor_position_rad": []}, {}),
+    "temperatures": (
+        {"temperature_c": ["c1", "c2"]},
+        {
+            "robot": {"friction_covariates": {"temperature": ["motor_viscous"], "reference_c": 35.0}},
+            "simulate": {"temperature_start_c": [25.0, 28.0], "temperature_end_c": [45.0, 42.0]},
+        },
+    ),
+}
+
+
+def _experiment(log: dict[str, list[str]], more: dict[str, Any]) -> dict[str, Any]:
+    """Returns the demo with other columns in its log, as tables."""
+    own: dict[str, Any] = tomllib.loads(sprung.Experiment.demo().text)
+    own["identify"]["estimator"] = "least-squares"
+    own["simulate"].pop("parameters")
+    own.pop("validate", None)
+    for joint in own["robot"]["joint"]:
+        joint.update(copy.deepcopy(more.get("robot", {})))
+    own["simulate"].update(more.get("simulate", {}))
+    own["log"].update(log)
+    own["log"] = {key: value for key, value in own["log"].items() if value != []}
+    return own
+
+
+@pytest.mark.parametrize("name", list(SENSORS))
+def test_keys_of_the_log_are_names_in_memory(name: str) -> None:
+    tables = _experiment(*SENSORS[name])
+    by_column = sprung.Experiment(tables)
+    log = by_column.simulate()
+    quantities = {
+        key: log[names] if isinstance(names, str) else np.column_stack([log[own] for own in names])
+        for key, names in tables["log"].items()
+        if key not in ("delay_s", "file")
+    }
+    by_key = sprung.Experiment({key: own for key, own in tables.items() if key != "log"})
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        expected, found = by_column.identify(log), by_key.identify(quantities)
+    assert found.parameters.values_by_name() == expected.parameters.values_by_name()
+    assert len(found.parameters.values_by_name()) > 8
+
+
+def test_a_payload_belongs_to_the_log_in_its_place() -> None:
+    tables = _experiment({}, {})
+    body = {"mass_kg": 0.5, "com_m": [0.1, 0.0, 0.0]}
+    tables["robot"] = {
+        "name": "arm",
+        "dh_modified": [{}, {"a_m": 0.3}],
+        "joint": [{"name": name} for name in BOTH],
+    }
+    tables["log"]["file"] = ["empty.csv", {"path": "loaded.csv", "payload": body}]
+    experiment = sprung.Experiment(tables)
+    log = sprung.Experiment.demo().simulate()
+    with pytest.raises(sprung.ExperimentError, match="1 logs are given, and .* names 2 files with payloads"):
+        experiment.identify(log)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        loaded = experiment.identify([log, log])
+        tables["log"]["file"] = ["empty.csv", "second.csv"]
+        empty = sprung.Experiment(tables).identify([log, log])
+    moved = "joint1.rotor_inertia", "joint2.stiffness"
+    assert loaded.parameters != empty.parameters, moved
