@@ -213,7 +213,7 @@ impl Validated {
             trace: Some(&self.found.trace),
             fit: Some(&self.found.fit),
             validation: Some((&self.both.validation, &self.both.curves)),
-            command: "sprung.Experiment.validate",
+            command: "sprung.Result.validate",
             experiment: &self.text,
             ..Contents::default()
         };

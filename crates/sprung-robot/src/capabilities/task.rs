@@ -192,7 +192,7 @@ impl Task {
                 Self::Check => "Experiment.check",
                 Self::Identify(_) => "Experiment.identify",
                 Self::SeveralMachines => "Experiment.choices, factors, identify_factors",
-                Self::Validate => "Experiment.validate",
+                Self::Validate => "Result.validate",
                 Self::Simulate => "Experiment.simulate",
                 Self::Compare => "sprung.compare",
                 Self::ExportRobot | Self::ExportCode => "Result.export",
