@@ -6,6 +6,7 @@
 pub mod curves;
 pub mod demo;
 pub mod ellipsoid;
+pub mod explanation;
 pub mod finding;
 pub mod named;
 pub mod numbers;

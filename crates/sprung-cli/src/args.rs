@@ -64,6 +64,9 @@ pub(crate) enum Verb {
     /// Write an identified robot for simulators and controllers.
     #[command(before_help = "Example: sprung export experiment.toml --format mjcf")]
     Export(Export),
+    /// Explain a finding: its cause, its condition and its remedy.
+    #[command(before_help = "Example: sprung explain weakly-excited")]
+    Explain(Explain),
     /// Print the JSON schema of experiment.toml, for editors.
     #[command(before_help = "Example: sprung schema > experiment.schema.json")]
     Schema,
@@ -89,11 +92,24 @@ impl Verb {
             | Self::Control(Control { common, .. })
             | Self::Export(Export { common, .. }) => common.json,
             Self::Compare(args) => args.json,
-            Self::Demo(_) | Self::New(_) | Self::Schema | Self::Completions(_) | Self::Man(_) => {
-                false
-            }
+            Self::Demo(_)
+            | Self::New(_)
+            | Self::Explain(_)
+            | Self::Schema
+            | Self::Completions(_)
+            | Self::Man(_) => false,
         }
     }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Explain {
+    /// Code of the finding.
+    #[arg(required_unless_present = "list")]
+    pub(crate) code: Option<String>,
+    /// Print all codes, one a line.
+    #[arg(long, conflicts_with = "code")]
+    pub(crate) list: bool,
 }
 
 #[derive(Debug, Args)]

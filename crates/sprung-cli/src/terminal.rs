@@ -232,8 +232,9 @@ impl Terminal {
         }
         if !result.decision.findings.is_empty() {
             self.say(format!(
-                "decided by: {}",
-                result.decision.findings.join(", ")
+                "decided by: {} (sprung explain {})",
+                result.decision.findings.join(", "),
+                result.decision.findings[0]
             ));
         }
     }

@@ -174,6 +174,10 @@ pub struct Finding {
     pub text: String,
     /// Remedy; may be empty.
     pub remedy: String,
+    /// What this kind of finding means: its likely cause; may be empty.
+    pub cause: String,
+    /// The observation that leads to it; may be empty.
+    pub condition: String,
 }
 
 /// Values with their intervals: one row per quantity, one colour per source. Without ticks each row

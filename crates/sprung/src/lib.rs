@@ -151,6 +151,10 @@ pub mod export {
 /// Findings: observations that the user must know, with evidence and remedy.
 pub mod finding {
     #[doc(inline)]
+    pub use sprung_base::explanation::{
+        Explanation, explain, explanations, nearest_code, plain,
+    };
+    #[doc(inline)]
     pub use sprung_base::finding::{Evidence, Finding, GENERATOR, Severity};
 }
 

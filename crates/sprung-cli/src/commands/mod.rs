@@ -6,6 +6,7 @@ mod compare;
 mod control;
 mod demo;
 mod excite;
+mod explain;
 mod export;
 mod generated;
 mod identify;
@@ -48,6 +49,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Excite(args) => with_threads(args.common.work, || excite::run(&args)),
         Verb::Control(args) => with_threads(args.common.work, || control::run(&args)),
         Verb::Export(args) => with_threads(args.common.work, || export::run(&args)),
+        Verb::Explain(args) => explain::run(&args),
         Verb::Completions(args) => Ok(generated::completions(&args)),
         Verb::Man(args) => generated::man(&args),
         Verb::Schema => {

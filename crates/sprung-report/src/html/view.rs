@@ -196,6 +196,8 @@ fn finding_view(finding: &Finding) -> Value {
         title => finding.title.as_str(),
         text => finding.text.as_str(),
         remedy => finding.remedy.as_str(),
+        cause => finding.cause.as_str(),
+        condition => finding.condition.as_str(),
     }
 }
 

@@ -4,6 +4,7 @@
 mod commands;
 mod experiment;
 mod figures;
+mod findings;
 mod tutorial;
 mod what_works;
 

@@ -1,0 +1,159 @@
+//! The meaning of every finding: its cause, its condition and its remedy.
+
+use std::sync::LazyLock;
+
+use serde::Deserialize;
+
+/// Sections in the order of the work, and their findings as TOML.
+const SECTIONS: [(&str, &str); 12] = [
+    ("Log: time", include_str!("explanations/time.toml")),
+    ("Log: columns", include_str!("explanations/columns.toml")),
+    ("Log: samples", include_str!("explanations/samples.toml")),
+    (
+        "Log: torques and filters",
+        include_str!("explanations/torques.toml"),
+    ),
+    (
+        "Estimates that the file asks for",
+        include_str!("explanations/requests.toml"),
+    ),
+    ("Result", include_str!("explanations/result.toml")),
+    ("Refinement", include_str!("explanations/refinement.toml")),
+    ("LSFF", include_str!("explanations/lsff.toml")),
+    ("Output error", include_str!("explanations/output-error.toml")),
+    ("Servo", include_str!("explanations/servo.toml")),
+    ("Validation", include_str!("explanations/validate.toml")),
+    ("Comparison", include_str!("explanations/compare.toml")),
+];
+
+/// The meaning of one or several findings with one cause and one remedy.
+///
+/// Texts are Markdown; links are relative to the root of the repository.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Explanation {
+    /// Codes of the findings.
+    pub codes: Vec<String>,
+    /// Codes of earlier versions.
+    #[serde(default)]
+    pub aliases: Vec<String>,
+    /// Part of the work that finds them.
+    #[serde(skip)]
+    pub section: &'static str,
+    /// Severities that they may have, as words, the usual one first.
+    pub severities: Vec<String>,
+    /// Likely cause.
+    pub cause: String,
+    /// The observation that leads to the finding; absent if the cause says it.
+    pub condition: Option<String>,
+    /// Remedy.
+    pub remedy: String,
+    /// Text of such a finding, as a program printed it.
+    pub example: Option<String>,
+}
+
+#[derive(Deserialize)]
+struct Section {
+    finding: Vec<Explanation>,
+}
+
+static ALL: LazyLock<Vec<Explanation>> = LazyLock::new(|| {
+    let read = |(section, text): &(&'static str, &str)| {
+        // A test reads every file.
+        let own: Option<Section> = toml::from_str(text).ok();
+        let findings = own.map(|own| own.finding).unwrap_or_default();
+        findings.into_iter().map(|own| Explanation { section, ..own })
+    };
+    SECTIONS.iter().flat_map(read).collect()
+});
+
+/// Returns the meaning of every finding, in the order of the work.
+#[must_use]
+pub fn explanations() -> &'static [Explanation] {
+    &ALL
+}
+
+/// Returns the meaning of a finding by its code, or by a code of an earlier version.
+#[must_use]
+pub fn explain(code: &str) -> Option<&'static Explanation> {
+    ALL.iter()
+        .find(|own| own.codes.iter().chain(&own.aliases).any(|one| one == code))
+}
+
+/// Returns the known code that is nearest to an unknown one, if one is near.
+#[must_use]
+pub fn nearest_code(code: &str) -> Option<&'static str> {
+    let codes = ALL.iter().flat_map(|own| &own.codes).map(String::as_str);
+    codes
+        .map(|known| (strsim::damerau_levenshtein(code, known), known))
+        .filter(|&(distance, known)| distance <= 1 + known.len() / 3 || known.starts_with(code))
+        .min_by_key(|&(distance, _)| distance)
+        .map(|(_, known)| known)
+}
+
+/// Returns a Markdown text without marks; a link becomes its text and its target.
+#[must_use]
+pub fn plain(text: &str) -> String {
+    let mut shown = String::new();
+    let mut rest = text;
+    while let Some((before, link)) = rest.split_once('[') {
+        let Some((name, (target, after))) = link
+            .split_once("](")
+            .and_then(|(name, behind)| Some((name, behind.split_once(')')?)))
+            .filter(|(name, _)| !name.contains(['[', ']']))
+        else {
+            shown.push_str(before);
+            shown.push('[');
+            rest = link;
+            continue;
+        };
+        shown.push_str(before);
+        shown.push_str(name);
+        shown.push_str(": ");
+        shown.push_str(target);
+        rest = after;
+    }
+    shown.push_str(rest);
+    shown.replace('`', "")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_section_is_read_and_no_code_comes_twice() {
+        for (section, text) in SECTIONS {
+            let read: Result<Section, _> = toml::from_str(text);
+            assert!(read.is_ok(), "{section}: {:?}", read.err());
+            assert!(ALL.iter().any(|own| own.section == section));
+        }
+        let codes: Vec<&String> = ALL.iter().flat_map(|own| own.codes.iter().chain(&own.aliases)).collect();
+        let unique: BTreeSet<_> = codes.iter().collect();
+        assert_eq!(unique.len(), codes.len());
+        assert!(codes.len() > 150, "{}", codes.len());
+    }
+
+    #[test]
+    fn every_text_says_something() {
+        let known = ["error", "serious", "warning", "note"];
+        for own in explanations() {
+            assert!(!own.codes.is_empty() && !own.severities.is_empty(), "{own:?}");
+            assert!(own.severities.iter().all(|one| known.contains(&one.as_str())), "{own:?}");
+            for text in [&own.cause, &own.remedy].into_iter().chain(&own.condition) {
+                assert!(text.len() > 5 && !text.ends_with('.'), "{own:?}");
+            }
+        }
+        assert_eq!(explain("gaps").unwrap().codes, ["gaps"]);
+        assert!(explain("no-such-finding").is_none());
+        assert_eq!(nearest_code("weakly-exited"), Some("weakly-excited"));
+        assert_eq!(nearest_code("zzzzzz"), None);
+    }
+
+    #[test]
+    fn markdown_becomes_plain() {
+        let text = "see `a` ([the page](docs/a.md#b)) in [log] and `[identify]`";
+        assert_eq!(plain(text), "see a (the page: docs/a.md#b) in [log] and [identify]");
+    }
+}

@@ -1,0 +1,73 @@
+//! `sprung explain`: the meaning of a finding.
+
+use sprung::finding::{Explanation, explain, explanations, nearest_code, plain};
+
+use crate::args::Explain;
+use crate::exit_code::{ExitCode, Failure};
+use crate::terminal::print;
+
+/// Columns of a line of text.
+const WIDTH: usize = 96;
+/// Columns of the names before the texts.
+const INDENT: usize = 11;
+
+pub(crate) fn run(args: &Explain) -> Result<ExitCode, Failure> {
+    let Some(code) = &args.code else {
+        let codes = explanations().iter().flat_map(|own| &own.codes);
+        let lines: Vec<&str> = codes.map(String::as_str).collect();
+        print(&lines.join("\n"));
+        return Ok(ExitCode::Done);
+    };
+    let own = explain(code).ok_or_else(|| {
+        let hint = nearest_code(code).map_or_else(
+            || "sprung explain --list prints all codes".to_owned(),
+            |near| format!("did you mean \"{near}\"?"),
+        );
+        let message = format!("there is no finding \"{code}\"; {hint}");
+        Failure::new(ExitCode::Usage, message)
+    })?;
+    print(&shown(own));
+    Ok(ExitCode::Done)
+}
+
+/// Returns an explanation as text.
+fn shown(own: &Explanation) -> String {
+    let title = format!("{} ({})", own.codes.join(", "), own.section);
+    let severity = own.severities.join(", ");
+    let parts = [
+        ("severity", Some(&severity)),
+        ("cause", Some(&own.cause)),
+        ("condition", own.condition.as_ref()),
+        ("remedy", Some(&own.remedy)),
+        ("example", own.example.as_ref()),
+    ];
+    let mut lines = vec![title, String::new()];
+    for (name, text) in parts {
+        if let Some(text) = text {
+            let wrapped = wrapped(&plain(text), WIDTH - INDENT);
+            for (place, line) in wrapped.iter().enumerate() {
+                let head = if place == 0 { name } else { "" };
+                lines.push(format!("{head:INDENT$}{line}"));
+            }
+        }
+    }
+    lines.join("\n")
+}
+
+/// Breaks a text into lines.
+fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let last = lines.last().map_or(0, |line| line.chars().count());
+        if last > 0 && last + 1 + word.chars().count() > width {
+            lines.push(String::new());
+        }
+        if let Some(line) = lines.last_mut() {
+            if !line.is_empty() {
+                line.push(' ');
+            }
+            line.push_str(word);
+        }
+    }
+    lines
+}
