@@ -15,7 +15,8 @@ const CURVE_POINTS: usize = 60;
 /// The figures of one joint by one estimate.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct JointFigures {
-    /// Friction against velocity of the motor; `None` without viscous friction.
+    /// Friction against velocity of the motor; `None` without viscous friction. Only the first estimate of an identification
+    /// has the curves of this figure and of the spring.
     pub friction: Option<Figure>,
     /// Torque of the spring against its deflection; `None` for a rigid joint.
     pub spring: Option<Figure>,
@@ -119,7 +120,7 @@ impl JointCurves<'_> {
         let (model, unit) = self.column(self.set, "friction")?;
         let (measured, _) = self.column(self.set, "friction_measured")?;
         let (half, _) = self.column(self.set, "friction_half_width")?;
-        let cloud = Cloud::new(velocity, [measured, model, half]);
+        let cloud = Cloud::new(velocity, [measured, model, half])?;
         let mut series = vec![cloud.points()];
         series.extend(cloud.model(&self.set.label));
         series.extend(cloud.bounds());
@@ -145,7 +146,7 @@ impl JointCurves<'_> {
         let (model, unit) = self.column(self.set, "spring")?;
         let (measured, _) = self.column(self.set, "spring_measured")?;
         let none = vec![None; model.len()];
-        let cloud = Cloud::new(deflection, [measured, model, &none]);
+        let cloud = Cloud::new(deflection, [measured, model, &none])?;
         let mut series = vec![cloud.points()];
         series.extend(cloud.model(&self.set.label));
         Some(self.figure(
@@ -235,8 +236,9 @@ struct Cloud {
 }
 
 impl Cloud {
-    /// - `[measured, model, half_width]`: one value per abscissa. Points without one of the first two are left out.
-    fn new(x: &[Option<f64>], [measured, model, half_width]: [&[Option<f64>]; 3]) -> Self {
+    /// - `[measured, model, half_width]`: one value per abscissa. Points without one of the first two are left out; `None`
+    ///   if no point has both.
+    fn new(x: &[Option<f64>], [measured, model, half_width]: [&[Option<f64>]; 3]) -> Option<Self> {
         let mut points: Vec<(f64, f64, f64, Option<f64>)> = (x.iter().enumerate())
             .filter_map(|(k, x)| {
                 let half = half_width.get(k).copied().flatten();
@@ -247,12 +249,12 @@ impl Cloud {
         let every = points.len().div_ceil(CLOUD_POINTS).max(1);
         points = points.into_iter().step_by(every).collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Self {
+        (!points.is_empty()).then(|| Self {
             x: points.iter().map(|own| own.0).collect(),
             measured: points.iter().map(|own| Some(own.1)).collect(),
             model: points.iter().map(|own| own.2).collect(),
             half_width: points.iter().map(|own| own.3).collect(),
-        }
+        })
     }
 
     fn points(&self) -> Series {
@@ -305,13 +307,14 @@ mod tests {
     fn points_are_sorted_and_curves_have_fewer_values() {
         let x: Vec<Option<f64>> = (0..3000).map(|k| Some(f64::from(3000 - k))).collect();
         let none = vec![None; x.len()];
-        let cloud = Cloud::new(&x, [&x, &x, &none]);
+        let cloud = Cloud::new(&x, [&x, &x, &none]).unwrap();
         assert!(cloud.x.len() <= CLOUD_POINTS && cloud.x.is_sorted());
         let model = cloud.model("model").unwrap();
         let shown = model.values.iter().flatten().count();
         assert!((1..=CURVE_POINTS).contains(&shown), "{shown}");
         assert!(cloud.bounds().is_empty());
-        let gap = Cloud::new(&[Some(1.0), Some(2.0)], [&[None, Some(3.0)], &x, &none]);
+        let gap = Cloud::new(&[Some(1.0), Some(2.0)], [&[None, Some(3.0)], &x, &none]).unwrap();
         assert_eq!((gap.x, gap.measured), (vec![2.0], vec![Some(3.0)]));
+        assert!(Cloud::new(&x, [&none, &x, &none]).is_none());
     }
 }

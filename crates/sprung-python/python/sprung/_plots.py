@@ -206,6 +206,13 @@ class Plots:
 
     def _absent(self, joint: str, place: int) -> InputError:
         """Returns the error about a figure that a joint does not have."""
+        first = self._result.estimators[0]
+        if place < 2 and self._result._index > 0:
+            return InputError(
+                "only the first estimator has curves of frictions and springs",
+                "estimator",
+                f"plot those of {first}: result.by({first!r}).plot",
+            )
         if place == 0:
             return InputError(
                 f"the friction of {joint} has no viscous part, so it has no velocity to be drawn against",
@@ -333,7 +340,7 @@ def _interval(axes: Axes, place: int, parameter: Parameter, limit: float) -> Non
     if parameter.value:
         low, high = sorted(100.0 * (end / parameter.value - 1.0) for end in parameter.ci95)
     else:
-        low, high = -np.inf, np.inf
+        low, high = (np.inf * end if end else 0.0 for end in parameter.ci95)
     is_beyond = low < -limit or high > limit
     color = _MODELS[0]
     axes.plot([max(low, -limit), min(high, limit)], [place, place], "-", color=color, linewidth=1.5)
