@@ -147,8 +147,8 @@ def test_the_friction_is_that_of_the_model(result: sprung.Result, joint: int) ->
     zeros = np.zeros_like(dphi)
     expected = result.model.friction(zeros, zeros, zeros, dphi).motor[:, joint]
     error = np.abs(friction[fast] / expected - 1.0)
-    # The curve is a mean over neighbouring points.
-    assert np.median(error) < 0.03 and error.max() < 0.1, error
+    # The curve has medians over neighbouring points.
+    assert np.median(error) < 0.01 and error.max() < 0.05, error
 
 
 @pytest.mark.parametrize("joint", JOINTS)
@@ -157,7 +157,7 @@ def test_the_slope_of_the_spring_is_the_stiffness(result: sprung.Result, joint: 
     stiffness = result.parameters[f"{joint}.stiffness"].value
     assert stiffness is not None
     slope, offset = np.polyfit(deflection, torque, 1)
-    assert abs(slope / stiffness - 1.0) < 0.01 and abs(offset) < 0.01 * np.abs(torque).max()
+    assert abs(slope / stiffness - 1.0) < 1e-6 and abs(offset) < 1e-6 * np.abs(torque).max()
 
 
 @pytest.mark.parametrize("joint", JOINTS)
@@ -334,9 +334,10 @@ def test_a_second_plot_on_the_same_axes_adds_its_text(result: sprung.Result) -> 
 
 
 def test_figures_pickle_with_their_texts(result: sprung.Result) -> None:
-    figure = result.plot.friction("joint1").get_figure()
-    again = pickle.loads(pickle.dumps(figure))
-    assert repr(again) == repr(figure) and "joint1" in repr(again)
+    axes = result.plot.friction("joint1")
+    again = pickle.loads(pickle.dumps(axes.get_figure()))
+    assert result.plot.alt_text(again.axes) == result.plot.alt_text(axes) != ""
+    assert again._repr_html_() is None
 
 
 # Notebooks.
@@ -348,6 +349,7 @@ CELLS = {
     "several": 'result.plot.trace("joint1.stiffness", "joint2.stiffness")',
     "two": 'result.plot.spring("joint1")\nresult.plot.spring("joint2");',
     "given": 'figure, own = pyplot.subplots()\nresult.plot.residual("joint1", ax=own);',
+    "subfigure": 'own = pyplot.figure().subfigures(1, 2)[0].subplots()\nresult.plot.residual("joint1", ax=own);',
     "retina": '%config InlineBackend.figure_format = "retina"\nresult.plot.spectrum("joint1");',
     "svg": '%config InlineBackend.figure_format = "svg"\nresult.plot.spectrum("joint1");',
 }
@@ -394,14 +396,12 @@ def test_a_notebook_shows_each_figure_once(notebook: Any, name: str) -> None:
         assert others == []
 
 
-@pytest.mark.parametrize("name", [name for name in CELLS if name != "given"])
+@pytest.mark.parametrize("name", CELLS)
 def test_images_of_a_notebook_have_an_alternative_text(notebook: Any, name: str) -> None:
     for own in pictures(notebook[1][name]):
         page = own["data"]["text/html"]
         (text,) = re.findall(r'(?:<img alt|role="img" aria-label)="([^"]+)"', page)
-        assert "joint" in text
-        # VS Code reads the text beside the image.
-        assert html.unescape(text) == own["data"]["text/plain"]
+        assert "joint" in html.unescape(text)
         if name == "svg":
             assert "<svg" in page
         else:
@@ -414,7 +414,7 @@ def test_a_page_of_nbconvert_has_the_alternative_texts(notebook: Any) -> None:
     nbconvert = pytest.importorskip("nbconvert")
     page, _ = nbconvert.HTMLExporter().from_notebook_node(notebook[0])
     texts = re.findall(r'<img[^>]*\balt="([^"]*)"', page)
-    unknown = [text for text in texts if text.startswith("No description")]
-    # Figures of other makers have none.
-    assert len(unknown) == 1 and len(texts) == sum(COUNTS.values()) - 1
-    assert sum("joint2" in text for text in texts) >= 3
+    # The cell with SVG has no such tag.
+    assert len(texts) == sum(COUNTS.values()) - 1
+    assert all("joint" in text for text in texts), texts
+    assert page.count('aria-label="Spectrum of the residual of joint1.') == 1

@@ -1,55 +1,45 @@
-"""Figures of matplotlib with an alternative text, for readers who do not see them."""
+"""Axes and figures of matplotlib with an alternative text, for readers who do not see them."""
 
 from __future__ import annotations
 
 import html
 from base64 import b64encode
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 
 from sprung._errors import InputError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-# Axes of several panels, as pyplot.subplots returns them.
+# Axes of one or more panels, as pyplot.subplots returns them.
 Panels: TypeAlias = "Axes | Sequence[Axes] | NDArray[np.object_]"
 
 # Width of a figure, in.
 _WIDTH = 8.0
 
 
-class DescribedFigure(Figure):
-    """A figure whose image in a notebook has an alternative text."""
-
-    @property
-    def alt_text(self) -> str:
-        """The texts of all axes, one in a line."""
-        return alt_text(self.axes)
-
-    def _repr_html_(self) -> str | None:
-        # JupyterLab and nbconvert show a PNG without alternative text, whatever its metadata are.
-        image = _notebook_image(self)
-        if image is None:
-            return None
-        data, size = image
-        text = html.escape(self.alt_text, quote=True)
-        if data.lstrip().startswith("<"):
-            return f'<div role="img" aria-label="{text}">{data}</div>'
-        sizes = "".join(f' {name}="{size[name]}"' for name in ("width", "height") if name in size)
-        return f'<img alt="{text}"{sizes} src="data:image/png;base64,{data}">'
-
-    def __repr__(self) -> str:
-        # VS Code takes the text beside an image for its alternative text.
-        return self.alt_text or super().__repr__()
+def _notebook_html(figure: Figure) -> str | None:
+    """Returns the image that a notebook shows, with the texts of its axes; ``None`` outside of notebooks."""
+    inherited = Figure._repr_html_(figure)
+    image = _notebook_image(figure) if inherited is None else None
+    if image is None:
+        return inherited
+    data, size = image
+    text = html.escape(alt_text(figure.axes), quote=True)
+    if data.lstrip().startswith("<"):
+        return f'<div role="img" aria-label="{text}">{data}</div>'
+    sizes = "".join(f' {name}="{size[name]}"' for name in ("width", "height") if name in size)
+    return f'<img alt="{text}"{sizes} src="data:image/png;base64,{data}">'
 
 
 def _notebook_image(figure: Figure) -> tuple[str, dict[str, Any]] | None:
-    """Returns the PNG in Base64 or the SVG that the notebook shows, with its size; ``None`` outside of notebooks."""
+    """Returns the PNG in Base64 or the SVG of a figure in the settings of the notebook, and its size."""
     try:
         from IPython import get_ipython
     except ImportError:
@@ -80,7 +70,6 @@ def panels(count: int, ax: Panels | None, height: float) -> NDArray[np.object_]:
             1,
             sharex=True,
             squeeze=False,
-            FigureClass=DescribedFigure,
             figsize=(_WIDTH, height),
             layout="constrained",
         )
@@ -110,6 +99,12 @@ def describe(axes: Axes, text: str) -> None:
     """Gives axes an alternative text; a second plot on the same axes adds its own."""
     before = _text_of(axes)
     setattr(axes, "_sprung_alt_text", f"{before} {text}" if before else text)
+    figure = axes.get_figure()
+    if isinstance(figure, SubFigure):
+        figure = figure.figure
+    if type(figure) is Figure:
+        # JupyterLab and nbconvert show a PNG without alternative text, whatever its metadata are; they prefer HTML.
+        setattr(figure, "_repr_html_", partial(_notebook_html, figure))
 
 
 def alt_text(axes: Panels) -> str:
