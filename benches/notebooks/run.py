@@ -5,6 +5,7 @@ usage: run.py [--write]
 A page is the notebook with its outputs, as Markdown with pictures. --write writes the pages.
 """
 
+import html
 import os
 import re
 import sys
@@ -29,7 +30,9 @@ def page(path: Path) -> tuple[str, dict[str, bytes]]:
         cell["outputs"] = [own for own in cell.get("outputs", []) if own.get("name") != "stderr"]
         if cell["cell_type"] != "code":
             del cell["outputs"]
+    texts = iter(alternative_texts(book))
     text, resources = MarkdownExporter().from_notebook_node(book)
+    text = re.sub(r"!\[png\]", lambda _: f"![{next(texts)}]", text)
     pictures = {}
     for place, (name, data) in enumerate(sorted(resources["outputs"].items())):
         own = f"{path.stem}-{place + 1}{Path(name).suffix}"
@@ -38,6 +41,18 @@ def page(path: Path) -> tuple[str, dict[str, bytes]]:
     text = re.sub(r"[ \t]+$", "", text, flags=re.MULTILINE)
     text = re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
     return text, pictures
+
+
+def alternative_texts(book: nbformat.NotebookNode) -> list[str]:
+    """Returns the texts of all pictures, and removes their HTML: pages have the pictures as files."""
+    texts = []
+    for cell in book.cells:
+        for own in cell.get("outputs", []):
+            data = own.get("data", {})
+            if "image/png" in data:
+                found = re.search(r'<img alt="([^"]*)"', data.pop("text/html", ""))
+                texts.append(" ".join(html.unescape(found[1]).split()) if found else "png")
+    return texts
 
 
 def rounded(text: str) -> str:

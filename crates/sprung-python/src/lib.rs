@@ -10,6 +10,7 @@ mod dynamics;
 mod errors;
 mod excite;
 mod many_logs;
+mod plots;
 mod runner;
 mod sample;
 mod servo;
@@ -46,6 +47,8 @@ fn _sprung(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(many_logs::choices, module)?)?;
     module.add_function(wrap_pyfunction!(many_logs::factors, module)?)?;
     module.add_function(wrap_pyfunction!(many_logs::identify_factors, module)?)?;
+    module.add_function(wrap_pyfunction!(plots::joint_figures, module)?)?;
+    module.add_function(wrap_pyfunction!(plots::relative_scale, module)?)?;
     module.add_function(wrap_pyfunction!(worked::compare, module)?)?;
     module.add_function(wrap_pyfunction!(worked::read_results, module)?)?;
     Ok(())

@@ -220,16 +220,3 @@ def test_export(result: sprung.Result, tmp_path: Path) -> None:
     assert any("<robot" in text for text in texts.values())
     with pytest.raises(sprung.InputError, match="not known"):
         result.export("docx")
-
-
-def test_plots(result: sprung.Result) -> None:
-    matplotlib = pytest.importorskip("matplotlib")
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    rows = [name for name in result.fit_curves["measured"] if name != "t"]
-    assert len(result.plot.fit().axes) == len(rows) > 0
-    assert len(result.plot.trace("joint1.stiffness").axes) == 1
-    figure = result.plot.parameters()
-    assert len(figure.axes[0].get_yticks()) == len(result.parameters)
-    pyplot.close("all")

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use super::document::{IntervalRow, Intervals, Mark, Tone};
 use super::groups::Joints;
 use super::numbers::significant;
-use crate::estimate::{Identification, ParameterEstimate};
+use crate::estimate::{EstimateResult, Identification, ParameterEstimate};
 
 /// The common scale shows at least this fraction of the intervals whole.
 const SHOWN_WHOLE: f64 = 0.8;
@@ -104,8 +104,7 @@ pub(super) fn relative(
 ) -> Option<Intervals> {
     let result = identification.results.first()?;
     let joints = Joints::of(identification);
-    let half_widths = result.parameters.iter().filter_map(half_width);
-    let half = common_scale(half_widths.collect());
+    let half = relative_scale(result);
     let folded = result.parameters.len() > MOST_OPEN;
     let row = |parameter: &ParameterEstimate| IntervalRow {
         group: if folded {
@@ -184,6 +183,13 @@ pub(super) fn half_width(parameter: &ParameterEstimate) -> Option<f64> {
     let [low, high] = parameter.ci95?;
     let half = 0.5 * (high - low) / parameter.value?.abs();
     half.is_finite().then_some(half)
+}
+
+/// Returns half the width of the scale on which all intervals of a result are drawn relative to their values: 0.05 stands for
+/// 5 %. Intervals of parameters near zero are longer.
+#[must_use]
+pub fn relative_scale(result: &EstimateResult) -> f64 {
+    common_scale(result.parameters.iter().filter_map(half_width).collect())
 }
 
 /// Returns the value that half the width of a common scale represents: one, two or five times a

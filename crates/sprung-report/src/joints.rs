@@ -1,25 +1,16 @@
 //! Composes the summary of all joints, and one page per joint.
 
 use super::contents::Contents;
-use super::document::{
-    Block, Column, Figure, Fold, Layout, Line, Panel, Row, Section, Series, Style, Table, Tone,
-};
+use super::document::{Block, Column, Fold, Row, Section, Table, Tone};
 use super::groups::Joints;
 use super::intervals::half_width;
+use super::joint_figures::{JointFigures, vibrations};
 use super::numbers::significant;
 use super::plots::slug;
 use super::section::{folded, section, shown};
-use super::spectrum::spectrum;
 use super::tables;
-use crate::curves::{CurveSet, Curves};
-use crate::estimate::{EstimateResult, FeatureKind, Identification, Verdict};
+use crate::estimate::{EstimateResult, Identification, Verdict};
 use crate::finding::Finding;
-
-/// Largest number of points of a cloud.
-const CLOUD_POINTS: usize = 600;
-
-/// Number of places at which a curve of the model stands in a cloud.
-const CURVE_POINTS: usize = 60;
 
 /// Codes of findings about joints whose motion does not determine their parameters.
 const HARDLY_MOVES: [&str; 2] = ["hardly-moves", "at-rest"];
@@ -106,24 +97,6 @@ fn resonance(identification: &Identification, joint: &str) -> String {
         .map_or_else(dash, |own| format!("{} Hz", significant(own.at, 3)))
 }
 
-/// Returns the resonance and the antiresonance of a joint by the model, Hz.
-fn vibrations(identification: &Identification, joint: &str) -> Vec<Line> {
-    let responses = identification
-        .frequency_response
-        .iter()
-        .flat_map(|own| &own.joints);
-    let mut features: Vec<_> = (responses.filter(|own| own.joint == joint))
-        .flat_map(|own| &own.features)
-        .collect();
-    features.sort_by_key(|own| own.kind != FeatureKind::Resonance);
-    (features.into_iter())
-        .map(|own| Line {
-            at: own.model_hz,
-            text: own.kind.word().to_owned(),
-        })
-        .collect()
-}
-
 fn dash() -> String {
     "–".to_owned()
 }
@@ -137,8 +110,9 @@ pub(super) fn pages(identification: &Identification, contents: &Contents<'_>) ->
     let page = |joint: &String| {
         let mut blocks: Vec<Block> = Vec::new();
         if let Some(fit) = contents.fit {
-            let figures = figures(identification, result, fit, joint);
-            blocks.extend(figures.into_iter().map(Block::Figure));
+            let own = JointFigures::of(identification, result, fit, joint);
+            let figures = [own.friction, own.spring, own.residual, own.spectrum];
+            blocks.extend(figures.into_iter().flatten().map(Block::Figure));
         }
         blocks.extend(
             tables::parameters(identification, contents.truth, Some(joint)).map(Block::Table),
@@ -174,256 +148,6 @@ fn is_about(finding: &Finding, joints: &Joints, joint: &str) -> bool {
         || finding.text.match_indices(joint).any(is_named)
 }
 
-fn figures(
-    identification: &Identification,
-    result: &EstimateResult,
-    fit: &Curves,
-    joint: &str,
-) -> Vec<Figure> {
-    let Some((set, measured)) = fit.set(&result.estimator).zip(fit.set("measured")) else {
-        return Vec::new();
-    };
-    let curves = JointCurves {
-        fit,
-        set,
-        measured,
-        joint,
-    };
-    [
-        curves.friction(),
-        curves.spring(),
-        curves.residual(),
-        curves.spectrum(identification),
-    ]
-    .into_iter()
-    .flatten()
-    .collect()
-}
-
-/// The curves of one joint.
-struct JointCurves<'a> {
-    fit: &'a Curves,
-    set: &'a CurveSet,
-    measured: &'a CurveSet,
-    joint: &'a str,
-}
-
-impl JointCurves<'_> {
-    /// Returns the values of a column of the joint and its unit, as text.
-    fn column<'s>(
-        &self,
-        of: &'s CurveSet,
-        what: &str,
-    ) -> Option<(&'s [Option<f64>], &'static str)> {
-        let units = [
-            ("_nm", "N·m"),
-            ("_n", "N"),
-            ("_rad_per_s", "rad/s"),
-            ("_m_per_s", "m/s"),
-            ("_rad", "rad"),
-            ("_m", "m"),
-        ];
-        units.into_iter().find_map(|(end, unit)| {
-            let name = format!("{}.{what}{end}", self.joint);
-            let index = self.fit.columns.iter().position(|own| *own == name)?;
-            Some((of.values.get(index)?.as_slice(), unit))
-        })
-    }
-
-    fn figure(&self, what: &str, caption: String, x_label: String, panel: Panel) -> Figure {
-        Figure {
-            id: format!("{what}-{}", slug(self.joint)),
-            caption,
-            x_label,
-            layout: Layout::Half,
-            panels: vec![panel],
-        }
-    }
-
-    /// Returns the friction of the motor against its velocity.
-    fn friction(&self) -> Option<Figure> {
-        let (velocity, speed) = self.column(self.set, "friction_velocity")?;
-        let (model, unit) = self.column(self.set, "friction")?;
-        let (measured, _) = self.column(self.set, "friction_measured")?;
-        let (half, _) = self.column(self.set, "friction_half_width")?;
-        let cloud = Cloud::new(velocity, [measured, model, half]);
-        let mut series = vec![cloud.points()];
-        series.extend(cloud.model(&self.set.label));
-        series.extend(cloud.bounds());
-        Some(self.figure(
-            "friction",
-            format!(
-                "Friction of the motor of {}: what the measured torque leaves for it, the model, and its 95 % interval.",
-                self.joint
-            ),
-            format!("velocity [{speed}]"),
-            Panel {
-                y_label: format!("friction [{unit}]"),
-                x: cloud.x,
-                series,
-                ..Panel::default()
-            },
-        ))
-    }
-
-    /// Returns the torque of the spring against its deflection.
-    fn spring(&self) -> Option<Figure> {
-        let (deflection, angle) = self.column(self.measured, "deflection")?;
-        let (model, unit) = self.column(self.set, "spring")?;
-        let (measured, _) = self.column(self.set, "spring_measured")?;
-        let none = vec![None; model.len()];
-        let cloud = Cloud::new(deflection, [measured, model, &none]);
-        let mut series = vec![cloud.points()];
-        series.extend(cloud.model(&self.set.label));
-        Some(self.figure(
-            "spring",
-            format!(
-                "Spring of {}: what the measured torque leaves for it, and the model. A loop of the points is \
-                 hysteresis.",
-                self.joint
-            ),
-            format!("deflection [{angle}]"),
-            Panel {
-                y_label: format!("torque of the spring [{unit}]"),
-                x: cloud.x,
-                series,
-                ..Panel::default()
-            },
-        ))
-    }
-
-    /// Returns the difference of measured and predicted torque; absent values are gaps.
-    fn difference(&self) -> Option<(Vec<Option<f64>>, &'static str)> {
-        let (measured, unit) = self.column(self.measured, "motor")?;
-        let (model, _) = self.column(self.set, "motor")?;
-        let pairs = measured.iter().zip(model);
-        Some((pairs.map(|(a, b)| Some((*a)? - (*b)?)).collect(), unit))
-    }
-
-    fn residual(&self) -> Option<Figure> {
-        let (values, unit) = self.difference()?;
-        Some(self.figure(
-            "residual",
-            format!(
-                "Torque of the motor of {} that the model does not explain: measured minus predicted.",
-                self.joint
-            ),
-            "time [s]".to_owned(),
-            Panel {
-                y_label: format!("residual [{unit}]"),
-                x: self.measured.time.clone(),
-                series: vec![line(&self.set.label, values)],
-                ..Panel::default()
-            },
-        ))
-    }
-
-    fn spectrum(&self, identification: &Identification) -> Option<Figure> {
-        let (values, unit) = self.difference()?;
-        let found = spectrum(&self.measured.time, &values)?;
-        let highest = found.frequency_hz.last().copied()?;
-        let mut marks = vibrations(identification, self.joint);
-        marks.retain(|own| own.at <= highest);
-        let decibels = |density: &f64| Some(10.0 * density.log10()).filter(|own| own.is_finite());
-        Some(self.figure(
-            "spectrum",
-            format!(
-                "Spectrum of the residual of {}. A peak at a vibration of the model says that its frequency or damping is \
-                 wrong, other peaks belong to effects that the model lacks.",
-                self.joint
-            ),
-            "frequency [Hz]".to_owned(),
-            Panel {
-                y_label: format!("power density [dB of ({unit})²/Hz]"),
-                series: vec![line(&self.set.label, found.density.iter().map(decibels).collect())],
-                x: found.frequency_hz,
-                marks,
-                ..Panel::default()
-            },
-        ))
-    }
-}
-
-fn line(name: &str, values: Vec<Option<f64>>) -> Series {
-    Series {
-        name: name.to_owned(),
-        values,
-        style: Style::First,
-        clipped: false,
-    }
-}
-
-/// Points in ascending order of their abscissa, with curves of the model.
-struct Cloud {
-    x: Vec<f64>,
-    measured: Vec<Option<f64>>,
-    model: Vec<f64>,
-    half_width: Vec<Option<f64>>,
-}
-
-impl Cloud {
-    /// - `[measured, model, half_width]`: one value per abscissa. Points without one of the first two are left out.
-    fn new(x: &[Option<f64>], [measured, model, half_width]: [&[Option<f64>]; 3]) -> Self {
-        let mut points: Vec<(f64, f64, f64, Option<f64>)> = (x.iter().enumerate())
-            .filter_map(|(k, x)| {
-                let half = half_width.get(k).copied().flatten();
-                Some(((*x)?, (*measured.get(k)?)?, (*model.get(k)?)?, half))
-            })
-            .filter(|point| point.0.is_finite())
-            .collect();
-        let every = points.len().div_ceil(CLOUD_POINTS).max(1);
-        points = points.into_iter().step_by(every).collect();
-        points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Self {
-            x: points.iter().map(|own| own.0).collect(),
-            measured: points.iter().map(|own| Some(own.1)).collect(),
-            model: points.iter().map(|own| own.2).collect(),
-            half_width: points.iter().map(|own| own.3).collect(),
-        }
-    }
-
-    fn points(&self) -> Series {
-        Series {
-            name: "measured".to_owned(),
-            values: self.measured.clone(),
-            style: Style::Cloud,
-            clipped: false,
-        }
-    }
-
-    /// Returns a curve whose values are means over neighbouring points, at the middle of them.
-    fn curve(&self, of: impl Fn(usize) -> Option<f64>) -> Option<Vec<Option<f64>>> {
-        let size = self.x.len().div_ceil(CURVE_POINTS).max(1);
-        let mut values = vec![None; self.x.len()];
-        for start in (0..self.x.len()).step_by(size) {
-            let end = (start + size).min(self.x.len());
-            let own: Option<Vec<f64>> = (start..end).map(&of).collect();
-            values[usize::midpoint(start, end)] =
-                own.map(|own| own.iter().sum::<f64>() / own.len() as f64);
-        }
-        values.iter().any(Option::is_some).then_some(values)
-    }
-
-    fn model(&self, name: &str) -> Option<Series> {
-        Some(line(name, self.curve(|k| Some(self.model[k]))?))
-    }
-
-    fn bounds(&self) -> Vec<Series> {
-        let bound = |name: &str, sign: f64| {
-            let of = |k: usize| Some(self.model[k] + sign * self.half_width[k]?);
-            Some(Series {
-                name: name.to_owned(),
-                style: Style::Reference,
-                ..line("", self.curve(of)?)
-            })
-        };
-        [bound("95 %, low", -1.0), bound("95 %, high", 1.0)]
-            .into_iter()
-            .flatten()
-            .collect()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -443,19 +167,5 @@ mod tests {
         assert_eq!(about(&finding("subjoint1 is another")), [false, false]);
         let of_link = finding("weak").about(["link2.izz".to_owned()]);
         assert_eq!(about(&of_link), [false, true]);
-    }
-
-    #[test]
-    fn points_are_sorted_and_curves_have_fewer_values() {
-        let x: Vec<Option<f64>> = (0..3000).map(|k| Some(f64::from(3000 - k))).collect();
-        let none = vec![None; x.len()];
-        let cloud = Cloud::new(&x, [&x, &x, &none]);
-        assert!(cloud.x.len() <= CLOUD_POINTS && cloud.x.is_sorted());
-        let model = cloud.model("model").unwrap();
-        let shown = model.values.iter().flatten().count();
-        assert!((1..=CURVE_POINTS).contains(&shown), "{shown}");
-        assert!(cloud.bounds().is_empty());
-        let gap = Cloud::new(&[Some(1.0), Some(2.0)], [&[None, Some(3.0)], &x, &none]);
-        assert_eq!((gap.x, gap.measured), (vec![2.0], vec![Some(3.0)]));
     }
 }

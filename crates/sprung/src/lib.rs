@@ -191,9 +191,9 @@ pub mod report {
     #[doc(inline)]
     pub use sprung_report::{
         Badge, Bar, BarRow, Bars, Block, Column, Contents, Document, Drawing, Figure, Finding,
-        Fold, IntervalRow, Intervals, Layout, Mark, Panel, ReportError, Row, Section, Series,
-        Skeleton, Style, Table, Tone, compose, compose_check, compose_comparison, compose_control,
-        compose_excitation, compose_servo, render, significant,
+        Fold, IntervalRow, Intervals, JointFigures, Layout, Mark, Panel, ReportError, Row, Section,
+        Series, Skeleton, Style, Table, Tone, compose, compose_check, compose_comparison,
+        compose_control, compose_excitation, compose_servo, relative_scale, render, significant,
     };
 }
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import ClassVar, TypeVar
 
 T = TypeVar("T")
@@ -57,7 +57,11 @@ class Named(Mapping[str, T]):
 def unknown(kind: str, name: object, known: Mapping[str, object]) -> KeyError:
     """Returns the error about a name that there is not."""
     names = list(known)
-    near = difflib.get_close_matches(str(name), names, 1)
-    nearest = f"; the nearest name is {near[0]!r}" if near else ""
     rest = f"the {kind}s are {', '.join(names)}" if names else "there is none"
-    return KeyError(f"there is no {kind} {name!r}{nearest}; {rest}")
+    return KeyError(f"there is no {kind} {name!r}{nearest(name, names)}; {rest}")
+
+
+def nearest(name: object, known: Iterable[str]) -> str:
+    """Returns the nearest name as a part of a message; nothing if none is near."""
+    near = difflib.get_close_matches(str(name), list(known), 1)
+    return f"; the nearest name is {near[0]!r}" if near else ""

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 Numbers: TypeAlias = NDArray[np.float64]
 Set: TypeAlias = tuple[str, Numbers, list[tuple[str, Numbers]]]
 Samples: TypeAlias = tuple[list[str], Numbers, Numbers, Numbers, Numbers]
+Figure: TypeAlias = tuple[
+    str, tuple[str, str], Numbers, list[tuple[str, str, Numbers]], list[tuple[float, str]]
+]
 Path: TypeAlias = str | os.PathLike[str]
 Values: TypeAlias = tuple[Identified, int] | dict[str, float] | Path
 Logs: TypeAlias = list[list[tuple[str, Any]]] | None
@@ -213,5 +216,9 @@ def factors(
 def identify_factors(
     session: Session, factors: LogFactors, name: str, path: Path, run: Run
 ) -> Identified: ...
+def joint_figures(
+    identified: Identified, set: int, joint: str
+) -> tuple[Figure | None, Figure | None, Figure | None, Figure | None]: ...
+def relative_scale(identified: Identified, set: int) -> float: ...
 def compare(results: list[tuple[str, str]]) -> tuple[str, str, list[str]]: ...
 def read_results(path: Path, text: str) -> tuple[Identified, os.PathLike[str]]: ...
