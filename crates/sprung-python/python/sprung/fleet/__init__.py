@@ -3,11 +3,11 @@
 >>> import tempfile
 >>> from sprung import fleet
 >>> folder = tempfile.mkdtemp()
->>> manifest = fleet.demo(folder, robots=2, logs=2)
+>>> manifest = fleet.demo(folder, robots=2, logs=1)
 >>> settings = {"identify.estimator": "least-squares"}
 >>> summary = fleet.identify(manifest, out=f"{folder}/results", overrides=settings, workers=1, progress=False)
 >>> summary.tasks, summary.failed
-(4, 0)
+(2, 0)
 >>> page = fleet.report(f"{folder}/results").save(f"{folder}/fleet.html")
 """
 

@@ -20,9 +20,15 @@ class ArrowTable(Protocol):
     def __arrow_c_stream__(self, requested_schema: Any = None) -> Any: ...
 
 
+def texts(table: pyarrow.Table, name: str) -> list[str]:
+    """Returns a column of texts without empty cells."""
+    column: Any = table[name]
+    values: list[str] = column.to_pylist()
+    return values
+
+
 def arrow_table(table: ArrowTable) -> pyarrow.Table:
     """Returns any table as one of pyarrow, without a copy where that is possible."""
-    if hasattr(table, "__arrow_c_stream__"):
-        return pa.table(table)
-    # A DataFrame of pandas before 2.2.
-    return pa.Table.from_pandas(table)
+    # A DataFrame of pandas has the stream since 2.2.
+    found: pyarrow.Table = pa.table(table) if hasattr(table, "__arrow_c_stream__") else pa.Table.from_pandas(table)
+    return found

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import dataset, files, resume, work
-from .arrow import ArrowTable, arrow_table, pa
+from .arrow import ArrowTable, arrow_table, pa, texts
 from .errors import DatasetError, FleetError, ManifestError
 from .manifest import REQUIRED, TIME, Digests, Manifest, Part, Task, checked_columns, key_of
 from .run import Overrides, Summary, assignments, check
@@ -142,7 +142,7 @@ def write_rows(rows: Iterable[ArrowTable], todo: ArrowTable, *, out: str | os.Pa
     if dataset.about_of(url) is None:
         raise dataset.no_dataset(url)
     known = dataset.done(url)
-    logs = zip(plan["robot"].to_pylist(), plan["log"].to_pylist(), strict=True)
+    logs = zip(texts(plan, "robot"), texts(plan, "log"), strict=True)
     resume.remove_replaced(url, known, [("log", robot, log) for robot, log in logs])
     covariates = [name for name in checked_columns(plan, "of todo")[1] if name not in (PART, TASK)]
     parts = _Parts(url, plan, dataset.schema(covariates))
@@ -157,7 +157,7 @@ class _Parts:
     def __init__(self, out: str, todo: pyarrow.Table, schema: pyarrow.Schema) -> None:
         self.out = out
         self.schema = schema
-        self.part_of = dict(zip(todo[TASK].to_pylist(), todo[PART].to_pylist(), strict=True))
+        self.part_of = dict(zip(texts(todo, TASK), texts(todo, PART), strict=True))
         self.tasks: dict[str, list[str]] = {}
         for task, part in self.part_of.items():
             self.tasks.setdefault(part, []).append(task)
@@ -170,7 +170,7 @@ class _Parts:
     def add(self, table: pyarrow.Table) -> None:
         """Takes rows. The rows of one task may go on in the next table."""
         table = self._cast(table)
-        for start, end, task in _runs(table[TASK]):
+        for start, end, task in _runs(texts(table, TASK)):
             if task != self.current:
                 self._end()
                 self._begin(task, table.slice(start, 1))
@@ -237,9 +237,8 @@ class _Parts:
         self.bytes += dataset.write_part(self.out, part, table)
 
 
-def _runs(column: Any) -> Iterator[tuple[int, int, str]]:
+def _runs(values: Sequence[str]) -> Iterator[tuple[int, int, str]]:
     """Yields start, end and value of equal values that follow each other."""
-    values = column.to_pylist()
     start = 0
     for end in range(1, len(values) + 1):
         if end == len(values) or values[end] != values[start]:
@@ -258,7 +257,8 @@ def _table(parts: Sequence[Part], covariates: Sequence[str]) -> pyarrow.Table:
         for part in parts
         for task in part.tasks
     ]
-    return pa.Table.from_pylist(rows, schema=pa.schema(kinds))
+    table: pyarrow.Table = pa.Table.from_pylist(rows, schema=pa.schema(kinds))
+    return table
 
 
 def _task(

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from . import files
-from .arrow import pa, pc, pq
+from .arrow import pa, pc, pq, texts
 from .errors import DatasetError
 from .manifest import Task
 
@@ -83,7 +83,8 @@ def schema(covariates: Sequence[str] = ()) -> pyarrow.Schema:
             )
     fields = [pa.field(name, kind) for name, kind in _COLUMNS]
     fields += [pa.field(name, pa.float64()) for name in covariates]
-    return pa.schema(fields, metadata={_FORMAT_KEY: str(FORMAT).encode()})
+    made: pyarrow.Schema = pa.schema(fields, metadata={_FORMAT_KEY: str(FORMAT).encode()})
+    return made
 
 
 def rows_of(task: Task, text: str) -> list[Row]:
@@ -140,7 +141,8 @@ def _finding(finding: Mapping[str, Any]) -> Row:
 
 def table_of(rows: Sequence[Row], covariates: Sequence[str]) -> pyarrow.Table:
     """Returns rows as a table with the schema of the dataset."""
-    return pa.Table.from_pylist(list(rows), schema=schema(covariates))
+    table: pyarrow.Table = pa.Table.from_pylist(list(rows), schema=schema(covariates))
+    return table
 
 
 def failed_tasks(rows: pyarrow.Table) -> int:
@@ -257,7 +259,22 @@ def _unreachable(out: str, what: str, error: Exception) -> DatasetError:
 
 @dataclass(frozen=True)
 class Dataset:
-    """A dataset in memory."""
+    """A dataset in memory.
+
+    >>> import tempfile
+    >>> import pyarrow
+    >>> from sprung import fleet
+    >>> names = ["robot", "experiment", "log", "temperature_c"]
+    >>> manifest = pyarrow.table([["A-1"], ["arm.toml"], ["lost.csv"], [21.5]], names=names)
+    >>> out = tempfile.mkdtemp()
+    >>> todo = fleet.missing_logs(manifest, out=out)
+    >>> summary = fleet.write_rows([fleet.identify_batch(todo)], todo, out=out)
+    >>> own = fleet.Dataset.read(out)
+    >>> own.covariates
+    ['temperature_c']
+    >>> own.rows("failure").select(["robot", "code"]).to_pylist()
+    [{'robot': 'A-1', 'code': 'file-missing'}]
+    """
 
     url: str
     table: pyarrow.Table
@@ -364,7 +381,8 @@ def done(out: str) -> dict[str, tuple[tuple[str, str, str], bool]]:
 def remove(out: str, unwanted: Callable[[str], bool]) -> None:
     """Removes the rows of tasks, whose keys `unwanted` selects, each part at once."""
     for url, table in tables(out):
-        keep = pa.array([not unwanted(key) for key in table["task"].to_pylist()])
+        tasks = texts(table, "task")
+        keep = pa.array([not unwanted(key) for key in tasks])
         if pc.all(keep).as_py():
             continue
         left = table.filter(keep)

@@ -193,8 +193,8 @@ def _rows(table: pyarrow.Table, covariates: Sequence[str]) -> Rows:
 def _objects(column: Any) -> Strings:
     # Equal texts share one object.
     encoded = column.combine_chunks().dictionary_encode()
-    values = np.array(encoded.dictionary.to_pylist(), dtype=object)
-    return values[encoded.indices.to_numpy()]
+    values: Strings = np.array(encoded.dictionary.to_pylist(), dtype=object)[encoded.indices.to_numpy()]
+    return values
 
 
 def _floats(column: Any) -> Floats:
@@ -285,7 +285,8 @@ class _Collected:
 
     def table(self) -> pyarrow.Table:
         self._merge()
-        return pa.concat_tables(self.large, promote_options="default")
+        whole: pyarrow.Table = pa.concat_tables(self.large, promote_options="default")
+        return whole
 
     def _merge(self) -> None:
         if self.small:

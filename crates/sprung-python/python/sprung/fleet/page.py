@@ -25,7 +25,14 @@ MOST_FIGURES = 12
 
 @dataclass(frozen=True)
 class Report:
-    """The analysis of a dataset, and its page."""
+    """The analysis of a dataset, and its page.
+
+    >>> import tempfile
+    >>> from sprung import fleet
+    >>> own = fleet.Report(fleet.Analysis([], rate=0.05), "<!doctype html>")
+    >>> own.save(f"{tempfile.mkdtemp()}/fleet.html").name
+    'fleet.html'
+    """
 
     analysis: Analysis
     html: str
@@ -54,8 +61,24 @@ def report(
     - covariates: numeric columns of the manifest whose effects are explained first; all of them if not given.
     - rate: rate of false discoveries among the robots that are named.
 
+    The parts of a folder are read one after the other, several times if necessary: memory holds the estimates of some
+    parameters, and what the analysis tells about each robot. A `Dataset` is in memory already.
+
+    With one robot there is no population: its scatter, its changes over time and its failures are reported.
+
     Raises DatasetError if the dataset cannot be read or has no such estimator or covariate, ValueError for a rate
     that is not between 0 and 1.
+
+    >>> import tempfile
+    >>> from sprung import fleet
+    >>> folder = tempfile.mkdtemp()
+    >>> settings = {"identify.estimator": "least-squares"}
+    >>> todo = fleet.missing_logs(fleet.demo(folder, robots=2, logs=1), out=f"{folder}/results", overrides=settings)
+    >>> rows = [fleet.identify_batch(todo, overrides=settings)]
+    >>> summary = fleet.write_rows(rows, todo, out=f"{folder}/results")
+    >>> own = fleet.report(f"{folder}/results")
+    >>> [population.parameter for population in own.analysis.populations][:2]
+    ['joint1.link_coulomb', 'joint1.link_viscous']
     """
     check_rate(rate)
     source: Source = InMemory(dataset) if isinstance(dataset, Dataset) else Stored(str(dataset))
@@ -136,6 +159,12 @@ class _Page:
 
     def _outliers(self) -> str:
         lead = "Robots whose parameter does not belong to the population of the central robots."
+        if self.counts.robots == 1:
+            lead = (
+                "The dataset has one robot. Whether it is an outlier, and the scatter between robots, need others of its kind: "
+                "8 robots, better 20. The scatter of its logs, its changes over time and its failures are below."
+            )
+            return _section("outliers", "Outlier robots", lead, "")
         if all(population.central is None for population in self.analysis.populations):
             return _section("outliers", "Outlier robots", "There are too few robots for this test.", "")
         rows = []

@@ -21,7 +21,21 @@ RATE = 0.05
 
 @dataclass(frozen=True)
 class Rows:
-    """Estimates of all parameters from single logs: [n] each, in any order."""
+    """Estimates of all parameters from single logs: [n] each, in any order.
+
+    >>> import numpy as np
+    >>> from sprung import fleet
+    >>> rows = fleet.Rows(
+    ...     robot=np.array(["A-1", "A-2"], dtype=object),
+    ...     parameter=np.array(["joint1.stiffness"] * 2, dtype=object),
+    ...     unit=np.array(["N·m/rad"] * 2, dtype=object),
+    ...     value=np.array([10.0, 10.2]),
+    ...     standard_error=np.array([0.1, 0.1]),
+    ...     time_s=np.array([np.nan, np.nan]),
+    ... )
+    >>> fleet.analyse(rows).populations[0].scatter.robots
+    2
+    """
 
     robot: Strings
     parameter: Strings
@@ -78,7 +92,12 @@ class Population:
 
 @dataclass(frozen=True)
 class Analysis:
-    """The result for a fleet."""
+    """The result for a fleet.
+
+    >>> from sprung import fleet
+    >>> fleet.Analysis([], rate=0.05).outliers()
+    []
+    """
 
     populations: list[Population]
     rate: float
@@ -114,6 +133,23 @@ def analyse(rows: Rows, rate: float = RATE) -> Analysis:
 
     Raises ValueError if the rate is not between 0 and 1, if columns differ in length, or if one parameter has two
     units.
+
+    Twenty robots, of which one is 5 % softer:
+
+    >>> import numpy as np
+    >>> from sprung import fleet
+    >>> value = 10 + 0.02 * np.random.default_rng(0).standard_normal(20)
+    >>> value[7] *= 0.95
+    >>> rows = fleet.Rows(
+    ...     robot=np.array([f"A-{number}" for number in range(20)], dtype=object),
+    ...     parameter=np.array(["joint1.stiffness"] * 20, dtype=object),
+    ...     unit=np.array(["N·m/rad"] * 20, dtype=object),
+    ...     value=value,
+    ...     standard_error=np.full(20, 0.01),
+    ...     time_s=np.full(20, np.nan),
+    ... )
+    >>> [(robot.robot, population.parameter) for population, robot in fleet.analyse(rows).outliers()]
+    [('A-7', 'joint1.stiffness')]
     """
     check_rate(rate)
     _same_length(rows)
@@ -147,9 +183,15 @@ def _usable(rows: Rows) -> NDArray[np.bool_]:
 
 
 def _chosen(rows: Rows, chosen: NDArray[np.bool_]) -> Rows:
-    covariates = {name: column[chosen] for name, column in rows.covariates.items()}
-    columns = (rows.robot, rows.parameter, rows.unit, rows.value, rows.standard_error, rows.time_s)
-    return Rows(*(column[chosen] for column in columns), covariates)
+    return Rows(
+        robot=rows.robot[chosen],
+        parameter=rows.parameter[chosen],
+        unit=rows.unit[chosen],
+        value=rows.value[chosen],
+        standard_error=rows.standard_error[chosen],
+        time_s=rows.time_s[chosen],
+        covariates={name: column[chosen] for name, column in rows.covariates.items()},
+    )
 
 
 def _same_length(rows: Rows) -> None:

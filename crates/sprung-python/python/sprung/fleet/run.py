@@ -34,7 +34,18 @@ Overrides: TypeAlias = "Mapping[str, Value] | Sequence[str]"
 
 @dataclass(frozen=True)
 class Summary:
-    """What a run did."""
+    """What a run did.
+
+    >>> import tempfile
+    >>> import pyarrow
+    >>> from sprung import fleet
+    >>> manifest = pyarrow.table({"robot": ["A-1"], "experiment": ["arm.toml"], "log": ["lost.csv"]})
+    >>> out = tempfile.mkdtemp()
+    >>> todo = fleet.missing_logs(manifest, out=out)
+    >>> summary = fleet.write_rows([fleet.identify_batch(todo)], todo, out=out)
+    >>> summary.tasks, summary.failed
+    (1, 1)
+    """
 
     out: str
     tasks: int
@@ -86,6 +97,14 @@ def identify(
 
     Raises ManifestError for a manifest that cannot be read or contradicts itself, DatasetError for an `out` that
     cannot be used, and FleetError if parts could not be written; all other parts are written then.
+
+    >>> import tempfile
+    >>> import pyarrow
+    >>> from sprung import fleet
+    >>> manifest = pyarrow.table({"robot": ["A-1"], "experiment": ["arm.toml"], "log": ["lost.csv"]})
+    >>> summary = fleet.identify(manifest, out=tempfile.mkdtemp(), workers=1, progress=False)
+    >>> fleet.Dataset.read(summary.out).rows("failure")["code"].to_pylist()
+    ['file-missing']
     """
     check(levels, workers=workers, logs_per_part=logs_per_part, in_flight=in_flight)
     table = Manifest.read(manifest)
