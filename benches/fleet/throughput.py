@@ -124,6 +124,9 @@ def second_engine(folder: Path, manifest: Path, rows: list[dict[str, str]], roun
 
     few = folder / "few.csv"
     few.write_text("\n".join(manifest.read_text().splitlines()[: 2 * LOGS_PER_PART + 1]) + "\n")
+    os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
+    # Ray's workers would yield to every other process of a busy computer, and those of Dask would not.
+    os.environ["RAY_worker_niceness"] = "0"
     ray.init(num_cpus=WORKERS, include_dashboard=False, log_to_driver=False, logging_level="ERROR")
     ray.data.DataContext.get_current().enable_progress_bars = False
     options = {"n_workers": WORKERS, "threads_per_worker": 1, "processes": True, "dashboard_address": ":0"}
