@@ -77,7 +77,7 @@ def identify_batch(
     - batch: rows of `missing_logs`, or of a manifest with whole paths: a table with the columns ``robot``,
       ``experiment``, ``log``, optionally ``time`` and numeric columns. Other columns are ignored.
     - overrides: settings of all experiments, the same as in `missing_logs`.
-    - identify_one: how a log is identified.
+    - identify_one: how a log is identified, as in `identify`.
 
     The rows of a log follow each other, in the order of the logs, with the columns of `schema`. One thread does the
     work, because engines run many batches at a time.

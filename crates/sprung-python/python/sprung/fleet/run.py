@@ -91,7 +91,8 @@ def identify(
     - in_flight: parts that the engine has at a time; it bounds the memory of the caller.
     - retry_failures: whether logs that failed earlier are identified again.
     - progress: called with the finished and the total number of logs; ``True`` draws a bar if tqdm is installed.
-    - identify_one: how a worker identifies.
+    - identify_one: how a worker identifies: a function of the paths of experiment and logs and of the settings, which
+      returns the text of identification.json.
 
     A script that uses processes needs ``if __name__ == "__main__":``, because they import it.
 
