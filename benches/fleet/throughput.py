@@ -1,16 +1,21 @@
-"""Identifies a simulated fleet on two Dask workers, and compares with two bare processes.
+"""Identifies a simulated fleet on two Dask workers, and compares with two bare processes and with Ray.
 
     python benches/fleet/throughput.py FOLDER [--robots 200] [--logs 10] [--kill-every 20] [--without-kills]
+                                              [--second-engine] [--rounds 2]
 
-It needs the installed module sprung with `sprung[fleet]` and distributed. FOLDER keeps the simulated logs (10 s each)
-and the datasets. The exit code is 1 if the workers reach less than 85 % of the throughput of the bare processes, if
-the memory of the client grows, or if killed workers change a byte of the dataset.
+It needs the installed module sprung with `sprung[fleet]` and distributed, and ray[data] for the second engine. FOLDER
+keeps the simulated logs (10 s each) and the datasets. With the second engine, both engines take turns in each round,
+and the bare processes and the killed workers are left out. The exit code is 1 if the Dask workers reach less than
+85 % of the throughput of the bare processes, if the memory of the client grows, if killed workers or the second
+engine change a byte of the dataset, or if the second engine takes more than 1.2 times as long as Dask.
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
+import functools
+import json
 import multiprocessing
 import os
 import resource
@@ -24,6 +29,8 @@ from pathlib import Path
 
 LEAST_SQUARES = {"identify.estimator": "least-squares"}
 THROUGHPUT_AT_LEAST = 0.85
+SECOND_ENGINE_AT_MOST = 1.2
+LOGS_PER_PART = 10
 # Growth of the client between the first tenth of the run and its end; Python's allocator needs a little.
 GROWTH_AT_MOST_MB = 20.0
 WORKERS = 2
@@ -67,7 +74,7 @@ def bare(rows: list[dict[str, str]]) -> float:
     start = time.process_time()
     for row in rows:
         experiment = Experiment(row["experiment"], overrides=LEAST_SQUARES)
-        assert experiment.identify(row["log"], threads=1).identification["results"]
+        assert json.loads(experiment.identify(row["log"], threads=1).to_json())["results"]
     return time.process_time() - start
 
 
@@ -89,10 +96,57 @@ def fleet(manifest: Path, out: Path, client: object) -> tuple[float, list[float]
         out=out,
         client=client,
         overrides=LEAST_SQUARES,
-        logs_per_part=10,
+        logs_per_part=LOGS_PER_PART,
         progress=lambda *_: memory.append(memory_mb()),
     )
     return time.perf_counter() - start, memory, summary
+
+
+def with_ray(manifest: Path, out: Path) -> float:
+    """Runs the fleet on Ray, which has the function of `sprung.fleet` as its own. Returns seconds."""
+    import ray
+    import sprung.fleet
+
+    shutil.rmtree(out, ignore_errors=True)
+    start = time.perf_counter()
+    todo = sprung.fleet.missing_logs(manifest, out=out, overrides=LEAST_SQUARES, logs_per_part=LOGS_PER_PART)
+    logs = ray.data.from_arrow(todo, override_num_blocks=-(-todo.num_rows // LOGS_PER_PART))
+    identify = functools.partial(sprung.fleet.identify_batch, overrides=LEAST_SQUARES)
+    rows = logs.map_batches(identify, batch_format="pyarrow", batch_size=None)
+    sprung.fleet.write_rows(rows.iter_batches(batch_format="pyarrow", batch_size=None), todo, out=out)
+    return time.perf_counter() - start
+
+
+def second_engine(folder: Path, manifest: Path, rows: list[dict[str, str]], rounds: int) -> list[str]:
+    """Compares Dask and Ray, which take turns. Returns what is beyond the limits."""
+    import distributed
+    import ray
+
+    few = folder / "few.csv"
+    few.write_text("\n".join(manifest.read_text().splitlines()[: 2 * LOGS_PER_PART + 1]) + "\n")
+    os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
+    # Ray's workers would yield to every other process of a busy computer, and those of Dask would not.
+    os.environ["RAY_worker_niceness"] = "0"
+    ray.init(num_cpus=WORKERS, include_dashboard=False, log_to_driver=False, logging_level="ERROR")
+    ray.data.DataContext.get_current().enable_progress_bars = False
+    options = {"n_workers": WORKERS, "threads_per_worker": 1, "processes": True, "dashboard_address": ":0"}
+    dask_s = ray_s = 0.0
+    same = True
+    with distributed.LocalCluster(**options, silence_logs=50) as cluster, distributed.Client(cluster) as client:
+        # Workers start and import sprung before they are measured.
+        fleet(few, folder / "out", client)
+        with_ray(few, folder / "ray")
+        for number in range(rounds):
+            one_s, _, _ = fleet(manifest, folder / "out", client)
+            other_s = with_ray(manifest, folder / "ray")
+            dask_s, ray_s = dask_s + one_s, ray_s + other_s
+            same = same and contents(folder / "out") == contents(folder / "ray")
+            rates = f"Dask {len(rows) / one_s:.1f} logs/s, Ray {len(rows) / other_s:.1f} logs/s"
+            print(f"round {number + 1}: {rates}, {'the same bytes' if same else 'OTHER BYTES'}", flush=True)
+    ray.shutdown()
+    print(f"Ray takes {ray_s / dask_s:.2f} times as long as Dask")
+    beyond = [] if same else ["bytes of the second engine"]
+    return beyond if ray_s <= SECOND_ENGINE_AT_MOST * dask_s else [*beyond, "throughput of the second engine"]
 
 
 def kill(cluster: object, every_s: float, stop: threading.Event, killed: list[int]) -> None:
@@ -142,6 +196,8 @@ def main() -> int:
     parser.add_argument("--logs", type=int, default=10)
     parser.add_argument("--kill-every", type=float, default=20.0, help="seconds between two kills")
     parser.add_argument("--without-kills", action="store_true")
+    parser.add_argument("--second-engine", action="store_true", help="compare Dask and Ray")
+    parser.add_argument("--rounds", type=int, default=2, help="runs of each of both engines")
     arguments = parser.parse_args()
     folder = arguments.folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
@@ -149,6 +205,11 @@ def main() -> int:
 
     manifest, rows = write_manifest(folder, arguments.robots, arguments.logs)
     count = len(rows)
+    if arguments.second_engine:
+        failed = second_engine(folder, manifest, rows, arguments.rounds)
+        for what in failed:
+            print(f"beyond the limits: {what}")
+        return 1 if failed else 0
     failed = []
     with ProcessPoolExecutor(WORKERS, mp_context=multiprocessing.get_context("spawn")) as pool:
         list(pool.map(bare, [rows[:2], rows[-2:]]))

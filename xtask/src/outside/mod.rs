@@ -181,6 +181,7 @@ const PYTHON: &[&str] = &[
     "fsspec==2026.9.0",
     "s3fs==2026.9.0",
     "dask[distributed]==2026.8.0",
+    "ray[data]==2.60.0",
     "moto[server]==5.2.5",
     "duckdb==2.0.0",
 ];

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import sys
 import time
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from sprung.fleet.arrow import pa, pq
 
@@ -27,7 +26,7 @@ def set_environment(variables: dict[str, str]) -> None:
     os.environ.update(variables)
 
 
-def identification(experiment: str, logs: list[str], overrides: list[str]) -> Mapping[str, Any]:
+def identification(experiment: str, logs: list[str], overrides: list[str]) -> str:
     """Instead of an identification: the numbers of the log's name, quickly."""
     names = [Path(log).stem for log in logs]
     value = sum(float(name.split("-")[1]) for name in names) / len(names)
@@ -42,16 +41,16 @@ def identification(experiment: str, logs: list[str], overrides: list[str]) -> Ma
     }
     finding = {"code": "noisy", "severity": "info", "parameters": ["joint1.stiffness"], "text": "t", "remedy": "r"}
     result = {"estimator": "least-squares", "verdict": "good", "parameters": [parameter], "warnings": [finding]}
-    return {"log": {"samples": 1000, "duration_s": 0.999}, "findings": [], "results": [result]}
+    return json.dumps({"log": {"samples": 1000, "duration_s": 0.999}, "findings": [], "results": [result]})
 
 
-def slow(experiment: str, logs: list[str], overrides: list[str]) -> Mapping[str, Any]:
+def slow(experiment: str, logs: list[str], overrides: list[str]) -> str:
     """As `identification`, in 0.05 s."""
     time.sleep(0.05)
     return identification(experiment, logs, overrides)
 
 
-def dies_once(experiment: str, logs: list[str], overrides: list[str]) -> Mapping[str, Any]:
+def dies_once(experiment: str, logs: list[str], overrides: list[str]) -> str:
     """Kills its own process at the first log named "-3" that it sees; the file beside the log remembers that."""
     mark = Path(logs[0]).parent / "died"
     if logs[0].endswith("-3.csv") and not mark.exists():
@@ -60,18 +59,33 @@ def dies_once(experiment: str, logs: list[str], overrides: list[str]) -> Mapping
     return identification(experiment, logs, overrides)
 
 
-def dies(experiment: str, logs: list[str], overrides: list[str]) -> Mapping[str, Any]:
+def dies(experiment: str, logs: list[str], overrides: list[str]) -> str:
     """Kills its own process at every log named "-3"."""
     if logs[0].endswith("-3.csv"):
         os.kill(os.getpid(), signal.SIGKILL)
     return identification(experiment, logs, overrides)
 
 
-def reads(experiment: str, logs: list[str], overrides: list[str]) -> Mapping[str, Any]:
+def reads(experiment: str, logs: list[str], overrides: list[str]) -> str:
     """As `identification`, but reads all files."""
     for path in (experiment, *logs):
         Path(path).read_bytes()
     return identification(experiment, logs, overrides)
+
+
+def counts_calls(experiment: str, logs: list[str], overrides: list[str]) -> str:
+    """As `identification`; appends each log to the file ``calls`` beside it."""
+    with (Path(logs[0]).parent / "calls").open("a") as calls:
+        calls.write(f"{Path(logs[0]).name}\n")
+    return identification(experiment, logs, overrides)
+
+
+def calls(folder: Path) -> list[str]:
+    """The logs that `counts_calls` identified since the last call of this function, sorted."""
+    path = folder / "calls"
+    found = sorted(path.read_text().split()) if path.exists() else []
+    path.unlink(missing_ok=True)
+    return found
 
 
 def full_disk(url: str, content: bytes) -> None:

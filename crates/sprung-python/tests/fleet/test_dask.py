@@ -36,7 +36,7 @@ def cluster() -> Iterator[Any]:
         yield own
 
 
-def run(manifest: object, out: object, client: Any, **more: Any) -> fleet.Summary:
+def run(manifest: str | Path, out: object, client: Any, **more: Any) -> fleet.Summary:
     settings: dict[str, Any] = {"logs_per_part": 1, "progress": False, "identify_one": fleets.slow}
     return fleet.identify(manifest, out=str(out), client=client, **(settings | more))
 
@@ -218,7 +218,7 @@ def test_logs_experiments_and_datasets_in_an_object_store(
         found = fleet.Dataset.read("s3://fleet/out")
         (failure,) = found.rows("failure").to_pylist()
         assert failure["code"] == "file-missing" and failure["log"] == "s3://fleet/log-5.csv"
-        assert sorted(found.rows("parameter")["value"].to_pylist()) == [n for n in range(12) if n != 5]
+        assert sorted(found.rows("parameter").to_pandas().value) == [n for n in range(12) if n != 5]
     finally:
         server.stop()
 

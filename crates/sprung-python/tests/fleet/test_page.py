@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import json
 import shutil
 import subprocess
 from pathlib import Path
@@ -41,10 +42,10 @@ def drawn(folder: Path) -> Path:
                 for (name, unit, error), value in zip(names, values.tolist(), strict=True)
             ]
             result = {"estimator": "least-squares", "verdict": "good", "parameters": parameters}
-            rows += dataset.rows_of(task, {"log": {"samples": 1}, "results": [result]})
+            rows += dataset.rows_of(task, json.dumps({"log": {"samples": 1}, "results": [result]}))
     lost = Task("lost", "log", "robot39", "e", ("lost.csv",), START, (("temperature_c", 20.0),))
     rows.append(dataset.failure_row(lost, "file-missing", "lost.csv does not <exist>", None, "correct the path"))
-    dataset.write_part(str(out), "part-drawn", rows, ["temperature_c"])
+    dataset.write_part(str(out), "part-drawn", dataset.table_of(rows, ["temperature_c"]))
     return out
 
 
@@ -110,6 +111,7 @@ def test_a_small_fleet_has_a_report(tmp_path: Path) -> None:
     unknown = {"name": "q", "unit": "1", "value": None, "standard_error": None, "identifiable": False}
     result = {"estimator": "least-squares", "parameters": [parameter, unknown]}
     dataset.prepare(str(out), {"overrides": []})
-    dataset.write_part(str(out), "part-a", dataset.rows_of(task, {"results": [result]}), [])
+    rows = dataset.rows_of(task, json.dumps({"results": [result]}))
+    dataset.write_part(str(out), "part-a", dataset.table_of(rows, []))
     page = fleet.report(out).html
     assert "too few robots" in page and "needs a column time" in page

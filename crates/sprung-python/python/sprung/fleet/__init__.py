@@ -1,8 +1,14 @@
 """Fleets of robots: identify many logs on any number of workers; populations, outliers and drift.
 
->>> import sprung.fleet                                                     # doctest: +SKIP
->>> sprung.fleet.identify("manifest.csv", out="results")                    # doctest: +SKIP
->>> sprung.fleet.report("results").save("fleet.html")                       # doctest: +SKIP
+>>> import tempfile
+>>> from sprung import fleet
+>>> folder = tempfile.mkdtemp()
+>>> manifest = fleet.demo(folder, robots=2, logs=1)
+>>> settings = {"identify.estimator": "least-squares"}
+>>> summary = fleet.identify(manifest, out=f"{folder}/results", overrides=settings, workers=1, progress=False)
+>>> summary.tasks, summary.failed
+(2, 0)
+>>> page = fleet.report(f"{folder}/results").save(f"{folder}/fleet.html")
 """
 
 from __future__ import annotations
@@ -10,9 +16,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 try:
-    from .dataset import Dataset
+    from .batches import identify_batch, missing_logs, write_rows
+    from .dataset import Dataset, schema
     from .errors import DatasetError, FleetError, ManifestError
     from .run import Summary, identify
+    from .simulated import demo
 except ImportError as error:
     raise ImportError(f"{error}; sprung.fleet needs more packages: pip install 'sprung[fleet]'") from error
 
@@ -30,8 +38,13 @@ __all__ = [
     "Rows",
     "Summary",
     "analyse",
+    "demo",
     "identify",
+    "identify_batch",
+    "missing_logs",
     "report",
+    "schema",
+    "write_rows",
 ]
 
 

@@ -8,15 +8,19 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from . import files
-from .arrow import pa, pc, pq
+from .arrow import pa, pc, pq, texts
 from .errors import DatasetError
 from .manifest import Task
+
+if TYPE_CHECKING:
+    import pyarrow
 
 FORMAT = 1
 """Version of the columns. A reader refuses newer ones."""
@@ -58,10 +62,16 @@ COLUMNS = tuple(name for name, _ in _COLUMNS)
 Row = dict[str, Any]
 
 
-def schema(covariates: Sequence[str]) -> Any:
-    """Returns the Arrow schema of a part.
+def schema(covariates: Sequence[str] = ()) -> pyarrow.Schema:
+    """Returns the Arrow schema of the rows of a dataset.
+
+    - covariates: names of the numeric columns of the manifest.
 
     Raises DatasetError if a covariate has the name of another column.
+
+    >>> from sprung import fleet
+    >>> fleet.schema(["temperature_c"]).names[-3:]
+    ['place', 'remedy', 'temperature_c']
     """
     for name in covariates:
         if name in COLUMNS:
@@ -73,11 +83,13 @@ def schema(covariates: Sequence[str]) -> Any:
             )
     fields = [pa.field(name, kind) for name, kind in _COLUMNS]
     fields += [pa.field(name, pa.float64()) for name in covariates]
-    return pa.schema(fields, metadata={_FORMAT_KEY: str(FORMAT).encode()})
+    made: pyarrow.Schema = pa.schema(fields, metadata={_FORMAT_KEY: str(FORMAT).encode()})
+    return made
 
 
-def rows_of(task: Task, identification: Mapping[str, Any]) -> list[Row]:
-    """Returns the rows of an identification, the contents of identification.json."""
+def rows_of(task: Task, text: str) -> list[Row]:
+    """Returns the rows of an identification, the text of identification.json."""
+    identification = json.loads(text)
     base = _base(task)
     log = identification.get("log") or {}
     base |= {"samples": log.get("samples"), "duration_s": log.get("duration_s")}
@@ -127,18 +139,31 @@ def _finding(finding: Mapping[str, Any]) -> Row:
     return {"kind": "finding"} | {name: finding.get(name) for name in names}
 
 
-def write_part(out: str, name: str, rows: Sequence[Row], covariates: Sequence[str]) -> int:
+def table_of(rows: Sequence[Row], covariates: Sequence[str]) -> pyarrow.Table:
+    """Returns rows as a table with the schema of the dataset."""
+    table: pyarrow.Table = pa.Table.from_pylist(list(rows), schema=schema(covariates))
+    return table
+
+
+def failed_tasks(rows: pyarrow.Table) -> int:
+    """Returns the number of tasks that have a failure among rows."""
+    return len(pc.unique(rows.filter(pc.equal(rows["kind"], "failure"))["task"]))
+
+
+def write_part(out: str, name: str, rows: pyarrow.Table) -> int:
     """Writes the file of a part and returns its size in bytes. The same rows give the same bytes.
+
+    - rows: a table with the schema of the dataset.
 
     Raises OSError if it cannot be written; the dataset is then as it was before.
     """
-    table = pa.Table.from_pylist(list(rows), schema=schema(covariates))
-    return _write_table(f"{out.rstrip('/')}/{name}.parquet", table)
+    return _write_table(f"{out.rstrip('/')}/{name}.parquet", rows)
 
 
 def _write_table(url: str, table: Any) -> int:
     buffer = io.BytesIO()
-    pq.write_table(table, buffer, compression="zstd")
+    # Chunks would change the pages of the file.
+    pq.write_table(table.combine_chunks(), buffer, compression="zstd")
     content = buffer.getvalue()
     files.write(url, content)
     return len(content)
@@ -187,17 +212,39 @@ def about_of(out: str) -> dict[str, Any] | None:
         ) from error
     except Exception as error:
         raise _unreachable(out, "read", error) from error
-    _refuse_newer(written, url)
+    _refuse_other_format(written, url)
     return dict(about)
 
 
-def _refuse_newer(written: int, place: str) -> None:
-    if written > FORMAT:
+def _refuse_other_format(written: int, place: str) -> None:
+    if written == FORMAT:
+        return
+    newer = written > FORMAT
+    raise DatasetError(
+        f"{place} has format {written}, and this version of sprung knows format {FORMAT} only",
+        code="dataset-newer" if newer else "dataset-format",
+        place=place,
+        remedy="install the version of sprung that wrote it, or a newer one: pip install --upgrade sprung"
+        if newer
+        else "identify the logs again into another folder",
+    )
+
+
+def _refuse_other_columns(found: pyarrow.Schema, url: str) -> None:
+    """Refuses a part that lacks a column, or has one of another type; all other columns are covariates."""
+    covariates = [name for name in found.names if name not in COLUMNS]
+    wrong = []
+    for field in schema(covariates):
+        if field.name not in found.names:
+            wrong.append(f"no column {field.name}")
+        elif found.field(field.name).type != field.type:
+            wrong.append(f"{field.name} of type {found.field(field.name).type} instead of {field.type}")
+    if wrong:
         raise DatasetError(
-            f"{place} has format {written}, and this version of sprung knows formats up to {FORMAT}",
-            code="dataset-newer",
-            place=place,
-            remedy="install the version of sprung that wrote it, or a newer one: pip install --upgrade sprung",
+            f"{url} has other columns than a part of a dataset: {', '.join(wrong)}",
+            code="dataset-columns",
+            place=url,
+            remedy="remove this file and run identify again: it computes the missing part",
         )
 
 
@@ -212,34 +259,44 @@ def _unreachable(out: str, what: str, error: Exception) -> DatasetError:
 
 @dataclass(frozen=True)
 class Dataset:
-    """A dataset in memory."""
+    """A dataset in memory.
+
+    >>> import tempfile
+    >>> import pyarrow
+    >>> from sprung import fleet
+    >>> names = ["robot", "experiment", "log", "temperature_c"]
+    >>> manifest = pyarrow.table([["A-1"], ["arm.toml"], ["lost.csv"], [21.5]], names=names)
+    >>> out = tempfile.mkdtemp()
+    >>> todo = fleet.missing_logs(manifest, out=out)
+    >>> summary = fleet.write_rows([fleet.identify_batch(todo)], todo, out=out)
+    >>> own = fleet.Dataset.read(out)
+    >>> own.covariates
+    ['temperature_c']
+    >>> own.rows("failure").select(["robot", "code"]).to_pylist()
+    [{'robot': 'A-1', 'code': 'file-missing'}]
+    """
 
     url: str
-    table: Any
-    """All rows, a pyarrow.Table with the columns ``COLUMNS`` and the covariates of the manifest."""
+    table: pyarrow.Table
+    """All rows, with the columns ``COLUMNS`` and the covariates of the manifest."""
 
     @classmethod
-    def read(cls, url: str, columns: Sequence[str] | None = None) -> Dataset:
+    def read(cls, url: str | os.PathLike[str], columns: Sequence[str] | None = None) -> Dataset:
         """Reads all parts of a dataset, or some columns of them.
 
         Raises DatasetError if there is no dataset, if it cannot be read or if a newer version wrote it.
         """
-        tables = [table for _, table in _tables(str(url), columns)]
-        if not tables:
-            raise DatasetError(
-                f"{url} has no dataset",
-                code="dataset-missing",
-                place=str(url),
-                remedy="give the folder that sprung.fleet.identify wrote",
-            )
-        return cls(str(url), pa.concat_tables(tables, promote_options="default"))
+        parts = [table for _, table in tables(str(url), None if columns is None else columns.__contains__)]
+        if not parts:
+            raise no_dataset(str(url))
+        return cls(str(url), pa.concat_tables(parts, promote_options="default"))
 
     @property
     def covariates(self) -> list[str]:
         """Names of the numeric columns of the manifest."""
         return [name for name in self.table.column_names if name not in COLUMNS]
 
-    def rows(self, kind: str) -> Any:
+    def rows(self, kind: str) -> pyarrow.Table:
         """Returns the rows of one kind (``parameter``, ``finding``, ``failure``), a pyarrow.Table.
 
         They are in the order of robot, level, log, estimator, parameter and code.
@@ -247,6 +304,16 @@ class Dataset:
         chosen = self.table.filter(pc.equal(self.table["kind"], kind))
         keys = ("robot", "level", "log", "estimator", "parameter", "code")
         return chosen.sort_by([(key, "ascending") for key in keys])
+
+
+def no_dataset(url: str) -> DatasetError:
+    """The error of a folder without parts."""
+    return DatasetError(
+        f"{url} has no dataset",
+        code="dataset-missing",
+        place=url,
+        remedy="give the folder that sprung.fleet.identify wrote",
+    )
 
 
 def _parts(out: str) -> list[str]:
@@ -262,10 +329,16 @@ def _parts(out: str) -> list[str]:
     return [f"{out.rstrip('/')}/{name}" for name in sorted(names) if name.endswith(".parquet") and name[0] not in "._"]
 
 
-def _tables(out: str, columns: Sequence[str] | None) -> Iterable[tuple[str, Any]]:
+def tables(out: str, wanted: Callable[[str], bool] | None = None) -> Iterator[tuple[str, pyarrow.Table]]:
+    """Yields URL and rows of each part, sorted by URL.
+
+    - wanted: whether a column is read; all are if it is not given.
+
+    Raises DatasetError if the dataset or a part cannot be read, or if another format or program wrote it.
+    """
     about_of(out)
 
-    def read(url: str) -> tuple[str, Any]:
+    def read(url: str) -> tuple[str, pyarrow.Table]:
         try:
             table = pq.ParquetFile(io.BytesIO(files.read(url)))
             written = int((table.schema_arrow.metadata or {}).get(_FORMAT_KEY, b"0"))
@@ -276,7 +349,6 @@ def _tables(out: str, columns: Sequence[str] | None) -> Iterable[tuple[str, Any]
                 place=url,
                 remedy="remove this file and run identify again: it computes the missing part",
             ) from error
-        _refuse_newer(written, url)
         if written == 0:
             raise DatasetError(
                 f"{url} is not a part of a dataset of sprung",
@@ -284,7 +356,10 @@ def _tables(out: str, columns: Sequence[str] | None) -> Iterable[tuple[str, Any]
                 place=url,
                 remedy="move it to another folder",
             )
-        return url, table.read(columns=None if columns is None else list(columns))
+        _refuse_other_format(written, url)
+        _refuse_other_columns(table.schema_arrow, url)
+        names = table.schema_arrow.names
+        return url, table.read(columns=names if wanted is None else [name for name in names if wanted(name)])
 
     parts = _parts(out)
     with ThreadPoolExecutor(_READERS) as pool:
@@ -295,7 +370,7 @@ def _tables(out: str, columns: Sequence[str] | None) -> Iterable[tuple[str, Any]
 def done(out: str) -> dict[str, tuple[tuple[str, str, str], bool]]:
     """Returns the tasks of a dataset by their key: identity, and whether the task failed."""
     found: dict[str, tuple[tuple[str, str, str], bool]] = {}
-    for _, table in _tables(out, ("kind", "task", "level", "robot", "log", "experiment")):
+    for _, table in tables(out, {"kind", "task", "level", "robot", "log", "experiment"}.__contains__):
         for row in table.group_by(table.column_names).aggregate([]).to_pylist():
             identity = (row["level"], row["robot"], row["log"] if row["level"] == "log" else row["experiment"])
             failed = row["kind"] == "failure" or found.get(row["task"], (identity, False))[1]
@@ -305,8 +380,9 @@ def done(out: str) -> dict[str, tuple[tuple[str, str, str], bool]]:
 
 def remove(out: str, unwanted: Callable[[str], bool]) -> None:
     """Removes the rows of tasks, whose keys `unwanted` selects, each part at once."""
-    for url, table in _tables(out, None):
-        keep = pa.array([not unwanted(key) for key in table["task"].to_pylist()])
+    for url, table in tables(out):
+        tasks = texts(table, "task")
+        keep = pa.array([not unwanted(key) for key in tasks])
         if pc.all(keep).as_py():
             continue
         left = table.filter(keep)

@@ -6,14 +6,18 @@ import datetime
 import hashlib
 import io
 import json
+import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from . import files
-from .arrow import csv, pa, pc, pq
+from .arrow import ArrowTable, arrow_table, csv, pa, pc, pq
 from .errors import ManifestError
+
+if TYPE_CHECKING:
+    import pyarrow
 
 REQUIRED = ("robot", "experiment", "log")
 TIME = "time"
@@ -54,40 +58,21 @@ class Manifest:
     def __init__(self, table: Any, base: str, place: str) -> None:
         self.place = place
         self.base = base
-        missing = [name for name in REQUIRED if name not in table.column_names]
-        if missing:
-            raise ManifestError(
-                f"the manifest {place} has no column {', '.join(missing)}; it has {', '.join(table.column_names)}",
-                code="manifest-columns",
-                place=place,
-                remedy="name the columns robot, experiment and log",
-            )
+        checked, self.covariates = checked_columns(table, place)
         if table.num_rows == 0:
-            raise ManifestError(
-                f"the manifest {place} has no rows", code="manifest-empty", place=place, remedy="add a row for each log"
-            )
-        self.covariates = tuple(
-            field.name
-            for field in table.schema
-            if field.name not in (*REQUIRED, TIME) and _is_number(field.type)
-        )
-        columns = {name: self._texts(table, name) for name in REQUIRED}
-        columns[TIME] = self._times(table)
-        for name in self.covariates:
-            columns[name] = pc.cast(table[name].combine_chunks(), pa.float64())
-        self.table = pa.table(columns).sort_by([("robot", "ascending"), (TIME, "ascending"), ("log", "ascending")])
+            raise _empty(place)
+        self.table = checked.sort_by([("robot", "ascending"), (TIME, "ascending"), ("log", "ascending")])
         self._refuse_duplicates()
-        self._digests: dict[str, str] = {}
+        self._digests = Digests()
 
     @classmethod
-    def read(cls, source: Any) -> Manifest:
+    def read(cls, source: str | os.PathLike[str] | ArrowTable) -> Manifest:
         """Reads a manifest: a path or URL of a CSV or Parquet file, or a table of pyarrow, pandas or polars.
 
         Raises ManifestError if it cannot be read, a column is absent or empty, or a key occurs twice.
         """
-        if not isinstance(source, str) and not hasattr(source, "__fspath__"):
-            table = pa.table(source) if hasattr(source, "__arrow_c_stream__") else pa.Table.from_pandas(source)
-            return cls(table, str(Path.cwd()), "table")
+        if not isinstance(source, str | os.PathLike):
+            return cls(arrow_table(source), str(Path.cwd()), "table")
         url = str(source)
         try:
             content = files.read(url)
@@ -98,6 +83,8 @@ class Manifest:
                 place=url,
                 remedy="check the path or URL, its server and its credentials",
             ) from error
+        if not content.strip():
+            raise _empty(url)
         try:
             if content[:4] == b"PAR1":
                 table = pq.read_table(io.BytesIO(content))
@@ -150,53 +137,10 @@ class Manifest:
         first = rows[0]
         experiment = files.resolve(first["experiment"], self.base)
         logs = tuple(files.resolve(row["log"], self.base) for row in rows)
-        content = [level, first["robot"], experiment, self._digest(experiment), logs, list(settings)]
-        key = hashlib.sha256(json.dumps(content).encode()).hexdigest()[:20]
+        key = key_of(level, first["robot"], experiment, self._digests.of(experiment), logs, settings)
         alone = level == "log"
         covariates = tuple((name, first[name] if alone else None) for name in self.covariates)
         return Task(key, level, first["robot"], experiment, logs, first[TIME] if alone else None, covariates)
-
-    def _digest(self, experiment: str) -> str:
-        """The digest of an experiment file; empty if it cannot be read, which its logs then report as failures."""
-        if experiment not in self._digests:
-            try:
-                self._digests[experiment] = hashlib.sha256(files.read(experiment_file(experiment))).hexdigest()
-            except Exception:
-                self._digests[experiment] = ""
-        return self._digests[experiment]
-
-    def _texts(self, table: Any, name: str) -> Any:
-        column = table[name].combine_chunks()
-        if pa.types.is_integer(column.type):
-            column = pc.cast(column, pa.string())
-        try:
-            column = pc.utf8_trim_whitespace(pc.cast(column, pa.string()))
-        except pa.ArrowException as error:
-            raise self._bad_column(name, f"is of type {column.type}", "write texts") from error
-        empty = pc.fill_null(pc.equal(column, ""), True)
-        if pc.any(empty).as_py():
-            row = pc.index(empty, True).as_py()
-            raise self._bad_column(name, f"is empty in row {row + 1}", "fill it in, or leave the row out")
-        return column
-
-    def _times(self, table: Any) -> Any:
-        kind = pa.timestamp("us", tz="UTC")
-        if TIME not in table.column_names:
-            return pa.nulls(table.num_rows, kind)
-        column = table[TIME].combine_chunks()
-        try:
-            if pa.types.is_string(column.type) or pa.types.is_large_string(column.type):
-                texts = column.to_pylist()
-                return pa.array([None if text is None else _utc(text) for text in texts], kind)
-            if pa.types.is_timestamp(column.type) or pa.types.is_date(column.type):
-                return pc.cast(pc.cast(column, pa.timestamp("us", tz=getattr(column.type, "tz", None))), kind, safe=False)
-        except (ValueError, pa.ArrowException) as error:
-            raise self._bad_column(TIME, f"has a value that is no time: {error}", "write 2026-03-01T12:00:00Z") from error
-        raise self._bad_column(TIME, f"is of type {column.type}", "write timestamps, or text such as 2026-03-01T12:00:00Z")
-
-    def _bad_column(self, name: str, what: str, remedy: str) -> ManifestError:
-        text = f"column {name} of the manifest {self.place} {what}"
-        return ManifestError(text, code="manifest-value", place=f"{self.place}, column {name}", remedy=remedy)
 
     def _refuse_duplicates(self) -> None:
         counts = self.table.group_by(["robot", "log"]).aggregate([([], "count_all")])
@@ -210,6 +154,104 @@ class Manifest:
             place=f"{self.place}, robot {robot}, log {log}",
             remedy="keep one row for each robot and log",
         )
+
+
+class Digests:
+    """Digests of experiment files, each of which is read once."""
+
+    def __init__(self) -> None:
+        self._known: dict[str, str] = {}
+
+    def of(self, experiment: str) -> str:
+        """The digest of an experiment file; empty if it cannot be read, which its logs then report as failures."""
+        if experiment not in self._known:
+            try:
+                self._known[experiment] = hashlib.sha256(files.read(experiment_file(experiment))).hexdigest()
+            except Exception:
+                self._known[experiment] = ""
+        return self._known[experiment]
+
+
+def key_of(
+    level: str, robot: str, experiment: str, digest: str, logs: Sequence[str], settings: Sequence[str]
+) -> str:
+    """Returns the key of a task.
+
+    - digest: that of the contents of the experiment file.
+    """
+    content = [level, robot, experiment, digest, list(logs), list(settings)]
+    return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:20]
+
+
+def checked_columns(table: pyarrow.Table, place: str) -> tuple[pyarrow.Table, tuple[str, ...]]:
+    """Returns the columns of a manifest with the types of the dataset, and the names of the covariates.
+
+    - place: the name of the manifest in messages.
+
+    Raises ManifestError if a column is absent, has an empty cell, or has values that are no texts or times.
+    """
+    missing = [name for name in REQUIRED if name not in table.column_names]
+    if missing:
+        raise ManifestError(
+            f"the manifest {place} has no column {', '.join(missing)}; it has {', '.join(table.column_names)}",
+            code="manifest-columns",
+            place=place,
+            remedy="name the columns robot, experiment and log",
+        )
+    covariates = tuple(
+        field.name for field in table.schema if field.name not in (*REQUIRED, TIME) and _is_number(field.type)
+    )
+    columns = {name: _texts(table, name, place) for name in REQUIRED}
+    columns[TIME] = _times(table, place)
+    for name in covariates:
+        columns[name] = pc.cast(table[name].combine_chunks(), pa.float64())
+    return pa.table(columns), covariates
+
+
+def _texts(table: Any, name: str, place: str) -> Any:
+    column = table[name].combine_chunks()
+    if pa.types.is_integer(column.type):
+        column = pc.cast(column, pa.string())
+    try:
+        column = pc.utf8_trim_whitespace(pc.cast(column, pa.string()))
+    except pa.ArrowException as error:
+        raise _bad_column(place, name, f"is of type {column.type}", "write texts") from error
+    empty = pc.fill_null(pc.equal(column, ""), True)
+    if pc.any(empty).as_py():
+        row = pc.index(empty, True).as_py()
+        raise _bad_column(place, name, f"is empty in row {row + 1}", "fill it in, or leave the row out")
+    return column
+
+
+def _times(table: Any, place: str) -> Any:
+    kind = pa.timestamp("us", tz="UTC")
+    if TIME not in table.column_names:
+        return pa.nulls(table.num_rows, kind)
+    column = table[TIME].combine_chunks()
+    try:
+        if pa.types.is_null(column.type):
+            return pa.nulls(table.num_rows, kind)
+        if str(column.type) in ("string", "large_string", "string_view"):
+            texts = column.to_pylist()
+            return pa.array([None if text is None else _utc(text) for text in texts], kind)
+        if pa.types.is_timestamp(column.type) or pa.types.is_date(column.type):
+            return pc.cast(pc.cast(column, pa.timestamp("us", tz=getattr(column.type, "tz", None))), kind, safe=False)
+    except (ValueError, pa.ArrowException) as error:
+        raise _bad_column(place, TIME, f"has a value that is no time: {error}", "write 2026-03-01T12:00:00Z") from error
+    raise _bad_column(
+        place, TIME, f"is of type {column.type}", "write timestamps, or text such as 2026-03-01T12:00:00Z"
+    )
+
+
+def _bad_column(place: str, name: str, what: str, remedy: str) -> ManifestError:
+    text = f"column {name} of the manifest {place} {what}"
+    return ManifestError(text, code="manifest-value", place=f"{place}, column {name}", remedy=remedy)
+
+
+def _empty(place: str) -> ManifestError:
+    return ManifestError(
+        f"the manifest {place} has no rows", code="manifest-empty", place=place, remedy="add a row for each log"
+    )
 
 
 def part(tasks: Sequence[Task]) -> Part:

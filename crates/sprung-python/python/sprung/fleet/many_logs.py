@@ -98,11 +98,10 @@ def reduce_log(task: Task, order: int, experiment: str, paths: Sequence[str], ov
     return reduced
 
 
-def identify(task: Task, factors: Sequence[LogFactors], experiment: str, first: str, overrides: tuple[str, ...]) -> Any:
-    """Identifies a robot from the factors of its logs; returns the contents of identification.json."""
+def identify(task: Task, factors: Sequence[LogFactors], experiment: str, first: str, overrides: tuple[str, ...]) -> str:
+    """Identifies a robot from the factors of its logs; returns the text of identification.json."""
     own = _experiment(experiment, overrides)
-    found = own.identify_factors(factors, first, name=task.logs[0], threads=1)
-    return json.loads(found.to_json())
+    return str(own.identify_factors(factors, first, name=task.logs[0], threads=1).to_json())
 
 
 @functools.lru_cache(maxsize=64)

@@ -5,29 +5,34 @@ from __future__ import annotations
 import datetime
 import html
 import os
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from . import figures
-from .arrow import pa, pc
 from .dataset import Dataset
 from .errors import DatasetError
-from .population import RATE, Analysis, Moved, Population, Rows, analyse
+from .estimates import Counts, InMemory, Source, Stored, count, estimates
+from .population import RATE, Analysis, Moved, Population, analyse_parameters, check_rate
 
 MOST_ROWS = 200
-"""Rows of a table of outliers, changes or failures."""
+"""Rows of a table of outliers or changes."""
 MOST_FIGURES = 12
 """Figures of changes over time."""
 
 
 @dataclass(frozen=True)
 class Report:
-    """The analysis of a dataset, and its page."""
+    """The analysis of a dataset, and its page.
+
+    >>> import tempfile
+    >>> from sprung import fleet
+    >>> own = fleet.Report(fleet.Analysis([], rate=0.05), "<!doctype html>")
+    >>> own.save(f"{tempfile.mkdtemp()}/fleet.html").name
+    'fleet.html'
+    """
 
     analysis: Analysis
     html: str
@@ -56,76 +61,70 @@ def report(
     - covariates: numeric columns of the manifest whose effects are explained first; all of them if not given.
     - rate: rate of false discoveries among the robots that are named.
 
+    The parts of a folder are read one after the other, several times if necessary: memory holds the estimates of some
+    parameters, and what the analysis tells about each robot. A `Dataset` is in memory already.
+
+    With one robot there is no population: its scatter, its changes over time and its failures are reported.
+
     Raises DatasetError if the dataset cannot be read or has no such estimator or covariate, ValueError for a rate
     that is not between 0 and 1.
+
+    >>> import tempfile
+    >>> from sprung import fleet
+    >>> folder = tempfile.mkdtemp()
+    >>> settings = {"identify.estimator": "least-squares"}
+    >>> todo = fleet.missing_logs(fleet.demo(folder, robots=2, logs=1), out=f"{folder}/results", overrides=settings)
+    >>> rows = [fleet.identify_batch(todo, overrides=settings)]
+    >>> summary = fleet.write_rows(rows, todo, out=f"{folder}/results")
+    >>> own = fleet.report(f"{folder}/results")
+    >>> [population.parameter for population in own.analysis.populations][:2]
+    ['joint1.link_coulomb', 'joint1.link_viscous']
     """
-    own = dataset if isinstance(dataset, Dataset) else Dataset.read(str(dataset))
-    rows, used = rows_of(own, estimator, covariates)
-    analysis = analyse(rows, rate)
-    return Report(analysis, _Page(own, rows, used, analysis).html())
+    check_rate(rate)
+    source: Source = InMemory(dataset) if isinstance(dataset, Dataset) else Stored(str(dataset))
+    counts = count(source)
+    used = _estimator(source.url, counts, estimator)
+    names = _covariates(source.url, counts, covariates)
+    analysis = analyse_parameters(estimates(source, counts, used, names), rate)
+    return Report(analysis, _Page(source.url, counts, used, analysis).html())
 
 
-def rows_of(
-    dataset: Dataset, estimator: str | None = None, covariates: Sequence[str] | None = None
-) -> tuple[Rows, str]:
-    """Returns the estimates from single logs, and their estimator.
-
-    Raises DatasetError if the dataset has no such estimator or covariate.
-    """
-    table = dataset.rows("parameter")
-    table = table.filter(pc.equal(table["level"], "log"))
-    known = list(dict.fromkeys(table["estimator"].to_pylist()))
+def _estimator(url: str, counts: Counts, estimator: str | None) -> str:
+    known = counts.estimators
     used = estimator if estimator is not None else (known[0] if known else "")
     if used not in known:
         raise DatasetError(
-            f"the dataset {dataset.url} has no parameters of single logs by {used or 'any estimator'}; "
+            f"the dataset {url} has no parameters of single logs by {used or 'any estimator'}; "
             f"it has those of {', '.join(known) or 'none'}",
             code="dataset-estimator",
-            place=dataset.url,
+            place=url,
             remedy='run sprung.fleet.identify with the level "log" and look at the failures',
         )
-    names = dataset.covariates if covariates is None else list(covariates)
-    unknown = [name for name in names if name not in dataset.covariates]
+    return used
+
+
+def _covariates(url: str, counts: Counts, covariates: Sequence[str] | None) -> list[str]:
+    names = counts.covariates if covariates is None else list(covariates)
+    unknown = [name for name in names if name not in counts.covariates]
     if unknown:
         raise DatasetError(
-            f"the dataset {dataset.url} has no column {', '.join(unknown)}; "
-            f"the manifest had {', '.join(dataset.covariates) or 'no numeric column'}",
+            f"the dataset {url} has no column {', '.join(unknown)}; "
+            f"the manifest had {', '.join(counts.covariates) or 'no numeric column'}",
             code="dataset-covariate",
-            place=dataset.url,
+            place=url,
             remedy="add the column to the manifest",
         )
-    keep = pc.and_(pc.equal(table["estimator"], used), pc.fill_null(table["identifiable"], True))
-    table = table.filter(pc.and_(keep, pc.and_(pc.is_valid(table["value"]), pc.is_valid(table["standard_error"]))))
-    time = pc.cast(table["time"], pa.int64())
-    rows = Rows(
-        robot=_objects(table["robot"]),
-        parameter=_objects(table["parameter"]),
-        unit=_objects(table["unit"]),
-        value=_floats(table["value"]),
-        standard_error=_floats(table["standard_error"]),
-        time_s=_floats(time) * 1e-6,
-        covariates={name: _floats(table[name]) for name in names},
-    )
-    return rows, used
-
-
-def _objects(column: Any) -> Any:
-    return np.array(column.to_pylist(), dtype=object)
-
-
-def _floats(column: Any) -> Any:
-    return pc.fill_null(pc.cast(column, pa.float64()), float("nan")).to_numpy()
+    return names
 
 
 class _Page:
-    def __init__(self, dataset: Dataset, rows: Rows, estimator: str, analysis: Analysis) -> None:
-        self.dataset = dataset
-        self.rows = rows
+    def __init__(self, url: str, counts: Counts, estimator: str, analysis: Analysis) -> None:
+        self.url = url
+        self.counts = counts
         self.estimator = estimator
         self.analysis = analysis
         self.outliers = analysis.outliers()
         self.moved = analysis.moved()
-        self.failures = dataset.rows("failure")
 
     def html(self) -> str:
         body = "".join(
@@ -139,31 +138,33 @@ class _Page:
                 self._methods(),
             ]
         )
-        title = f"Fleet: {_text(self.dataset.url.rstrip('/').rsplit('/', 1)[-1])}"
+        title = f"Fleet: {_text(self.url.rstrip('/').rsplit('/', 1)[-1])}"
         return _DOCUMENT.replace("%TITLE%", title).replace("%STYLE%", _STYLE).replace("%BODY%", body)
 
     def _head(self) -> str:
-        table = self.dataset.table
-        robots = len(pc.unique(table["robot"]))
-        logs = len(pc.unique(table.filter(pc.equal(table["level"], "log"))["task"]))
-        failed = len(pc.unique(self.failures["task"]))
         named = len({robot.robot for _, robot in self.outliers})
         moved = len({one.robot for _, one in self.moved})
         cells = [
-            (f"{robots}", "robots"),
-            (f"{logs}", "logs"),
+            (f"{self.counts.robots}", "robots"),
+            (f"{self.counts.logs}", "logs"),
             (f"{named}", "outlier robots"),
             (f"{moved}", "robots that changed"),
-            (f"{failed}", "failures"),
+            (f"{self.counts.failed}", "failures"),
         ]
         figures_ = "".join(f"<div><b>{number}</b><span>{label}</span></div>" for number, label in cells)
         return (
-            f"<header><h1>Fleet report</h1><p class='soft'>{_text(self.dataset.url)} · {_text(self.estimator)} · "
+            f"<header><h1>Fleet report</h1><p class='soft'>{_text(self.url)} · {_text(self.estimator)} · "
             f"rate of false discoveries {100 * self.analysis.rate:g} %</p><div class='cells'>{figures_}</div></header>"
         )
 
     def _outliers(self) -> str:
         lead = "Robots whose parameter does not belong to the population of the central robots."
+        if self.counts.robots == 1:
+            lead = (
+                "The dataset has one robot. Whether it is an outlier, and the scatter between robots, need others of its kind: "
+                "8 robots, better 20. The scatter of its logs, its changes over time and its failures are below."
+            )
+            return _section("outliers", "Outlier robots", lead, "")
         if all(population.central is None for population in self.analysis.populations):
             return _section("outliers", "Outlier robots", "There are too few robots for this test.", "")
         rows = []
@@ -181,11 +182,11 @@ class _Page:
                 ]
             )
         head = ["robot", "parameter", "value", "from the population", "adjusted p", "logs"]
-        return _section("outliers", "Outlier robots", lead, _table(head, rows, "No robot is an outlier.", self.outliers))
+        return _section("outliers", "Outlier robots", lead, _table(head, rows, "No robot is an outlier.", len(self.outliers)))
 
     def _changes(self) -> str:
         lead = "Parameters of single robots that changed over time, at the mean covariates."
-        if not any(population.drifts for population in self.analysis.populations):
+        if not any(population.tested_for_drift for population in self.analysis.populations):
             lead = "No robot has enough logs at known times: the manifest needs a column time, and each robot four logs."
             return _section("changes", "Changes over time", lead, "")
         rows = []
@@ -206,7 +207,7 @@ class _Page:
                 ]
             )
         head = ["robot", "parameter", "change", "95 % interval", "of the value", "time of the step, 95 %", "adjusted p"]
-        table = _table(head, rows, "No robot changed.", self.moved)
+        table = _table(head, rows, "No robot changed.", len(self.moved))
         return _section("changes", "Changes over time", lead, table + self._series(self.moved[:MOST_FIGURES]))
 
     def _series(self, moved: Iterable[tuple[Population, Moved]]) -> str:
@@ -250,7 +251,7 @@ class _Page:
             "standard errors",
             "robots",
         ]
-        return _section("population", "Population", lead, _table(head, rows, "No parameter has a value.", rows))
+        return _section("population", "Population", lead, _table(head, rows, "No parameter has a value.", len(rows)))
 
     def _effects(self) -> str:
         rows = []
@@ -274,19 +275,18 @@ class _Page:
             return ""
         lead = "Change of a parameter per unit of a covariate, from the differences between the logs of each robot."
         head = ["parameter", "covariate", "change per unit", "95 % interval", "of the mean", "p", "robots"]
-        return _section("covariates", "Covariates", lead, _table(head, rows, "", rows))
+        return _section("covariates", "Covariates", lead, _table(head, rows, "", len(rows)))
 
     def _failures(self) -> str:
-        rows = self.failures.to_pylist()
-        if not rows:
+        if self.counts.failures == 0:
             return _section("failures", "Failures", "All logs were identified.", "")
-        counts = Counter(row["code"] for row in rows)
-        lead = ", ".join(f"{count} of {_text(code)}" for code, count in counts.most_common()) + "."
+        lead = ", ".join(f"{number} of {_text(code)}" for code, number in self.counts.failure_codes) + "."
         cells = [
-            [_text(row[name] or "") for name in ("robot", "log", "code", "text", "remedy")] for row in rows[:MOST_ROWS]
+            [_text(cell or "") for cell in (one.robot, one.log, one.code, one.text, one.remedy)]
+            for one in self.counts.first_failures
         ]
         head = ["robot", "log", "code", "message", "what to do"]
-        return _section("failures", "Failures", lead, _table(head, cells, "", rows))
+        return _section("failures", "Failures", lead, _table(head, cells, "", self.counts.failures))
 
     def _methods(self) -> str:
         text = (
@@ -304,12 +304,12 @@ def _section(name: str, title: str, lead: str, content: str) -> str:
     return f"<section id='{name}'><h2>{title}</h2>{paragraph}{content}</section>"
 
 
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]], empty: str, of: Sequence[Any]) -> str:
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]], empty: str, of: int) -> str:
     if not rows:
         return f"<p>{empty}</p>"
     top = "".join(f"<th>{cell}</th>" for cell in head)
     body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
-    more = f"<p class='soft'>The first {len(rows)} of {len(of)}.</p>" if len(of) > len(rows) else ""
+    more = f"<p class='soft'>The first {len(rows)} of {of}.</p>" if of > len(rows) else ""
     return f"<div class='wide'><table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table></div>{more}"
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -21,7 +21,21 @@ RATE = 0.05
 
 @dataclass(frozen=True)
 class Rows:
-    """Estimates of all parameters from single logs: [n] each, in any order."""
+    """Estimates of all parameters from single logs: [n] each, in any order.
+
+    >>> import numpy as np
+    >>> from sprung import fleet
+    >>> rows = fleet.Rows(
+    ...     robot=np.array(["A-1", "A-2"], dtype=object),
+    ...     parameter=np.array(["joint1.stiffness"] * 2, dtype=object),
+    ...     unit=np.array(["N·m/rad"] * 2, dtype=object),
+    ...     value=np.array([10.0, 10.2]),
+    ...     standard_error=np.array([0.1, 0.1]),
+    ...     time_s=np.array([np.nan, np.nan]),
+    ... )
+    >>> fleet.analyse(rows).populations[0].scatter.robots
+    2
+    """
 
     robot: Strings
     parameter: Strings
@@ -35,7 +49,7 @@ class Rows:
     """[n] each, by name; NaN where one is unknown."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Robot:
     """One robot in the population of one parameter."""
 
@@ -69,14 +83,21 @@ class Population:
     scatter: Scatter
     central: Central | None
     robots: list[Robot]
+    tested_for_drift: int
+    """Robots with enough logs at known times."""
     drifts: list[Moved]
-    """Of robots with enough logs at known times."""
+    """Of those of them whose p-value is at most the rate of false discoveries before it is adjusted."""
     covariates: dict[str, CovariateEffect]
 
 
 @dataclass(frozen=True)
 class Analysis:
-    """The result for a fleet."""
+    """The result for a fleet.
+
+    >>> from sprung import fleet
+    >>> fleet.Analysis([], rate=0.05).outliers()
+    []
+    """
 
     populations: list[Population]
     rate: float
@@ -112,20 +133,65 @@ def analyse(rows: Rows, rate: float = RATE) -> Analysis:
 
     Raises ValueError if the rate is not between 0 and 1, if columns differ in length, or if one parameter has two
     units.
+
+    Twenty robots, of which one is 5 % softer:
+
+    >>> import numpy as np
+    >>> from sprung import fleet
+    >>> value = 10 + 0.02 * np.random.default_rng(0).standard_normal(20)
+    >>> value[7] *= 0.95
+    >>> rows = fleet.Rows(
+    ...     robot=np.array([f"A-{number}" for number in range(20)], dtype=object),
+    ...     parameter=np.array(["joint1.stiffness"] * 20, dtype=object),
+    ...     unit=np.array(["N·m/rad"] * 20, dtype=object),
+    ...     value=value,
+    ...     standard_error=np.full(20, 0.01),
+    ...     time_s=np.full(20, np.nan),
+    ... )
+    >>> [(robot.robot, population.parameter) for population, robot in fleet.analyse(rows).outliers()]
+    [('A-7', 'joint1.stiffness')]
     """
+    check_rate(rate)
+    _same_length(rows)
+    names = sorted({str(name) for name in rows.parameter[_usable(rows)]})
+    return analyse_parameters(((name, _chosen(rows, rows.parameter == name)) for name in names), rate)
+
+
+def check_rate(rate: float) -> None:
+    """Raises ValueError if a rate of false discoveries is not between 0 and 1."""
     if not 0 < rate < 1:
         raise ValueError(f"the rate of false discoveries is {rate}; it needs to be between 0 and 1")
-    _same_length(rows)
-    usable = np.isfinite(rows.value) & np.isfinite(rows.standard_error)
-    names = sorted({str(name) for name in rows.parameter[usable]})
-    parts = [_Part.of(rows, usable & (rows.parameter == name), name) for name in names]
-    tested = [part.tests for part in parts]
+
+
+def analyse_parameters(parameters: Iterable[tuple[str, Rows]], rate: float) -> Analysis:
+    """Analyses a fleet whose parameters come one after the other, in ascending order of their names.
+
+    - parameters: the name and the estimates of each parameter, which are needed until the next one comes.
+    - rate: rate of false discoveries, between 0 and 1.
+
+    Raises ValueError if one parameter has two units.
+    """
+    parts = [_Part.of(_chosen(rows, _usable(rows)), name, rate) for name, rows in parameters if _usable(rows).any()]
     adjusted = adjust([part.p_values() for part in parts])
-    moved = adjust([np.array([found.p_value for found in part.drifts.values()]) for part in parts])
-    populations = []
-    for part, found, p_robots, p_drifts in zip(parts, tested, adjusted, moved, strict=True):
-        populations.append(part.population(found, p_robots, p_drifts))
-    return Analysis(populations, rate)
+    moved = adjust([part.drift_p_values for part in parts])
+    triples = zip(parts, adjusted, moved, strict=True)
+    return Analysis([part.population(p_robots, p_drifts) for part, p_robots, p_drifts in triples], rate)
+
+
+def _usable(rows: Rows) -> NDArray[np.bool_]:
+    return np.isfinite(rows.value) & np.isfinite(rows.standard_error)
+
+
+def _chosen(rows: Rows, chosen: NDArray[np.bool_]) -> Rows:
+    return Rows(
+        robot=rows.robot[chosen],
+        parameter=rows.parameter[chosen],
+        unit=rows.unit[chosen],
+        value=rows.value[chosen],
+        standard_error=rows.standard_error[chosen],
+        time_s=rows.time_s[chosen],
+        covariates={name: column[chosen] for name, column in rows.covariates.items()},
+    )
 
 
 def _same_length(rows: Rows) -> None:
@@ -145,7 +211,7 @@ def _same_length(rows: Rows) -> None:
 
 @dataclass(frozen=True)
 class _Part:
-    """One parameter while it is analysed."""
+    """One parameter while it is analysed. It holds what a robot needs, and not what a log needs."""
 
     name: str
     unit: str
@@ -153,24 +219,25 @@ class _Part:
     scatter: Scatter
     means: RobotMeans
     tests: Tests | None
-    series: dict[int, Series]
-    drifts: dict[int, Drift]
+    drift_p_values: Floats
+    """Of all robots that are tested for drift."""
+    drifts: dict[int, tuple[str, Drift, Series]]
+    """Those that can be named, by their position in the p-values: adjusted p-values are not smaller."""
     covariates: dict[str, CovariateEffect]
 
     @classmethod
-    def of(cls, rows: Rows, chosen: NDArray[np.bool_], name: str) -> _Part:
-        units = sorted({str(unit) for unit in rows.unit[chosen]})
+    def of(cls, rows: Rows, name: str, rate: float) -> _Part:
+        units = sorted({str(unit) for unit in rows.unit})
         if len(units) > 1:
             raise ValueError(
                 f"parameter {name} has the units {', '.join(units)}: analyse experiments with other units apart"
             )
-        index = np.flatnonzero(chosen)
-        robots, numbers = np.unique(rows.robot[index].astype(str), return_inverse=True)
+        robots, numbers = np.unique(rows.robot.astype(str), return_inverse=True)
         # The order of Estimates.of, so that times and covariates follow the estimates.
-        order = index[np.argsort(numbers, kind="stable")]
-        estimates = Estimates.of(np.sort(numbers), rows.value[order], rows.standard_error[order])
+        order = np.argsort(numbers, kind="stable")
+        estimates = Estimates.of(numbers[order], rows.value[order], rows.standard_error[order])
         effects: dict[str, CovariateEffect] = {}
-        known = [c for c, column in rows.covariates.items() if np.isfinite(column[order]).all()]
+        known = [c for c, column in rows.covariates.items() if np.isfinite(column).all()]
         if known:
             columns = np.stack([rows.covariates[c][order] for c in known], axis=1)
             found, values = covariate_effects(estimates, moments(estimates)[1], columns)
@@ -180,7 +247,8 @@ class _Part:
         means = robot_means(estimates, described.within)
         series = _series(estimates, described.within, rows.time_s[order])
         moderation = prior(list(series.values()))
-        moved = {robot: drift(one, moderation) for robot, one in series.items()}
+        tested = [(robot, one, own) for robot, own in series.items() if (one := drift(own, moderation)) is not None]
+        p_values = np.array([one.p_value for _, one, _ in tested], dtype=np.float64)
         return cls(
             name=name,
             unit=units[0],
@@ -188,33 +256,28 @@ class _Part:
             scatter=described,
             means=means,
             tests=test(means),
-            series=series,
-            drifts={robot: one for robot, one in moved.items() if one is not None},
+            drift_p_values=p_values,
+            drifts={k: (str(robots[tested[k][0]]), *tested[k][1:]) for k in np.flatnonzero(p_values <= rate).tolist()},
             covariates=effects,
         )
 
     def p_values(self) -> Floats:
         return np.full(len(self.robots), np.nan) if self.tests is None else self.tests.p_value
 
-    def population(self, found: Tests | None, p_robots: Floats, p_drifts: Floats) -> Population:
-        deviation = np.full(len(self.robots), np.nan) if found is None else found.deviation
-        robots = [
-            Robot(
-                robot=name,
-                logs=int(self.means.logs[number]),
-                value=float(self.means.value[number]),
-                deviation=float(deviation[number]),
-                p_value=float(self.p_values()[number]),
-                adjusted_p_value=float(p_robots[number]),
-            )
-            for number, name in enumerate(self.robots)
-        ]
-        moved = [
-            Moved(self.robots[number], one, float(p), self.series[number])
-            for (number, one), p in zip(self.drifts.items(), p_drifts, strict=True)
-        ]
-        central = None if found is None else found.central
-        return Population(self.name, self.unit, self.scatter, central, robots, moved, self.covariates)
+    def population(self, p_robots: Floats, p_drifts: Floats) -> Population:
+        deviation = np.full(len(self.robots), np.nan) if self.tests is None else self.tests.deviation
+        columns = (self.means.logs, self.means.value, deviation, self.p_values(), p_robots)
+        cells = zip(self.robots, *(column.tolist() for column in columns), strict=True)
+        return Population(
+            parameter=self.name,
+            unit=self.unit,
+            scatter=self.scatter,
+            central=None if self.tests is None else self.tests.central,
+            robots=[Robot(*own) for own in cells],
+            tested_for_drift=int(self.drift_p_values.size),
+            drifts=[Moved(robot, one, float(p_drifts[k]), own) for k, (robot, one, own) in self.drifts.items()],
+            covariates=self.covariates,
+        )
 
 
 def _series(estimates: Estimates, within: float, time_s: Floats) -> dict[int, Series]:

@@ -8,13 +8,17 @@ import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-from . import dataset, files, many_logs, work
+from . import dataset, files, many_logs, resume, work
+from .arrow import ArrowTable
 from .engines import Dask, Engine, Processes, WorkerDied
 from .errors import FleetError
 from .manifest import Manifest, Part, part
 from .work import Done, Settings
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 ATTEMPTS = 4
 """How often a part is computed whose file cannot be written."""
@@ -23,11 +27,25 @@ DEATHS = 8
 LEVELS = ("log", "robot")
 
 Progress = Callable[[int, int], object]
+Value: TypeAlias = "str | bool | int | float | Sequence[Value]"
+Overrides: TypeAlias = "Mapping[str, Value] | Sequence[str]"
+"""Settings of all experiments: ``{"identify.estimator": "least-squares"}`` or ``["identify.estimator=least-squares"]``."""
 
 
 @dataclass(frozen=True)
 class Summary:
-    """What a run did."""
+    """What a run did.
+
+    >>> import tempfile
+    >>> import pyarrow
+    >>> from sprung import fleet
+    >>> manifest = pyarrow.table({"robot": ["A-1"], "experiment": ["arm.toml"], "log": ["lost.csv"]})
+    >>> out = tempfile.mkdtemp()
+    >>> todo = fleet.missing_logs(manifest, out=out)
+    >>> summary = fleet.write_rows([fleet.identify_batch(todo)], todo, out=out)
+    >>> summary.tasks, summary.failed
+    (1, 1)
+    """
 
     out: str
     tasks: int
@@ -43,11 +61,11 @@ class Summary:
 
 
 def identify(
-    manifest: Any,
+    manifest: str | os.PathLike[str] | ArrowTable,
     *,
     out: str | os.PathLike[str],
-    client: Any = None,
-    overrides: Mapping[str, object] | Sequence[str] = (),
+    client: Client | None = None,
+    overrides: Overrides = (),
     levels: Sequence[str] = ("log",),
     workers: int | None = None,
     logs_per_part: int = 32,
@@ -73,22 +91,30 @@ def identify(
     - in_flight: parts that the engine has at a time; it bounds the memory of the caller.
     - retry_failures: whether logs that failed earlier are identified again.
     - progress: called with the finished and the total number of logs; ``True`` draws a bar if tqdm is installed.
-    - identify_one: how a worker identifies.
+    - identify_one: how a worker identifies: a function of the paths of experiment and logs and of the settings, which
+      returns the text of identification.json.
 
     A script that uses processes needs ``if __name__ == "__main__":``, because they import it.
 
     Raises ManifestError for a manifest that cannot be read or contradicts itself, DatasetError for an `out` that
     cannot be used, and FleetError if parts could not be written; all other parts are written then.
+
+    >>> import tempfile
+    >>> import pyarrow
+    >>> from sprung import fleet
+    >>> manifest = pyarrow.table({"robot": ["A-1"], "experiment": ["arm.toml"], "log": ["lost.csv"]})
+    >>> summary = fleet.identify(manifest, out=tempfile.mkdtemp(), workers=1, progress=False)
+    >>> fleet.Dataset.read(summary.out).rows("failure")["code"].to_pylist()
+    ['file-missing']
     """
-    settings = Settings(str(out).rstrip("/"), _overrides(overrides), (), identify_one)
-    _check(levels, workers=workers, logs_per_part=logs_per_part, in_flight=in_flight)
+    check(levels, workers=workers, logs_per_part=logs_per_part, in_flight=in_flight)
     table = Manifest.read(manifest)
+    settings = Settings(str(out).rstrip("/"), assignments(overrides), table.covariates, identify_one)
     dataset.schema(table.covariates)
-    settings = Settings(settings.out, settings.overrides, table.covariates, identify_one)
     dataset.prepare(settings.out, {"overrides": list(settings.overrides)})
     engine: Engine = Dask(client, in_flight) if client is not None else Processes(workers, in_flight)
     run = _Run(settings, engine)
-    todo = list(run.missing(list(table.parts(settings.overrides, levels, logs_per_part)), retry_failures))
+    todo = run.missing(list(table.parts(settings.overrides, levels, logs_per_part)), retry_failures)
     with _Bar(progress, run.logs, run.logs_done) as bar:
         if identify_one is work.identify:
             maps = many_logs.maps(todo, settings.out, settings.overrides)
@@ -99,7 +125,8 @@ def identify(
     return run.summary()
 
 
-def _overrides(overrides: Mapping[str, object] | Sequence[str]) -> tuple[str, ...]:
+def assignments(overrides: Overrides) -> tuple[str, ...]:
+    """Returns overrides as texts ``key=value``. Raises ValueError for a text instead of a list."""
     if isinstance(overrides, str):
         raise ValueError('overrides is a text; write ["key=value"] or {"key": value}')
     if isinstance(overrides, Mapping):
@@ -115,7 +142,8 @@ def _value(value: object) -> str:
     return str(value)
 
 
-def _check(levels: Sequence[str], **counts: int | None) -> None:
+def check(levels: Sequence[str] = LEVELS, **counts: int | None) -> None:
+    """Raises ValueError for an unknown level or a count below 1."""
     unknown = [level for level in levels if level not in LEVELS]
     if unknown or not levels or isinstance(levels, str):
         raise ValueError(f"levels is {levels!r}; it needs to be a list of 'log' and 'robot'")
@@ -136,25 +164,17 @@ class _Run:
         self.tasks = self.resumed = self.failed = self.bytes = self.repeated = 0
         self.logs = self.logs_done = 0
 
-    def missing(self, parts: list[Part], retry_failures: bool) -> Iterator[Part]:
+    def missing(self, parts: list[Part], retry_failures: bool) -> list[Part]:
         """Returns the parts that the dataset does not have, and removes rows that this run replaces."""
-        done = dataset.done(self.settings.out)
-        tasks = [task for one in parts for task in one.tasks]
-        self.tasks = len(tasks)
-        self.logs = sum(len(task.logs) for task in tasks)
-        current = {task.identity: task.key for task in tasks}
-        replaced = {
-            key
-            for key, (identity, failed) in done.items()
-            if current.get(identity, key) != key or (retry_failures and failed and identity in current)
-        }
-        if replaced:
-            dataset.remove(self.settings.out, replaced.__contains__)
-        finished = done.keys() - replaced
-        self.resumed = sum(task.key in finished for task in tasks)
-        self.logs_done = sum(len(task.logs) for task in tasks if task.key in finished)
-        left = ([task for task in one.tasks if task.key not in finished] for one in parts)
-        return (part(own) for own in left if own)
+        known = dataset.done(self.settings.out)
+        left = resume.missing(known, parts, retry_failures)
+        tasks = [task for one in left for task in one.tasks]
+        resume.remove_replaced(self.settings.out, known, [task.identity for task in tasks])
+        self.tasks = sum(len(one.tasks) for one in parts)
+        self.resumed = self.tasks - len(tasks)
+        self.logs = sum(len(task.logs) for one in parts for task in one.tasks)
+        self.logs_done = self.logs - sum(len(task.logs) for task in tasks)
+        return left
 
     def work(
         self,

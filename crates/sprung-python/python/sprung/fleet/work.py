@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import json
 import re
 import tempfile
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -17,10 +16,12 @@ from . import dataset, files, many_logs
 from .manifest import Part, Task, experiment_file
 
 if TYPE_CHECKING:
+    import pyarrow
+
     from sprung import LogFactors
 
-Identify: TypeAlias = Callable[[str, list[str], list[str]], Mapping[str, Any]]
-"""Identifies an experiment (path) from logs (paths) with settings (``key=value``); contents of identification.json."""
+Identify: TypeAlias = Callable[[str, list[str], list[str]], str]
+"""Identifies an experiment (path) from logs (paths) with settings (``key=value``); the text of identification.json."""
 
 
 @dataclass(frozen=True)
@@ -43,31 +44,32 @@ class Done:
     bytes: int
 
 
-def identify(experiment: str, logs: list[str], overrides: list[str]) -> Mapping[str, Any]:
+def identify(experiment: str, logs: list[str], overrides: list[str]) -> str:
     """Identifies with one thread, because the workers share the processors."""
     from sprung import Experiment, SprungWarning
 
-    # The dataset has the findings.
-    warnings.filterwarnings("ignore", category=SprungWarning)
     log: Any = logs[0] if len(logs) == 1 else logs
-    result = Experiment(experiment, overrides=overrides).identify(log, threads=1)
-    identification: Mapping[str, Any] = json.loads(result.to_json())
-    return identification
+    with warnings.catch_warnings():
+        # The dataset has the findings.
+        warnings.simplefilter("ignore", category=SprungWarning)
+        return Experiment(experiment, overrides=overrides).identify(log, threads=1).to_json()
+
+
+def identify_tasks(tasks: Sequence[Task], settings: Settings) -> pyarrow.Table:
+    """Identifies tasks one after the other; returns their rows of the dataset. A task that fails has a failure.
+
+    Every engine calls this function. Raises ImportError, MemoryError, and OSError if a disk is full: another worker
+    can then do the same tasks.
+    """
+    rows = [row for task in tasks for row in _rows(task, settings)]
+    return dataset.table_of(rows, settings.covariates)
 
 
 def run_part(part: Part, settings: Settings) -> Done:
-    """Identifies the logs of a part and writes its file.
-
-    Raises OSError if the file cannot be written or a disk is full: the part can then be computed by another worker.
-    """
-    rows: list[dataset.Row] = []
-    failed = 0
-    for task in part.tasks:
-        own = _rows(task, settings)
-        failed += any(row["kind"] == "failure" for row in own)
-        rows += own
-    size = dataset.write_part(settings.out, part.name, rows, settings.covariates)
-    return Done(len(part.tasks), sum(len(task.logs) for task in part.tasks), failed, size)
+    """Identifies the logs of a part and writes its file. Raises as `identify_tasks`, and OSError without the file."""
+    table = identify_tasks(part.tasks, settings)
+    size = dataset.write_part(settings.out, part.name, table)
+    return Done(len(part.tasks), sum(len(task.logs) for task in part.tasks), dataset.failed_tasks(table), size)
 
 
 def run_map(part: Part, settings: Settings) -> Done:
@@ -185,7 +187,7 @@ def died(part: Part, settings: Settings, reason: str) -> Done:
     (task,) = part.tasks
     remedy = "look at the memory of the workers; identify this log alone"
     row = dataset.failure_row(task, "worker-died", f"the worker died while it identified this: {reason}", None, remedy)
-    size = dataset.write_part(settings.out, part.name, [row], settings.covariates)
+    size = dataset.write_part(settings.out, part.name, dataset.table_of([row], settings.covariates))
     return Done(1, len(task.logs), 1, size)
 
 
