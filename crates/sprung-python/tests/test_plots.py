@@ -177,7 +177,7 @@ def test_residual_and_spectrum_have_the_same_power(result: sprung.Result, joint:
 
 
 def test_the_spectrum_marks_the_vibrations_of_the_model(result: sprung.Result) -> None:
-    for response in result.identification["frequency_response"]["joints"]:
+    for response in json.loads(result.to_json())["frequency_response"]["joints"]:
         axes = result.plot.spectrum(response["joint"])
         expected = {own["model_hz"] for own in response["features"]}
         lines = [own for own in axes.get_lines() if "resonance" in str(own.get_label())]

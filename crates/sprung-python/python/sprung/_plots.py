@@ -249,9 +249,9 @@ def _column(name: str, known: list[str]) -> str:
     found = [own for own in known if own.startswith(f"{name}_") or own.startswith(f"{name} ")]
     if len(found) == 1:
         return found[0]
-    near = difflib.get_close_matches(str(name), known, 1)
-    nearest = f"; the nearest name is {near[0]!r}" if near else ""
-    raise InputError(f"there is no trace of {name!r}{nearest}", "parameter", f"give {', '.join(known)}")
+    raise InputError(
+        f"there is no trace of {name!r}{nearest(name, known)}", "parameter", f"give {', '.join(known)}"
+    )
 
 
 def _quantity(column: str) -> tuple[str, str]:
