@@ -127,6 +127,7 @@ fn request(case: &Case, format: Format, form: Form) -> Request<'_> {
             parameters: "values.toml".to_owned(),
             estimator: None,
             verdict: None,
+            draw: None,
             logs: Vec::new(),
             values: Vec::new(),
         },

@@ -143,8 +143,8 @@ pub mod excite {
 pub mod export {
     #[doc(inline)]
     pub use sprung_export::{
-        Earlier, ExportError, Exported, Form, Format, How, LogOrigin, Origin, Proof, Said,
-        ValueOrigin, earlier,
+        DrawOrigin, Earlier, ExportError, Exported, Form, Format, How, LogOrigin, MujocoFields,
+        MujocoNames, Origin, Proof, Said, ValueOrigin, earlier,
     };
 }
 

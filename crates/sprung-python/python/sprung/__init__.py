@@ -35,6 +35,7 @@ from sprung._excitation import Excitation, LimitUsed, More, Promised, Trajectory
 from sprung._experiment import Experiment
 from sprung._finding import Evidence, Finding
 from sprung._model import Model, Motion
+from sprung._mujoco import MujocoArrays
 from sprung._parameters import Parameter, Parameters
 from sprung._result import Check, Comparison, Result, Validation, compare, load
 from sprung._samples import Bodies, SampledValues, Samples
@@ -65,6 +66,7 @@ __all__ = [
     "More",
     "Motion",
     "Moves",
+    "MujocoArrays",
     "Parameter",
     "Parameters",
     "Promised",

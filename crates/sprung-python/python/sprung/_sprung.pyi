@@ -11,7 +11,7 @@ Numbers: TypeAlias = NDArray[np.float64]
 Set: TypeAlias = tuple[str, Numbers, list[tuple[str, Numbers]]]
 Samples: TypeAlias = tuple[list[str], Numbers, Numbers, Numbers, Numbers]
 Path: TypeAlias = str | os.PathLike[str]
-Values: TypeAlias = tuple[Identified, int] | dict[str, float] | Path
+Values: TypeAlias = tuple[Identified, int] | tuple[Identified, dict[str, float]] | dict[str, float] | Path
 Logs: TypeAlias = list[list[tuple[str, Any]]] | None
 
 GENERATOR: str
@@ -21,6 +21,12 @@ DEMO_TRUTH: str
 class Run(TypedDict):
     threads: int
     progress: Callable[[str, int, int | None], bool | None] | None
+
+class Robots(TypedDict):
+    names: list[str]
+    values: Numbers
+    constants: dict[str, float]
+    draw: tuple[int, int, int]
 
 class Session:
     @staticmethod
@@ -50,7 +56,7 @@ class Session:
     def identify(self, logs: Logs, run: Run) -> Identified: ...
     def validate(self, identified: Identified, logs: Logs, run: Run) -> Validated: ...
     def simulate(
-        self, validation: str | None, identified: Identified | None, seed: int | None, run: Run
+        self, validation: str | None, values: Values | None, seed: int | None, run: Run
     ) -> dict[str, Numbers]: ...
     def truth(self) -> dict[str, float]: ...
     def excite(
@@ -82,11 +88,24 @@ class Session:
     def export(
         self,
         identified: Identified,
+        set: int,
         format: str,
         forms: tuple[bool, str | None],
         file: Path,
         run: Run,
     ) -> list[tuple[str, str]]: ...
+    def export_samples(
+        self,
+        identified: tuple[Identified, int],
+        robots: Robots,
+        format: str,
+        rigid: bool,
+        file: Path,
+        run: Run,
+    ) -> list[str]: ...
+    def mujoco_of_samples(
+        self, identified: tuple[Identified, int], robots: Robots, rigid: bool, run: Run
+    ) -> tuple[tuple[list[str], list[str], list[str]], dict[str, Numbers]]: ...
 
 class Identified:
     @staticmethod
