@@ -24,6 +24,7 @@ _DERIVED = (
     "body_invweight0",
     "dof_invweight0",
     "dof_M0",
+    "dof_length",
     "tendon_invweight0",
     "actuator_acc0",
 )
@@ -34,7 +35,8 @@ class MujocoArrays:
     """Values of drawn robots by the names of the fields of ``mujoco.MjModel``, the robots along the first axis.
 
     The indices are those of the model that MuJoCo compiles from ``result.export("mjcf")``. All other fields are equal in
-    all robots, except those that MuJoCo computes from these (`derived`). MuJoCo is not needed to make the arrays.
+    all robots, except those that MuJoCo computes from these (`derived`) and ``body_sameframe``, a shortcut of MuJoCo that
+    `apply` takes back and MJX does not use. MuJoCo is not needed to make the arrays.
 
     Attributes:
         bodies: names of the bodies, the world first.
@@ -116,12 +118,27 @@ class MujocoArrays:
                 )
         for name, array in own.items():
             getattr(model, name)[:] = array[place]
+        self._unshorten(model, place)
+
+    def _unshorten(self, model: Any, place: int) -> None:
+        """Takes back shortcuts of the compiled model that hold for its own bodies only."""
+        turned = (self.body_iquat[place] != (1.0, 0.0, 0.0, 0.0)).any(axis=1)
+        moved = turned | (self.body_ipos[place] != 0.0).any(axis=1)
+        if np.any(np.asarray(model.body_simple)[moved]):
+            raise InputError(
+                "the model has a body that MuJoCo takes as simple, and the robot has none",
+                "model",
+                "give the model that MuJoCo compiles from a file of Samples.export",
+            )
+        # Zero: the inertial frame is neither that of the body nor turned as it.
+        model.body_sameframe[moved] = 0
 
     def derived(self, model: object) -> dict[str, Numbers]:
         """Returns the fields that MuJoCo computes from the others, by name, the robots along the first axis.
 
-        They are subtree masses, inverse weights, which set the softness of constraints such as ``dof_frictionloss``, and
-        the accelerations of actuators.
+        They are subtree masses, inverse weights, which set the softness of constraints such as ``dof_frictionloss``,
+        lengths of degrees of freedom and accelerations of actuators. The statistics ``model.stat`` scale tolerances of
+        solvers and views only, and stay those of the model.
 
         Args:
             model: as for `apply`; it stays as it is.
@@ -137,7 +154,7 @@ class MujocoArrays:
             ) from error
         own = copy.copy(model)
         data = mujoco.MjData(own)
-        rows: dict[str, list[Numbers]] = {name: [] for name in _DERIVED}
+        rows: dict[str, list[Numbers]] = {name: [] for name in _DERIVED if hasattr(own, name)}
         for robot in range(len(self)):
             self.apply(own, robot)
             mujoco.mj_setConst(own, data)
