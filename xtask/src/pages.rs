@@ -183,12 +183,18 @@ fn first_cells(page: &str) -> BTreeSet<&str> {
 /// Returns the codes that the explanations name.
 fn explained() -> BTreeSet<String> {
     let folder = root().join("crates/sprung-base/src/explanations");
-    let texts = files(&folder, "toml").into_iter().map(|path| fs::read_to_string(path).unwrap());
+    let texts = files(&folder, "toml")
+        .into_iter()
+        .map(|path| fs::read_to_string(path).unwrap());
     let lines: Vec<String> = texts
         .flat_map(|text| text.lines().map(str::to_owned).collect::<Vec<_>>())
         .filter(|line| line.starts_with("codes = "))
         .collect();
-    lines.iter().flat_map(|line| words(line)).map(str::to_owned).collect()
+    lines
+        .iter()
+        .flat_map(|line| words(line))
+        .map(str::to_owned)
+        .collect()
 }
 
 #[test]

@@ -20,7 +20,10 @@ const SECTIONS: [(&str, &str); 12] = [
     ("Result", include_str!("explanations/result.toml")),
     ("Refinement", include_str!("explanations/refinement.toml")),
     ("LSFF", include_str!("explanations/lsff.toml")),
-    ("Output error", include_str!("explanations/output-error.toml")),
+    (
+        "Output error",
+        include_str!("explanations/output-error.toml"),
+    ),
     ("Servo", include_str!("explanations/servo.toml")),
     ("Validation", include_str!("explanations/validate.toml")),
     ("Comparison", include_str!("explanations/compare.toml")),
@@ -62,7 +65,9 @@ static ALL: LazyLock<Vec<Explanation>> = LazyLock::new(|| {
         // A test reads every file.
         let own: Option<Section> = toml::from_str(text).ok();
         let findings = own.map(|own| own.finding).unwrap_or_default();
-        findings.into_iter().map(|own| Explanation { section, ..own })
+        findings
+            .into_iter()
+            .map(|own| Explanation { section, ..own })
     };
     SECTIONS.iter().flat_map(read).collect()
 });
@@ -129,7 +134,10 @@ mod tests {
             assert!(read.is_ok(), "{section}: {:?}", read.err());
             assert!(ALL.iter().any(|own| own.section == section));
         }
-        let codes: Vec<&String> = ALL.iter().flat_map(|own| own.codes.iter().chain(&own.aliases)).collect();
+        let codes: Vec<&String> = ALL
+            .iter()
+            .flat_map(|own| own.codes.iter().chain(&own.aliases))
+            .collect();
         let unique: BTreeSet<_> = codes.iter().collect();
         assert_eq!(unique.len(), codes.len());
         assert!(codes.len() > 150, "{}", codes.len());
@@ -139,8 +147,16 @@ mod tests {
     fn every_text_says_something() {
         let known = ["error", "serious", "warning", "note"];
         for own in explanations() {
-            assert!(!own.codes.is_empty() && !own.severities.is_empty(), "{own:?}");
-            assert!(own.severities.iter().all(|one| known.contains(&one.as_str())), "{own:?}");
+            assert!(
+                !own.codes.is_empty() && !own.severities.is_empty(),
+                "{own:?}"
+            );
+            assert!(
+                own.severities
+                    .iter()
+                    .all(|one| known.contains(&one.as_str())),
+                "{own:?}"
+            );
             for text in [&own.cause, &own.remedy].into_iter().chain(&own.condition) {
                 assert!(text.len() > 5 && !text.ends_with('.'), "{own:?}");
             }
@@ -154,6 +170,9 @@ mod tests {
     #[test]
     fn markdown_becomes_plain() {
         let text = "see `a` ([the page](docs/a.md#b)) in [log] and `[identify]`";
-        assert_eq!(plain(text), "see a (the page: docs/a.md#b) in [log] and [identify]");
+        assert_eq!(
+            plain(text),
+            "see a (the page: docs/a.md#b) in [log] and [identify]"
+        );
     }
 }

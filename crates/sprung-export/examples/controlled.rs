@@ -41,6 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             parameters: "truth.toml".to_owned(),
             estimator: None,
             verdict: None,
+            draw: None,
             logs: Vec::new(),
             values: Vec::new(),
         },

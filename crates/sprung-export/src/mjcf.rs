@@ -80,11 +80,6 @@ fn link(text: &mut String, robot: &StandardRobot, form: Form, at: usize, depth: 
         }
         _ => String::new(),
     };
-    let armature = if joint.has_spring(form) {
-        0.0
-    } else {
-        joint.drive.rotor_inertia
-    };
     let _ = write!(
         text,
         "{indent}<body name=\"{}\" pos=\"{}\" quat=\"{}\">\n{indent}  <inertial pos=\"{}\" mass=\"{}\" \
@@ -98,7 +93,7 @@ fn link(text: &mut String, robot: &StandardRobot, form: Form, at: usize, depth: 
         escaped(&joint.name),
         kind(joint),
         numbers(&joint.place.axis),
-        number(armature),
+        number(armature(joint, form)),
         friction(joint.friction(form)),
     );
     for (i, other) in robot.joints.iter().enumerate() {
@@ -109,13 +104,46 @@ fn link(text: &mut String, robot: &StandardRobot, form: Form, at: usize, depth: 
     let _ = writeln!(text, "{indent}</body>");
 }
 
+/// Returns the mass of a rotor's body, and its inertia about any axis.
+pub(super) fn rotor_body(joint: &StandardJoint) -> (f64, f64) {
+    let size = joint.drive.rotor_inertia;
+    match joint.place.kind {
+        JointKind::Revolute => (ROTOR_MASS, size),
+        JointKind::Prismatic => (size, SLIDING_INERTIA * size),
+    }
+}
+
+/// Returns the rotor inertia that acts on the coordinate of the link.
+pub(super) fn armature(joint: &StandardJoint, form: Form) -> f64 {
+    if joint.has_spring(form) {
+        0.0
+    } else {
+        joint.drive.rotor_inertia
+    }
+}
+
+/// Returns the joints in the order in which their links are written.
+pub(super) fn order(robot: &StandardRobot) -> Vec<usize> {
+    fn add(order: &mut Vec<usize>, robot: &StandardRobot, parent: Option<usize>) {
+        for (i, joint) in robot.joints.iter().enumerate() {
+            if joint.place.parent == parent {
+                order.push(i);
+                add(order, robot, Some(i));
+            }
+        }
+    }
+    let mut order = Vec::with_capacity(robot.joints.len());
+    add(&mut order, robot, None);
+    order
+}
+
 fn rotor(text: &mut String, joint: &StandardJoint, robot: &StandardRobot) {
     let name = escaped(&joint.name);
-    let size = joint.drive.rotor_inertia;
-    let (axis, mass, inertia) = match joint.place.kind {
-        JointKind::Revolute => ([0.0, 0.0, 1.0], ROTOR_MASS, size),
-        JointKind::Prismatic => (level(&robot.gravity), size, SLIDING_INERTIA * size),
+    let axis = match joint.place.kind {
+        JointKind::Revolute => [0.0, 0.0, 1.0],
+        JointKind::Prismatic => level(&robot.gravity),
     };
+    let (mass, inertia) = rotor_body(joint);
     let inertia = number(inertia);
     let _ = write!(
         text,

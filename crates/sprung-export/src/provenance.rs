@@ -25,10 +25,24 @@ pub struct Origin {
     pub estimator: Option<String>,
     /// Verdict on the result, in words; absent for given values.
     pub verdict: Option<String>,
+    /// The draw from the posterior that the values are; absent for the estimate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub draw: Option<DrawOrigin>,
     /// The logs.
     pub logs: Vec<LogOrigin>,
     /// Identified parameters with standard errors.
     pub values: Vec<ValueOrigin>,
+}
+
+/// One of several robots that were drawn from the posterior of a result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct DrawOrigin {
+    /// Number of the robot, from 0.
+    pub robot: usize,
+    /// Number of robots.
+    pub count: usize,
+    /// Random seed of all.
+    pub seed: u64,
 }
 
 /// A log of the identification.
@@ -78,6 +92,11 @@ impl Origin {
         ];
         lines.extend((self.estimator.iter()).map(|estimator| format!("estimator: {estimator}")));
         lines.extend((self.verdict.iter()).map(|verdict| format!("verdict: {verdict}")));
+        if let Some(DrawOrigin { robot, count, seed }) = self.draw {
+            lines.push(format!(
+                "draw: robot {robot} of {count} from the posterior, counted from 0, seed {seed}; not the estimate"
+            ));
+        }
         for log in &self.logs {
             let hash = log
                 .sha256
@@ -89,7 +108,10 @@ impl Origin {
         for row in said {
             lines.push(format!("  {}: {}: {}", row.how.word(), row.what, row.note));
         }
-        lines.push("Values and standard errors:".to_owned());
+        lines.push(match self.draw {
+            Some(_) => "Values of this robot:".to_owned(),
+            None => "Values and standard errors:".to_owned(),
+        });
         for value in &self.values {
             let error =
                 (value.standard_error).map_or_else(String::new, |error| format!(" ± {error:.2e}"));

@@ -2,9 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use super::mechanism::rotation_of;
+use super::mujoco::mujoco;
+use super::read_mjcf;
 use super::standard::standard;
 use super::write::{Request, export, prove};
-use super::{Earlier, Form, Format, How, Origin, Proof, earlier};
+use super::{DrawOrigin, Earlier, Form, Format, How, Origin, Proof, earlier};
 use crate::description::{Experiment, no_files, read};
 use crate::model::Model;
 
@@ -127,6 +130,7 @@ fn request(case: &Case, format: Format, form: Form) -> Request<'_> {
             parameters: "values.toml".to_owned(),
             estimator: None,
             verdict: None,
+            draw: None,
             logs: Vec::new(),
             values: Vec::new(),
         },
@@ -203,6 +207,70 @@ fn every_format_says_every_robot() {
                 assert!(accelerations < limit, "{format:?} {:?}", found.proof);
             }
         }
+    }
+}
+
+/// MuJoCo numbers bodies, joints and tendons in the order of the file.
+#[test]
+fn fields_of_mujoco_are_those_of_the_file() {
+    for case in [mixed(), planar()] {
+        for form in [Form::Flexible, Form::Rigid] {
+            let request = request(&case, Format::Mjcf, form);
+            let file = read_mjcf::read(&export(&request).unwrap().texts[0]).unwrap();
+            let (names, fields) = mujoco(&request).unwrap();
+            let joints: Vec<&String> = file.joints.iter().map(|own| &own.name).collect();
+            assert_eq!(names.joints.iter().collect::<Vec<_>>(), joints);
+            assert_eq!(names.bodies.len(), joints.len() + 1);
+            assert_eq!(names.tendons.len(), file.springs.len());
+            for (at, joint) in file.joints.iter().enumerate() {
+                assert_eq!(
+                    (fields.body_mass[at + 1], fields.body_ipos[at + 1]),
+                    (joint.mass, joint.centre)
+                );
+                let (axes, moments) = (fields.body_iquat[at + 1], fields.body_inertia[at + 1]);
+                let r = rotation_of(axes);
+                for (i, k) in (0..3).flat_map(|i| (0..3).map(move |k| (i, k))) {
+                    let own: f64 = (0..3).map(|l| r[i][l] * moments[l] * r[k][l]).sum();
+                    assert!((own - joint.inertia[i][k]).abs() < 1e-14 * moments[0]);
+                }
+                assert_eq!(
+                    [
+                        fields.dof_armature[at],
+                        fields.dof_damping[at],
+                        fields.dof_frictionloss[at]
+                    ],
+                    [joint.armature, joint.damping, joint.coulomb]
+                );
+            }
+            for (at, spring) in file.springs.iter().enumerate() {
+                assert_eq!(fields.tendon_stiffness[at], spring.stiffness);
+                assert_eq!(fields.tendon_damping[at], spring.damping);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_drawn_robot_is_no_estimate() {
+    let case = mixed();
+    for format in FORMATS {
+        let mut request = request(&case, format, Form::Flexible);
+        let estimate = export(&request).unwrap();
+        request.origin.draw = Some(DrawOrigin {
+            robot: 17,
+            count: 1000,
+            seed: 5,
+        });
+        let draw = export(&request).unwrap();
+        assert!(draw.proof.states < estimate.proof.states);
+        let words = if format == Format::Json {
+            "\"robot\": 17"
+        } else {
+            "draw: robot 17 of 1000 from the posterior, counted from 0, seed 5; not the estimate"
+        };
+        assert!(draw.texts[0].contains(words), "{}", draw.texts[0]);
+        assert!(!estimate.texts[0].contains("draw"));
+        assert_eq!(earlier(&draw.texts[0]), Earlier::Unchanged);
     }
 }
 

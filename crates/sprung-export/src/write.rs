@@ -8,7 +8,7 @@ use super::evidence::JointEvidence;
 use super::format::Format;
 use super::mechanism::Mechanism;
 use super::provenance::{Origin, sealed};
-use super::reload::{Proof, Reference};
+use super::reload::{Proof, Reference, STATES, STATES_OF_DRAW};
 use super::robot::{Form, MOTOR, StandardRobot};
 use super::said::{How, Said, row, said};
 use super::standard::{Standard, standard};
@@ -156,6 +156,11 @@ pub(super) fn prove(
         robot: &identified.robot,
         format: request.format,
         form: request.form(),
+        states: if request.origin.draw.is_some() {
+            STATES_OF_DRAW
+        } else {
+            STATES
+        },
     }
     .prove(&mechanism)
 }

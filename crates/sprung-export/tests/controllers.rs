@@ -74,6 +74,7 @@ fn request(case: &Case, format: Format) -> Request<'_> {
             parameters: "truth.toml".to_owned(),
             estimator: None,
             verdict: None,
+            draw: None,
             logs: Vec::new(),
             values: Vec::new(),
         },

@@ -35,6 +35,8 @@ type Samples<'py> = (
 pub(crate) enum Values<'py> {
     /// One result of an identification.
     Identified(PyRef<'py, Identified>, usize),
+    /// Values of a robot that was drawn from the posterior of an identification.
+    Drawn(PyRef<'py, Identified>, BTreeMap<String, f64>),
     /// Values by name.
     Named(BTreeMap<String, f64>),
     /// A file of the command line.
@@ -57,6 +59,11 @@ impl From<Values<'_>> for Source {
                     own.results.swap(0, set);
                 }
                 Self::Known(Box::new(Parameters::from(own)))
+            }
+            Values::Drawn(identified, values) => {
+                let own = Parameters::from(identified.found().identification.clone());
+                let sets = Parameters::named("drawn", values).sets;
+                Self::Known(Box::new(Parameters { sets, ..own }))
             }
             Values::Named(values) => Self::Known(Box::new(Parameters::named("given", values))),
             Values::File(path) => Self::File(path),

@@ -2,10 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use numpy::ndarray::{Array2, Array3, Array4};
-use numpy::{IntoPyArray, PyArray2, PyArray3, PyArray4};
+use numpy::ndarray::{Array2, Array3, Array4, ArrayView1};
+use numpy::{IntoPyArray, PyArray2, PyArray3, PyArray4, PyReadonlyArray2};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use sprung::estimate::Samples;
+use sprung::export::{MujocoFields, MujocoNames};
+use sprung::session::SampledRobots;
 
 /// Masses, centres of mass and inertias, \[robots × links × …\].
 type Bodies<'py> = (
@@ -96,4 +99,84 @@ impl Drawn {
     fn effective(&self) -> f64 {
         self.0.effective
     }
+}
+
+/// Some of the drawn robots as Python gives them.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Robots<'py> {
+    /// Names of the columns of `values`.
+    names: Vec<String>,
+    /// \[robots × names\].
+    values: PyReadonlyArray2<'py, f64>,
+    /// Constants of friction laws by name.
+    constants: BTreeMap<String, f64>,
+    /// Number of the first of these robots, number of all, and their seed.
+    draw: (usize, usize, u64),
+}
+
+impl Robots<'_> {
+    pub(crate) fn sampled(&self) -> SampledRobots {
+        let named = |row: ArrayView1<'_, f64>| {
+            let mut values = self.constants.clone();
+            values.extend(self.names.iter().cloned().zip(row.iter().copied()));
+            values
+        };
+        let (first, count, seed) = self.draw;
+        SampledRobots {
+            values: self
+                .values
+                .as_array()
+                .rows()
+                .into_iter()
+                .map(named)
+                .collect(),
+            first,
+            count,
+            seed,
+        }
+    }
+}
+
+/// Names of bodies, joints and tendons, and arrays by the names of fields with the robots along the first axis.
+pub(crate) type OfMujoco<'py> = ((Vec<String>, Vec<String>, Vec<String>), Bound<'py, PyDict>);
+
+/// Returns fields of robots for Python.
+pub(crate) fn of_mujoco<'py>(
+    py: Python<'py>,
+    names: MujocoNames,
+    robots: &[MujocoFields],
+) -> PyResult<OfMujoco<'py>> {
+    let arrays = PyDict::new(py);
+    let scalar = |of: fn(&MujocoFields) -> &[f64]| {
+        let width = robots.first().map_or(0, |own| of(own).len());
+        Array2::from_shape_fn((robots.len(), width), |(robot, at)| of(&robots[robot])[at])
+            .into_pyarray(py)
+    };
+    arrays.set_item("body_mass", scalar(|own| &own.body_mass))?;
+    arrays.set_item("body_ipos", vectors(py, robots, |own| &own.body_ipos))?;
+    arrays.set_item("body_iquat", vectors(py, robots, |own| &own.body_iquat))?;
+    arrays.set_item("body_inertia", vectors(py, robots, |own| &own.body_inertia))?;
+    arrays.set_item("dof_armature", scalar(|own| &own.dof_armature))?;
+    arrays.set_item("dof_damping", scalar(|own| &own.dof_damping))?;
+    arrays.set_item("dof_frictionloss", scalar(|own| &own.dof_frictionloss))?;
+    arrays.set_item("tendon_stiffness", scalar(|own| &own.tendon_stiffness))?;
+    arrays.set_item("tendon_damping", scalar(|own| &own.tendon_damping))?;
+    let MujocoNames {
+        bodies,
+        joints,
+        tendons,
+    } = names;
+    Ok(((bodies, joints, tendons), arrays))
+}
+
+/// Returns vectors of bodies, \[robots × bodies × N\].
+fn vectors<'py, const N: usize>(
+    py: Python<'py>,
+    robots: &[MujocoFields],
+    of: fn(&MujocoFields) -> &[[f64; N]],
+) -> Bound<'py, PyArray3<f64>> {
+    let width = robots.first().map_or(0, |own| of(own).len());
+    let shape = (robots.len(), width, N);
+    Array3::from_shape_fn(shape, |(robot, body, k)| of(&robots[robot])[body][k]).into_pyarray(py)
 }

@@ -11,8 +11,8 @@ use pyo3::types::PyDict;
 use sprung::export::{Form, Format};
 use sprung::log::{Arrays, Input, LogSource};
 use sprung::session::{
-    Depth, Disk, ExciteRequest, Files, Parameters, QuantityArrays, ReadIdentification,
-    SampleRequest, SessionError,
+    Depth, Disk, ExciteRequest, ExportRequest, Files, Parameters, QuantityArrays,
+    ReadIdentification, SampleRequest, SessionError,
 };
 
 use crate::arrays;
@@ -21,7 +21,7 @@ use crate::dynamics::Dynamics;
 use crate::errors::{exception, wrong_input};
 use crate::excite::{Excited, Source, Values, method};
 use crate::runner::Run;
-use crate::sample::Drawn;
+use crate::sample::{Drawn, OfMujoco, Robots, of_mujoco};
 use crate::servo::{IdentifiedServo, ServoCheck};
 use crate::worked::{Checked, Identified, Validated, file};
 
@@ -396,13 +396,13 @@ impl Session {
         &self,
         py: Python<'py>,
         validation: Option<String>,
-        identified: Option<&Identified>,
+        values: Option<Values<'_>>,
         seed: Option<u64>,
         run: Run,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let session = Arc::clone(&self.inner);
-        let parameters = identified.map(|own| Parameters::from(own.found().identification.clone()));
+        let (session, source) = (Arc::clone(&self.inner), values.map(Source::from));
         let csv = run.work(py, move |progress| {
+            let parameters = source.map(Source::read).transpose()?;
             let mut twin = session.twin(validation.as_deref(), parameters.as_ref())?;
             if let Some(seed) = seed {
                 twin = twin.with_seed(seed);
@@ -495,30 +495,99 @@ impl Session {
 
     /// Writes an identified robot for simulators and controllers; returns texts by file name.
     ///
+    /// - `set`: index of the result.
     /// - `forms`: whether rigid joints replace springs, and the text of `control.json` of a controller.
     fn export(
         &self,
         py: Python<'_>,
         identified: &Identified,
+        set: usize,
         format: &str,
         forms: (bool, Option<String>),
         file: PathBuf,
         run: Run,
     ) -> PyResult<Vec<(String, String)>> {
-        let format = Format::of_word(format).ok_or_else(|| {
-            let text = format!("the format \"{format}\" is not known");
-            let remedy = format!("give one of {}", Format::ALL.map(Format::word).join(", "));
-            wrong_input(py, "format", &text, &remedy)
-        })?;
+        let format = format_of(py, format)?;
         let (rigid, control) = forms;
-        let form = if rigid { Form::Rigid } else { Form::Flexible };
         let control = control.map(|text| design(py, &text)).transpose()?;
         let session = Arc::clone(&self.inner);
         let parameters = Parameters::from(identified.found().identification.clone());
         let exported = run.work(py, move |_| {
-            session.export(&parameters, &file, format, form, control.as_ref())
+            let request = ExportRequest {
+                file: &file,
+                format,
+                form: form(rigid),
+                set,
+                control: control.as_ref(),
+            };
+            session.export(&parameters, &request)
         })?;
         let names = format.files().iter().map(|name| (*name).to_owned());
         Ok(names.zip(exported.texts).collect())
     }
+
+    /// Writes drawn robots for simulators; returns the text of each.
+    fn export_samples(
+        &self,
+        py: Python<'_>,
+        identified: (PyRef<'_, Identified>, usize),
+        robots: Robots<'_>,
+        format: &str,
+        rigid: bool,
+        file: PathBuf,
+        run: Run,
+    ) -> PyResult<Vec<String>> {
+        let format = format_of(py, format)?;
+        let (identified, set) = identified;
+        let (session, robots) = (Arc::clone(&self.inner), robots.sampled());
+        let parameters = Parameters::from(identified.found().identification.clone());
+        let exported = run.work(py, move |_| {
+            let request = ExportRequest {
+                file: &file,
+                format,
+                form: form(rigid),
+                set,
+                control: None,
+            };
+            session.export_samples(&parameters, &request, &robots)
+        })?;
+        Ok(exported.into_iter().flat_map(|own| own.texts).collect())
+    }
+
+    /// Returns the fields of the models that MuJoCo compiles from the MJCF of drawn robots.
+    fn mujoco_of_samples<'py>(
+        &self,
+        py: Python<'py>,
+        identified: (PyRef<'py, Identified>, usize),
+        robots: Robots<'py>,
+        rigid: bool,
+        run: Run,
+    ) -> PyResult<OfMujoco<'py>> {
+        let (identified, set) = identified;
+        let (session, robots) = (Arc::clone(&self.inner), robots.sampled());
+        let parameters = Parameters::from(identified.found().identification.clone());
+        let (names, fields) = run.work(py, move |_| {
+            let request = ExportRequest {
+                file: Path::new(""),
+                format: Format::Mjcf,
+                form: form(rigid),
+                set,
+                control: None,
+            };
+            session.mujoco_of_samples(&parameters, &request, &robots)
+        })?;
+        of_mujoco(py, names, &fields)
+    }
+}
+
+fn format_of(py: Python<'_>, word: &str) -> PyResult<Format> {
+    Format::of_word(word).ok_or_else(|| {
+        let text = format!("the format \"{word}\" is not known");
+        let remedy = format!("give one of {}", Format::ALL.map(Format::word).join(", "));
+        wrong_input(py, "format", &text, &remedy)
+    })
+}
+
+fn form(rigid: bool) -> Form {
+    if rigid { Form::Rigid } else { Form::Flexible }
 }

@@ -115,7 +115,7 @@ def test_wrong_arguments_are_refused(result: sprung.Result) -> None:
             result.sample(count)
     with pytest.raises(sprung.InputError) as caught:
         result.sample(2.5)  # type: ignore[arg-type]
-    assert caught.value.code == "count" and caught.value.remedy
+    assert caught.value.code == "n" and caught.value.remedy
     with pytest.raises(sprung.InputError) as caught:
         result.sample(10, seed=-1)
     assert caught.value.code == "seed"

@@ -143,17 +143,15 @@ pub mod excite {
 pub mod export {
     #[doc(inline)]
     pub use sprung_export::{
-        Earlier, ExportError, Exported, Form, Format, How, LogOrigin, Origin, Proof, Said,
-        ValueOrigin, earlier,
+        DrawOrigin, Earlier, ExportError, Exported, Form, Format, How, LogOrigin, MujocoFields,
+        MujocoNames, Origin, Proof, Said, ValueOrigin, earlier,
     };
 }
 
 /// Findings: observations that the user must know, with evidence and remedy.
 pub mod finding {
     #[doc(inline)]
-    pub use sprung_base::explanation::{
-        Explanation, explain, explanations, nearest_code, plain,
-    };
+    pub use sprung_base::explanation::{Explanation, explain, explanations, nearest_code, plain};
     #[doc(inline)]
     pub use sprung_base::finding::{Evidence, Finding, GENERATOR, Severity};
 }

@@ -4,7 +4,9 @@ use std::path::Path;
 
 use serde::Serialize;
 use sprung::export::{Earlier, Exported, Form, Proof, Said, earlier};
-use sprung::session::{Parameters, Session, Usability, find_identification, read_control};
+use sprung::session::{
+    ExportRequest, Parameters, Session, Usability, find_identification, read_control,
+};
 
 use crate::args::Export;
 use crate::exit_code::{ExitCode, Failure};
@@ -48,7 +50,14 @@ pub(crate) fn run(args: &Export) -> Result<ExitCode, Failure> {
             refuse_edited(&path.join(file))?;
         }
     }
-    let found = session.export(&parameters, &file, format, form, control.as_ref())?;
+    let request = ExportRequest {
+        file: &file,
+        format,
+        form,
+        set: 0,
+        control: control.as_ref(),
+    };
+    let found = session.export(&parameters, &request)?;
     let mut output = folder.output()?;
     let mut files = Vec::new();
     for (file, text) in format.files().iter().zip(&found.texts) {

@@ -21,16 +21,6 @@ from sprung._comparison import (
     DriftOverTime,
     compare,
 )
-from sprung._check import Check, CheckedColumn, CheckedLog
-from sprung._comparison import (
-    Combined,
-    CombinedParameter,
-    ComparedResult,
-    Comparison,
-    DriftOfParameter,
-    DriftOverTime,
-    compare,
-)
 from sprung._control import (
     Control,
     LoopMargins,
@@ -70,6 +60,7 @@ from sprung._identification import (
     StandardParameter,
 )
 from sprung._model import Accelerations, Model, Motion, Torques
+from sprung._mujoco import MujocoArrays
 from sprung._named import Named
 from sprung._parameters import Parameter, ParameterRow, Parameters
 from sprung._result import Result, load
@@ -118,6 +109,7 @@ __all__ = [
     "More",
     "Motion",
     "Moves",
+    "MujocoArrays",
     "Named",
     "Parameter",
     "ParameterRow",

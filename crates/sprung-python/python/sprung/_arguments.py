@@ -15,6 +15,7 @@ from sprung import _sprung
 from sprung._columns import Columns
 from sprung._errors import InputError
 from sprung._result import Result
+from sprung._samples import SampledValues
 
 #: Tables, lists, texts, numbers and dates, as in an experiment file.
 Table: TypeAlias = "Mapping[str, object]"
@@ -75,10 +76,17 @@ def plain(value: Any) -> Any:
     )
 
 
-def values_of(given: Values) -> _sprung.Values:
-    """Returns values of a robot for the extension module."""
+def values_of(given: Values, *, with_laws: bool = False) -> _sprung.Values:
+    """Returns values of a robot for the extension module.
+
+    Args:
+        with_laws: whether a drawn robot has the laws that its identification found; a design takes its values as exact
+            ones of the experiment.
+    """
     if isinstance(given, Result):
         return given._handle, given._index
+    if isinstance(given, SampledValues) and given._result is not None and with_laws:
+        return given._result._handle, dict(given)
     remedy = "give a Result, numbers by the names of parameters, or the path of a file"
     if not isinstance(given, Mapping):
         return path_of("parameters", given, remedy)

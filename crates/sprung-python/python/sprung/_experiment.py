@@ -408,7 +408,7 @@ class Experiment:
         self,
         run: str | None = None,
         *,
-        result: Result | None = None,
+        result: Values | None = None,
         seed: int | None = None,
         threads: int = 0,
         progress: Progress = None,
@@ -417,7 +417,8 @@ class Experiment:
 
         Args:
             run: name of a ``[[validate]]`` run whose controller and columns replace the experiment's.
-            result: identification with the parameters of the twin; those of ``[simulate]`` if absent.
+            result: parameters of the twin: a result, a drawn robot, a dict of values by name, or a file of
+                values; those of ``[simulate]`` if absent.
             seed: seed of encoder phases and noise.
             threads: number of threads; 0 for one per processor.
             progress: callback, or whether to show a bar.
@@ -425,9 +426,9 @@ class Experiment:
         Returns:
             Columns by name, each with the shape (samples,).
         """
-        handle = None if result is None else result._handle
+        values = None if result is None else values_of(result, with_laws=True)
         with heard(progress, "simulating") as callback:
-            return self._session.simulate(run, handle, seed, run_of(threads, callback))
+            return self._session.simulate(run, values, seed, run_of(threads, callback))
 
     def excite(
         self,

@@ -290,6 +290,8 @@ class Result(Report):
     ) -> dict[str, str]:
         """Returns the identified robot for simulators and controllers, and writes it to a folder.
 
+        The values are those of the estimator of this result (`by`).
+
         Args:
             format: ``urdf``, ``mjcf``, ``sdf``, ``json``, ``c`` or ``rust``.
             folder: folder for the files; nothing is written if absent.
@@ -303,28 +305,38 @@ class Result(Report):
         run: _sprung.Run = {"threads": 0, "progress": None}
         session = self._experiment._session
         forms = (rigid, None if control is None else control.to_json())
-        texts = dict(session.export(self._handle, format, forms, "identification.json", run))
+        own = self._handle, self._index
+        texts = dict(session.export(*own, format, forms, "identification.json", run))
         if folder is not None:
             for name, text in texts.items():
                 write_text(Path(folder) / name, text)
         return texts
 
-    def sample(self, count: int, *, seed: int = 0, accept_unusable: bool = False) -> Samples:
+    def sample(self, n: int, seed: int = 0, *, accept_unusable: bool = False) -> Samples:
         """Draws robots that can exist from the posterior of the identification.
 
         Args:
-            count: number of robots, 1 to 100 000.
+            n: number of robots, 1 to 100 000.
             seed: the same seed gives the same robots.
             accept_unusable: whether robots are drawn from a result whose verdict is ``unusable`` as well.
 
         Raises:
             ExperimentError: if the result is unusable or has no covariance, or no robot can exist.
+            InputError: if ``n`` or ``seed`` is not a whole number from 0.
+
+        Example:
+            >>> import sprung
+            >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+            >>> result = experiment.identify(experiment.simulate())
+            >>> result.sample(1000)
+            <sprung.Samples: 1000 robots with 15 parameters>
         """
-        whole("count", count)
+        whole("n", n)
         whole("seed", seed)
         run: _sprung.Run = {"threads": 0, "progress": None}
-        session, draws = self._experiment._session, (count, seed)
-        return Samples._of(session.sample(self._handle, self._index, draws, accept_unusable, run))
+        session, draws = self._experiment._session, (n, seed)
+        drawn = session.sample(self._handle, self._index, draws, accept_unusable, run)
+        return Samples._of(drawn, self, seed)
 
     def _html(self) -> str:
         return self._handle.report(None)

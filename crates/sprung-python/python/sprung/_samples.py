@@ -3,20 +3,35 @@
 from __future__ import annotations
 
 import operator
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, SupportsIndex
 
 import numpy as np
 
+from sprung._errors import one_of
+from sprung._files import write_text
+from sprung._mujoco import MujocoArrays
 from sprung._named import Named
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from sprung import _sprung
+    from sprung._result import Result
 
     Numbers = NDArray[np.float64]
+
+#: Formats of files with one robot each, with the ends of their names.
+_ENDS = {"mjcf": "xml", "urdf": "urdf", "sdf": "sdf", "json": "json"}
+
+#: Robots whose values or files are in memory at the same time.
+_PART = 256
+
+#: Digits of the numbers in names of files, at least.
+_DIGITS = 4
 
 
 class SampledValues(Named[float]):
@@ -31,6 +46,10 @@ class SampledValues(Named[float]):
     """
 
     _kind = "parameter"
+
+    def __init__(self, values: Mapping[str, float], result: Result | None = None) -> None:
+        super().__init__(values)
+        self._result = result
 
     def __hash__(self) -> int:
         return hash(frozenset(self._all.items()))
@@ -91,6 +110,19 @@ class Samples(Sequence[SampledValues]):
             ordinary bodies, because the log removes at most a tenth of their variance.
         constants: constants of friction laws by name, equal in all robots.
         effective: number of independent robots that tell as much as all.
+        seed: the random seed.
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+        >>> result = experiment.identify(experiment.simulate())
+        >>> samples = result.sample(1000, seed=7)
+        >>> samples.theta.shape
+        (1000, 15)
+        >>> stiffness = [robot["joint1.stiffness"] for robot in samples]
+        >>> error = result.parameters["joint1.stiffness"].standard_error
+        >>> 0.9 < np.std(stiffness) / error < 1.1
+        True
     """
 
     parameters: list[str]
@@ -103,9 +135,11 @@ class Samples(Sequence[SampledValues]):
     undetermined_standard: list[str]
     constants: dict[str, float]
     effective: float
+    seed: int
+    _result: Result
 
     @classmethod
-    def _of(cls, drawn: _sprung.Drawn) -> Samples:
+    def _of(cls, drawn: _sprung.Drawn, result: Result, seed: int) -> Samples:
         bodies = drawn.bodies()
         return cls(
             parameters=drawn.parameters,
@@ -118,7 +152,119 @@ class Samples(Sequence[SampledValues]):
             undetermined_standard=drawn.undetermined_standard,
             constants=drawn.constants,
             effective=drawn.effective,
+            seed=int(seed),
+            _result=result,
         )
+
+    def export(
+        self, format: str, folder: str | os.PathLike[str], *, rigid: bool = False
+    ) -> list[Path]:
+        """Writes each robot to a file of its own, as `Result.export` writes the estimate.
+
+        Each file is written whole or not at all. It names its draw and the seed in its head, and has no standard errors.
+
+        Args:
+            format: ``mjcf``, ``urdf``, ``sdf`` or ``json``.
+            folder: folder for ``robot-0000.xml``, ``robot-0001.xml``, …; it is made if it does not exist.
+            rigid: whether to write rigid joints with armature instead of springs.
+
+        Returns:
+            the paths, in the order of the robots.
+
+        Raises:
+            ExperimentError: if the format cannot hold the robot.
+            FileError: if a file cannot be written; earlier ones are there.
+
+        Example:
+            >>> import tempfile
+            >>> import sprung
+            >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+            >>> samples = experiment.identify(experiment.simulate()).sample(20)
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     paths = samples.export("mjcf", folder)
+            >>> paths[7].name
+            'robot-0007.xml'
+        """
+        one_of("format", format, tuple(_ENDS))
+        digits = max(_DIGITS, len(str(len(self) - 1)))
+        run: _sprung.Run = {"threads": 0, "progress": None}
+        result, paths = self._result, list[Path]()
+        own, session = (result._handle, result._index), result._experiment._session
+        for first in range(0, len(self), _PART):
+            texts = session.export_samples(
+                own, self._robots(first), format, rigid, "identification.json", run
+            )
+            for robot, text in enumerate(texts, first):
+                name = f"robot-{robot:0{digits}}.{_ENDS[format]}"
+                paths.append(write_text(Path(folder) / name, text))
+        return paths
+
+    def to_mujoco(self, *, rigid: bool = False) -> MujocoArrays:
+        """Returns the values of all robots as arrays by the fields of ``mujoco.MjModel``, for MuJoCo and MJX.
+
+        Args:
+            rigid: whether the joints are rigid with armature, as in ``result.export("mjcf", rigid=True)``.
+
+        Raises:
+            ExperimentError: if MJCF cannot hold the robot.
+
+        Example:
+            >>> import sprung
+            >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+            >>> samples = experiment.identify(experiment.simulate()).sample(100)
+            >>> samples.to_mujoco().body_mass.shape     # the world, two links, two rotors
+            (100, 5)
+        """
+        run: _sprung.Run = {"threads": 0, "progress": None}
+        result = self._result
+        own, session = (result._handle, result._index), result._experiment._session
+        parts = []
+        for first in range(0, len(self), _PART):
+            names, part = session.mujoco_of_samples(own, self._robots(first), rigid, run)
+            parts.append(part)
+        arrays = {name: _fixed(np.concatenate([own[name] for own in parts])) for name in parts[0]}
+        bodies, joints, tendons = names
+        return MujocoArrays(bodies=bodies, joints=joints, tendons=tendons, **arrays)
+
+    def to_dict(self) -> dict[str, Numbers]:
+        """Returns the values of all robots as arrays by name, for environments in JAX or PyTorch.
+
+        Every array has the robots along its first axis, is contiguous and may be written.
+
+        Returns:
+            each parameter, the inertia of each rotor and each constant of a friction law with the shape (robots,), and
+            ``mass_kg`` (robots, links), ``centre_of_mass_m`` (robots, links, 3) and ``inertia_kgm2``
+            (robots, links, 3, 3) of `bodies`, if there are some.
+
+        Example:
+            >>> import sprung
+            >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
+            >>> samples = experiment.identify(experiment.simulate()).sample(100)
+            >>> arrays = samples.to_dict()
+            >>> arrays["joint1.stiffness"].shape
+            (100,)
+        """
+        own = {name: np.full(len(self), value) for name, value in self.constants.items()}
+        for names, values in (
+            (self.standard_parameters[10 * len(self.links) :], self.standard[:, 10 * len(self.links) :]),
+            (self.parameters, self.theta),
+        ):
+            own |= {name: values[:, at].copy() for at, name in enumerate(names)}
+        if self.bodies is not None:
+            own["mass_kg"] = self.bodies.mass_kg.copy()
+            own["centre_of_mass_m"] = self.bodies.centre_of_mass_m.copy()
+            own["inertia_kgm2"] = self.bodies.inertia_kgm2.copy()
+        return own
+
+    def _robots(self, first: int) -> _sprung.Robots:
+        """Returns robots from a number on for the extension module."""
+        part = slice(first, first + _PART)
+        return {
+            "names": [*self.parameters, *self.standard_parameters],
+            "values": np.hstack([self.theta[part], self.standard[part]]),
+            "constants": self.constants,
+            "draw": (first, len(self), self.seed),
+        }
 
     def __len__(self) -> int:
         return len(self.theta)
@@ -128,7 +274,7 @@ class Samples(Sequence[SampledValues]):
         if not -count <= place < count:
             raise IndexError(f"there is no robot {place}; there are {count}")
         own = zip(self.parameters, self.theta[place].tolist(), strict=True)
-        return SampledValues(self.constants | dict(own))
+        return SampledValues(self.constants | dict(own), self._result)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Samples):
@@ -142,7 +288,7 @@ class Samples(Sequence[SampledValues]):
     def _rest(self) -> tuple[object, ...]:
         names = (self.parameters, self.standard_parameters, self.links)
         lacking = (self.undetermined, self.undetermined_standard)
-        return names, lacking, self.bodies, self.constants, self.effective
+        return names, lacking, self.bodies, self.constants, self.effective, self.seed
 
     def __repr__(self) -> str:
         return f"<sprung.Samples: {len(self)} robots with {len(self.parameters)} parameters>"

@@ -14,7 +14,7 @@ Figure: TypeAlias = tuple[
     str, tuple[str, str], Numbers, list[tuple[str, str, Numbers]], list[tuple[float, str]]
 ]
 Path: TypeAlias = str | os.PathLike[str]
-Values: TypeAlias = tuple[Identified, int] | dict[str, float] | Path
+Values: TypeAlias = tuple[Identified, int] | tuple[Identified, dict[str, float]] | dict[str, float] | Path
 Logs: TypeAlias = list[list[tuple[str, Any]]] | None
 
 GENERATOR: str
@@ -24,6 +24,12 @@ DEMO_TRUTH: str
 class Run(TypedDict):
     threads: int
     progress: Callable[[str, int, int | None], bool | None] | None
+
+class Robots(TypedDict):
+    names: list[str]
+    values: Numbers
+    constants: dict[str, float]
+    draw: tuple[int, int, int]
 
 class Session:
     @staticmethod
@@ -55,7 +61,7 @@ class Session:
         self, identified: Identified, logs: Logs, files: list[str] | None, run: Run
     ) -> Validated: ...
     def simulate(
-        self, validation: str | None, identified: Identified | None, seed: int | None, run: Run
+        self, validation: str | None, values: Values | None, seed: int | None, run: Run
     ) -> dict[str, Numbers]: ...
     def truth(self) -> dict[str, float]: ...
     def excite(
@@ -87,11 +93,24 @@ class Session:
     def export(
         self,
         identified: Identified,
+        set: int,
         format: str,
         forms: tuple[bool, str | None],
         file: Path,
         run: Run,
     ) -> list[tuple[str, str]]: ...
+    def export_samples(
+        self,
+        identified: tuple[Identified, int],
+        robots: Robots,
+        format: str,
+        rigid: bool,
+        file: Path,
+        run: Run,
+    ) -> list[str]: ...
+    def mujoco_of_samples(
+        self, identified: tuple[Identified, int], robots: Robots, rigid: bool, run: Run
+    ) -> tuple[tuple[list[str], list[str], list[str]], dict[str, Numbers]]: ...
 
 class Identified:
     @staticmethod

@@ -16,79 +16,69 @@ use sprung_export::{
 };
 use sprung_log::Channels;
 use sprung_method::control::ControlDesign;
-use sprung_method::estimate::{EstimateResult, Identification};
+use sprung_method::estimate::{EstimateResult, Identification, ModelDependence};
 use sprung_model::Model;
 use sprung_robot::{Experiment, Signal};
+
+/// What is exported.
+#[derive(Clone, Copy, Debug)]
+pub struct ExportRequest<'a> {
+    /// The file of the parameters, for the origin.
+    pub file: &'a Path,
+    /// Format of the file.
+    pub format: Format,
+    /// Form of flexible joints.
+    pub form: Form,
+    /// Index of the parameter set, one for each estimator of an identification.
+    pub set: usize,
+    /// A designed controller, which code then contains.
+    pub control: Option<&'a ControlDesign>,
+}
+
+/// A robot before its values are chosen.
+pub(super) struct Exporter<'a> {
+    session: &'a Session,
+    request: ExportRequest<'a>,
+    pub(super) identification: Option<&'a Identification>,
+    /// The result that the set names; absent for given values.
+    pub(super) result: Option<&'a EstimateResult>,
+    experiment: Experiment,
+    pub(super) model: Model,
+    /// Name and text.
+    urdf: Option<(String, String)>,
+    evidence: Vec<JointEvidence>,
+    /// Without values.
+    origin: Origin,
+}
 
 impl Session {
     /// Exports the robot with identified parameters.
     ///
-    /// The values are those of possible bodies and drives. The first result of an identification counts.
-    ///
-    /// - `file`: the file of the parameters, for the origin.
-    /// - `control`: a designed controller, which code then contains.
+    /// The values are those of possible bodies and drives.
     ///
     /// # Errors
     ///
-    /// [`SessionError`] if the parameters belong to another robot, are not physical or are not those of
-    /// single links, or if a file cannot be read.
+    /// [`SessionError`] if there is no such set, if the parameters belong to another robot, are not physical or are not
+    /// those of single links, or if a file cannot be read.
     pub fn export(
         &self,
         parameters: &Parameters,
-        file: &Path,
-        format: Format,
-        form: Form,
-        control: Option<&ControlDesign>,
+        request: &ExportRequest<'_>,
     ) -> Result<Exported, SessionError> {
-        self.allow_export(format)?;
-        let control = control.map(|own| self.code_of(own, format)).transpose()?;
-        let identification = parameters.identification.as_ref();
-        if let Some(identification) = identification {
-            self.check_robot(&identification.robot)?;
-        }
-        let (experiment, model) = self.described_by(parameters)?;
-        let result = identification.and_then(|own| own.results.first());
-        let values = if let Some(result) = result {
-            check_parameters(&model, result)?;
-            let mut values = values_of(result);
-            if format.has_few_laws() {
-                let projected = result.dependence.iter();
-                values.extend(projected.map(|own| (own.name.clone(), own.projected)));
+        let exporter = Exporter::new(self, parameters, request)?;
+        let values = match exporter.result {
+            Some(result) => exporter.completed(result, values_of(result), |own| own.projected),
+            None => {
+                let given = parameters.sets.get(request.set);
+                let values = given.map_or_else(BTreeMap::new, |set| set.values.clone());
+                exporter.model.check_names(&values)?;
+                values
             }
-            for joint in identification.iter().flat_map(|own| &own.rigid_joints) {
-                joint.complete(|name| result.lacks(name), &mut values);
-            }
-            values
-        } else {
-            let given = parameters.sets.first();
-            let values = given.map_or_else(BTreeMap::new, |set| set.values.clone());
-            model.check_names(&values)?;
-            values
         };
-        let folder = (experiment.robot.urdf.as_ref())
-            .and_then(|path| self.folder.join(path).parent().map(Path::to_owned))
-            .unwrap_or_default();
-        let urdf = match &experiment.robot.urdf {
-            Some(path) => {
-                let path = self.folder.join(path);
-                let text = read_text(&*self.files, &path)?;
-                Some((path.display().to_string(), text))
-            }
-            None => None,
-        };
-        let is_there = |mesh: &str| self.files.open(&folder.join(mesh)).is_ok();
-        Ok(export(&Request {
-            format,
-            form,
-            experiment: &experiment,
-            model: &model.shaped(&values),
-            values: &values,
-            urdf: (urdf.as_ref()).map(|(name, text)| (name.as_str(), text.as_str())),
-            is_there: &is_there,
-            evidence: &evidence(&experiment, &model, identification, result),
-            origin: self.origin(file, identification, result, &values),
-            control,
-        })?)
+        let mut origin = exporter.origin.clone();
+        let own = exporter.result;
+        origin.values = own.map_or_else(Vec::new, |result| origins(result, &values));
+        exporter.export(&values, origin)
     }
 
     /// Returns a designed controller of this robot in the form of the export.
@@ -129,7 +119,6 @@ impl Session {
         file: &Path,
         identification: Option<&Identification>,
         result: Option<&EstimateResult>,
-        values: &BTreeMap<String, f64>,
     ) -> Origin {
         let logs = identification.into_iter().flat_map(Identification::logs);
         let hash = |name: &str| {
@@ -150,9 +139,125 @@ impl Session {
                     file: log.name(),
                 })
                 .collect(),
-            values: result.map_or_else(Vec::new, |result| origins(result, values)),
+            draw: None,
+            values: Vec::new(),
         }
     }
+}
+
+impl<'a> Exporter<'a> {
+    pub(super) fn new(
+        session: &'a Session,
+        parameters: &'a Parameters,
+        request: &ExportRequest<'a>,
+    ) -> Result<Self, SessionError> {
+        session.allow_export(request.format)?;
+        let identification = parameters.identification.as_ref();
+        if let Some(identification) = identification {
+            session.check_robot(&identification.robot)?;
+        }
+        let result = identification
+            .map(|own| result_of(own, request.set))
+            .transpose()?;
+        let (experiment, model) = session.described_by(parameters)?;
+        if let Some(result) = result {
+            check_parameters(&model, result)?;
+        }
+        let urdf = match &experiment.robot.urdf {
+            Some(path) => {
+                let path = session.folder.join(path);
+                let text = read_text(&*session.files, &path)?;
+                Some((path.display().to_string(), text))
+            }
+            None => None,
+        };
+        Ok(Self {
+            evidence: evidence(&experiment, &model, identification, result),
+            origin: session.origin(request.file, identification, result),
+            request: *request,
+            session,
+            identification,
+            result,
+            experiment,
+            model,
+            urdf,
+        })
+    }
+
+    /// Returns the values of a robot as the format needs them.
+    ///
+    /// - `values`: of parameters, of inertial parameters of single links, and constants of friction laws, by name.
+    /// - `projected`: friction without the laws that a format lacks.
+    pub(super) fn completed(
+        &self,
+        result: &EstimateResult,
+        mut values: BTreeMap<String, f64>,
+        projected: impl Fn(&ModelDependence) -> f64,
+    ) -> BTreeMap<String, f64> {
+        if self.request.format.has_few_laws() {
+            let moved = result.dependence.iter();
+            values.extend(moved.map(|own| (own.name.clone(), projected(own))));
+        }
+        for joint in self.identification.iter().flat_map(|own| &own.rigid_joints) {
+            joint.complete(|name| result.lacks(name), &mut values);
+        }
+        values
+    }
+
+    /// Returns the origin without values.
+    pub(super) fn origin(&self) -> &Origin {
+        &self.origin
+    }
+
+    /// Returns the file of a robot with these values.
+    pub(super) fn export(
+        &self,
+        values: &BTreeMap<String, f64>,
+        origin: Origin,
+    ) -> Result<Exported, SessionError> {
+        self.with(values, origin, export)
+    }
+
+    /// Returns what a writer makes of a robot with these values.
+    pub(super) fn with<T>(
+        &self,
+        values: &BTreeMap<String, f64>,
+        origin: Origin,
+        write: impl Fn(&Request<'_>) -> Result<T, ExportError>,
+    ) -> Result<T, SessionError> {
+        let Self {
+            session, request, ..
+        } = self;
+        let format = request.format;
+        let control = request.control.map(|own| session.code_of(own, format));
+        let folder = (self.experiment.robot.urdf.as_ref())
+            .and_then(|path| session.folder.join(path).parent().map(Path::to_owned))
+            .unwrap_or_default();
+        Ok(write(&Request {
+            format,
+            form: request.form,
+            experiment: &self.experiment,
+            model: &self.model.shaped(values),
+            values,
+            urdf: (self.urdf.as_ref()).map(|(name, text)| (name.as_str(), text.as_str())),
+            is_there: &|mesh| session.files.open(&folder.join(mesh)).is_ok(),
+            evidence: &self.evidence,
+            origin,
+            control: control.transpose()?,
+        })?)
+    }
+}
+
+/// Returns a result of an identification.
+pub(super) fn result_of(
+    found: &Identification,
+    set: usize,
+) -> Result<&EstimateResult, SessionError> {
+    let results = &found.results;
+    results.get(set).ok_or(SessionError::NoResult {
+        set,
+        count: results.len(),
+    })
 }
 
 /// Checks that the parameters of a result are those of the model.
@@ -193,7 +298,7 @@ pub(super) fn values_of(result: &EstimateResult) -> BTreeMap<String, f64> {
 }
 
 /// Returns the determined parameters with the values that the file holds.
-fn origins(result: &EstimateResult, values: &BTreeMap<String, f64>) -> Vec<ValueOrigin> {
+pub(super) fn origins(result: &EstimateResult, values: &BTreeMap<String, f64>) -> Vec<ValueOrigin> {
     let own = (result.parameters.iter()).filter_map(|own| {
         own.physical.or(own.value)?;
         let value = *values.get(&own.name)?;

@@ -1,6 +1,7 @@
 //! Draws robots from the posterior of an identification.
 
 use super::error::SessionError;
+use super::export::result_of;
 use super::load::Session;
 use super::parameters::Parameters;
 use sprung_method::estimate::{Posterior, Samples, Verdict};
@@ -46,11 +47,7 @@ impl Session {
         request: &SampleRequest,
     ) -> Result<Samples, SessionError> {
         let found = (parameters.identification.as_ref()).ok_or(SessionError::NoPosterior)?;
-        let results = &found.results;
-        let result = (results.get(request.set)).ok_or(SessionError::NoResult {
-            set: request.set,
-            count: results.len(),
-        })?;
+        let result = result_of(found, request.set)?;
         if result.verdict == Verdict::Unusable && !request.accept_unusable {
             return Err(SessionError::UnusableResult {
                 estimator: result.estimator.clone(),

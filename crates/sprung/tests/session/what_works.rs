@@ -10,7 +10,9 @@ use sprung::estimate::Identification;
 use sprung::export::{Form, Format};
 use sprung::log::Input;
 use sprung::progress::Unheard;
-use sprung::session::{Depth, Parameters, Session, SessionError, read_identification};
+use sprung::session::{
+    Depth, ExportRequest, Parameters, Session, SessionError, read_identification,
+};
 
 /// An arm in a horizontal plane, by bodies.
 pub(crate) const ARM: &str = r#"
@@ -296,7 +298,14 @@ impl Case {
                     Format::Json
                 };
                 let file = Path::new("identification.json");
-                session.export(&self.parameters(), file, format, Form::Flexible, None)?;
+                let request = ExportRequest {
+                    file,
+                    format,
+                    form: Form::Flexible,
+                    set: 0,
+                    control: None,
+                };
+                session.export(&self.parameters(), &request)?;
             }
             "dynamics" => {
                 session.dynamics(&self.parameters(), 0)?;

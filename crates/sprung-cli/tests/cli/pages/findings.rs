@@ -33,12 +33,17 @@ fn page() -> String {
 fn entry(own: &Explanation) -> String {
     let codes: Vec<String> = own.codes.iter().map(|code| format!("`{code}`")).collect();
     // Links in the texts begin at the root of the repository.
-    let linked = |text: &str| text.replace("](docs/", "](../").replace("](../reference/", "](");
+    let linked = |text: &str| {
+        text.replace("](docs/", "](../")
+            .replace("](../reference/", "](")
+    };
     let mut text = format!("\n### {}\n\n", codes.join(", "));
     writeln!(text, "- Cause: {}.", linked(&own.cause)).unwrap();
     let severities = own.severities.join(", ");
     match &own.condition {
-        Some(condition) => writeln!(text, "- Condition ({severities}): {}.", linked(condition)).unwrap(),
+        Some(condition) => {
+            writeln!(text, "- Condition ({severities}): {}.", linked(condition)).unwrap()
+        }
         None => writeln!(text, "- Severity: {severities}.").unwrap(),
     }
     writeln!(text, "- Remedy: {}.", linked(&own.remedy)).unwrap();
@@ -65,14 +70,29 @@ fn explain(words: &[&str]) -> std::process::Output {
 fn a_finding_is_explained_and_all_are_listed() {
     let list = stdout(&explain(&["--list"]));
     let codes: Vec<&str> = list.lines().collect();
-    assert_eq!(codes.len(), explanations().iter().map(|own| own.codes.len()).sum::<usize>());
+    assert_eq!(
+        codes.len(),
+        explanations()
+            .iter()
+            .map(|own| own.codes.len())
+            .sum::<usize>()
+    );
     for code in ["gaps", "weakly-excited", "noisy-torque"] {
         assert!(codes.contains(&code));
         let output = explain(&[code]);
         let text = stdout(&output);
-        assert!(output.status.success() && text.lines().next().unwrap().contains(code), "{text}");
-        assert!(text.contains("\ncause ") && text.contains("\nremedy "), "{text}");
-        assert!(!text.contains("](") && text.lines().all(|line| line.chars().count() < 110), "{text}");
+        assert!(
+            output.status.success() && text.lines().next().unwrap().contains(code),
+            "{text}"
+        );
+        assert!(
+            text.contains("\ncause ") && text.contains("\nremedy "),
+            "{text}"
+        );
+        assert!(
+            !text.contains("](") && text.lines().all(|line| line.chars().count() < 110),
+            "{text}"
+        );
     }
 }
 
@@ -80,8 +100,16 @@ fn a_finding_is_explained_and_all_are_listed() {
 fn an_unknown_code_names_the_nearest() {
     let output = explain(&["weakly-exited"]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("did you mean \"weakly-excited\"?"), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("did you mean \"weakly-excited\"?"),
+        "{}",
+        stderr(&output)
+    );
     let output = explain(&["zzz"]);
-    assert!(stderr(&output).contains("sprung explain --list"), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("sprung explain --list"),
+        "{}",
+        stderr(&output)
+    );
     assert_eq!(explain(&[]).status.code(), Some(2));
 }

@@ -118,7 +118,11 @@ impl Columns {
                 explained.map(|&(place, column)| product(self.others[i].0, place) * theta[column]);
             explained.sum::<f64>() / length[i]
         });
-        let moved = gram.llt(faer::Side::Lower).ok()?.solve(&rhs);
+        let factor_of_gram = gram.llt(faer::Side::Lower).ok()?;
+        let moved = factor_of_gram.solve(&rhs);
+        let by_law = factor_of_gram.solve(&Mat::from_fn(count, self.further.len(), |i, j| {
+            product(self.others[i].0, self.further[j].0) / length[i]
+        }));
         let parameters = (self.others.iter().enumerate()).map(|(i, &(_, column))| {
             let parameter = &model.parameters()[column];
             let difference = moved[(i, 0)] / length[i];
@@ -128,6 +132,12 @@ impl Columns {
                 raw: theta[column],
                 projected: theta[column] + difference,
                 difference,
+                weights: (self.further.iter().enumerate())
+                    .map(|(j, &(_, column))| {
+                        let name = model.parameters()[column].name.clone();
+                        (name, by_law[(i, j)] / length[i])
+                    })
+                    .collect(),
             }
         });
         Some(parameters.collect())

@@ -283,6 +283,24 @@ pub struct ModelDependence {
     pub projected: f64,
     /// Projected value minus raw value: the dependence on the model.
     pub difference: f64,
+    /// Change of the difference per unit of each of the other laws, by name; absent in results of earlier versions.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub weights: Named,
+}
+
+impl ModelDependence {
+    /// Returns the value of the model without the other laws for other values than those of the estimate.
+    ///
+    /// - `raw`: the parameter; `value`: the parameters of the other laws by name, all that have a weight.
+    #[must_use]
+    pub fn projected_with(&self, raw: f64, value: impl Fn(&str) -> Option<f64>) -> f64 {
+        if self.weights.is_empty() {
+            return raw + self.difference;
+        }
+        let weights = self.weights.iter();
+        let terms = weights.map(|(name, weight)| weight * value(name).unwrap_or(0.0));
+        raw + terms.sum::<f64>()
+    }
 }
 
 /// Estimate from one part of the logs.
