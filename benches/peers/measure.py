@@ -13,7 +13,7 @@ HERE = Path(__file__).resolve().parent
 # A measured ratio may fall below the expected one by this part.
 TOLERANCE = 1.0 / 3.0
 
-# Units of the figures in docs/benchmarks.md, in seconds and MiB.
+# Units of the figures in docs/reference/benchmarks.md, in seconds and MiB.
 UNITS = {"s": 1.0, "ms": 1e-3, "µs": 1e-6, "ns": 1e-9, "MiB": 1.0, "GiB": 1024.0}
 
 
@@ -78,7 +78,7 @@ def seconds(number, unit):
 
 
 def figure(words):
-    """Returns the number at the beginning of a figure of docs/benchmarks.md, in s or MiB."""
+    """Returns the number at the beginning of a figure of docs/reference/benchmarks.md, in s or MiB."""
     number, unit = words.split()[:2]
     return float(number) * UNITS[unit]
 

@@ -7,7 +7,7 @@ is a temporary folder. A program that cannot be installed is skipped. The log of
 on disk.
 
 Parts: numpy, numba, pinocchio, seven, hour (of seven), mujoco, refinement, check. The exit code is 1 if a ratio is more
-than a third below that of docs/benchmarks.md (expected.toml), or if equal settings give other parameters.
+than a third below that of docs/reference/benchmarks.md (expected.toml), or if equal settings give other parameters.
 """
 
 import argparse

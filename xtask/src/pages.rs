@@ -136,7 +136,7 @@ fn links_lead_to_files_and_headings() {
 fn wrong_links_are_found() {
     let page = root().join("README.md");
     assert_eq!(fault(&page, "docs/README.md"), None);
-    assert_eq!(fault(&page, "docs/README.md#figures"), None);
+    assert_eq!(fault(&page, "docs/README.md#look-up"), None);
     assert!(fault(&page, "docs/absent.md").is_some());
     assert!(fault(&page, "docs/README.md#absent").is_some());
     let page = "[a](b.md) `x`\n```sh\n[c](d.md)\n```\n[e\nf](g.md#h)";

@@ -382,10 +382,16 @@ fn industrial_arm_with_a_coupled_wrist() {
         assert!(off.abs() < 0.08, "{what}: {found}, published {published}");
         worst = worst.max(100.0 * off.abs());
     }
-    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/benchmarks.md");
+    let page = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../docs/reference/benchmarks.md"
+    );
     let page = std::fs::read_to_string(page).unwrap();
     let stated = format!("viscous friction within {worst:.1} % of the published values");
-    assert!(page.contains(&stated), "docs/benchmarks.md: {stated}");
+    assert!(
+        page.contains(&stated),
+        "docs/reference/benchmarks.md: {stated}"
+    );
     let result = &json["results"][0];
     let (mut residuals, mut torques) = (0.0, 0.0);
     for (row, rms) in result["residual_rms"].as_object().unwrap() {

@@ -307,8 +307,8 @@ fn chosen_log(text: &mut String, chosen: &Chosen) {
     text.push_str(
         "
 # `sprung new` chose these columns by their names and by what they hold. The comments say why.
-# docs/logs.md describes all forms. A part of a log: file = { path = \"log.csv\", from_s = 12.0,
-# to_s = 60.0 }.
+# docs/reference/logs.md describes all forms. A part of a log: file = { path = \"log.csv\",
+# from_s = 12.0, to_s = 60.0 }.
 [log]
 ",
     );
@@ -357,7 +357,7 @@ fn log(text: &mut String, robot: &Start) {
         "
 # FILL IN the log and its column names: in each list one per joint, in the order of the blocks. Link
 # positions are those after the spring; a joint with transmission = \"rigid\" has no link position.
-# Motor positions and torques are those after the gearbox. docs/logs.md describes Parquet,
+# Motor positions and torques are those after the gearbox. docs/reference/logs.md describes Parquet,
 # Arrow, .npz, .mat, MCAP and .db3, other units, counts, and columns in several files. A part of a
 # log: file = { path = \"log.csv\", from_s = 12.0, to_s = 60.0 }, or from_index and to_index.
 # `sprung new` with --log LOG fills in these lines by itself.

@@ -95,7 +95,7 @@ fn weights_reach_the_noise_of_the_positions() {
     }
 }
 
-/// docs/benchmarks.md has the figures of ten seeds.
+/// docs/reference/benchmarks.md has the figures of ten seeds.
 #[test]
 fn noise_shrinks_the_spring_of_least_squares_but_not_of_the_likelihood() {
     let linear = twin(Weights::Transition);

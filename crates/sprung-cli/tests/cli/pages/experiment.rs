@@ -23,7 +23,7 @@ in its unit. sprung refuses an unknown key and names the nearest known key. `spr
 file, for completion in editors.
 
 The robot is described by one of `urdf`, `dh_modified`, `dh_classic` and `kinematics`.
-[Logs](../logs.md) describes formats, names of columns, units and clocks.
+[Logs](logs.md) describes formats, names of columns, units and clocks.
 
 | table | meaning |
 |---|---|
@@ -207,7 +207,7 @@ impl Schema {
 
 /// Pages with parts of an experiment file.
 const PAGES_WITH_PARTS: [&str; 11] = [
-    "docs/logs.md",
+    "docs/reference/logs.md",
     "docs/how-to/no-link-encoder.md",
     "docs/how-to/current-and-gears.md",
     "docs/how-to/raw-counts.md",

@@ -5,7 +5,7 @@ use serde_json::Value;
 use super::{beside_the_demo, blocks, of_repository, run_commands};
 use crate::common::demo;
 
-const BENCHMARKS: &str = "docs/benchmarks.md";
+const BENCHMARKS: &str = "docs/reference/benchmarks.md";
 const MOTION: &str = "docs/how-to/what-motion-to-record.md";
 
 /// Returns a parameter of a result.

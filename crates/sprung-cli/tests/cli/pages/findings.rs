@@ -13,7 +13,8 @@ const HEAD: &str = "# Findings
 A finding is an observation that you must know. It has a code, a severity, a text with values, a remedy and, where one
 line of the experiment file corrects the cause, this line. This page has the cause, the condition and the remedy of each code;
 `sprung explain CODE` prints them, and `sprung explain --list` prints all codes. [Verdict, promise and
-proof](../verdict.md#findings-and-their-cost) says what severities cost, [Checking a log](../check.md) how the check works.
+proof](../explanation/verdict.md#findings-and-their-cost) says what severities cost, [How the check
+works](../explanation/checks.md) its method.
 ";
 
 /// Returns the page.
