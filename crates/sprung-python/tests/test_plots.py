@@ -321,7 +321,8 @@ def test_every_plot_has_an_alternative_text(result: sprung.Result) -> None:
     axes = plot.fit()
     assert len(plot.alt_text(axes).splitlines()) == len(axes)
     (own,) = plot.trace("joint1.stiffness")
-    last = result.trace["least-squares"]["joint1.stiffness"][-1]
+    ((_, _, traces),) = result._handle.trace()
+    last = dict(traces)["joint1.stiffness"][-1]
     assert f"{last:.4g} N·m/rad" in plot.alt_text(own)
 
 
