@@ -114,6 +114,7 @@ class Samples(Sequence[SampledValues]):
         seed: the random seed.
 
     Example:
+        >>> import statistics
         >>> import sprung
         >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
         >>> result = experiment.identify(experiment.simulate())
@@ -122,7 +123,7 @@ class Samples(Sequence[SampledValues]):
         (1000, 15)
         >>> stiffness = [robot["joint1.stiffness"] for robot in samples]
         >>> error = result.parameters["joint1.stiffness"].standard_error
-        >>> 0.9 < np.std(stiffness) / error < 1.1
+        >>> 0.9 < statistics.stdev(stiffness) / error < 1.1
         True
     """
 
@@ -224,7 +225,8 @@ class Samples(Sequence[SampledValues]):
             names, part = session.mujoco_of_samples(own, self._robots(first), rigid, run)
             parts.append(part)
         arrays = {name: _fixed(np.concatenate([own[name] for own in parts])) for name in parts[0]}
-        return MujocoArrays(*names, **arrays)
+        bodies, joints, tendons = names
+        return MujocoArrays(bodies, joints, tendons, **arrays)
 
     def to_dict(self) -> dict[str, Numbers]:
         """Returns the values of all robots as arrays by name, for environments in JAX or PyTorch.
