@@ -113,6 +113,7 @@ class Samples(Sequence[SampledValues]):
         seed: the random seed.
 
     Example:
+        >>> import statistics
         >>> import sprung
         >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
         >>> result = experiment.identify(experiment.simulate())
@@ -121,7 +122,7 @@ class Samples(Sequence[SampledValues]):
         (1000, 15)
         >>> stiffness = [robot["joint1.stiffness"] for robot in samples]
         >>> error = result.parameters["joint1.stiffness"].standard_error
-        >>> 0.9 < np.std(stiffness) / error < 1.1
+        >>> 0.9 < statistics.stdev(stiffness) / error < 1.1
         True
     """
 
