@@ -7,15 +7,15 @@ use crate::root;
 use crate::steps::succeeds;
 use crate::test::features;
 
-/// Writes `docs/reference/experiment.md` from the JSON schema, and `docs/reference/what-works.md` from the
-/// table of what works with what.
+/// Writes `docs/reference/experiment.md` from the JSON schema, `docs/reference/what-works.md` from the table of what
+/// works with what, and `docs/reference/findings.md` from the explanations of findings.
 ///
 /// Tests compare the pages with the program; with `SPRUNG_WRITE_DOCS` they write them.
 pub(crate) fn write() -> ExitCode {
     let mut command = Command::new(env!("CARGO"));
     command
         .args(["test", "--workspace", "--test", "cli", features(hdf5())])
-        .args(["--", "pages::experiment", "pages::what_works"])
+        .args(["--", "pages::experiment", "pages::findings", "pages::what_works"])
         .env("SPRUNG_WRITE_DOCS", "1")
         .current_dir(root());
     if succeeds(&mut command).is_some() {
