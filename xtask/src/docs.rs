@@ -15,7 +15,12 @@ pub(crate) fn write() -> ExitCode {
     let mut command = Command::new(env!("CARGO"));
     command
         .args(["test", "--workspace", "--test", "cli", features(hdf5())])
-        .args(["--", "pages::experiment", "pages::findings", "pages::what_works"])
+        .args([
+            "--",
+            "pages::experiment",
+            "pages::findings",
+            "pages::what_works",
+        ])
         .env("SPRUNG_WRITE_DOCS", "1")
         .current_dir(root());
     if succeeds(&mut command).is_some() {

@@ -5,9 +5,9 @@ use serde::{Serialize, Serializer};
 use sprung_core::chain::JointKind;
 
 use super::evidence::{JointEvidence, Known};
+use super::exactness::Said;
 use super::provenance::Origin;
 use super::robot::{StandardJoint, StandardRobot};
-use super::said::Said;
 use super::standard::Extra;
 use crate::finding::GENERATOR;
 

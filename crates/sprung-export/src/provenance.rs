@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
-use super::said::Said;
+use super::exactness::Said;
 use crate::finding::GENERATOR;
 use crate::sha256::sha256;
 

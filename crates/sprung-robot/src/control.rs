@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::choice::choose;
+use super::known_words::choose;
 use super::payload::Payload;
 
 /// The controller that `sprung control` designs.

@@ -8,8 +8,8 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use super::choice::choose;
 use super::factor::Delay;
+use super::known_words::choose;
 
 /// The delays of the columns of a log.
 #[derive(Clone, Debug, Default, PartialEq)]

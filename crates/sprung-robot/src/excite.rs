@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::choice::choose;
+use super::known_words::choose;
 
 /// Most samples of a trajectory.
 pub const MOST_SAMPLES: f64 = 1e7;

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
 
-use super::choice::choose;
+use super::known_words::choose;
 
 /// A delay: a number, or `"estimate"`.
 #[derive(Clone, Copy, Debug, PartialEq)]

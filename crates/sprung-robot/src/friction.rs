@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use sprung_core::friction::{Family, Law};
 
-use super::choice::choose;
+use super::known_words::choose;
 
 /// A friction law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::choice::choose;
+use super::known_words::choose;
 use super::physical::Physical;
 
 /// Settings of the identification.

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use serde_json::Value;
 use toml::de::{DeTable, DeValue};
 
-use super::choice::nearest;
+use super::known_words::nearest;
 use super::types::ExperimentFile;
 
 /// A message and its place in the file.

@@ -11,7 +11,6 @@
 
 mod capabilities;
 mod check;
-mod choice;
 mod columns;
 mod control;
 mod covariates;
@@ -21,13 +20,14 @@ mod excite;
 mod factor;
 mod friction;
 mod friction_covariates;
-mod given;
 mod identify;
 mod inertial;
 mod instruments;
 mod keys;
+mod known_words;
 mod limits;
 mod log;
+mod log_quantities;
 mod named_files;
 mod nominal;
 mod overlay;

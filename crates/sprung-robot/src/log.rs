@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::choice::choose;
 use super::columns::{Column, ColumnName, Columns};
 use super::covariates::CovariateColumns;
 use super::delays::DelaysOfLog;
 use super::factor::Factor;
+use super::known_words::choose;
 use super::robot::Side;
 use super::torque_hold::TorqueReading;
 use super::window::{FilePart, OneOrManyFiles, files};

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::choice::choose;
+use super::known_words::choose;
 
 /// How sprung finds inertial parameters of single links that bodies can have.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]

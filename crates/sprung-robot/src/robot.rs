@@ -11,10 +11,10 @@ use sprung_core::friction::Family;
 use sprung_core::parameters::JointParameter;
 use sprung_core::spatial::BODY;
 
-use super::choice::choose;
 use super::friction::FrictionLaw;
 use super::friction_covariates::FrictionCovariates;
 use super::identify::Laws;
+use super::known_words::choose;
 use super::limits::Limits;
 use super::nominal::Nominal;
 use super::servo::ServoDrive;

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::choice::choose;
 use super::covariates::Drifts;
+use super::known_words::choose;
 use super::log::Log;
 
 /// The controller that closes the loop.

@@ -1,6 +1,6 @@
 //! Writes a commented `experiment.toml` for a new robot.
 
-mod chosen;
+mod decisions;
 mod gripper;
 mod write;
 
@@ -14,7 +14,7 @@ use super::quantities::Key;
 use super::urdf::{Urdf, UrdfJoint};
 use gripper::of_gripper;
 
-pub use chosen::{Chosen, ChosenJoint, ChosenLine};
+pub use decisions::{Chosen, ChosenJoint, ChosenLine};
 pub use write::quoted;
 pub use write::template;
 

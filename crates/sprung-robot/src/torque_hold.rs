@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::choice::choose;
+use super::known_words::choose;
 use crate::numbers::in_ms;
 
 /// Largest relative distance of two periods from a multiple of each other: time stamps give that of a log.

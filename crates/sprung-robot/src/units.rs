@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::choice::choose;
+use super::known_words::choose;
 
 /// The physical dimension of a unit, with its SI unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

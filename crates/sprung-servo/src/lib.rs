@@ -20,10 +20,10 @@
 
 mod bench;
 mod error;
-mod expect;
 mod findings;
 mod fit;
 mod identify;
+mod information;
 mod matrix;
 mod record;
 mod result;
@@ -38,8 +38,8 @@ use sprung_robot as description;
 
 pub use bench::Bench;
 pub use error::ServoError;
-pub use expect::expect;
 pub use identify::identify;
+pub use information::expect;
 pub use record::{Records, read};
 pub use result::{
     Scale, ServoEstimate, ServoExpectation, ServoFit, ServoIdentification, ServoLog,

@@ -34,7 +34,7 @@ const STAGES: &[Stage] = &[
     stage("fit", "estimate/steps/fit.rs", ""),
     stage("cross-checks", "least_squares/cross_checks.rs", ""),
     stage("hold-out", "fit/hold_out.rs", ""),
-    stage("likely delays", "prediction_error/likely.rs", ""),
+    stage("likely delays", "prediction_error/estimated_delays.rs", ""),
     stage("measurements", "prediction_error/measurements/", ""),
     stage("filter runs", "prediction_error/filter/run.rs", ""),
     stage("replay", "prediction_error/filter/replay.rs", ""),

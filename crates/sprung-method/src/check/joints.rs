@@ -1,9 +1,9 @@
 //! Checks with the torque row of each joint: whether the torque explains the motion, and whether
 //! another meaning of the columns would explain it better.
 
+use super::channel_delays::{ChannelDelay, RelativeDelays, relative_delays};
 use super::context::CheckContext;
 use super::offset::Offset;
-use super::relative::{ChannelDelay, RelativeDelays, relative_delays};
 use super::resolution::{UNEXPLAINED, beyond_resolution, transition_shares};
 use super::result::{DELAYED_CHANNEL, DelayFigures, JointFigures};
 use super::rivals::{Meaning, Winner};

@@ -11,6 +11,7 @@
 
 mod assemble;
 mod bodies;
+mod channel_delays;
 mod columns;
 mod context;
 mod degrees;
@@ -24,7 +25,6 @@ mod offset;
 mod order;
 mod pass;
 mod refusal;
-mod relative;
 mod resolution;
 mod result;
 mod rivals;

@@ -1,6 +1,6 @@
 //! Least squares on growing parts of a log.
 
-use super::free::Free;
+use super::unknowns::Free;
 use crate::model::{Model, Theta};
 use crate::regression::{System, solve_quickly};
 

@@ -1,8 +1,8 @@
 //! Blocked hold-out: consecutive parts of the logs are left out in turn and predicted by a fit of
 //! the other parts.
 
-use super::free::Free;
 use super::least_squares::weighted;
+use super::unknowns::Free;
 use crate::model::{Model, Theta};
 use crate::regression::{System, SystemPart, Triangle, solve, solve_quickly};
 

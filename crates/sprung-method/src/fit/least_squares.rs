@@ -2,10 +2,10 @@
 
 use faer::Mat;
 
-use super::free::Free;
 use super::jackknife::{influences, scatter};
 use super::motor_row::{MotorRow, Reduced, motor_row};
 use super::residual::residual;
+use super::unknowns::Free;
 use crate::model::{Model, Theta};
 use crate::regression::{System, Triangle, solve, solve_quickly};
 

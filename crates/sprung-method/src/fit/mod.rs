@@ -5,7 +5,6 @@
 
 mod change;
 mod column_fit;
-mod free;
 mod growing;
 mod hold_out;
 mod jackknife;
@@ -14,6 +13,7 @@ mod least_squares;
 mod motor_row;
 mod parts;
 mod residual;
+mod unknowns;
 
 pub use growing::trace;
 pub use least_squares::fit;
@@ -25,7 +25,6 @@ pub use residual::{residual, torques};
 
 pub(crate) use change::{Direction, Steps, steps_along};
 pub(crate) use column_fit::ColumnFit;
-pub(crate) use free::Free;
 #[cfg(test)]
 pub(crate) use growing::fits_of_growing;
 pub(crate) use hold_out::{HoldOut, Missed, is_clearly_below, over_reference};
@@ -34,3 +33,4 @@ pub(crate) use joint_fit::{JointFit, joint_fits};
 pub(crate) use least_squares::fit_values;
 pub(crate) use parts::{PartFit, fit_of_log, fits_of_quarters};
 pub(crate) use residual::unweighted;
+pub(crate) use unknowns::Free;

@@ -3,9 +3,9 @@
 use faer::Mat;
 use sprung_core::parameters::JointParameter;
 
-use super::free::Free;
 use super::jackknife::{influences, scatter};
 use super::residual::unweighted;
+use super::unknowns::Free;
 use crate::model::Model;
 use crate::regression::{System, SystemPart, Triangle, solve};
 

@@ -1,8 +1,8 @@
 //! Estimates from parts of the logs.
 
-use super::free::Free;
 use super::jackknife::{influences, scatter};
 use super::least_squares::{Fitted, weighted};
+use super::unknowns::Free;
 use crate::model::Model;
 use crate::regression::{System, Triangle, solve};
 

@@ -5,8 +5,8 @@ use std::borrow::Cow;
 
 use super::as_given::as_given;
 use super::delays::{DelayError, Delays};
+use super::estimated_columns::{FoundGain, FoundSide, FoundSign};
 use super::excerpt::{Excerpt, excerpt};
-use super::found::{FoundGain, FoundSide, FoundSign};
 use super::gain::gain;
 use super::sign::signs;
 use super::torque_side::torque_side;

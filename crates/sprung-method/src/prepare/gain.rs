@@ -2,8 +2,8 @@
 
 use sprung_core::parameters::JointParameter;
 
+use super::estimated_columns::FoundGain;
 use super::excerpt::Excerpt;
-use super::found::FoundGain;
 use super::row::{fit_rows, independent};
 use crate::description::{EncoderOffset, Experiment};
 use crate::log::Quantity;

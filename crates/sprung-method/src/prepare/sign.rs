@@ -3,8 +3,8 @@
 use sprung_core::parameters::JointParameter;
 
 use super::delay::estimate_delays;
+use super::estimated_columns::FoundSign;
 use super::excerpt::Excerpt;
-use super::found::FoundSign;
 use super::row::{RowFit, fit_rows, independent};
 use crate::description::Delay;
 use crate::log::{Channels, Quantity};

@@ -1,7 +1,7 @@
 //! Finds the side of the gearbox for which the torque constants hold, from the masses of the links.
 
+use super::estimated_columns::FoundSide;
 use super::excerpt::Excerpt;
-use super::found::FoundSide;
 use super::link_rows::{INACCURATE_FACTOR, LinkRows};
 use super::row::independent;
 use crate::description::{Joint, Side};

@@ -3,8 +3,8 @@
 use sprung_core::chain::JointKind;
 
 use super::fault::{Fault, fault};
-use crate::choice::quoted;
 use crate::columns::{Column, Columns, PerJoint};
+use crate::known_words::quoted;
 use crate::numbers::Shown;
 use crate::quantities::{KEYS, Key, KeyUnit};
 use crate::robot::Robot;

@@ -6,7 +6,7 @@ use sprung_core::spatial::BODY_NAMES;
 use super::fault::{Fault, fault};
 use super::laws::laws;
 use super::name::check_name;
-use crate::choice::nearest;
+use crate::known_words::nearest;
 use crate::numbers::Shown;
 use crate::robot::{Joint, Robot, Side};
 use crate::types::ExperimentFile;

@@ -5,7 +5,7 @@ use sprung_core::covariate::Covariate;
 
 use super::fault::{Fault, fault};
 use super::window::check_window;
-use crate::choice::{nearest, quoted};
+use crate::known_words::{nearest, quoted};
 use crate::numbers::Shown;
 use crate::robot::Robot;
 use crate::run::{Controller, ControllerKind, Reference, Simulate, TwinList};

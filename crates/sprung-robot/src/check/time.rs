@@ -1,8 +1,8 @@
 //! Checks of the time of a log.
 
 use super::fault::{Fault, fault};
-use crate::choice::quoted;
 use crate::columns::PerJoint;
+use crate::known_words::quoted;
 use crate::log::Log;
 use crate::units::{Dimension, Unit};
 

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use sprung_core::chain::JointKind::{Prismatic, Revolute};
 
-use super::chosen::{Chosen, ChosenJoint, ChosenLine};
+use super::decisions::{Chosen, ChosenJoint, ChosenLine};
 use super::{Joint, Kinematics, Start};
 use crate::quantities::{InTemplate, KEYS};
 

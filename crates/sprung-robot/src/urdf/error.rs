@@ -1,6 +1,6 @@
 //! Errors of robot descriptions, each with its remedy.
 
-use super::super::choice::{nearest, quoted};
+use super::super::known_words::{nearest, quoted};
 
 /// Error of a robot description.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

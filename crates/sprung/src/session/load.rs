@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::error::SessionError;
+use super::experiment_path::{EXPERIMENT_FILE, experiment_file};
 use super::files::{Disk, Files, InFolder, read_text};
-use super::mistaken::{EXPERIMENT_FILE, experiment_file};
 use super::results::{RESULTS_FOLDER, ReadIdentification};
 use sprung_method::estimate::{LawRung, with_found_laws};
 use sprung_model::Model;

@@ -1,11 +1,11 @@
 //! The estimators. Each returns a [`Found`].
 
 mod damping;
+mod estimator_result;
 mod feasible;
-mod found;
 pub(super) mod least_squares;
 pub(super) mod lsff;
 pub(super) mod output_error;
 pub(super) mod prediction_error;
 
-pub(super) use found::{Covariance, Criterion, Found, Numbers};
+pub(super) use estimator_result::{Covariance, Criterion, Found, Numbers};

@@ -1,6 +1,6 @@
 //! Stribeck velocities of the ladder's laws, by likelihood.
 
-use super::chosen::Chosen;
+use super::law_set::Chosen;
 use crate::estimate::result::{LawsByHoldOut, Refinement};
 
 impl Chosen {

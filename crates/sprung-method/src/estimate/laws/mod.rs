@@ -3,21 +3,21 @@
 
 mod by_likelihood;
 mod candidates;
-mod chosen;
 mod dependence;
 mod ladder;
+mod law_set;
 mod normal;
 mod tested;
 
 use crate::estimate::statistics::{LARGE_SHARE, NEGLIGIBLE_SHARE, SMALL_SHARE};
 use crate::numbers::in_percent;
 use candidates::{Candidate, Candidates, Change, Tier, changed};
-use chosen::{names, words};
 use ladder::{Ladder, Rung};
+use law_set::{names, words};
 use normal::Normal;
 
-pub(super) use chosen::{Chosen, laws_of};
 pub(super) use dependence::dependence;
+pub(super) use law_set::{Chosen, laws_of};
 pub(super) use tested::{Tested, with_tested_laws};
 
 use crate::description::{Experiment, Laws, SpringTerm};

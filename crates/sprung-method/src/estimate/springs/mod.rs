@@ -6,10 +6,10 @@
 
 mod compliance;
 mod rigid;
-mod said;
+mod rigid_finding;
 mod undetermined;
 
 pub use rigid::with_rigid_joints;
 pub(super) use rigid::{RigidByLog, with_joints_rigid_by_log};
-pub(super) use said::finding;
+pub(super) use rigid_finding::finding;
 pub(super) use undetermined::Undetermined;

@@ -1,7 +1,7 @@
 //! Least squares as an estimator.
 
 use super::linear::{Linear, linear_numbers};
-use crate::estimate::estimators::found::{Found, Numbers};
+use crate::estimate::estimators::estimator_result::{Found, Numbers};
 use crate::fit::trace;
 use crate::model::Model;
 use crate::regression::System;

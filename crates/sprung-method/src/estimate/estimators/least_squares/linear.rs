@@ -9,7 +9,7 @@ use super::possible::{Contradicted, PossibleFit};
 use super::uncertainty::widened;
 use crate::description::Constraints;
 use crate::estimate::errors::IdentifyError;
-use crate::estimate::estimators::found::Numbers;
+use crate::estimate::estimators::estimator_result::Numbers;
 use crate::estimate::possible::Tool;
 use crate::fit::{Fitted, HoldOut, fit_values, fit_weighted, residual, row_weights};
 use crate::model::{Model, Theta};

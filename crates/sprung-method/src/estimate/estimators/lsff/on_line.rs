@@ -3,7 +3,7 @@
 use super::recursion::Lsff;
 use crate::description::{Estimator, Identify};
 use crate::estimate::errors::LsffError;
-use crate::estimate::estimators::found::{Criterion, Found, Numbers};
+use crate::estimate::estimators::estimator_result::{Criterion, Found, Numbers};
 use crate::finding::{Finding, Severity};
 use crate::fit::Fitted;
 use crate::model::Model;

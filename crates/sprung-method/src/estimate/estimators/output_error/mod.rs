@@ -14,7 +14,7 @@ mod simulated;
 mod simulation_counter;
 
 use crate::description::Controller;
-use crate::estimate::estimators::found::{Criterion, Found, Numbers};
+use crate::estimate::estimators::estimator_result::{Criterion, Found, Numbers};
 use crate::estimate::estimators::least_squares::Fitted;
 use crate::estimate::result::SimulationFit;
 use crate::estimate::statistics::NORMAL_95;

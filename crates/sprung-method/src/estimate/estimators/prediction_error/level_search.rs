@@ -3,7 +3,7 @@
 //! The search takes scoring steps. Their matrix is the average information of the innovations,
 //! scaled to the expected information.
 
-use super::cap::{follow_cap, held_by_cap};
+use super::disturbance_cap::{follow_cap, held_by_cap};
 use super::levels::{Level, Levels, UnknownLevels};
 use super::likelihood::{LevelLikelihood, Score};
 use super::solve::damped_step;

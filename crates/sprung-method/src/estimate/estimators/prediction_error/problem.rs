@@ -1,9 +1,9 @@
 //! The minimisation problem of a descent.
 
 use super::filter::NormalEquations;
-use super::guard::Guard;
 use super::levels::{Levels, UnknownLevels};
 use super::measurements::Measurements;
+use super::residual_ratio::Guard;
 use super::unknowns::Unknowns;
 use crate::estimate::possible::Robots;
 use crate::model::Model;
