@@ -1,5 +1,7 @@
 //! Principal axes of a body.
 
+use std::array::from_fn;
+
 use super::robot::quaternion;
 
 /// Largest number of rotations; about ten reach the precision of numbers.
@@ -30,10 +32,9 @@ pub(super) fn principal(inertia: &[f64; 6]) -> ([f64; 3], [f64; 4]) {
         for row in &mut a {
             (row[p], row[q]) = (cos * row[p] - sin * row[q], sin * row[p] + cos * row[q]);
         }
-        for k in 0..3 {
-            let (up, down) = (a[p][k], a[q][k]);
-            (a[p][k], a[q][k]) = (cos * up - sin * down, sin * up + cos * down);
-        }
+        let (up, down) = (a[p], a[q]);
+        a[p] = from_fn(|k| cos * up[k] - sin * down[k]);
+        a[q] = from_fn(|k| sin * up[k] + cos * down[k]);
         for row in &mut axes {
             (row[p], row[q]) = (cos * row[p] - sin * row[q], sin * row[p] + cos * row[q]);
         }

@@ -7,6 +7,7 @@ import dataclasses
 import pickle
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -50,7 +51,8 @@ def test_robots_have_the_errors_of_the_result(
 def test_the_seed_decides(samples: sprung.Samples, result: sprung.Result) -> None:
     assert result.sample(500, seed=3) == samples
     assert result.sample(500) != samples
-    assert result.sample(500) == result.sample(500, seed=0)
+    assert result.sample(500) == result.sample(500, seed=0) == result.sample(500, 0)
+    assert result.sample(500).seed == 0 and samples.seed == 3
 
 
 def test_robots_are_values_by_name(
@@ -110,15 +112,17 @@ def test_each_estimator_has_its_own_robots() -> None:
 
 
 def test_wrong_arguments_are_refused(result: sprung.Result) -> None:
-    for count in (0, 100_001):
+    for count in (0, 100_001, 1_000_000_000):
         with pytest.raises(sprung.ExperimentError, match="draw 1 to 100000"):
             result.sample(count)
-    with pytest.raises(sprung.InputError) as caught:
-        result.sample(2.5)  # type: ignore[arg-type]
-    assert caught.value.code == "n" and caught.value.remedy
-    with pytest.raises(sprung.InputError) as caught:
-        result.sample(10, seed=-1)
-    assert caught.value.code == "seed"
+    wrong: list[Any] = [2.5, -1, 2**64, "10", None, 1e9, float("nan")]
+    for value in wrong:
+        with pytest.raises(sprung.InputError) as caught:
+            result.sample(value)
+        assert caught.value.code == "n" and caught.value.remedy
+        with pytest.raises(sprung.InputError) as caught:
+            result.sample(10, value)
+        assert caught.value.code == "seed" and caught.value.remedy
 
 
 def test_samples_are_frozen_pickle_copy_and_compare(samples: sprung.Samples) -> None:

@@ -187,6 +187,28 @@ def test_files_hold_the_values_of_their_robot(arm: sprung.Result, tmp_path: Path
         assert masses == samples.bodies.mass_kg[robot].tolist()
 
 
+def test_friction_without_laws_that_mujoco_lacks(log: dict[str, NDArray[np.float64]]) -> None:
+    laws = {"robot.joint.0.motor_friction": ["viscous", "coulomb", "quadratic"]}
+    experiment = sprung.Experiment.demo(LEAST_SQUARES | laws)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        result = experiment.identify(log)
+    samples = result.sample(300)
+    arrays, values = samples.to_mujoco(), samples.to_dict()
+    joint = arrays.joints.index("joint1_motor")
+    dependence = result.identification["results"][0]["dependence"]
+    assert [own["name"] for own in dependence] == ["joint1.motor_viscous", "joint1.motor_coulomb"]
+    for own, field in zip(dependence, (arrays.dof_damping, arrays.dof_frictionloss), strict=True):
+        ((law, weight),) = own["weights"].items()
+        of_estimate = own["raw"] + weight * (result.parameters[law].value or 0.0)
+        assert of_estimate == pytest.approx(own["projected"], rel=1e-12)
+        raw = values[own["name"]]
+        assert np.allclose(field[:, joint], raw + weight * values[law], rtol=1e-12)
+        # The log determines the sum of the laws better than each of them.
+        assert field[:, joint].std() < 0.8 * raw.std()
+        assert abs(field[:, joint].mean() - own["projected"]) < 0.2 * field[:, joint].std()
+
+
 def test_names_of_many_files_sort(result: sprung.Result, tmp_path: Path) -> None:
     paths = result.sample(300).export("mjcf", tmp_path)
     assert [paths[0].name, paths[-1].name] == ["robot-0000.xml", "robot-0299.xml"]

@@ -39,11 +39,11 @@ pub struct ExportRequest<'a> {
 pub(super) struct Exporter<'a> {
     session: &'a Session,
     request: ExportRequest<'a>,
-    pub(super) identification: Option<&'a Identification>,
+    identification: Option<&'a Identification>,
     /// The result that the set names; absent for given values.
     pub(super) result: Option<&'a EstimateResult>,
     experiment: Experiment,
-    pub(super) model: Model,
+    model: Model,
     /// Name and text.
     urdf: Option<(String, String)>,
     evidence: Vec<JointEvidence>,
@@ -66,14 +66,13 @@ impl Session {
         request: &ExportRequest<'_>,
     ) -> Result<Exported, SessionError> {
         let exporter = Exporter::new(self, parameters, request)?;
-        let values = match exporter.result {
-            Some(result) => exporter.completed(result, values_of(result), |own| own.projected),
-            None => {
-                let given = parameters.sets.get(request.set);
-                let values = given.map_or_else(BTreeMap::new, |set| set.values.clone());
-                exporter.model.check_names(&values)?;
-                values
-            }
+        let values = if let Some(result) = exporter.result {
+            exporter.completed(result, values_of(result), |own| own.projected)
+        } else {
+            let given = parameters.sets.get(request.set);
+            let values = given.map_or_else(BTreeMap::new, |set| set.values.clone());
+            exporter.model.check_names(&values)?;
+            values
         };
         let mut origin = exporter.origin.clone();
         let own = exporter.result;
