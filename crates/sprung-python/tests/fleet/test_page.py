@@ -114,4 +114,4 @@ def test_a_small_fleet_has_a_report(tmp_path: Path) -> None:
     rows = dataset.rows_of(task, json.dumps({"results": [result]}))
     dataset.write_part(str(out), "part-a", dataset.table_of(rows, []))
     page = fleet.report(out).html
-    assert "too few robots" in page and "needs a column time" in page
+    assert "The dataset has one robot." in page and "needs a column time" in page
