@@ -46,6 +46,8 @@ fn _sprung(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(many_logs::choices, module)?)?;
     module.add_function(wrap_pyfunction!(many_logs::factors, module)?)?;
     module.add_function(wrap_pyfunction!(many_logs::identify_factors, module)?)?;
+    module.add_function(wrap_pyfunction!(sample::export_samples, module)?)?;
+    module.add_function(wrap_pyfunction!(sample::mujoco_of_samples, module)?)?;
     module.add_function(wrap_pyfunction!(worked::compare, module)?)?;
     module.add_function(wrap_pyfunction!(worked::read_results, module)?)?;
     Ok(())
