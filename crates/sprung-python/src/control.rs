@@ -8,7 +8,7 @@ use sprung::report::compose_control;
 use sprung::session::{Session, controller_toml};
 
 use crate::errors::wrong_input;
-use crate::worked::{file, html};
+use crate::results::{file, html};
 
 /// A designed controller, and the session of its report.
 #[pyclass(frozen, module = "sprung._sprung")]

@@ -12,7 +12,7 @@ use sprung::report::compose_excitation;
 use sprung::session::{ExciteMethod, Parameters, Session, SessionError, excitation_files};
 
 use crate::errors::wrong_input;
-use crate::worked::{Identified, file, html};
+use crate::results::{Identified, file, html};
 
 /// Names of what makes a motion.
 const METHODS: [(&str, ExciteMethod); 3] = [

@@ -11,12 +11,12 @@ mod errors;
 mod excite;
 mod many_logs;
 mod plots;
+mod results;
 mod runner;
 mod sample;
 mod servo;
 mod session;
 mod start;
-mod worked;
 
 use pyo3::prelude::*;
 
@@ -28,9 +28,9 @@ fn _sprung(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("DEMO_EXPERIMENT", sprung::demo::EXPERIMENT)?;
     module.add("DEMO_TRUTH", sprung::demo::TRUTH)?;
     module.add_class::<session::Session>()?;
-    module.add_class::<worked::Identified>()?;
-    module.add_class::<worked::Checked>()?;
-    module.add_class::<worked::Validated>()?;
+    module.add_class::<results::Identified>()?;
+    module.add_class::<results::Checked>()?;
+    module.add_class::<results::Validated>()?;
     module.add_class::<servo::IdentifiedServo>()?;
     module.add_class::<excite::Excited>()?;
     module.add_class::<control::Designed>()?;
@@ -49,7 +49,9 @@ fn _sprung(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(many_logs::identify_factors, module)?)?;
     module.add_function(wrap_pyfunction!(plots::joint_figures, module)?)?;
     module.add_function(wrap_pyfunction!(plots::relative_scale, module)?)?;
-    module.add_function(wrap_pyfunction!(worked::compare, module)?)?;
-    module.add_function(wrap_pyfunction!(worked::read_results, module)?)?;
+    module.add_function(wrap_pyfunction!(sample::export_samples, module)?)?;
+    module.add_function(wrap_pyfunction!(sample::mujoco_of_samples, module)?)?;
+    module.add_function(wrap_pyfunction!(results::compare, module)?)?;
+    module.add_function(wrap_pyfunction!(results::read_results, module)?)?;
     Ok(())
 }

@@ -9,9 +9,9 @@ use sprung::log::{Input, LogSource};
 use sprung::session::{Choices, Disk, Files, LogFactors, SessionError};
 
 use crate::errors::{exception, wrong_input};
+use crate::results::Identified;
 use crate::runner::Run;
 use crate::session::Session;
-use crate::worked::Identified;
 
 /// A file as a log, with the name that it has in results.
 struct Source {

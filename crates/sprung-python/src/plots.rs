@@ -4,7 +4,7 @@ use numpy::{PyArray1, ToPyArray};
 use pyo3::prelude::*;
 use sprung::report::{Figure, JointFigures, Style};
 
-use crate::worked::Identified;
+use crate::results::Identified;
 
 /// A figure of one panel: caption, labels of both axes, abscissas, curves with their style and NaN at gaps, vertical lines.
 type Drawn<'py> = (

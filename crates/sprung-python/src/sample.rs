@@ -1,14 +1,19 @@
 //! Robots drawn from the posterior of an identification, as arrays.
 
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 use numpy::ndarray::{Array2, Array3, Array4, ArrayView1};
 use numpy::{IntoPyArray, PyArray2, PyArray3, PyArray4, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sprung::estimate::Samples;
-use sprung::export::{MujocoFields, MujocoNames};
-use sprung::session::SampledRobots;
+use sprung::export::{Format, MujocoFields, MujocoNames};
+use sprung::session::{ExportRequest, Parameters, SampledRobots};
+
+use crate::results::Identified;
+use crate::runner::Run;
+use crate::session::{self, Session, format_of};
 
 /// Masses, centres of mass and inertias, \[robots × links × …\].
 type Bodies<'py> = (
@@ -116,7 +121,7 @@ pub(crate) struct Robots<'py> {
 }
 
 impl Robots<'_> {
-    pub(crate) fn sampled(&self) -> SampledRobots {
+    fn sampled(&self) -> SampledRobots {
         let named = |row: ArrayView1<'_, f64>| {
             let mut values = self.constants.clone();
             values.extend(self.names.iter().cloned().zip(row.iter().copied()));
@@ -142,7 +147,7 @@ impl Robots<'_> {
 pub(crate) type OfMujoco<'py> = ((Vec<String>, Vec<String>, Vec<String>), Bound<'py, PyDict>);
 
 /// Returns fields of robots for Python.
-pub(crate) fn of_mujoco<'py>(
+fn of_mujoco<'py>(
     py: Python<'py>,
     names: MujocoNames,
     robots: &[MujocoFields],
@@ -179,4 +184,64 @@ fn vectors<'py, const N: usize>(
     let width = robots.first().map_or(0, |own| of(own).len());
     let shape = (robots.len(), width, N);
     Array3::from_shape_fn(shape, |(robot, body, k)| of(&robots[robot])[body][k]).into_pyarray(py)
+}
+
+/// Writes drawn robots for simulators; returns the text of each.
+///
+/// - `identified`: an identification and the index of the result from which they were drawn.
+/// - `form`: the format, and whether rigid joints replace springs.
+/// - `file`: the file of the parameters, for the origin.
+#[pyfunction]
+pub(crate) fn export_samples(
+    py: Python<'_>,
+    session: &Session,
+    identified: (PyRef<'_, Identified>, usize),
+    robots: Robots<'_>,
+    form: (&str, bool),
+    file: PathBuf,
+    run: Run,
+) -> PyResult<Vec<String>> {
+    let ((identified, set), (format, rigid)) = (identified, form);
+    let format = format_of(py, format)?;
+    let (session, robots) = (session.shared(), robots.sampled());
+    let parameters = Parameters::from(identified.found().identification.clone());
+    let exported = run.work(py, move |_| {
+        let request = ExportRequest {
+            file: &file,
+            format,
+            form: session::form(rigid),
+            set,
+            control: None,
+        };
+        session.export_samples(&parameters, &request, &robots)
+    })?;
+    Ok(exported.into_iter().flat_map(|own| own.texts).collect())
+}
+
+/// Returns the fields of the models that MuJoCo compiles from the MJCF of drawn robots.
+///
+/// - `identified`: as for [`export_samples`].
+#[pyfunction]
+pub(crate) fn mujoco_of_samples<'py>(
+    py: Python<'py>,
+    session: &Session,
+    identified: (PyRef<'py, Identified>, usize),
+    robots: Robots<'py>,
+    rigid: bool,
+    run: Run,
+) -> PyResult<OfMujoco<'py>> {
+    let (identified, set) = identified;
+    let (session, robots) = (session.shared(), robots.sampled());
+    let parameters = Parameters::from(identified.found().identification.clone());
+    let (names, fields) = run.work(py, move |_| {
+        let request = ExportRequest {
+            file: Path::new(""),
+            format: Format::Mjcf,
+            form: session::form(rigid),
+            set,
+            control: None,
+        };
+        session.mujoco_of_samples(&parameters, &request, &robots)
+    })?;
+    of_mujoco(py, names, &fields)
 }

@@ -6,7 +6,7 @@ use sprung::finding::Finding;
 use sprung::report::compose_servo;
 use sprung::servo::{ServoExpectation, ServoIdentification, servo_parameters_csv};
 
-use crate::worked::{file, html};
+use crate::results::{file, html};
 
 /// What the logs of a servo can tell: the contents of `servo-check.json`.
 #[derive(Serialize)]

@@ -20,10 +20,10 @@ use crate::control::{Designed, design};
 use crate::dynamics::Dynamics;
 use crate::errors::{exception, wrong_input};
 use crate::excite::{Excited, Source, Values, method};
+use crate::results::{Checked, Identified, Validated, file};
 use crate::runner::Run;
-use crate::sample::{Drawn, OfMujoco, Robots, of_mujoco};
+use crate::sample::Drawn;
 use crate::servo::{IdentifiedServo, ServoCheck};
-use crate::worked::{Checked, Identified, Validated, file};
 
 type Named<'py> = Vec<(String, Bound<'py, PyAny>)>;
 
@@ -56,6 +56,10 @@ impl InMemory {
 }
 
 impl Session {
+    pub(crate) fn shared(&self) -> Arc<sprung::session::Session> {
+        Arc::clone(&self.inner)
+    }
+
     pub(crate) fn inner(&self) -> &sprung::session::Session {
         &self.inner
     }
@@ -495,20 +499,19 @@ impl Session {
 
     /// Writes an identified robot for simulators and controllers; returns texts by file name.
     ///
-    /// - `set`: index of the result.
+    /// - `identified`: an identification and the index of its result.
     /// - `forms`: whether rigid joints replace springs, and the text of `control.json` of a controller.
     fn export(
         &self,
         py: Python<'_>,
-        identified: &Identified,
-        set: usize,
+        identified: (PyRef<'_, Identified>, usize),
         format: &str,
         forms: (bool, Option<String>),
         file: PathBuf,
         run: Run,
     ) -> PyResult<Vec<(String, String)>> {
         let format = format_of(py, format)?;
-        let (rigid, control) = forms;
+        let ((identified, set), (rigid, control)) = (identified, forms);
         let control = control.map(|text| design(py, &text)).transpose()?;
         let session = Arc::clone(&self.inner);
         let parameters = Parameters::from(identified.found().identification.clone());
@@ -525,62 +528,9 @@ impl Session {
         let names = format.files().iter().map(|name| (*name).to_owned());
         Ok(names.zip(exported.texts).collect())
     }
-
-    /// Writes drawn robots for simulators; returns the text of each.
-    fn export_samples(
-        &self,
-        py: Python<'_>,
-        identified: (PyRef<'_, Identified>, usize),
-        robots: Robots<'_>,
-        format: &str,
-        rigid: bool,
-        file: PathBuf,
-        run: Run,
-    ) -> PyResult<Vec<String>> {
-        let format = format_of(py, format)?;
-        let (identified, set) = identified;
-        let (session, robots) = (Arc::clone(&self.inner), robots.sampled());
-        let parameters = Parameters::from(identified.found().identification.clone());
-        let exported = run.work(py, move |_| {
-            let request = ExportRequest {
-                file: &file,
-                format,
-                form: form(rigid),
-                set,
-                control: None,
-            };
-            session.export_samples(&parameters, &request, &robots)
-        })?;
-        Ok(exported.into_iter().flat_map(|own| own.texts).collect())
-    }
-
-    /// Returns the fields of the models that MuJoCo compiles from the MJCF of drawn robots.
-    fn mujoco_of_samples<'py>(
-        &self,
-        py: Python<'py>,
-        identified: (PyRef<'py, Identified>, usize),
-        robots: Robots<'py>,
-        rigid: bool,
-        run: Run,
-    ) -> PyResult<OfMujoco<'py>> {
-        let (identified, set) = identified;
-        let (session, robots) = (Arc::clone(&self.inner), robots.sampled());
-        let parameters = Parameters::from(identified.found().identification.clone());
-        let (names, fields) = run.work(py, move |_| {
-            let request = ExportRequest {
-                file: Path::new(""),
-                format: Format::Mjcf,
-                form: form(rigid),
-                set,
-                control: None,
-            };
-            session.mujoco_of_samples(&parameters, &request, &robots)
-        })?;
-        of_mujoco(py, names, &fields)
-    }
 }
 
-fn format_of(py: Python<'_>, word: &str) -> PyResult<Format> {
+pub(crate) fn format_of(py: Python<'_>, word: &str) -> PyResult<Format> {
     Format::of_word(word).ok_or_else(|| {
         let text = format!("the format \"{word}\" is not known");
         let remedy = format!("give one of {}", Format::ALL.map(Format::word).join(", "));
@@ -588,6 +538,6 @@ fn format_of(py: Python<'_>, word: &str) -> PyResult<Format> {
     })
 }
 
-fn form(rigid: bool) -> Form {
+pub(crate) fn form(rigid: bool) -> Form {
     if rigid { Form::Rigid } else { Form::Flexible }
 }

@@ -306,7 +306,7 @@ class Result(Report):
         session = self._experiment._session
         forms = (rigid, None if control is None else control.to_json())
         own = self._handle, self._index
-        texts = dict(session.export(*own, format, forms, "identification.json", run))
+        texts = dict(session.export(own, format, forms, "identification.json", run))
         if folder is not None:
             for name, text in texts.items():
                 write_text(Path(folder) / name, text)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, SupportsIndex
 
 import numpy as np
 
+from sprung import _sprung
 from sprung._errors import one_of
 from sprung._files import write_text
 from sprung._mujoco import MujocoArrays
@@ -19,7 +20,6 @@ from sprung._named import Named
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from sprung import _sprung
     from sprung._result import Result
 
     Numbers = NDArray[np.float64]
@@ -192,9 +192,8 @@ class Samples(Sequence[SampledValues]):
         result, paths = self._result, list[Path]()
         own, session = (result._handle, result._index), result._experiment._session
         for first in range(0, len(self), _PART):
-            texts = session.export_samples(
-                own, self._robots(first), format, rigid, "identification.json", run
-            )
+            robots, form = self._robots(first), (format, rigid)
+            texts = _sprung.export_samples(session, own, robots, form, "identification.json", run)
             for robot, text in enumerate(texts, first):
                 name = f"robot-{robot:0{digits}}.{_ENDS[format]}"
                 paths.append(write_text(Path(folder) / name, text))
@@ -221,7 +220,8 @@ class Samples(Sequence[SampledValues]):
         own, session = (result._handle, result._index), result._experiment._session
         parts = []
         for first in range(0, len(self), _PART):
-            names, part = session.mujoco_of_samples(own, self._robots(first), rigid, run)
+            robots = self._robots(first)
+            names, part = _sprung.mujoco_of_samples(session, own, robots, rigid, run)
             parts.append(part)
         arrays = {name: _fixed(np.concatenate([own[name] for own in parts])) for name in parts[0]}
         bodies, joints, tendons = names

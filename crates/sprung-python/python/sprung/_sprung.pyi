@@ -92,25 +92,12 @@ class Session:
     def dynamics(self, identified: Identified, set: int) -> Dynamics: ...
     def export(
         self,
-        identified: Identified,
-        set: int,
+        identified: tuple[Identified, int],
         format: str,
         forms: tuple[bool, str | None],
         file: Path,
         run: Run,
     ) -> list[tuple[str, str]]: ...
-    def export_samples(
-        self,
-        identified: tuple[Identified, int],
-        robots: Robots,
-        format: str,
-        rigid: bool,
-        file: Path,
-        run: Run,
-    ) -> list[str]: ...
-    def mujoco_of_samples(
-        self, identified: tuple[Identified, int], robots: Robots, rigid: bool, run: Run
-    ) -> tuple[tuple[list[str], list[str], list[str]], dict[str, Numbers]]: ...
 
 class Identified:
     @staticmethod
@@ -217,6 +204,21 @@ class Columns:
     @property
     def others(self) -> list[str]: ...
 
+def export_samples(
+    session: Session,
+    identified: tuple[Identified, int],
+    robots: Robots,
+    form: tuple[str, bool],
+    file: Path,
+    run: Run,
+) -> list[str]: ...
+def mujoco_of_samples(
+    session: Session,
+    identified: tuple[Identified, int],
+    robots: Robots,
+    rigid: bool,
+    run: Run,
+) -> tuple[tuple[list[str], list[str], list[str]], dict[str, Numbers]]: ...
 def run_command(words: Sequence[str]) -> int: ...
 def toml_of_json(json: str) -> str: ...
 def joints_of_urdf(path: Path) -> list[str]: ...
