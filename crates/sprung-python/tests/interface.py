@@ -13,7 +13,7 @@ import sprung
 #: Headings and their modules.
 SECTIONS = {
     "Experiments": ["_experiment"],
-    "Results": ["_result", "_identification", "_parameters", "_samples"],
+    "Results": ["_result", "_identification", "_parameters", "_samples", "_mujoco"],
     "Plots": ["_plots"],
     "Model": ["_model"],
     "Checks, validations and comparisons": ["_check", "_validation", "_comparison"],

@@ -21,7 +21,7 @@ def _example(own: object) -> str:
     texts = [own.__doc__ or ""]
     if inspect.isclass(own):
         texts += [getattr(own, name).__doc__ or "" for name in vars(own) if not name.startswith("_")]
-    return "\n".join(line for text in texts for line in text.splitlines() if ">>>" in line)
+    return "\n".join(line for text in texts for line in text.splitlines() if ">>> " in line or "... " in line)
 
 
 def _shown_by(own: object, lines: str, shown: set[str]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import importlib
 import pickle
 import warnings
@@ -196,7 +197,7 @@ def test_friction_without_laws_that_mujoco_lacks(log: dict[str, NDArray[np.float
     samples = result.sample(300)
     arrays, values = samples.to_mujoco(), samples.to_dict()
     joint = arrays.joints.index("joint1_motor")
-    dependence = result.identification["results"][0]["dependence"]
+    dependence = json.loads(result.to_json())["results"][0]["dependence"]
     assert [own["name"] for own in dependence] == ["joint1.motor_viscous", "joint1.motor_coulomb"]
     for own, field in zip(dependence, (arrays.dof_damping, arrays.dof_frictionloss), strict=True):
         ((law, weight),) = own["weights"].items()

@@ -124,6 +124,8 @@ class Samples(Sequence[SampledValues]):
         >>> error = result.parameters["joint1.stiffness"].standard_error
         >>> 0.9 < statistics.stdev(stiffness) / error < 1.1
         True
+        >>> samples.bodies is None                      # planar-2r determines no bodies
+        True
     """
 
     parameters: list[str]
