@@ -190,7 +190,7 @@ def test_files_hold_the_values_of_their_robot(arm: sprung.Result, tmp_path: Path
 
 def test_friction_without_laws_that_mujoco_lacks(log: dict[str, NDArray[np.float64]]) -> None:
     laws = {"robot.joint.0.motor_friction": ["viscous", "coulomb", "quadratic"]}
-    experiment = sprung.Experiment.demo(LEAST_SQUARES | laws)
+    experiment = sprung.Experiment.demo({**LEAST_SQUARES, **laws})
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         result = experiment.identify(log)
