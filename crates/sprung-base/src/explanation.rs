@@ -72,54 +72,56 @@ static ALL: LazyLock<Vec<Explanation>> = LazyLock::new(|| {
     SECTIONS.iter().flat_map(read).collect()
 });
 
-/// Returns the meaning of every finding, in the order of the work.
-#[must_use]
-pub fn explanations() -> &'static [Explanation] {
-    &ALL
-}
-
-/// Returns the meaning of a finding by its code, or by a code of an earlier version.
-#[must_use]
-pub fn explain(code: &str) -> Option<&'static Explanation> {
-    ALL.iter()
-        .find(|own| own.codes.iter().chain(&own.aliases).any(|one| one == code))
-}
-
-/// Returns the known code that is nearest to an unknown one, if one is near.
-#[must_use]
-pub fn nearest_code(code: &str) -> Option<&'static str> {
-    let codes = ALL.iter().flat_map(|own| &own.codes).map(String::as_str);
-    codes
-        .map(|known| (strsim::damerau_levenshtein(code, known), known))
-        .filter(|&(distance, known)| distance <= 1 + known.len() / 3 || known.starts_with(code))
-        .min_by_key(|&(distance, _)| distance)
-        .map(|(_, known)| known)
-}
-
-/// Returns a Markdown text without marks; a link becomes its text and its target.
-#[must_use]
-pub fn plain(text: &str) -> String {
-    let mut shown = String::new();
-    let mut rest = text;
-    while let Some((before, link)) = rest.split_once('[') {
-        let Some((name, (target, after))) = link
-            .split_once("](")
-            .and_then(|(name, behind)| Some((name, behind.split_once(')')?)))
-            .filter(|(name, _)| !name.contains(['[', ']']))
-        else {
-            shown.push_str(before);
-            shown.push('[');
-            rest = link;
-            continue;
-        };
-        shown.push_str(before);
-        shown.push_str(name);
-        shown.push_str(": ");
-        shown.push_str(target);
-        rest = after;
+impl Explanation {
+    /// Returns the meaning of every finding, in the order of the work.
+    #[must_use]
+    pub fn all() -> &'static [Self] {
+        &ALL
     }
-    shown.push_str(rest);
-    shown.replace('`', "")
+
+    /// Returns the meaning of a finding by its code, or by a code of an earlier version.
+    #[must_use]
+    pub fn of(code: &str) -> Option<&'static Self> {
+        ALL.iter()
+            .find(|own| own.codes.iter().chain(&own.aliases).any(|one| one == code))
+    }
+
+    /// Returns the known code that is nearest to an unknown one, if one is near.
+    #[must_use]
+    pub fn nearest_code(code: &str) -> Option<&'static str> {
+        let codes = ALL.iter().flat_map(|own| &own.codes).map(String::as_str);
+        codes
+            .map(|known| (strsim::damerau_levenshtein(code, known), known))
+            .filter(|&(distance, known)| distance <= 1 + known.len() / 3 || known.starts_with(code))
+            .min_by_key(|&(distance, _)| distance)
+            .map(|(_, known)| known)
+    }
+
+    /// Returns a Markdown text without marks; a link becomes its text and its target.
+    #[must_use]
+    pub fn plain(text: &str) -> String {
+        let mut shown = String::new();
+        let mut rest = text;
+        while let Some((before, link)) = rest.split_once('[') {
+            let Some((name, (target, after))) = link
+                .split_once("](")
+                .and_then(|(name, behind)| Some((name, behind.split_once(')')?)))
+                .filter(|(name, _)| !name.contains(['[', ']']))
+            else {
+                shown.push_str(before);
+                shown.push('[');
+                rest = link;
+                continue;
+            };
+            shown.push_str(before);
+            shown.push_str(name);
+            shown.push_str(": ");
+            shown.push_str(target);
+            rest = after;
+        }
+        shown.push_str(rest);
+        shown.replace('`', "")
+    }
 }
 
 #[cfg(test)]
@@ -146,7 +148,7 @@ mod tests {
     #[test]
     fn every_text_says_something() {
         let known = ["error", "serious", "warning", "note"];
-        for own in explanations() {
+        for own in Explanation::all() {
             assert!(
                 !own.codes.is_empty() && !own.severities.is_empty(),
                 "{own:?}"
@@ -161,17 +163,20 @@ mod tests {
                 assert!(text.len() > 5 && !text.ends_with('.'), "{own:?}");
             }
         }
-        assert_eq!(explain("gaps").unwrap().codes, ["gaps"]);
-        assert!(explain("no-such-finding").is_none());
-        assert_eq!(nearest_code("weakly-exited"), Some("weakly-excited"));
-        assert_eq!(nearest_code("zzzzzz"), None);
+        assert_eq!(Explanation::of("gaps").unwrap().codes, ["gaps"]);
+        assert!(Explanation::of("no-such-finding").is_none());
+        assert_eq!(
+            Explanation::nearest_code("weakly-exited"),
+            Some("weakly-excited")
+        );
+        assert_eq!(Explanation::nearest_code("zzzzzz"), None);
     }
 
     #[test]
     fn markdown_becomes_plain() {
         let text = "see `a` ([the page](docs/a.md#b)) in [log] and `[identify]`";
         assert_eq!(
-            plain(text),
+            Explanation::plain(text),
             "see a (the page: docs/a.md#b) in [log] and [identify]"
         );
     }

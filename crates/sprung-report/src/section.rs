@@ -2,7 +2,7 @@
 
 use super::document::{Block, Finding as Shown, Fold, Section, Tone};
 use crate::finding::{Finding, Severity};
-use sprung_base::explanation::{explain, plain};
+use sprung_base::explanation::Explanation;
 
 /// Returns a section of a report.
 pub(super) fn section(id: &str, heading: &str, lead: &str, blocks: Vec<Block>) -> Section {
@@ -31,7 +31,7 @@ pub(super) fn folded(
 
 /// Returns a finding in the form of a report.
 pub(super) fn shown(finding: &Finding) -> Shown {
-    let known = explain(&finding.code);
+    let known = Explanation::of(&finding.code);
     Shown {
         severity: match finding.severity {
             Severity::Info => Tone::Neutral,
@@ -42,9 +42,9 @@ pub(super) fn shown(finding: &Finding) -> Shown {
         title: finding.code.replace('-', " "),
         text: finding.text.clone(),
         remedy: finding.remedy.clone(),
-        cause: known.map_or_else(String::new, |own| plain(&own.cause)),
+        cause: known.map_or_else(String::new, |own| Explanation::plain(&own.cause)),
         condition: known
             .and_then(|own| own.condition.as_deref())
-            .map_or_else(String::new, plain),
+            .map_or_else(String::new, Explanation::plain),
     }
 }

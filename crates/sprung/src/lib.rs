@@ -151,7 +151,7 @@ pub mod export {
 /// Findings: observations that the user must know, with evidence and remedy.
 pub mod finding {
     #[doc(inline)]
-    pub use sprung_base::explanation::{Explanation, explain, explanations, nearest_code, plain};
+    pub use sprung_base::explanation::Explanation;
     #[doc(inline)]
     pub use sprung_base::finding::{Evidence, Finding, GENERATOR, Severity};
 }

@@ -1,6 +1,6 @@
 //! `sprung explain`: the meaning of a finding.
 
-use sprung::finding::{Explanation, explain, explanations, nearest_code, plain};
+use sprung::finding::Explanation;
 
 use crate::args::Explain;
 use crate::exit_code::{ExitCode, Failure};
@@ -13,13 +13,13 @@ const INDENT: usize = 11;
 
 pub(crate) fn run(args: &Explain) -> Result<ExitCode, Failure> {
     let Some(code) = &args.code else {
-        let codes = explanations().iter().flat_map(|own| &own.codes);
+        let codes = Explanation::all().iter().flat_map(|own| &own.codes);
         let lines: Vec<&str> = codes.map(String::as_str).collect();
         print(&lines.join("\n"));
         return Ok(ExitCode::Done);
     };
-    let own = explain(code).ok_or_else(|| {
-        let hint = nearest_code(code).map_or_else(
+    let own = Explanation::of(code).ok_or_else(|| {
+        let hint = Explanation::nearest_code(code).map_or_else(
             || "sprung explain --list prints all codes".to_owned(),
             |near| format!("did you mean \"{near}\"?"),
         );
@@ -44,7 +44,7 @@ fn shown(own: &Explanation) -> String {
     let mut lines = vec![title, String::new()];
     for (name, text) in parts {
         if let Some(text) = text {
-            let wrapped = wrapped(&plain(text), WIDTH - INDENT);
+            let wrapped = wrapped(&Explanation::plain(text), WIDTH - INDENT);
             for (place, line) in wrapped.iter().enumerate() {
                 let head = if place == 0 { name } else { "" };
                 lines.push(format!("{head:INDENT$}{line}"));

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::process::Command;
 
-use sprung::finding::{Explanation, explanations};
+use sprung::finding::Explanation;
 
 use super::experiment::same_or_written;
 use crate::common::{stderr, stdout};
@@ -21,7 +21,7 @@ works](../explanation/checks.md) its method.
 fn page() -> String {
     let mut page = HEAD.to_owned();
     let mut section = "";
-    for own in explanations() {
+    for own in Explanation::all() {
         if own.section != section {
             section = own.section;
             write!(page, "\n## {section}\n").unwrap();
@@ -73,7 +73,7 @@ fn a_finding_is_explained_and_all_are_listed() {
     let codes: Vec<&str> = list.lines().collect();
     assert_eq!(
         codes.len(),
-        explanations()
+        Explanation::all()
             .iter()
             .map(|own| own.codes.len())
             .sum::<usize>()
