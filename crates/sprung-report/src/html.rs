@@ -142,6 +142,8 @@ mod tests {
             title: text(),
             text: text(),
             remedy: text(),
+            cause: text(),
+            condition: text(),
         };
         Document {
             title: text(),
