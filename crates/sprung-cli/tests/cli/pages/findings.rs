@@ -43,7 +43,7 @@ fn entry(own: &Explanation) -> String {
     let severities = own.severities.join(", ");
     match &own.condition {
         Some(condition) => {
-            writeln!(text, "- Condition ({severities}): {}.", linked(condition)).unwrap()
+            writeln!(text, "- Condition ({severities}): {}.", linked(condition)).unwrap();
         }
         None => writeln!(text, "- Severity: {severities}.").unwrap(),
     }
