@@ -182,7 +182,7 @@ fn first_cells(page: &str) -> BTreeSet<&str> {
 
 /// Returns the codes that the explanations name.
 fn explained() -> BTreeSet<String> {
-    let folder = root().join("crates/sprung-base/src/explanations");
+    let folder = root().join("crates/sprung-base/src/explanation");
     let texts = files(&folder, "toml")
         .into_iter()
         .map(|path| fs::read_to_string(path).unwrap());
@@ -246,6 +246,6 @@ fn every_code_has_an_explanation() {
         .collect();
     assert!(
         missing.is_empty(),
-        "crates/sprung-base/src/explanations lacks {missing:?}"
+        "crates/sprung-base/src/explanation lacks {missing:?}"
     );
 }

@@ -6,27 +6,27 @@ use serde::Deserialize;
 
 /// Sections in the order of the work, and their findings as TOML.
 const SECTIONS: [(&str, &str); 12] = [
-    ("Log: time", include_str!("explanations/time.toml")),
-    ("Log: columns", include_str!("explanations/columns.toml")),
-    ("Log: samples", include_str!("explanations/samples.toml")),
+    ("Log: time", include_str!("explanation/time.toml")),
+    ("Log: columns", include_str!("explanation/columns.toml")),
+    ("Log: samples", include_str!("explanation/samples.toml")),
     (
         "Log: torques and filters",
-        include_str!("explanations/torques.toml"),
+        include_str!("explanation/torques.toml"),
     ),
     (
         "Estimates that the file asks for",
-        include_str!("explanations/requests.toml"),
+        include_str!("explanation/requests.toml"),
     ),
-    ("Result", include_str!("explanations/result.toml")),
-    ("Refinement", include_str!("explanations/refinement.toml")),
-    ("LSFF", include_str!("explanations/lsff.toml")),
+    ("Result", include_str!("explanation/result.toml")),
+    ("Refinement", include_str!("explanation/refinement.toml")),
+    ("LSFF", include_str!("explanation/lsff.toml")),
     (
         "Output error",
-        include_str!("explanations/output-error.toml"),
+        include_str!("explanation/output-error.toml"),
     ),
-    ("Servo", include_str!("explanations/servo.toml")),
-    ("Validation", include_str!("explanations/validate.toml")),
-    ("Comparison", include_str!("explanations/compare.toml")),
+    ("Servo", include_str!("explanation/servo.toml")),
+    ("Validation", include_str!("explanation/validate.toml")),
+    ("Comparison", include_str!("explanation/compare.toml")),
 ];
 
 /// The meaning of one or several findings with one cause and one remedy.

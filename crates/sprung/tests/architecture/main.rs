@@ -11,8 +11,9 @@ use std::path::{Path, PathBuf};
 use files::{Files, LIBRARY};
 
 /// Modules of `sprung` in order. A module uses only modules before it.
-const ORDER: [&str; 27] = [
+const ORDER: [&str; 28] = [
     "finding",
+    "explanation",
     "curves",
     "ellipsoid",
     "named",
