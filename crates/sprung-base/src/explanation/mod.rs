@@ -6,27 +6,21 @@ use serde::Deserialize;
 
 /// Sections in the order of the work, and their findings as TOML.
 const SECTIONS: [(&str, &str); 12] = [
-    ("Log: time", include_str!("explanation/time.toml")),
-    ("Log: columns", include_str!("explanation/columns.toml")),
-    ("Log: samples", include_str!("explanation/samples.toml")),
-    (
-        "Log: torques and filters",
-        include_str!("explanation/torques.toml"),
-    ),
+    ("Log: time", include_str!("time.toml")),
+    ("Log: columns", include_str!("columns.toml")),
+    ("Log: samples", include_str!("samples.toml")),
+    ("Log: torques and filters", include_str!("torques.toml")),
     (
         "Estimates that the file asks for",
-        include_str!("explanation/requests.toml"),
+        include_str!("requests.toml"),
     ),
-    ("Result", include_str!("explanation/result.toml")),
-    ("Refinement", include_str!("explanation/refinement.toml")),
-    ("LSFF", include_str!("explanation/lsff.toml")),
-    (
-        "Output error",
-        include_str!("explanation/output-error.toml"),
-    ),
-    ("Servo", include_str!("explanation/servo.toml")),
-    ("Validation", include_str!("explanation/validate.toml")),
-    ("Comparison", include_str!("explanation/compare.toml")),
+    ("Result", include_str!("result.toml")),
+    ("Refinement", include_str!("refinement.toml")),
+    ("LSFF", include_str!("lsff.toml")),
+    ("Output error", include_str!("output-error.toml")),
+    ("Servo", include_str!("servo.toml")),
+    ("Validation", include_str!("validate.toml")),
+    ("Comparison", include_str!("compare.toml")),
 ];
 
 /// The meaning of one or several findings with one cause and one remedy.
