@@ -1,10 +1,23 @@
-//! Named values in a fixed order, base joint first.
+//! Named values in a fixed order, base joint first; the nearest of known names.
 
 use std::fmt;
 
 use serde::de::{MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// Returns the word of `available` nearest to `word`, if its edit distance is small.
+#[must_use]
+pub fn nearest<'a>(word: &str, available: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    available
+        .into_iter()
+        .map(|candidate| (strsim::damerau_levenshtein(word, candidate), candidate))
+        .filter(|&(distance, candidate)| {
+            distance <= 1 + candidate.len() / 3 || candidate.starts_with(word)
+        })
+        .min_by_key(|&(distance, _)| distance)
+        .map(|(_, candidate)| candidate)
+}
 
 /// A short list of named values. In files it is a map, in the order of the robot.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,19 +1,6 @@
 //! Words from a fixed list; the error for an unknown word names the nearest known word.
 
-/// Returns the word of `available` nearest to `word`, if its edit distance is small.
-pub(crate) fn nearest<'a>(
-    word: &str,
-    available: impl IntoIterator<Item = &'a str>,
-) -> Option<&'a str> {
-    available
-        .into_iter()
-        .map(|candidate| (strsim::damerau_levenshtein(word, candidate), candidate))
-        .filter(|&(distance, candidate)| {
-            distance <= 1 + candidate.len() / 3 || candidate.starts_with(word)
-        })
-        .min_by_key(|&(distance, _)| distance)
-        .map(|(_, candidate)| candidate)
-}
+pub(crate) use sprung_base::named::nearest;
 
 /// Returns the index of `word` in `available`, or a message with the nearest word.
 ///

@@ -4,6 +4,8 @@ use std::sync::LazyLock;
 
 use serde::Deserialize;
 
+use crate::named::nearest;
+
 /// Sections in the order of the work, and their findings as TOML.
 const SECTIONS: [(&str, &str); 12] = [
     ("Log: time", include_str!("time.toml")),
@@ -83,12 +85,10 @@ impl Explanation {
     /// Returns the known code that is nearest to an unknown one, if one is near.
     #[must_use]
     pub fn nearest_code(code: &str) -> Option<&'static str> {
-        let codes = ALL.iter().flat_map(|own| &own.codes).map(String::as_str);
-        codes
-            .map(|known| (strsim::damerau_levenshtein(code, known), known))
-            .filter(|&(distance, known)| distance <= 1 + known.len() / 3 || known.starts_with(code))
-            .min_by_key(|&(distance, _)| distance)
-            .map(|(_, known)| known)
+        nearest(
+            code,
+            ALL.iter().flat_map(|own| &own.codes).map(String::as_str),
+        )
     }
 
     /// Returns a Markdown text without marks; a link becomes its text and its target.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -104,11 +103,6 @@ class Check(Report):
 
     def __init__(self, handle: _sprung.Checked | Pickled) -> None:
         self._handle = handle
-
-    @cached_property
-    def _contents(self) -> dict[str, Any]:
-        own: dict[str, Any] = json.loads(self.to_json())
-        return own
 
     @cached_property
     def logs(self) -> list[CheckedLog]:

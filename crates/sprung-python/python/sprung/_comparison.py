@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -197,11 +196,6 @@ class Comparison(Report):
         self._json = json_text
         self._page = page
         self.conclusion = conclusion
-
-    @cached_property
-    def _contents(self) -> dict[str, Any]:
-        own: dict[str, Any] = json.loads(self._json)
-        return own
 
     @cached_property
     def compared(self) -> list[ComparedResult]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import json
 import os
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,11 @@ class Report:
     def to_json(self) -> str:
         """Returns the text of the file that the command line writes."""
         raise NotImplementedError
+
+    @cached_property
+    def _contents(self) -> dict[str, Any]:
+        own: dict[str, Any] = json.loads(self.to_json())
+        return own
 
     def report(self, path: str | os.PathLike[str]) -> Path:
         """Writes the report, one HTML file that needs no other; returns its path."""
@@ -39,7 +45,7 @@ class Report:
         return hash(json.dumps(self._timeless(), sort_keys=True))
 
     def _timeless(self) -> object:
-        return _without_times(json.loads(self.to_json()))
+        return _without_times(self._contents)
 
 
 class Pickled:

@@ -67,11 +67,6 @@ class Result(Report):
         self._experiment = experiment
         self._index = index
 
-    @cached_property
-    def _contents(self) -> dict[str, Any]:
-        own: dict[str, Any] = json.loads(self.to_json())
-        return own
-
     @property
     def _result(self) -> dict[str, Any]:
         own: dict[str, Any] = self._contents["results"][self._index]

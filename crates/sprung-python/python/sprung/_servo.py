@@ -210,11 +210,6 @@ class ServoResult(Report):
             "identify again",
         )
 
-    @cached_property
-    def _contents(self) -> dict[str, Any]:
-        own: dict[str, Any] = json.loads(self.to_json())
-        return own
-
     @property
     def joint(self) -> str:
         """Name of the servo's joint."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -159,7 +158,7 @@ class Validation(Report):
     @cached_property
     def runs(self) -> list[ValidationRun]:
         """The runs, with the errors of each set of parameters."""
-        return [record(ValidationRun, own) for own in json.loads(self.to_json())["runs"]]
+        return [record(ValidationRun, own) for own in self._contents["runs"]]
 
     @property
     def sentence(self) -> str:
