@@ -41,7 +41,7 @@
 //! Data flow in one direction: a module uses only the modules to its left.
 //!
 //! ```text
-//! finding, explanation, curves, named, numbers, progress, sha256, stopwatch |
+//! finding, curves, named, explanation, numbers, progress, sha256, stopwatch |
 //! description → model → log → simulate → preprocess → regression → fit → prepare → frequency → check → estimate → validate → compare → excite → export → servo → session → report
 //! ```
 //!

@@ -13,10 +13,10 @@ use files::{Files, LIBRARY};
 /// Modules of `sprung` in order. A module uses only modules before it.
 const ORDER: [&str; 28] = [
     "finding",
-    "explanation",
     "curves",
     "ellipsoid",
     "named",
+    "explanation",
     "numbers",
     "progress",
     "sha256",
