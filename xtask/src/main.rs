@@ -1,4 +1,4 @@
-//! Tasks of the project: tests, pages of the documentation, fuzzing, profiles, installation of what the tests need.
+//! Tasks of the project: tests, pages and figures of the documentation, fuzzing, profiles, installation of what the tests need.
 
 #![expect(
     clippy::print_stdout,
@@ -9,6 +9,8 @@
 mod binaries;
 mod dist;
 mod docs;
+mod figures;
+mod files;
 mod fuzz;
 mod install;
 mod numbers;
@@ -36,7 +38,10 @@ const USAGE: &str = "usage: cargo xtask TASK
   dist [BINARY] builds a release in target/dist: an archive and a Debian package, each installed into an empty
                 folder and run; with BINARY, packages this program instead of building one
   wheel         builds the wheel for Python into target/wheels
-  docs          writes the pages of the documentation that come from the program
+  docs          writes the pages of the documentation that come from the program, and the figures of all pages
+  figures [--accept] [PART…]
+                measures the figures of the documentation, all or some of these parts: PARTS;
+                fails if one is worse than before by more than its scatter; --accept stores it nevertheless
   numbers [FOLDER]
                 counts named and unnamed numbers in the code of the library, or below a folder
   browser       installs the browser that the report is tested in
@@ -59,13 +64,15 @@ fn main() -> ExitCode {
         ["numbers"] => numbers::print(None),
         ["numbers", folder] => numbers::print(Some(folder)),
         ["docs"] => docs::write(),
+        ["figures", words @ ..] => figures::run(words),
         ["browser"] if install::browser() => ExitCode::SUCCESS,
         ["browser"] => ExitCode::FAILURE,
         ["fuzz"] => fuzz::run("120", &[]),
         ["fuzz", seconds, targets @ ..] => fuzz::run(seconds, targets),
         ["profile", cases @ ..] => profile::run(cases),
         _ => {
-            let usage = USAGE.replace("STEPS", &outside::names().join(", "));
+            let usage = (USAGE.replace("STEPS", &outside::names().join(", ")))
+                .replace("PARTS", &figures::names().join(", "));
             eprintln!("{}", usage.replace("CASES", &profile::names().join(", ")));
             ExitCode::from(2)
         }

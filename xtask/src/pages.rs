@@ -4,11 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::files::files;
 use crate::numbers::library;
 use crate::root;
-
-/// Folders without pages of the project.
-const NO_PAGES: [&str; 3] = ["target", ".git", "fuzz"];
 
 /// Words in the library with the form of a code that are no codes.
 const OTHER_WORDS: [&str; 22] = [
@@ -35,23 +33,6 @@ const OTHER_WORDS: [&str; 22] = [
     "two-stage",
     "worst-error",
 ];
-
-/// Returns all files below a folder that end in `.extension`.
-fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
-    let mut all = Vec::new();
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            let name = path.file_name().unwrap().to_str().unwrap();
-            if !NO_PAGES.contains(&name) {
-                all.extend(files(&path, extension));
-            }
-        } else if path.extension().is_some_and(|own| own == extension) {
-            all.push(path);
-        }
-    }
-    all
-}
 
 /// Returns a page without its fenced blocks and without code in backquotes in link targets.
 fn prose(page: &str) -> String {

@@ -10,9 +10,13 @@
 //! - `SPRUNG_TEST_REQUIRE`: needs that must be met, separated by commas (`data,browser,hdf5`). A test
 //!   that would be skipped for one of these needs fails instead.
 
+mod figure;
+
 use std::ffi::OsStr;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+
+pub use figure::Figure;
 
 /// Returns a recorded log, or a folder of logs; reports the calling test as skipped if it is absent.
 ///

@@ -9,7 +9,7 @@ mod foreign;
 mod formats;
 mod mujoco;
 mod new;
-mod python;
+pub(crate) mod python;
 mod servo;
 mod vectors;
 pub(crate) mod wheel;

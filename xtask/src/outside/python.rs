@@ -72,7 +72,7 @@ impl Python {
     }
 
     /// Returns the interpreter of the environment.
-    pub(super) fn program(&self) -> &Path {
+    pub(crate) fn program(&self) -> &Path {
         &self.program
     }
 

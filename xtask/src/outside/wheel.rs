@@ -9,7 +9,7 @@ use crate::steps::succeeds;
 use crate::target;
 
 /// What pip installs to build the wheel.
-pub(super) const MATURIN: &str = "maturin==1.16.0";
+pub(crate) const MATURIN: &str = "maturin==1.16.0";
 
 /// Folder of the crate.
 const CRATE: &str = "crates/sprung-python";
@@ -44,7 +44,7 @@ fn wheel(python: &Python) -> Option<PathBuf> {
 }
 
 /// Builds and installs the wheel.
-pub(super) fn install(python: &Python) -> Option<()> {
+pub(crate) fn install(python: &Python) -> Option<()> {
     let wheel = wheel(python)?;
     let options = ["install", "--quiet", "--force-reinstall", "--no-deps"];
     succeeds(python.module("pip", &options).arg(&wheel))?;

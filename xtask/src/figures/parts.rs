@@ -1,0 +1,300 @@
+//! The parts of the figures: what each runs, and which code it measures.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::install::hdf5;
+use crate::outside::python::Python;
+use crate::steps::succeeds;
+use crate::{root, target};
+
+/// A group of figures that one run measures, and one table of the documentation.
+pub(super) struct Part {
+    pub(super) name: &'static str,
+    /// Minutes on two idle cores, about.
+    pub(super) minutes: u32,
+    /// Folders whose code the figures measure.
+    pub(super) code: &'static [&'static str],
+    /// What pip installs for it.
+    packages: &'static [&'static str],
+    run: fn(&Run) -> Option<()>,
+}
+
+/// Code of identifications.
+const METHOD: &str = "crates/sprung-method/src";
+const LOG: &str = "crates/sprung-log/src";
+const CORE: &str = "crates/sprung-core/src";
+const MODEL: &str = "crates/sprung-model/src";
+const ROBOT: &str = "crates/sprung-robot/src";
+
+/// All parts, in the order of the documentation. A new part is a line here and its notes in a benchmark.
+pub(super) const PARTS: [Part; 13] = [
+    Part {
+        name: "twins",
+        minutes: 6,
+        code: &[METHOD, CORE, MODEL, LOG, "crates/sprung/benches/accuracy"],
+        packages: &["numpy==2.4.6", "mujoco==4.0.0"],
+        run: |run| {
+            let logs = target().join("mujoco");
+            if !logs.join("009.csv").exists() {
+                run.python("benches/peers/two_joints_mujoco.py", &[&logs])?;
+            }
+            let arguments = ["--mujoco", &logs.to_string_lossy()];
+            run.bench("sprung", "accuracy", &arguments)
+        },
+    },
+    Part {
+        name: "intervals",
+        minutes: 3,
+        code: &[METHOD, CORE, MODEL, LOG, "crates/sprung/benches/accuracy"],
+        packages: &[],
+        run: |run| {
+            let lengths = ["--lengths", "10,60,300,3600", "--seeds", "20"];
+            run.bench("sprung", "accuracy", &lengths)
+        },
+    },
+    Part {
+        name: "verdicts",
+        minutes: 20,
+        code: &[METHOD, CORE, MODEL, LOG, "crates/sprung/benches/verdicts"],
+        packages: &[],
+        run: |run| run.bench("sprung", "verdicts", &[]),
+    },
+    Part {
+        name: "machines",
+        minutes: 1,
+        code: &[METHOD, CORE, MODEL, LOG, ROBOT, "benches/machines"],
+        packages: &[],
+        run: |run| {
+            let sprung = run.sprung()?;
+            run.python(
+                "benches/machines/run.py",
+                &[Path::new("--data"), &data()?, Path::new("--binary"), &sprung],
+            )
+        },
+    },
+    Part {
+        name: "foreign",
+        minutes: 10,
+        code: &[METHOD, CORE, MODEL, LOG, "benches/foreign"],
+        packages: &[
+            "numpy==2.4.6",
+            "numba==0.68.1",
+            "pin==4.1.0",
+            "example-robot-data==6.0.0",
+        ],
+        run: |run| {
+            let (sprung, logs) = (run.sprung()?, foreign_logs());
+            let words = ["--arms", "ur5,panda", "--seeds", "1-2", "--rates", "1000,250", "--held-out"];
+            let mut arguments: Vec<&Path> = words.iter().map(Path::new).collect();
+            arguments.extend([Path::new("--binary"), &sprung, Path::new("--out"), &logs]);
+            run.python("benches/foreign/run.py", &arguments)
+        },
+    },
+    Part {
+        name: "diagnoses",
+        minutes: 5,
+        code: &[METHOD, CORE, MODEL, LOG, "benches/diagnoses"],
+        packages: &[
+            "numpy==2.4.6",
+            "numba==0.68.1",
+            "pin==4.1.0",
+            "example-robot-data==6.0.0",
+        ],
+        run: |run| {
+            let (sprung, logs) = (run.sprung()?, foreign_logs());
+            let damaged = target().join("figures/diagnoses");
+            run.python(
+                "benches/diagnoses/run.py",
+                &[
+                    Path::new("--binary"),
+                    &sprung,
+                    Path::new("--foreign"),
+                    &logs,
+                    Path::new("--out"),
+                    &damaged,
+                ],
+            )
+        },
+    },
+    Part {
+        name: "arms",
+        minutes: 3,
+        code: &[METHOD, CORE, MODEL, LOG, ROBOT, "crates/sprung/src", "benches/arms"],
+        packages: &[
+            "numpy==2.4.6",
+            "scipy==1.17.1",
+            "pyarrow==26.0.1",
+            "mcap==1.6.0",
+            "mcap-ros2-support==0.6.0",
+            "example-robot-data==6.0.0",
+        ],
+        run: |run| {
+            let logs = target().join("figures/arms");
+            run.python("benches/arms/known_arms.py", &[&run.sprung()?, &logs])
+        },
+    },
+    Part {
+        name: "servo",
+        minutes: 4,
+        code: &["crates/sprung-servo/src", "crates/sprung/benches/servo"],
+        packages: &[
+            // The package asks for Python 3.12, and its models run on 3.11.
+            "--ignore-requires-python",
+            "numpy==2.4.6",
+            "better-actuator-models==1.0.2",
+            "optuna==5.0.0",
+            "cmaes==0.13.1",
+        ],
+        run: |run| {
+            run.bench("sprung", "servo", &["--seeds", "20"])?;
+            let folder = target().join("figures/servo");
+            run.python("benches/peers/servo_bam.py", &[&run.sprung()?, &folder, Path::new("400")])
+        },
+    },
+    Part {
+        name: "springs",
+        minutes: 3,
+        code: &[METHOD, CORE, MODEL, "crates/sprung/benches/springs", "crates/sprung/benches/stiff"],
+        packages: &[],
+        run: |run| {
+            run.bench("sprung", "springs", &[])?;
+            run.bench("sprung", "stiff", &[])
+        },
+    },
+    Part {
+        name: "design",
+        minutes: 15,
+        code: &[METHOD, CORE, MODEL, "crates/sprung/src", "crates/sprung/benches/excite"],
+        packages: &[],
+        run: |run| {
+            let cases = ["two-joints", "rounds", "seven-joints", "arms"];
+            run.bench("sprung", "excite", &cases)
+        },
+    },
+    Part {
+        name: "speed",
+        minutes: 15,
+        code: &[METHOD, CORE, MODEL, LOG, "crates/sprung-cli/src", "benches/peers"],
+        packages: &[],
+        run: |run| {
+            let sprung = run.sprung()?;
+            let folder = target().join("figures/peers");
+            succeeds(
+                run.command("python3")
+                    .arg(root().join("benches/peers/run.py"))
+                    .arg(folder)
+                    .env("SPRUNG", sprung),
+            )?;
+            run.bench("sprung", "lsff", &[])?;
+            run.bench("sprung-cli", "size", &[])
+        },
+    },
+    Part {
+        name: "python",
+        minutes: 3,
+        code: &["crates/sprung-python/src", "benches/python"],
+        packages: &[
+            crate::outside::wheel::MATURIN,
+            "numpy==2.4.6",
+        ],
+        run: |run| {
+            crate::outside::wheel::install(&run.python)?;
+            run.python("benches/python/overhead.py", &[])
+        },
+    },
+    Part {
+        name: "sizes",
+        minutes: 2,
+        code: &["crates", "Cargo.lock"],
+        packages: &[],
+        run: |run| {
+            let sprung = run.sprung()?;
+            run.python("benches/sizes/run.py", &[Path::new("--binary"), &sprung])
+        },
+    },
+];
+
+/// A run of a part.
+struct Run {
+    python: Python,
+    /// Where benchmarks note their figures.
+    notes: PathBuf,
+}
+
+impl Part {
+    /// Runs the part; returns `None`, and prints why, if a program fails. Its notes are in a new file.
+    pub(super) fn run(&self, notes: &Path) -> Option<()> {
+        let folder = notes.parent()?;
+        fs::create_dir_all(folder)
+            .inspect_err(|error| eprintln!("── cannot create {}: {error}", folder.display()))
+            .ok()?;
+        fs::write(notes, "")
+            .inspect_err(|error| eprintln!("── cannot write {}: {error}", notes.display()))
+            .ok()?;
+        let run = Run {
+            python: Python::with(&target().join("outside"), self.packages)?,
+            notes: notes.canonicalize().ok()?,
+        };
+        (self.run)(&run)
+    }
+}
+
+impl Run {
+    /// Runs a script of the repository, with the packages of the part if it has any.
+    fn python(&self, script: &str, arguments: &[&Path]) -> Option<()> {
+        let environment = self.python.program();
+        let program = if environment.exists() {
+            environment
+        } else {
+            Path::new("python3")
+        };
+        let mut command = self.command(program);
+        succeeds(command.arg(root().join(script)).args(arguments))
+    }
+
+    /// Runs a benchmark of cargo.
+    fn bench(&self, package: &str, name: &str, arguments: &[&str]) -> Option<()> {
+        let mut command = self.command(env!("CARGO"));
+        let bench = ["bench", "--quiet", "-p", package, "--bench", name, "--"];
+        succeeds(command.args(bench).args(arguments).current_dir(root()))
+    }
+
+    /// Builds the program as a release, and returns its path.
+    fn sprung(&self) -> Option<PathBuf> {
+        let build = ["build", "--quiet", "--release", "-p", "sprung-cli"];
+        let mut command = self.command(env!("CARGO"));
+        if hdf5() {
+            command.args(build).arg("--features=mat73")
+        } else {
+            command.args(build)
+        };
+        succeeds(command.current_dir(root()))?;
+        target().join("release/sprung").canonicalize().ok()
+    }
+
+    fn command(&self, program: impl AsRef<std::ffi::OsStr>) -> Command {
+        let mut command = Command::new(program);
+        command.env("SPRUNG_FIGURES", &self.notes);
+        command
+    }
+}
+
+fn foreign_logs() -> PathBuf {
+    target().join("figures/foreign")
+}
+
+/// Returns the folder with the logs of real machines; `None`, and prints why, if it is absent.
+fn data() -> Option<PathBuf> {
+    let folder = std::env::var_os("SPRUNG_TEST_DATA").map_or_else(|| root().join("../shared"), PathBuf::from);
+    let data = folder.join("data");
+    if !data.is_dir() {
+        eprintln!(
+            "── {} is absent: SPRUNG_TEST_DATA must name the folder that holds `data` with the logs of the machines",
+            data.display()
+        );
+        return None;
+    }
+    Some(data)
+}
