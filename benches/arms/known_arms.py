@@ -26,6 +26,9 @@ import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
+from figure import note  # noqa: E402
+
 ROBOTS = pathlib.Path(sys.prefix)
 PERIOD, DURATION = 0.002, 12.0
 WRONG = 0.05
@@ -380,6 +383,7 @@ def main():
     program, folder = str(pathlib.Path(sys.argv[1]).absolute()), pathlib.Path(sys.argv[2])
     wanted = sys.argv[3:]
     identified = refused = wrong = count = 0
+    largest = {}
     print(f"{'case':22} {'result':18} {'error %':>8}  remark")
     for index, row in enumerate(ARMS):
         arm = Arm(*row)
@@ -401,11 +405,19 @@ def main():
             error = "-" if worst is None else f"{100 * worst:.2f}"
             print(f"{case:22} {outcome:18} {error:>8}  {remark}", flush=True)
             count += 1
+            if outcome == "good" and worst is not None:
+                largest[kind] = max(worst, largest.get(kind, 0.0))
             identified += outcome in ("good", "doubtful")
             refused += outcome == "FILL IN"
             wrong += "WRONG" in outcome
     print(f"{identified} of {count} identified without an edit, {refused} refused with the line to "
           f"fill in, {wrong} wrong without a word")
+    if not wanted:
+        note("identified", f"{count} logs of ten arms: identified without an edit", identified, "", better="higher")
+        note("refused", "refused, with the line to fill in", refused, "", better="none")
+        note("wrong", "wrong without a word", wrong, "")
+        for kind, error in sorted(largest.items()):
+            note(f"error, {kind}", f"{kind}: largest error of the torque of a parameter", 100 * error, "%")
     if not wanted and (identified < LEAST_IDENTIFIED or identified + refused < count or wrong):
         sys.exit(1)
 

@@ -34,6 +34,9 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "benches"))
+from figure import note  # noqa: E402
+
 LOGS = ["demo-1", "demo-2", "twin", "ur5", "panda"]
 FAULTS = ["torque-scale", "gear-on-position", "gear-on-torque", "sign-of-link", "sign-of-motor", "degrees",
           "torques-exchanged", "links-exchanged"]
@@ -342,6 +345,9 @@ def main():
     for fault in args.faults:
         own = [one for one in outcomes if one.fault == fault]
         print(f"{fault:20}{len(own):6}{sum(one.right for one in own):7}{sum(bool(one.worse) for one in own):7}")
+        name = fault.replace("-", " ")
+        note(fault, f"{name}, {len(own)} logs: right", sum(one.right for one in own), "", better="higher")
+        note(f"{fault}, worse", f"{name}: lines that make it worse", sum(bool(one.worse) for one in own), "")
     right, worse = np.mean([own.right for own in outcomes]), sum(bool(own.worse) for own in outcomes)
     print(f"{'all':20}{len(outcomes):6}{sum(own.right for own in outcomes):7}{worse:7}")
     sys.exit(args.strict and (right < LEAST_RIGHT or worse > 0))

@@ -38,6 +38,9 @@ from pathlib import Path
 sys.dont_write_bytecode = True
 
 import numpy as np  # noqa: E402
+
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+from figure import note  # noqa: E402
 from generate import RATES, RECORDS, add_robots, folder_of, make, names  # noqa: E402
 from simulate import DRIVE  # noqa: E402
 
@@ -293,6 +296,8 @@ def wrong_verdicts(cases, estimator):
     truly = [case for case in cases if case.within(estimator, TRULY_GOOD)]
     missed = sum(case.verdict(estimator) != "good" for case in truly)
     print(f"\ngood {len(good)} of {len(cases)}, of these wrong {wrong}; truly good {len(truly)}, of these not good {missed}")
+    note("wrong", f"{len(good)} *good* verdicts: refuted by held-out data or the truth", wrong, "")
+    note("missed", f"{len(truly)} truly good results: not called *good*", missed, "")
 
 
 def requirements(cases, groups, estimator):
@@ -317,6 +322,8 @@ def requirements(cases, groups, estimator):
     ]
     print()
     for text, value, low, high in figures:
+        if not np.isnan(value):
+            note(text.removesuffix(where), text, value, "times" if "×" in text else "%", better="none")
         word = "no logs" if np.isnan(value) else "passed" if low <= value <= high else "missed"
         print(f"{text:66}{value:8.3g}  {word}")
     return all(np.isnan(value) or low <= value <= high for _, value, low, high in figures)

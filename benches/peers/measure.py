@@ -1,20 +1,16 @@
-"""Times programs, and collects the ratios for the summary of run.py."""
+"""Times programs."""
 
 import os
 import re
 import subprocess
 import time
-import tomllib
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 
-# A measured ratio may fall below the expected one by this part.
-TOLERANCE = 1.0 / 3.0
-
-# Units of the figures in docs/reference/benchmarks.md, in seconds and MiB.
-UNITS = {"s": 1.0, "ms": 1e-3, "µs": 1e-6, "ns": 1e-9, "MiB": 1.0, "GiB": 1024.0}
+# Units of the times that a benchmark prints, in seconds.
+UNITS = {"s": 1.0, "ms": 1e-3, "µs": 1e-6, "ns": 1e-9}
 
 
 @dataclass
@@ -75,43 +71,3 @@ def bench(name, benchmark, argument):
 
 def seconds(number, unit):
     return float(number) * UNITS[unit]
-
-
-def figure(words):
-    """Returns the number at the beginning of a figure of docs/reference/benchmarks.md, in s or MiB."""
-    number, unit = words.split()[:2]
-    return float(number) * UNITS[unit]
-
-
-@dataclass
-class Summary:
-    """Ratios and failures of a comparison."""
-
-    ratios: list = field(default_factory=list)
-    failures: list = field(default_factory=list)
-
-    def ratio(self, key, theirs, ours):
-        """Takes the ratio of a figure of another program to that of sprung."""
-        self.ratios.append((key, theirs / ours))
-
-    def require(self, holds, failure):
-        """Takes a failure unless a condition holds."""
-        if not holds:
-            self.failures.append(failure)
-
-    def tell(self):
-        """Prints all ratios beside the expected ones. Returns whether one is too low or a comparison
-        has failed."""
-        table = tomllib.loads((HERE / "expected.toml").read_text())["ratio"]
-        expected = {row["key"]: figure(row["theirs"]) / figure(row["ours"]) for row in table}
-        measured = dict(self.ratios)
-        print(f"\n{'other program over sprung':<44} {'measured':>9} {'page':>9}")
-        for key in dict.fromkeys([*expected, *measured]):
-            own, usual = measured.get(key), expected.get(key)
-            low = own is not None and usual is not None and own < (1.0 - TOLERANCE) * usual
-            self.require(not low, f"{key}: {own} times instead of {usual}")
-            shown = ["-" if value is None else f"{value:.3g}" for value in (own, usual)]
-            print(f"{key:<44} {shown[0]:>9} {shown[1]:>9}{'  too low' if low else ''}")
-        for failure in self.failures:
-            print(f"FAILED: {failure}")
-        return bool(self.failures)

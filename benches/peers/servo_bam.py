@@ -23,6 +23,9 @@ from bam import simulate
 from bam.actuators import actuators
 from bam.model import models
 
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
+from figure import note  # noqa: E402
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 LOGS = {"light.csv": 1.0, "heavy.csv": 3.0}
 ARM_MASS, LENGTH, KP, SUPPLY = 0.1, 0.2, 32, 15.0
@@ -145,6 +148,10 @@ def main():
               f"{other:12.5g}{percent(other, true):9.1f}")
     print(f"time: sprung {seconds:.1f} s; BAM {their_seconds:.1f} s for {trials} trials, "
           f"mean absolute position error {1e3 * score:.2f} mrad")
+    note("BAM time", f"the time of {trials} trials of BAM's CMA-ES", seconds, "s", peer="BAM", peer_value=their_seconds)
+    for name, true in truth.items():
+        note(f"BAM {name}", f"`{name}`, error on the logs of the example", abs(percent(ours[name][0], true)), "%",
+             peer=f"BAM, {trials} trials", peer_value=abs(percent(OF_BAM[name](theirs), true)))
     beyond = [name for name in LIMITED if abs(ours[name][0] / truth[name] - 1) > LIMIT]
     if beyond:
         sys.exit(f"sprung is more than {100 * LIMIT:.0f} % off: {', '.join(beyond)}")

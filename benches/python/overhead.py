@@ -6,14 +6,19 @@ Prints the time of identify beyond the time inside the library, and the memory o
 arrays of a log of a million samples.
 """
 
+import pathlib
 import resource
 import statistics
+import sys
 import time
 import warnings
 
 import numpy as np
 
 import sprung
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
+from figure import note  # noqa: E402
 
 LEAST_SQUARES = {"identify.estimator": "least-squares"}
 CALLS = 20
@@ -44,6 +49,8 @@ def overhead() -> None:
         beyond.append(1e3 * (time.perf_counter() - begin - result._handle.seconds))
     print(f"identify from NumPy, 10 000 samples: {statistics.median(beyond):.2f} ms beyond the library "
           f"({min(beyond):.2f} to {max(beyond):.2f} ms in {CALLS} calls)")
+    note("call", "`Experiment.identify` of arrays of 10 000 samples, beside the work of the library", statistics.median(beyond), "ms")
+
 
 def memory() -> None:
     """Identifies a long log made of copies of a short one, after the short one warmed up."""
@@ -60,6 +67,7 @@ def memory() -> None:
     beside = max(0.0, peak_mb() - before)
     print(f"identify from NumPy, {SAMPLES} samples: arrays {size:.0f} MiB, {beside:.0f} MiB beside them: "
           f"{1 + beside / size:.2f} times the arrays")
+    note("memory", f"`Experiment.identify` of {SAMPLES} samples, memory beside arrays of {size:.0f} MiB", beside, "MiB", scatter=0.5)
 
 
 if __name__ == "__main__":

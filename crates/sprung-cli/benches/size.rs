@@ -17,6 +17,8 @@ use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use sprung_testing::Figure;
+
 use arrow_array::{ArrayRef, Float64Array, RecordBatch};
 use arrow_schema::{DataType, Field, Schema};
 use parquet::arrow::ArrowWriter;
@@ -65,6 +67,19 @@ fn main() {
             run.peak_mb,
             run.samples
         );
+        let text = format!(
+            "`check` of `{log}`, {hours} h of seven joints, {} samples",
+            run.samples
+        );
+        Figure::lower(&format!("check {log}"), &text, run.cpu_seconds, "s").note();
+        Figure::lower(
+            &format!("check {log}, memory"),
+            "the same: memory",
+            run.peak_mb,
+            "MB",
+        )
+        .scatter(0.1)
+        .note();
     }
 }
 

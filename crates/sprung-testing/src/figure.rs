@@ -120,7 +120,10 @@ mod tests {
     #[test]
     fn figures_have_four_digits() {
         for (value, expected) in [(0.391_449, 0.3914), (1_234_567.0, 1_235_000.0), (0.0, 0.0)] {
-            assert!((rounded(value) - expected).abs() <= 1e-12 * expected, "{value}");
+            assert!(
+                (rounded(value) - expected).abs() <= 1e-12 * expected,
+                "{value}"
+            );
         }
     }
 }

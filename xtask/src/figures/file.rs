@@ -90,7 +90,12 @@ impl Figure {
             _ => false,
         };
         is_worse.then(|| {
-            format!("{} is worse: {} after {}", self.name, self.shown(), earlier.shown())
+            format!(
+                "{} is worse: {} after {}",
+                self.name,
+                self.shown(),
+                earlier.shown()
+            )
         })
     }
 }
@@ -160,8 +165,11 @@ impl Figures {
         let mut parts = BTreeMap::new();
         for (name, part) in all.as_object()? {
             let word = |key: &str| part[key].as_str().map(str::to_owned);
-            let figures: Option<Vec<Figure>> =
-                part["figures"].as_array()?.iter().map(Figure::read).collect();
+            let figures: Option<Vec<Figure>> = part["figures"]
+                .as_array()?
+                .iter()
+                .map(Figure::read)
+                .collect();
             let measured = Measured {
                 command: word("command")?,
                 commit: word("commit")?,
@@ -179,8 +187,8 @@ impl Figures {
     /// Writes the file, each figure on one line, so that a difference shows the figures that changed.
     pub(super) fn write(&self, path: &Path) -> Option<()> {
         let temporary = path.with_extension("json.tmp");
-        let written = fs::write(&temporary, self.text())
-            .and_then(|()| fs::rename(&temporary, path));
+        let written =
+            fs::write(&temporary, self.text()).and_then(|()| fs::rename(&temporary, path));
         written
             .inspect_err(|error| eprintln!("── cannot write {}: {error}", path.display()))
             .ok()
@@ -271,7 +279,10 @@ mod tests {
     fn a_file_is_read_as_it_was_written() {
         let all = figures(0.39, "here");
         assert_eq!(Figures::of(&all.text()), Some(all.clone()));
-        assert_eq!(all.get("twins/clean").map(Figure::shown).as_deref(), Some("0.39 %"));
+        assert_eq!(
+            all.get("twins/clean").map(Figure::shown).as_deref(),
+            Some("0.39 %")
+        );
         assert_eq!(all.get("twins/other"), None);
         assert_eq!(Figures::of("{\"twins\": {}}"), None);
     }
@@ -285,7 +296,10 @@ mod tests {
         assert_eq!(worse(1.11, "elsewhere"), [""; 0]);
         let mut without = figures(1.0, "here").parts["twins"].clone();
         without.figures.clear();
-        assert_eq!(all.worse("twins", &without), ["clean is no longer measured"]);
+        assert_eq!(
+            all.worse("twins", &without),
+            ["clean is no longer measured"]
+        );
     }
 
     #[test]

@@ -34,7 +34,10 @@ pub(crate) fn run(words: &[&str]) -> ExitCode {
         .filter(|word| *word != "--accept")
         .collect();
     if let Some(unknown) = chosen.iter().find(|name| !names().contains(*name)) {
-        eprintln!("there is no part {unknown}; there are {}", names().join(", "));
+        eprintln!(
+            "there is no part {unknown}; there are {}",
+            names().join(", ")
+        );
         return ExitCode::from(2);
     }
     let mut failed = Vec::new();
@@ -58,7 +61,9 @@ pub(crate) fn run(words: &[&str]) -> ExitCode {
 fn measure(part: &Part, is_accepted: bool) -> Option<()> {
     let path = root().join(FILE);
     let mut figures = Figures::read(&path)?;
-    let notes = target().join("figures").join(format!("{}.jsonl", part.name));
+    let notes = target()
+        .join("figures")
+        .join(format!("{}.jsonl", part.name));
     let begin = Instant::now();
     let ended = part.run(&notes);
     let text = fs::read_to_string(&notes).unwrap_or_default();
@@ -79,7 +84,10 @@ fn measure(part: &Part, is_accepted: bool) -> Option<()> {
         return None;
     }
     if !worse.is_empty() && !is_accepted {
-        eprintln!("── `--accept` stores the figures of {} nevertheless", part.name);
+        eprintln!(
+            "── `--accept` stores the figures of {} nevertheless",
+            part.name
+        );
         return None;
     }
     figures.parts.insert(part.name.to_owned(), measured);

@@ -55,16 +55,16 @@ pub(super) fn filled(
             .ok_or_else(|| "a mark `<!-- figure` has no `-->`".to_owned())?;
         let (_, after) = (behind.split_once(END))
             .ok_or_else(|| format!("the mark `<!-- figure{mark} -->` lacks its `{END}`"))?;
-        let value = match mark.strip_prefix("s ") {
-            Some(part) => table(part, figures, is_old)?,
-            None => {
-                let figure = figures.get(mark.trim());
-                let figure = figure.ok_or_else(|| format!("{FILE} has no figure {}", mark.trim()))?;
-                figure.shown()
-            }
+        let value = if let Some(part) = mark.strip_prefix("s ") {
+            table(part, figures, is_old)?
+        } else {
+            let name = mark.trim();
+            let figure = figures.get(name);
+            figure
+                .ok_or_else(|| format!("{FILE} has no figure {name}"))?
+                .shown()
         };
-        page.push_str(before);
-        page.push_str(&format!("<!-- figure{mark} -->{value}{END}"));
+        page.extend([before, "<!-- figure", mark, " -->", &value, END]);
         rest = after;
     }
     page.push_str(rest);
@@ -117,8 +117,8 @@ fn row(figure: &Figure, has_peer: bool) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::git;
+    use super::*;
 
     fn figures() -> Figures {
         let figure = |name: &str, peer| Figure {
@@ -137,7 +137,10 @@ mod tests {
             machine: "here".into(),
             code: "00ff".into(),
             minutes: 5.0,
-            figures: vec![figure("a", None), figure("b", Some(("NumPy".to_owned(), 2.0)))],
+            figures: vec![
+                figure("a", None),
+                figure("b", Some(("NumPy".to_owned(), 2.0))),
+            ],
         };
         Figures {
             parts: [("twins".to_owned(), measured)].into(),
@@ -146,10 +149,17 @@ mod tests {
 
     #[test]
     fn marks_are_filled_again_and_again() {
-        let page = "Error <!-- figure twins/a --><!-- end -->.\n<!-- figures twins -->old<!-- end -->\n";
+        let page =
+            "Error <!-- figure twins/a --><!-- end -->.\n<!-- figures twins -->old<!-- end -->\n";
         let new = filled(page, &figures(), &|_, _| false).unwrap();
-        assert!(new.starts_with("Error <!-- figure twins/a -->0.4 %<!-- end -->.\n"), "{new}");
-        assert!(new.contains("\n| the case `b` | 0.4 % | NumPy: 2 % | 5.00 |\n"), "{new}");
+        assert!(
+            new.starts_with("Error <!-- figure twins/a -->0.4 %<!-- end -->.\n"),
+            "{new}"
+        );
+        assert!(
+            new.contains("\n| the case `b` | 0.4 % | NumPy: 2 % | 5.00 |\n"),
+            "{new}"
+        );
         assert!(!new.contains("old") && !new.contains("changed"), "{new}");
         assert_eq!(filled(&new, &figures(), &|_, _| false).unwrap(), new);
         let older = filled(&new, &figures(), &|_, _| true).unwrap();

@@ -70,7 +70,12 @@ pub(super) const PARTS: [Part; 13] = [
             let sprung = run.sprung()?;
             run.python(
                 "benches/machines/run.py",
-                &[Path::new("--data"), &data()?, Path::new("--binary"), &sprung],
+                &[
+                    Path::new("--data"),
+                    &data()?,
+                    Path::new("--binary"),
+                    &sprung,
+                ],
             )
         },
     },
@@ -86,7 +91,15 @@ pub(super) const PARTS: [Part; 13] = [
         ],
         run: |run| {
             let (sprung, logs) = (run.sprung()?, foreign_logs());
-            let words = ["--arms", "ur5,panda", "--seeds", "1-2", "--rates", "1000,250", "--held-out"];
+            let words = [
+                "--arms",
+                "ur5,panda",
+                "--seeds",
+                "1-2",
+                "--rates",
+                "1000,250",
+                "--held-out",
+            ];
             let mut arguments: Vec<&Path> = words.iter().map(Path::new).collect();
             arguments.extend([Path::new("--binary"), &sprung, Path::new("--out"), &logs]);
             run.python("benches/foreign/run.py", &arguments)
@@ -121,7 +134,15 @@ pub(super) const PARTS: [Part; 13] = [
     Part {
         name: "arms",
         minutes: 3,
-        code: &[METHOD, CORE, MODEL, LOG, ROBOT, "crates/sprung/src", "benches/arms"],
+        code: &[
+            METHOD,
+            CORE,
+            MODEL,
+            LOG,
+            ROBOT,
+            "crates/sprung/src",
+            "benches/arms",
+        ],
         packages: &[
             "numpy==2.4.6",
             "scipy==1.17.1",
@@ -150,13 +171,22 @@ pub(super) const PARTS: [Part; 13] = [
         run: |run| {
             run.bench("sprung", "servo", &["--seeds", "20"])?;
             let folder = target().join("figures/servo");
-            run.python("benches/peers/servo_bam.py", &[&run.sprung()?, &folder, Path::new("400")])
+            run.python(
+                "benches/peers/servo_bam.py",
+                &[&run.sprung()?, &folder, Path::new("400")],
+            )
         },
     },
     Part {
         name: "springs",
         minutes: 3,
-        code: &[METHOD, CORE, MODEL, "crates/sprung/benches/springs", "crates/sprung/benches/stiff"],
+        code: &[
+            METHOD,
+            CORE,
+            MODEL,
+            "crates/sprung/benches/springs",
+            "crates/sprung/benches/stiff",
+        ],
         packages: &[],
         run: |run| {
             run.bench("sprung", "springs", &[])?;
@@ -166,7 +196,13 @@ pub(super) const PARTS: [Part; 13] = [
     Part {
         name: "design",
         minutes: 15,
-        code: &[METHOD, CORE, MODEL, "crates/sprung/src", "crates/sprung/benches/excite"],
+        code: &[
+            METHOD,
+            CORE,
+            MODEL,
+            "crates/sprung/src",
+            "crates/sprung/benches/excite",
+        ],
         packages: &[],
         run: |run| {
             let cases = ["two-joints", "rounds", "seven-joints", "arms"];
@@ -176,7 +212,14 @@ pub(super) const PARTS: [Part; 13] = [
     Part {
         name: "speed",
         minutes: 15,
-        code: &[METHOD, CORE, MODEL, LOG, "crates/sprung-cli/src", "benches/peers"],
+        code: &[
+            METHOD,
+            CORE,
+            MODEL,
+            LOG,
+            "crates/sprung-cli/src",
+            "benches/peers",
+        ],
         packages: &[],
         run: |run| {
             let sprung = run.sprung()?;
@@ -187,7 +230,6 @@ pub(super) const PARTS: [Part; 13] = [
                     .arg(folder)
                     .env("SPRUNG", sprung),
             )?;
-            run.bench("sprung", "lsff", &[])?;
             run.bench("sprung-cli", "size", &[])
         },
     },
@@ -195,10 +237,7 @@ pub(super) const PARTS: [Part; 13] = [
         name: "python",
         minutes: 3,
         code: &["crates/sprung-python/src", "benches/python"],
-        packages: &[
-            crate::outside::wheel::MATURIN,
-            "numpy==2.4.6",
-        ],
+        packages: &[crate::outside::wheel::MATURIN, "numpy==2.4.6"],
         run: |run| {
             crate::outside::wheel::install(&run.python)?;
             run.python("benches/python/overhead.py", &[])
@@ -287,7 +326,8 @@ fn foreign_logs() -> PathBuf {
 
 /// Returns the folder with the logs of real machines; `None`, and prints why, if it is absent.
 fn data() -> Option<PathBuf> {
-    let folder = std::env::var_os("SPRUNG_TEST_DATA").map_or_else(|| root().join("../shared"), PathBuf::from);
+    let folder = std::env::var_os("SPRUNG_TEST_DATA")
+        .map_or_else(|| root().join("../shared"), PathBuf::from);
     let data = folder.join("data");
     if !data.is_dir() {
         eprintln!(

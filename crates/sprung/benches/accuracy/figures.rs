@@ -1,6 +1,7 @@
 //! Computes the figures of a row from the results of the runs.
 
 use sprung::estimate::EstimateResult;
+use sprung_testing::Figure;
 
 /// Results of one method on one case.
 pub(crate) struct Runs<'a> {
@@ -101,6 +102,29 @@ impl Runs<'_> {
                 }
             })
             .collect()
+    }
+
+    /// Notes the figures of one method for the documentation.
+    ///
+    /// - `ratio`: median of error over Cramér-Rao bound; NaN if the bound is unknown.
+    pub(crate) fn note(&self, case: &str, method: &str, ratio: f64) {
+        let all = self.parameters();
+        let key = |what: &str| format!("{case}, {method}, {what}");
+        let text = |what: &str| format!("{case}, {method}, {} logs: {what}", self.results.len());
+        let percent = 100.0 * self.median_error();
+        if percent.is_finite() {
+            let name = key("error");
+            Figure::lower(&name, &text("median error"), percent, "%").note();
+        }
+        let inside = all.iter().map(|p| p.inside).sum::<f64>() / all.len() as f64;
+        if inside.is_finite() {
+            let what = text("95 % intervals that contain the truth");
+            Figure::neutral(&key("inside"), &what, 100.0 * inside, "%").note();
+        }
+        if ratio.is_finite() {
+            let what = text("median of error over Cramér-Rao bound");
+            Figure::lower(&key("bound"), &what, ratio, "").note();
+        }
     }
 
     pub(crate) fn seconds(&self) -> f64 {

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use sprung::description::Estimator;
 use sprung::estimate::{EstimateResult, Verdict};
+use sprung_testing::Figure;
 
 use crate::figures::median;
 use crate::logs::Demo;
@@ -72,4 +73,9 @@ fn row(case: &str, length: f64, demo: &Demo, results: &[EstimateResult]) {
         ratio(2),
         good.count()
     );
+    let text = format!(
+        "{case}, {length} s, {} logs: 95 % intervals that contain the truth",
+        results.len()
+    );
+    Figure::neutral(&format!("{case}, {length} s"), &text, share(1), "%").note();
 }

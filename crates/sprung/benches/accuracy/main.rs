@@ -214,13 +214,16 @@ fn header() {
     );
 }
 
-/// Prints the figures of one method; root mean squares are over the runs.
-fn row(name: &str, runs: &Runs<'_>, parameters: bool) {
+/// Prints and notes the figures of one method; root mean squares are over the runs.
+///
+/// - `case`: the logs, for the documentation; nothing is noted if it is empty.
+fn row(case: &str, name: &str, runs: &Runs<'_>, parameters: bool) {
     let all = runs.parameters();
     let worst = all.iter().max_by(|a, b| a.rms.total_cmp(&b.rms));
     let Some(worst) = worst else { return };
     let ratios: Vec<f64> = all.iter().filter_map(|p| Some(p.rms / p.bound?)).collect();
     let largest = ratios.iter().copied().fold(f64::NAN, f64::max);
+    let ratio = median(ratios);
     let or_dash = |x: f64| {
         if x.is_nan() {
             "-".to_owned()
@@ -234,11 +237,14 @@ fn row(name: &str, runs: &Runs<'_>, parameters: bool) {
         100.0 * worst.rms,
         worst.name,
         or_dash(100.0 * all.iter().map(|p| p.inside).sum::<f64>() / all.len() as f64),
-        or_dash(median(ratios)),
+        or_dash(ratio),
         or_dash(largest),
         runs.failed(),
         runs.seconds(),
     );
+    if !case.is_empty() {
+        runs.note(case, name, ratio);
+    }
     if parameters {
         for p in all {
             let bound = p.bound.unwrap_or(f64::NAN);
@@ -262,7 +268,13 @@ fn truth(demo: &Demo) -> Vec<(String, f64)> {
     names.zip(demo.truth.iter().copied()).collect()
 }
 
-fn print(demo: &Demo, trials: &[Trial], methods: &[(&str, Experiment)], arguments: &Arguments) {
+fn print(
+    case: &str,
+    demo: &Demo,
+    trials: &[Trial],
+    methods: &[(&str, Experiment)],
+    arguments: &Arguments,
+) {
     for (index, (name, _)) in methods.iter().enumerate() {
         let mut runs = Runs {
             truth: truth(demo),
@@ -270,11 +282,16 @@ fn print(demo: &Demo, trials: &[Trial], methods: &[(&str, Experiment)], argument
             cross_check: None,
             bounds: trials.iter().map(|trial| trial.bound.as_deref()).collect(),
         };
-        row(name, &runs, arguments.parameters);
+        row(case, name, &runs, arguments.parameters);
         let first = runs.results.first().filter(|_| arguments.cross_checks);
         for check in first.iter().flat_map(|result| &result.cross_checks) {
             runs.cross_check = Some(&check.method);
-            row(&format!("  {}", check.method), &runs, arguments.parameters);
+            row(
+                "",
+                &format!("  {}", check.method),
+                &runs,
+                arguments.parameters,
+            );
         }
     }
 }
@@ -363,16 +380,17 @@ fn own_model(demo: &Demo, arguments: &Arguments) {
                 .collect();
             println!("\n{counts} counts, {case}, {} logs", trials.len());
             header();
-            print(demo, &trials, &usual, arguments);
+            let case = format!("{case}, {counts} counts");
+            print(&case, demo, &trials, &usual, arguments);
             refinements(&trials, &usual);
-            if *case == "clean" && !exact.is_empty() {
+            if case.starts_with("clean") && !exact.is_empty() {
                 let without_noise = |seed| {
                     let mut settings = settings(seed);
                     settings.torque_noise_nm.clear();
                     trial(demo, &settings, &exact)
                 };
                 let trials: Vec<Trial> = seeds.map(without_noise).collect();
-                print(demo, &trials, &exact, arguments);
+                print(&case, demo, &trials, &exact, arguments);
             }
         }
     }
@@ -409,7 +427,7 @@ fn mujoco(demo: &Demo, arguments: &Arguments) {
         })
         .collect();
     header();
-    print(demo, &trials, &ways, arguments);
+    print("MuJoCo", demo, &trials, &ways, arguments);
     findings(&trials, &ways);
 }
 

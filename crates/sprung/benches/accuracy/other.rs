@@ -64,7 +64,7 @@ pub(crate) fn other_plant(demo: &Demo, arguments: &Arguments) {
                 .map(|log| log.trial.bound.as_deref().filter(|_| has_laws))
                 .collect(),
         };
-        row(name, &runs, arguments.parameters);
+        row("other laws", name, &runs, arguments.parameters);
     }
     for (index, (name, _)) in ways.iter().enumerate() {
         named(name, logs.iter().filter_map(|log| log.laws[index].as_ref()));

@@ -8,6 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sprung::excite::Excited;
 use sprung::session::{ExciteMethod, Session};
+use sprung_testing::Figure;
 
 use super::excite;
 
@@ -223,4 +224,15 @@ pub(crate) fn run(first: u64, count: u64) {
         "{count} arms: {certified} certified, {refused} refused where no random series is feasible, {wrong} wrong; {:.0} s",
         started.elapsed().as_secs_f64()
     );
+    let note = |name: &str, text: &str, value: usize| {
+        let text = format!("{count} random arms with random limits: {text}");
+        Figure::neutral(name, &text, value as f64, "").note();
+    };
+    note("certified", "certified motions", certified);
+    note(
+        "refused",
+        "refused, as no random series is feasible",
+        refused,
+    );
+    note("wrong", "a limit broken, or refused without need", wrong);
 }

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 use sprung::session::ExciteMethod;
+use sprung_testing::Figure;
 
 use super::arms::{Arm, Link};
 use super::{errors, excite, mean_ratio};
@@ -77,6 +78,10 @@ pub(crate) fn run(random: u64) {
         if steps < 400 {
             continue;
         }
+        let text = "limits of a Franka Panda, 10 s: condition number of the links";
+        let condition = found.excitation.links_condition_number.unwrap_or(f64::NAN);
+        Figure::lower("condition", text, condition, "").note();
+        Figure::lower("search", "the same: the whole search", time, "s").note();
         let own = errors(&found);
         let all: Vec<(f64, f64)> = (0..random)
             .into_par_iter()
@@ -96,6 +101,10 @@ pub(crate) fn run(random: u64) {
                  by {ratio:.2} (bound)",
                 (2.0 * (objective - found.excitation.search.objective)).exp()
             );
+            let text = format!(
+                "the same: standard errors of the best of {random} random series over those of the designed motion"
+            );
+            Figure::higher("random", &text, *ratio, "times").note();
         }
         for seed in [2, 3] {
             let session = arm.session(&[

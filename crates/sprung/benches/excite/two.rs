@@ -9,6 +9,7 @@ use sprung::estimate::Identified;
 use sprung::excite::{Excited, Promised};
 use sprung::progress::Unheard;
 use sprung::session::{ExciteMethod, Session};
+use sprung_testing::Figure;
 
 use super::{errors, excite, mean_ratio, reference, session};
 
@@ -108,6 +109,11 @@ pub(crate) fn run(runs: u64) {
         );
         let all: Vec<String> = ratios.iter().map(|own| format!("{own:.2}")).collect();
         println!("  {}", all.join(" "));
+        let text = format!(
+            "the demo's arm, {words}: standard errors of the paper's reference over those of the designed motion"
+        );
+        let ratio = mean_ratio(&before, &after);
+        Figure::higher(words, &text, ratio, "times").note();
         if torques < 1.5 && runs > 0 {
             spread(&session, &found, runs);
         }
@@ -186,4 +192,9 @@ fn spread(session: &Session, found: &Excited, runs: u64) {
         ratios[0],
         ratios[ratios.len() - 1]
     );
+    let text = format!(
+        "the same, {runs} simulated runs: observed over promised scatter, median of the parameters"
+    );
+    let median = ratios[ratios.len() / 2];
+    Figure::neutral("scatter", &text, median, "").note();
 }

@@ -14,6 +14,7 @@ use sprung::log::Input;
 use sprung::progress::Unheard;
 use sprung::servo::ServoIdentification;
 use sprung::session::Session;
+use sprung_testing::Figure;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/servo-pendulum");
 
@@ -92,7 +93,23 @@ fn main() {
             100.0 * mean,
             own.len()
         );
+        Figure::lower(
+            name,
+            &format!("`{name}`, largest error"),
+            100.0 * largest,
+            "%",
+        )
+        .note();
     }
+    let all = || errors.values().flatten();
+    let kept = all().filter(|[_, ratio]| ratio.abs() < 1.96).count();
+    let inside = 100.0 * kept as f64 / all().count() as f64;
+    let text = format!(
+        "95 % intervals that contain the truth, {} logs",
+        arguments.seeds
+    );
+    Figure::neutral("inside", &text, inside, "%").note();
+    Figure::lower("time", "one identification", longest, "s").note();
 }
 
 /// Simulates the logs with some settings and identifies the servo. Returns the result and its time, s.

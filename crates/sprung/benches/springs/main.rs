@@ -8,8 +8,11 @@ mod in_memory;
 #[path = "twin.rs"]
 mod springs;
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 use springs::{Errors, vibrations};
+use sprung_testing::Figure;
 
 fn main() {
     if !std::env::args().any(|argument| argument == "--bench") {
@@ -33,6 +36,22 @@ fn main() {
     let held: usize = all.iter().flatten().map(Errors::held).sum();
     let count = 2 * all.iter().flatten().count();
     println!("{held} of {count} intervals contain the truth");
+    let mut largest: BTreeMap<&str, [f64; 2]> = BTreeMap::new();
+    for errors in all.iter().flatten() {
+        let most = largest.entry(&errors.joint).or_default();
+        most[0] = most[0].max(100.0 * errors.stiffness[0].abs());
+        most[1] = most[1].max(100.0 * errors.rotor[0].abs());
+    }
+    for (joint, [stiffness, rotor]) in largest {
+        for (what, value) in [("stiffness", stiffness), ("rotor inertia", rotor)] {
+            let text = format!("springs from motors alone, {joint}: largest error of the {what}");
+            Figure::lower(&format!("{joint} {what}"), &text, value, "%").note();
+        }
+    }
+    let inside = 100.0 * held as f64 / count as f64;
+    let text =
+        format!("springs from motors alone: 95 % intervals that contain the truth, of {count}");
+    Figure::neutral("motors alone, inside", &text, inside, "%").note();
 }
 
 /// Returns the number after `--seeds`, or 6.

@@ -9,6 +9,7 @@ mod in_memory;
 #[path = "twin.rs"]
 mod stiff;
 
+use sprung_testing::Figure;
 use stiff::{Draw, Spring, draw, stiffnesses};
 
 const DURATION_S: f64 = 10.0;
@@ -55,6 +56,29 @@ fn main() {
         "{} of {} lower bounds are below the truth",
         held.count(),
         bounds.len()
+    );
+    let part = |count: usize, all: usize| 100.0 * count as f64 / all.max(1) as f64;
+    let text = format!("stiff springs with torque sensors, {count} springs");
+    let note = |what: &str, share: f64| {
+        Figure::neutral(
+            &format!("stiff, {what}"),
+            &format!("{text}: {what}"),
+            share,
+            "%",
+        )
+        .note();
+    };
+    note("determined", part(determined.len(), count));
+    note(
+        "determined and wrong by more than ten times",
+        part(absurd, determined.len()),
+    );
+    let below = bounds
+        .iter()
+        .filter(|(above, spring)| *above < spring.truth);
+    note(
+        "lower bounds below the truth",
+        part(below.count(), bounds.len()),
     );
     let mut ratios: Vec<f64> = bounds
         .iter()

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use sprung_testing::Figure;
+
 use crate::kind::Kind;
 use crate::outcome::Outcome;
 
@@ -17,9 +19,9 @@ pub(crate) fn print(estimator: &str, outcomes: &[Outcome]) {
             .collect()
     };
     for kind in Kind::ALL {
-        row(kind.name(), &own(Some(kind)));
+        row(estimator, kind.name(), &own(Some(kind)));
     }
-    row("all", &own(None));
+    row(estimator, "all", &own(None));
     let missed = own(None);
     let missed = missed
         .into_iter()
@@ -31,7 +33,7 @@ pub(crate) fn print(estimator: &str, outcomes: &[Outcome]) {
     println!("  findings of truly good cases that are not good: {codes:?}");
 }
 
-fn row(name: &str, outcomes: &[&Outcome]) {
+fn row(estimator: &str, name: &str, outcomes: &[&Outcome]) {
     if outcomes.is_empty() {
         return;
     }
@@ -53,4 +55,12 @@ fn row(name: &str, outcomes: &[&Outcome]) {
         share(wrong, with("good")),
         share(missed, truly),
     );
+    let figure = |what: &str, text: &str, value: f64| {
+        let text = format!("{name}, {estimator}, {} cases: {text}", outcomes.len());
+        Figure::lower(&format!("{name}, {estimator}, {what}"), &text, value, "%").note();
+    };
+    let refuted = "*good* verdicts that held-out data refute";
+    figure("wrong", refuted, share(wrong, with("good")));
+    let text = "truly good results that are not called *good*";
+    figure("missed", text, share(missed, truly));
 }

@@ -1,4 +1,4 @@
-//! Tables of figures: the demo, what each parameter needs, time and memory.
+//! Tables of figures: the demo, what each parameter needs.
 
 use serde_json::Value;
 
@@ -72,28 +72,6 @@ fn motions_have_the_standard_errors_of_the_table() {
                 (shown / now - 1.0).abs() < 0.1,
                 "{name}: {cells:?} on the page, now\n{table}"
             );
-        }
-    }
-}
-
-#[test]
-fn time_and_memory_are_those_that_the_comparison_expects() {
-    let page = of_repository(BENCHMARKS);
-    let table = page.split("## Time and memory").nth(1).unwrap();
-    let expected = of_repository("benches/peers/expected.toml");
-    let expected: toml::Table = expected.parse().unwrap();
-    let ratios = expected["ratio"].as_array().unwrap();
-    assert!(ratios.len() >= 10, "{ratios:?}");
-    for ratio in ratios {
-        let of = |key: &str| ratio[key].as_str().unwrap();
-        let line = table
-            .lines()
-            .find(|line| line.starts_with(&format!("| {} |", of("case"))));
-        let line = line.unwrap_or_else(|| panic!("{BENCHMARKS} has no case {}", of("case")));
-        for figure in ["ours", "theirs"] {
-            // A figure must not be the end of a longer number.
-            let words = format!(" {}", of(figure));
-            assert!(line.contains(&words), "{}: no{words} in {line}", of("key"));
         }
     }
 }
