@@ -87,7 +87,7 @@ CASES = {
     ),
     "gyroscopes": Case(
         "demo",
-        [(DEMO_LINKS, 'gyroscope_z_rad_per_s = ["w1", "w2"]'),
+        [(DEMO_LINKS, 'gyroscope_rad_per_s.z = ["w1", "w2"]'),
          ('estimator = ["prediction-error", "least-squares", "lsff"]', 'estimator = "least-squares"')],
         {"identification.csv": ["simulate.duration_s=30.0", "simulate.gyroscope_noise_rad_per_s=[0.0022,0.0022]",
                                 "simulate.gyroscope_bias_rad_per_s=[0.02,-0.03]"]},

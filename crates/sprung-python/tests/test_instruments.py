@@ -20,7 +20,7 @@ SENSORS: dict[str, tuple[dict[str, list[str]], dict[str, Any]]] = {
         {"motor_current_a": ["i1", "i2"], "motor_torque_nm": []},
         {"robot": {"torque_constant_nm_per_a": 0.5}},
     ),
-    "gyroscopes": ({"gyroscope_z_rad_per_s": ["g1", "g2"], "link_position_rad": []}, {}),
+    "gyroscopes": ({"gyroscope_rad_per_s.z": ["g1", "g2"], "link_position_rad": []}, {}),
     "degrees": ({"motor_position_deg": ["p1", "p2"], "motor_position_rad": []}, {}),
     "temperatures": (
         {"temperature_c": ["c1", "c2"]},

@@ -35,8 +35,6 @@ pub struct Control {
     pub shaper_modes: Option<usize>,
     /// What tells the vibrations that the shaper removes.
     pub vibrations: Vibrations,
-    /// Largest vibration that the shaper leaves, in percent of that without it.
-    pub residual_percent: f64,
     /// Number of robots that are drawn from the posterior.
     pub draws: usize,
     /// Number of these robots on which the loop is simulated.
@@ -65,7 +63,6 @@ impl Default for Control {
             friction_compensation_speed_rad_per_s: None,
             shaper_modes: None,
             vibrations: Vibrations::default(),
-            residual_percent: 5.0,
             draws: 100,
             simulations: 10,
             seed: 1,

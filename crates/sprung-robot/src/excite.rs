@@ -55,8 +55,6 @@ pub struct Excite {
     /// `excitation.json` of the design whose motion the log records, relative to the experiment file: check and identify
     /// compare standard errors with the promised ones.
     pub promise: Option<PathBuf>,
-    /// Bandwidth of the motors' position control without `[controller]`, Hz.
-    pub bandwidth_hz: f64,
 }
 
 impl Default for Excite {
@@ -81,7 +79,6 @@ impl Default for Excite {
             tool_speed_m_per_s: None,
             floor_m: None,
             promise: None,
-            bandwidth_hz: 10.0,
         }
     }
 }

@@ -35,9 +35,6 @@ pub struct Identify {
     /// Constant offset between the two encoders of a joint: `"none"` (the default for `planar-2r`) or
     /// `"estimate"` (the default for other robots).
     pub encoder_offset: Option<EncoderOffset>,
-    /// Momentum at the start of a log and behind each gap: `"measured"` (the default), or
-    /// `"estimate"` for logs whose first velocity is not reliable.
-    pub initial_momentum: InitialMomentum,
     /// Action if the check finds an error in a log: `"refuse"` (the default), or `"go-on"`, which
     /// identifies and lists the error among the findings.
     pub on_check_error: OnCheckError,
@@ -54,12 +51,6 @@ pub struct Identify {
     pub constraints: Constraints,
     /// How sprung finds inertial parameters of single links that bodies can have.
     pub physical: Physical,
-    /// Forgetting rate δ of LSFF, 1/s.
-    pub lsff_forgetting_per_s: f64,
-    /// Diagonal of the initial gain matrix of LSFF.
-    pub lsff_initial_gain: f64,
-    /// Windows `p1`, `p2` of the velocity estimator of LSFF, samples.
-    pub lsff_velocity_window: [usize; 2],
 }
 
 impl Default for Identify {
@@ -73,16 +64,12 @@ impl Default for Identify {
             position_filter_order: 2,
             weights: Weights::Transition,
             encoder_offset: None,
-            initial_momentum: InitialMomentum::Measured,
             on_check_error: OnCheckError::Refuse,
             laws: Laws::Auto,
             refinement_memory_mib: 256,
             springs_from_motor: false,
             constraints: Constraints::Possible,
             physical: Physical::default(),
-            lsff_forgetting_per_s: 1.0,
-            lsff_initial_gain: 10.0,
-            lsff_velocity_window: [4, 4],
         }
     }
 }
@@ -350,26 +337,6 @@ impl TryFrom<String> for EncoderOffset {
     fn try_from(word: String) -> Result<Self, String> {
         let index = choose("encoder_offset", &word, &["none", "estimate"])?;
         Ok([Self::None, Self::Estimate][index])
-    }
-}
-
-/// Momentum at the start of a log and behind each gap.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(try_from = "String")]
-#[schemars(extend("enum" = ["measured", "estimate"]))]
-pub enum InitialMomentum {
-    /// Computed from the first sample.
-    Measured,
-    /// Estimated with the parameters, because the velocity of the first sample may be wrong.
-    Estimate,
-}
-
-impl TryFrom<String> for InitialMomentum {
-    type Error = String;
-
-    fn try_from(word: String) -> Result<Self, String> {
-        let index = choose("initial_momentum", &word, &["measured", "estimate"])?;
-        Ok([Self::Measured, Self::Estimate][index])
     }
 }
 

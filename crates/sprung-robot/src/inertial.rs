@@ -132,14 +132,14 @@ impl Inertial {
         match self {
             Self::Gyroscope => OtherUnit {
                 name: "degrees per second",
-                keys: "gyroscope_…_deg_per_s",
+                keys: "gyroscope_deg_per_s",
                 scales: 40.0..80.0,
                 size: std::f64::consts::PI / 180.0,
                 conversion: "divided by 57.3",
             },
             Self::Accelerometer => OtherUnit {
                 name: "multiples of the acceleration of free fall",
-                keys: "accelerometer_…_g",
+                keys: "accelerometer_g",
                 scales: 0.08..0.13,
                 size: 9.806_65,
                 conversion: "times 9.81",
@@ -211,12 +211,12 @@ impl Inertial {
     /// Returns the key of the columns of an axis, in SI units.
     pub(crate) const fn key_in_si(self, axis: Axis) -> &'static str {
         match (self, axis) {
-            (Self::Gyroscope, Axis::X) => "gyroscope_x_rad_per_s",
-            (Self::Gyroscope, Axis::Y) => "gyroscope_y_rad_per_s",
-            (Self::Gyroscope, Axis::Z) => "gyroscope_z_rad_per_s",
-            (Self::Accelerometer, Axis::X) => "accelerometer_x_m_per_s2",
-            (Self::Accelerometer, Axis::Y) => "accelerometer_y_m_per_s2",
-            (Self::Accelerometer, Axis::Z) => "accelerometer_z_m_per_s2",
+            (Self::Gyroscope, Axis::X) => "gyroscope_rad_per_s.x",
+            (Self::Gyroscope, Axis::Y) => "gyroscope_rad_per_s.y",
+            (Self::Gyroscope, Axis::Z) => "gyroscope_rad_per_s.z",
+            (Self::Accelerometer, Axis::X) => "accelerometer_m_per_s2.x",
+            (Self::Accelerometer, Axis::Y) => "accelerometer_m_per_s2.y",
+            (Self::Accelerometer, Axis::Z) => "accelerometer_m_per_s2.z",
         }
     }
 

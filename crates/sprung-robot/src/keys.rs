@@ -20,13 +20,56 @@ pub(super) struct Misfit {
 }
 
 /// Keys of earlier versions: block, key, and what replaces it.
-const REMOVED: [(&str, &str, &str); 1] = [(
-    "identify",
-    "instruments",
-    "sprung no longer has instrumental variables, because they were no better than least squares; remove the \
-     key. Where noise shrinks stiffnesses (finding stacked-below-motor-rows), set estimator = \
-     \"prediction-error\"",
-)];
+const REMOVED: [(&str, &str, &str); 8] = [
+    (
+        "identify",
+        "instruments",
+        "sprung no longer has instrumental variables, because they were no better than least squares; remove the \
+         key. Where noise shrinks stiffnesses (finding stacked-below-motor-rows), set estimator = \
+         \"prediction-error\"",
+    ),
+    (
+        "identify",
+        "initial_momentum",
+        "there is no successor: remove the key; if the first velocity of the log is wrong, begin the log later with \
+         file = { path = \"…\", from_s = … }",
+    ),
+    ("identify", "lsff_forgetting_per_s", OF_THE_PAPER),
+    ("identify", "lsff_initial_gain", OF_THE_PAPER),
+    ("identify", "lsff_velocity_window", OF_THE_PAPER),
+    (
+        "simulate",
+        "torque_disturbance_hz",
+        "there is no successor: the disturbances have a corner of 3 Hz; remove the key",
+    ),
+    (
+        "excite",
+        "bandwidth_hz",
+        "the gains of [controller] replace it; without [controller] the motors have a bandwidth of 10 Hz",
+    ),
+    (
+        "control",
+        "residual_percent",
+        "there is no successor: the shaper leaves at most 5 % of a vibration; remove the key",
+    ),
+];
+
+const OF_THE_PAPER: &str =
+    "there is no successor: LSFF has the values of its paper; remove the key";
+
+/// Returns what replaces a key of an earlier version.
+fn successor(place: &str, name: &str) -> Option<String> {
+    let removed = (REMOVED.iter()).find(|(block, key, _)| *block == place && *key == name);
+    if let Some((.., instead)) = removed {
+        return Some((*instead).to_owned());
+    }
+    let (sensor, rest) = ["gyroscope_", "accelerometer_"]
+        .into_iter()
+        .find_map(|sensor| Some((sensor, name.strip_prefix(sensor)?)))?;
+    let (axis, unit) = rest.split_once('_')?;
+    let is_axis = place.ends_with("log") && ["x", "y", "z"].contains(&axis);
+    is_axis.then(|| format!("write {sensor}{unit}.{axis} = …"))
+}
 
 /// Checks that every key is one of the schema's.
 pub(super) fn check(table: &DeTable<'_>) -> Result<(), Misfit> {
@@ -48,15 +91,15 @@ fn walk(table: &DeTable<'_>, schema: &Value, place: &str) -> Result<(), Misfit> 
     for (key, value) in table {
         let name = key.get_ref().as_ref();
         let Some(schema) = properties.get(name) else {
-            let removed = (REMOVED.iter()).find(|own| own.0 == place && own.1 == name);
+            let successor = successor(place, name);
             let place = if place.is_empty() {
                 "the file".to_owned()
             } else {
                 format!("[{place}]")
             };
             let known: Vec<&str> = properties.keys().map(String::as_str).collect();
-            let hint = match (removed, nearest(name, known.iter().copied())) {
-                (Some((.., instead)), _) => (*instead).to_owned(),
+            let hint = match (successor, nearest(name, known.iter().copied())) {
+                (Some(successor), _) => successor,
                 (None, Some(one)) => format!("did you mean \"{one}\"?"),
                 (None, None) => format!("known keys are {}", known.join(", ")),
             };
@@ -117,7 +160,11 @@ fn branch<'a>(schema: &'a Value, part: &str) -> Option<&'a Value> {
 /// path that exists.
 pub(super) fn span_of(table: &DeTable<'_>, path: &[&str]) -> Option<Range<usize>> {
     let (first, rest) = path.split_first()?;
-    let (key, value) = table.get_key_value(*first)?;
+    let Some((key, value)) = table.get_key_value(*first) else {
+        // The key of an axis has the form of a dotted key.
+        let (sensor, axis) = first.split_once('.')?;
+        return span_of(table, &[&[sensor, axis], rest].concat());
+    };
     Some(span_in(value.get_ref(), rest).unwrap_or_else(|| key.span()))
 }
 

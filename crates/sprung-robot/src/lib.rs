@@ -61,8 +61,8 @@ pub use factor::{Delay, Factor};
 pub use friction::FrictionLaw;
 pub use friction_covariates::FrictionCovariates;
 pub use identify::{
-    Constraints, Cutoff, DiscretizationName, EncoderOffset, Estimator, Identify, InitialMomentum,
-    Laws, OnCheckError, StartName, Weights,
+    Constraints, Cutoff, DiscretizationName, EncoderOffset, Estimator, Identify, Laws,
+    OnCheckError, StartName, Weights,
 };
 pub use inertial::{Axis, Inertial, InertialFinding};
 pub use instruments::{

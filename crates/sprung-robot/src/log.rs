@@ -124,35 +124,23 @@ pub struct Log {
     pub joint_force_n: Option<Columns>,
     /// Columns of the torque or force sensors of flexible joints, each with its unit.
     pub joint_torque: Option<Columns>,
-    /// Columns of the first axis of the gyroscopes on the links of flexible joints that turn, rad/s. A
-    /// gyroscope has one axis, along that of the joint, or three.
-    pub gyroscope_x_rad_per_s: Option<Columns>,
-    /// Columns of the first axis of the gyroscopes, degrees per second.
-    pub gyroscope_x_deg_per_s: Option<Columns>,
-    /// Columns of the second axis of the gyroscopes, rad/s.
-    pub gyroscope_y_rad_per_s: Option<Columns>,
-    /// Columns of the second axis of the gyroscopes, degrees per second.
-    pub gyroscope_y_deg_per_s: Option<Columns>,
-    /// Columns of the third axis of the gyroscopes, rad/s.
-    pub gyroscope_z_rad_per_s: Option<Columns>,
-    /// Columns of the third axis of the gyroscopes, degrees per second.
-    pub gyroscope_z_deg_per_s: Option<Columns>,
+    /// Columns of the gyroscopes on the links of flexible joints that turn, rad/s. A gyroscope has one axis, along that
+    /// of the joint, or three.
+    #[serde(default)]
+    pub gyroscope_rad_per_s: AxisColumns,
+    /// Columns of the gyroscopes, degrees per second.
+    #[serde(default)]
+    pub gyroscope_deg_per_s: AxisColumns,
     /// Corner of the high-pass filter of the deflections from gyroscopes, Hz; 0.2 if absent. It should
     /// be below the frequencies of the motion.
     pub gyroscope_corner_hz: Option<f64>,
-    /// Columns of the first axis of the accelerometers on the links of flexible joints, m/s²: acceleration
-    /// minus that of free fall, so +9.81 along an axis that points up. An accelerometer has one axis or three.
-    pub accelerometer_x_m_per_s2: Option<Columns>,
-    /// Columns of the first axis of the accelerometers, in multiples of 9.80665 m/s².
-    pub accelerometer_x_g: Option<Columns>,
-    /// Columns of the second axis of the accelerometers, m/s².
-    pub accelerometer_y_m_per_s2: Option<Columns>,
-    /// Columns of the second axis of the accelerometers, in multiples of 9.80665 m/s².
-    pub accelerometer_y_g: Option<Columns>,
-    /// Columns of the third axis of the accelerometers, m/s².
-    pub accelerometer_z_m_per_s2: Option<Columns>,
-    /// Columns of the third axis of the accelerometers, in multiples of 9.80665 m/s².
-    pub accelerometer_z_g: Option<Columns>,
+    /// Columns of the accelerometers on the links of flexible joints, m/s²: acceleration minus that of free fall, so
+    /// +9.81 along an axis that points up. An accelerometer has one axis or three.
+    #[serde(default)]
+    pub accelerometer_m_per_s2: AxisColumns,
+    /// Columns of the accelerometers, in multiples of 9.80665 m/s².
+    #[serde(default)]
+    pub accelerometer_g: AxisColumns,
     /// Corner of the high-pass filter of the deflections from accelerometers, Hz; 0.3 if absent. It should
     /// be below the frequencies of the motion. Gravity across the axes needs a higher one.
     pub accelerometer_corner_hz: Option<f64>,
@@ -170,6 +158,17 @@ pub struct Log {
     /// Gain by column, multiplied with the `gain` of the column's own table; or `"estimate"`.
     #[serde(default)]
     pub gain: BTreeMap<String, Factor>,
+}
+
+/// Columns of the axes of a sensor: one axis, or all three.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+pub struct AxisColumns {
+    /// Columns of the first axis.
+    pub x: Option<Columns>,
+    /// Columns of the second axis.
+    pub y: Option<Columns>,
+    /// Columns of the third axis.
+    pub z: Option<Columns>,
 }
 
 impl Log {

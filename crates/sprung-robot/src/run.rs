@@ -206,9 +206,6 @@ pub struct Simulate {
     /// the diagonal, cross-talk beside it. The identity matrix if absent.
     #[serde(default)]
     pub joint_torque_matrix: Vec<Vec<f64>>,
-    /// Corner frequency of the spectrum of both disturbances, Hz.
-    #[serde(default = "default_disturbance_corner")]
-    pub torque_disturbance_hz: f64,
 }
 
 fn default_duration() -> f64 {
@@ -217,10 +214,6 @@ fn default_duration() -> f64 {
 
 fn default_period() -> f64 {
     1e-3
-}
-
-fn default_disturbance_corner() -> f64 {
-    3.0
 }
 
 /// The meaning of a list of `[simulate]` with one entry per joint.

@@ -107,8 +107,7 @@ pub fn record_servo(
         .first()
         .copied()
         .unwrap_or(0.0);
-    let corner = settings.torque_disturbance_hz;
-    let mut disturbance = Disturbance::new(level, corner, STEP_S, &mut rng);
+    let mut disturbance = Disturbance::new(level, STEP_S, &mut rng);
     let servo = Servo::new(ServoParameters(twin.values), twin.load);
     let mut state = ServoState {
         position: desired[0][0],

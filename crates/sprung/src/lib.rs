@@ -100,12 +100,12 @@ pub mod description {
         Column, ColumnName, Columns, Constraints, Controller, ControllerKind, CsvForm, Cutoff,
         Delay, DelaysOfLog, DescriptionError, DhJoint, DiscretizationName, Distance, EncoderOffset,
         Estimator, Excite, Experiment, FILL_IN, Factor, Feedforward, FilePart, FrictionCovariates,
-        FrictionLaw, Identify, InitialMomentum, Joint, Kinematics, Language, Laws, Limits, Log,
-        MissingValues, NamedFiles, NoShape, Nominal, NotSupported, Objective, OnCheckError,
-        OwnCall, Payload, PerJoint, Physical, Prior, Reference, Robot, SamplingTimes, ServoDrive,
-        Shape, Side, Simulate, Sine, SpringTerm, Start, StartError, StartName, StartsAt,
-        TorqueHold, TorqueReading, Transmission, Tree, TreeJoint, Unit, Urdf, UrdfError, UrdfJoint,
-        Validate, Weights, Window, no_files, read, schema, template, what_works,
+        FrictionLaw, Identify, Joint, Kinematics, Language, Laws, Limits, Log, MissingValues,
+        NamedFiles, NoShape, Nominal, NotSupported, Objective, OnCheckError, OwnCall, Payload,
+        PerJoint, Physical, Prior, Reference, Robot, SamplingTimes, ServoDrive, Shape, Side,
+        Simulate, Sine, SpringTerm, Start, StartError, StartName, StartsAt, TorqueHold,
+        TorqueReading, Transmission, Tree, TreeJoint, Unit, Urdf, UrdfError, UrdfJoint, Validate,
+        Weights, Window, no_files, read, schema, template, what_works,
     };
 }
 

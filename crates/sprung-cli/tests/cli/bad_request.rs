@@ -158,8 +158,15 @@ const WRONG_KEYS_OF_THE_REST: &[(&str, &[&str])] = &[
         &["= -5 must be positive"],
     ),
     (
-        "identify.lsff_initial_gain=-1e300",
-        &["= -1e300 must be positive"],
+        "identify.lsff_initial_gain=10.0",
+        &[
+            "unknown key \"lsff_initial_gain\" in [identify]",
+            "there is no successor",
+        ],
+    ),
+    (
+        "log.gyroscope_x_deg_per_s=[\"a\"]",
+        &["write gyroscope_deg_per_s.x = …"],
     ),
     (
         "controller.kp_nm_per_rad=[1,2,3]",

@@ -458,8 +458,8 @@ pub(super) fn check_sensors(
             Err(ChannelError::Unsuited {
                 sensor,
                 joint: name(single.joint),
-                reason: "has one axis, but the axes of the joints are not parallel; name gyroscope_x, \
-                         gyroscope_y and gyroscope_z in [log]",
+                reason: "has one axis, but the axes of the joints are not parallel; name the \
+                         columns of x, y and z in [log]",
             })
         }
         (Inertial::Gyroscope, _) => Ok(()),

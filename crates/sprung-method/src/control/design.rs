@@ -21,6 +21,9 @@ use super::vibrations::{measured_regions, regions, vibrations};
 use crate::description::{Controller, ControllerKind};
 use crate::simulate::Trajectory;
 
+/// Largest vibration that a shaper leaves, as a part of that without it.
+const LARGEST_RESIDUAL: f64 = 0.05;
+
 /// Velocity of friction compensation without a reference, rad/s (m/s), and with one as a part of the root mean square velocity of
 /// its slowest joint that moves.
 const SPEED: f64 = 0.02;
@@ -186,16 +189,17 @@ fn shaper(
         return Ok(None);
     }
     let settings = ShaperSettings {
-        level: 0.01 * task.settings.residual_percent,
+        level: LARGEST_RESIDUAL,
         part: 0.95,
         period: task.period,
     };
     let own = design_shaper(&regions, &settings)?;
     if !own.reached {
         assumed.push(format!(
-            "no shaper leaves at most {} % of the vibration in all poses; the shaper of the design leaves {:.1} %. A shaper for \
+            "no shaper leaves at most {:.0} % of the vibration in all poses; the shaper of the design leaves {:.1} %. A shaper for \
              the poses of one path leaves less: give path in [control]",
-            task.settings.residual_percent, own.largest_percent
+            100.0 * LARGEST_RESIDUAL,
+            own.largest_percent
         ));
     }
     Ok(Some(own))

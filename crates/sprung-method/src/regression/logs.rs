@@ -214,8 +214,7 @@ fn read_log(
 ) -> Result<ReadLog, PassError> {
     let mut reduction = Reduction::new(reading.model())
         .among(count)
-        .weighted(reading.weights())
-        .with_start(reading.settings().initial_momentum);
+        .weighted(reading.weights());
     let mut log = source.open(reading.channels())?;
     let mut block = LogBlock::new(reading.channels().all.len());
     log.read(&mut block)?;

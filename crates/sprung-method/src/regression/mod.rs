@@ -13,7 +13,6 @@ mod high_pass;
 mod householder;
 mod joined;
 mod logs;
-mod nuisance_momentum;
 mod packed;
 mod pass;
 mod probes;

@@ -326,10 +326,7 @@ pub(crate) fn reduce_signals(
 ) -> Result<Option<System>, PassError> {
     let settings = reading.settings();
     let samples: u64 = stretches.iter().map(|own| own.len() as u64).sum();
-    let mut reduction = empty
-        .weighted(reading.weights())
-        .with_start(settings.initial_momentum)
-        .with_samples(samples);
+    let mut reduction = empty.weighted(reading.weights()).with_samples(samples);
     for stretch in stretches {
         reduction.restart();
         let cutoff = settings.filter_cutoff_rad_per_s;

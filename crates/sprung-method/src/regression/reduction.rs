@@ -10,12 +10,11 @@ use super::batch::{BATCH_SAMPLES, Batch};
 use super::filtered::Pairs;
 use super::high_pass::RowHighPass;
 use super::householder::RowBlock;
-use super::nuisance_momentum::NuisanceMomentum;
 use super::probes::Probe;
 use super::system::{KEPT_SAMPLES, Kept, System, joined_in_pairs};
 use super::triangle::Triangle;
 use super::weights::{Standing, TransitionWeights};
-use crate::description::{DiscretizationName, InitialMomentum, RightHandSide};
+use crate::description::{DiscretizationName, RightHandSide};
 use crate::model::Model;
 use crate::preprocess::{Decimator, SignalBlock};
 
@@ -98,8 +97,6 @@ struct RowReduction {
     at_rest: u64,
     // Sum of the squared weights.
     weight: f64,
-    // Holds the first rows after a start if the initial momentum is to be estimated.
-    start: Option<NuisanceMomentum>,
     tile: Vec<f64>,
     in_tile: usize,
     gathered: RowBlock,
@@ -144,7 +141,6 @@ impl RowReduction {
             bound_memory: FilterState::default(),
             at_rest: 0,
             weight: 0.0,
-            start: None,
             in_tile: 0,
             tile: vec![0.0; TILE_ROWS * (width + 1)],
             gathered: RowBlock::of_width(width + 1),
@@ -165,8 +161,6 @@ impl RowReduction {
     }
 
     fn restart(&mut self) {
-        self.release();
-        self.start = self.start.take().map(|_| NuisanceMomentum::default());
         self.bank.restart();
         if let Some(own) = &mut self.high_pass {
             own.restart();
@@ -261,12 +255,7 @@ impl RowReduction {
                     *entry *= weight;
                 }
             }
-            let pole = pairs.entries.pole();
-            let held = (self.start.as_mut()).is_some_and(|start| start.hold(row, pole, weight));
-            if !held {
-                self.release();
-                self.advance();
-            }
+            self.advance();
         }
         self.untile();
     }
@@ -286,26 +275,6 @@ impl RowReduction {
         } else if full {
             self.factor();
         }
-    }
-
-    /// Passes on the rows that were held back after a start.
-    fn release(&mut self) {
-        let width = self.width + 1;
-        let held = self
-            .start
-            .as_mut()
-            .map(NuisanceMomentum::release)
-            .unwrap_or_default();
-        if held.is_empty() {
-            return;
-        }
-        // The next row is already in the tile, so it is moved behind the released rows.
-        let next = self.tile[self.in_tile * width..][..width].to_vec();
-        for row in held {
-            self.tile[self.in_tile * width..][..width].copy_from_slice(&row);
-            self.advance();
-        }
-        self.tile[self.in_tile * width..][..width].copy_from_slice(&next);
     }
 
     /// Transposes the tile's rows into the columns of the gathered rows.
@@ -448,22 +417,6 @@ impl Reduction {
         self
     }
 
-    /// Sets the treatment of the momentum at each start of the filters.
-    #[must_use]
-    pub fn with_start(mut self, momentum: InitialMomentum) -> Self {
-        let start = match momentum {
-            InitialMomentum::Measured => None,
-            InitialMomentum::Estimate => Some(NuisanceMomentum::default()),
-        };
-        for row in &mut self.rows {
-            // The first samples of a row with high-pass filter do not count.
-            if row.high_pass.is_none() {
-                row.start.clone_from(&start);
-            }
-        }
-        self
-    }
-
     /// Begins another log or continues after a gap: the filters start at rest.
     pub fn restart(&mut self) {
         self.rows.iter_mut().for_each(RowReduction::restart);
@@ -549,10 +502,7 @@ impl Reduction {
     /// Ends the reduction and returns the reduced system.
     #[must_use]
     pub fn finish(mut self) -> System {
-        for row in &mut self.rows {
-            row.release();
-            row.untile();
-        }
+        self.rows.iter_mut().for_each(RowReduction::untile);
         if self.in_current > 0 {
             self.close();
             self.rows.iter_mut().for_each(RowReduction::close);

@@ -59,11 +59,14 @@ pub struct Disturbance {
 }
 
 impl Disturbance {
-    /// - `deviation`: standard deviation; `corner`: Hz; `period`: s.
-    pub fn new(deviation: f64, corner: f64, period: f64, rng: &mut ChaCha8Rng) -> Self {
+    /// Corner frequency of the spectrum, Hz.
+    pub const CORNER_HZ: f64 = 3.0;
+
+    /// - `deviation`: standard deviation; `period`: s.
+    pub fn new(deviation: f64, period: f64, rng: &mut ChaCha8Rng) -> Self {
         Self {
             deviation,
-            decay: (-std::f64::consts::TAU * corner * period).exp(),
+            decay: (-std::f64::consts::TAU * Self::CORNER_HZ * period).exp(),
             value: deviation * rng.sample::<f64, _>(StandardNormal),
         }
     }

@@ -143,9 +143,8 @@ impl Twin {
         let link = encoders(&settings.link_encoder_counts_per_turn, &start.q);
         let motor = encoders(&settings.motor_encoder_counts_per_turn, &start.phi);
         let mut disturbances = |levels: &[f64]| -> Vec<Disturbance> {
-            let corner = settings.torque_disturbance_hz;
             (0..n)
-                .map(|i| Disturbance::new(level(levels, i), corner, settings.period_s, &mut rng))
+                .map(|i| Disturbance::new(level(levels, i), settings.period_s, &mut rng))
                 .collect()
         };
         let disturbance = disturbances(&settings.torque_disturbance_nm);

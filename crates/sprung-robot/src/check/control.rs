@@ -26,7 +26,6 @@ pub(super) fn check_control(control: &Control, robot: &Robot) -> Result<(), Faul
     let positive = (bandwidth.iter().map(|own| ("bandwidth_hz", Some(*own)))).chain([
         ("damping", Some(control.damping)),
         ("period_s", control.period_s),
-        ("residual_percent", Some(control.residual_percent)),
     ]);
     for (key, value) in positive {
         if let Some(value) = value
@@ -49,7 +48,6 @@ pub(super) fn check_control(control: &Control, robot: &Robot) -> Result<(), Faul
         ("gain_margin_db", control.gain_margin_db, 0.0, 40.0),
         ("phase_margin_deg", control.phase_margin_deg, 0.0, 89.0),
         ("damping", control.damping, 0.0, 10.0),
-        ("residual_percent", control.residual_percent, 0.1, 99.0),
         (
             "friction_compensation_speed_rad_per_s",
             control.friction_compensation_speed_rad_per_s.unwrap_or(0.0),

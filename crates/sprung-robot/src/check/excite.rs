@@ -52,7 +52,6 @@ pub(super) fn check_excite(excite: &Excite, robot: &Robot) -> Result<(), Fault> 
     for (key, value) in [
         ("duration_s", Some(excite.duration_s)),
         ("period_s", Some(excite.period_s)),
-        ("bandwidth_hz", Some(excite.bandwidth_hz)),
         ("base_frequency_hz", excite.base_frequency_hz),
         ("slow_sweep_s", excite.slow_sweep_s),
         ("tool_speed_m_per_s", excite.tool_speed_m_per_s),

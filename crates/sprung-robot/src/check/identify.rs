@@ -1,7 +1,6 @@
 //! Checks of the settings of an identification.
 
 use super::fault::{Fault, fault, refused};
-use super::window::check_window;
 use crate::capabilities::{Feature, NotSupported, together};
 use crate::identify::Cutoff;
 use crate::numbers::Shown;
@@ -52,8 +51,6 @@ pub(super) fn identify(file: &ExperimentFile) -> Result<(), Fault> {
                 Cutoff::Auto => 1.0,
             },
         ),
-        ("lsff_forgetting_per_s", settings.lsff_forgetting_per_s),
-        ("lsff_initial_gain", settings.lsff_initial_gain),
     ] {
         if !(value.is_finite() && value > 0.0) {
             return Err(fault(
@@ -83,11 +80,7 @@ pub(super) fn identify(file: &ExperimentFile) -> Result<(), Fault> {
             ),
         ));
     }
-    physical(&settings.physical)?;
-    check_window(
-        settings.lsff_velocity_window,
-        &["identify", "lsff_velocity_window"],
-    )
+    physical(&settings.physical)
 }
 
 fn physical(settings: &Physical) -> Result<(), Fault> {

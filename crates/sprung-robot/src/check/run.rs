@@ -196,11 +196,7 @@ pub(crate) fn check_reference(
 }
 
 pub(super) fn check_twin(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> {
-    for (key, value) in [
-        ("duration_s", twin.duration_s),
-        ("period_s", twin.period_s),
-        ("torque_disturbance_hz", twin.torque_disturbance_hz),
-    ] {
+    for (key, value) in [("duration_s", twin.duration_s), ("period_s", twin.period_s)] {
         if !(value.is_finite() && value > 0.0) {
             return Err(fault(
                 &["simulate", key],

@@ -121,15 +121,15 @@ const ACCEL_Z: Quantity = Quantity::Inertial(Inertial::Accelerometer, Axis::Z);
 
 /// A row of the table; the key is the name of its field in [`Log`].
 macro_rules! key {
-    ($name:ident, $quantity:expr, $kind:expr, $unit:expr, $scaling:ident, $template:expr) => {
+    ($name:ident $(. $axis:ident)?, $quantity:expr, $kind:expr, $unit:expr, $scaling:ident, $template:expr) => {
         Key {
-            name: stringify!($name),
+            name: concat!(stringify!($name) $(, ".", stringify!($axis))?),
             quantity: $quantity,
             kind: $kind,
             unit: $unit,
             scaling: Scaling::$scaling,
             template: $template,
-            columns: Place::Field(|log| &log.$name, |log| &mut log.$name),
+            columns: Place::Field(|log| &log.$name$(.$axis)?, |log| &mut log.$name$(.$axis)?),
         }
     };
 }
@@ -197,18 +197,18 @@ const OF_SENSORS: [Key; 37] = [
     key!(joint_torque_nm,     JointTorque,    Some(Revolute),  SI,            None,           NO),
     key!(joint_force_n,       JointTorque,    Some(Prismatic), SI,            None,           NO),
     key!(joint_torque,        JointTorque,    None,            SAID_TORQUE,   None,           NO),
-    key!(gyroscope_x_rad_per_s, GYRO_X,       Some(Revolute),  SI,            None,           NO),
-    key!(gyroscope_x_deg_per_s, GYRO_X,       Some(Revolute),  DEGREES,       None,           NO),
-    key!(gyroscope_y_rad_per_s, GYRO_Y,       Some(Revolute),  SI,            None,           NO),
-    key!(gyroscope_y_deg_per_s, GYRO_Y,       Some(Revolute),  DEGREES,       None,           NO),
-    key!(gyroscope_z_rad_per_s, GYRO_Z,       Some(Revolute),  SI,            None,           NO),
-    key!(gyroscope_z_deg_per_s, GYRO_Z,       Some(Revolute),  DEGREES,       None,           NO),
-    key!(accelerometer_x_m_per_s2, ACCEL_X,   None,            SI,            None,           NO),
-    key!(accelerometer_x_g,   ACCEL_X,        None,            STANDARD_GRAVITY, None,        NO),
-    key!(accelerometer_y_m_per_s2, ACCEL_Y,   None,            SI,            None,           NO),
-    key!(accelerometer_y_g,   ACCEL_Y,        None,            STANDARD_GRAVITY, None,        NO),
-    key!(accelerometer_z_m_per_s2, ACCEL_Z,   None,            SI,            None,           NO),
-    key!(accelerometer_z_g,   ACCEL_Z,        None,            STANDARD_GRAVITY, None,        NO),
+    key!(gyroscope_rad_per_s.x, GYRO_X, Some(Revolute), SI, None, NO),
+    key!(gyroscope_deg_per_s.x, GYRO_X, Some(Revolute), DEGREES, None, NO),
+    key!(gyroscope_rad_per_s.y, GYRO_Y, Some(Revolute), SI, None, NO),
+    key!(gyroscope_deg_per_s.y, GYRO_Y, Some(Revolute), DEGREES, None, NO),
+    key!(gyroscope_rad_per_s.z, GYRO_Z, Some(Revolute), SI, None, NO),
+    key!(gyroscope_deg_per_s.z, GYRO_Z, Some(Revolute), DEGREES, None, NO),
+    key!(accelerometer_m_per_s2.x, ACCEL_X, None, SI, None, NO),
+    key!(accelerometer_g.x, ACCEL_X, None, STANDARD_GRAVITY, None, NO),
+    key!(accelerometer_m_per_s2.y, ACCEL_Y, None, SI, None, NO),
+    key!(accelerometer_g.y, ACCEL_Y, None, STANDARD_GRAVITY, None, NO),
+    key!(accelerometer_m_per_s2.z, ACCEL_Z, None, SI, None, NO),
+    key!(accelerometer_g.z, ACCEL_Z, None, STANDARD_GRAVITY, None, NO),
 ];
 
 impl Key {

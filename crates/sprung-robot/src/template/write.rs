@@ -41,7 +41,6 @@ const IDENTIFY: &str = "
 #position_cutoff_hz = 40.0                  # zero-phase, for positions; \"auto\" if absent
 #weights = \"none\"                           # all samples have weight 1, as in the paper
 #encoder_offset = \"none\"                    # no offset between encoders; \"estimate\" if absent
-#initial_momentum = \"estimate\"              # if the first velocity of the log is wrong
 ";
 
 const VALIDATE: &str = "

@@ -94,9 +94,9 @@ fn text(feature: &str) -> String {
         }
         "joint torque sensor alone" => columns("joint_torque_nm = [\"s1\", \"s2\"]"),
         // The high-pass filter of a gyroscope needs several of its periods of 5 s.
-        "gyroscope on the link" => columns("gyroscope_z_rad_per_s = [\"w1\", \"w2\"]")
+        "gyroscope on the link" => columns("gyroscope_rad_per_s.z = [\"w1\", \"w2\"]")
             .replace("duration_s = 4.0", "duration_s = 15.0"),
-        "accelerometer on the link" => columns("accelerometer_y_m_per_s2 = [\"a1\", \"a2\"]")
+        "accelerometer on the link" => columns("accelerometer_m_per_s2.y = [\"a1\", \"a2\"]")
             .replace(
                 "name = \"joint1\"\n",
                 "name = \"joint1\"\naccelerometer_rpy_deg = [0, 0, 0]\naccelerometer_xyz_m = [0.25, 0, 0]\n",

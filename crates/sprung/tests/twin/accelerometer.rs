@@ -18,12 +18,12 @@ use crate::support::Twin;
 const LENGTH: f64 = 0.3;
 
 const LINKS: &str = "link_position_rad  = [\"q1_rad\", \"q2_rad\"]";
-const GYROSCOPES: &str = "gyroscope_z_rad_per_s = [\"w1\", \"w2\"]";
+const GYROSCOPES: &str = "gyroscope_rad_per_s.z = [\"w1\", \"w2\"]";
 
 /// One axis on each link, along its motion, or three tilted ones.
-const ONE_AXIS: &str = "accelerometer_y_m_per_s2 = [\"a1\", \"a2\"]";
-const THREE_AXES: &str = "accelerometer_x_m_per_s2 = \"ax*\"\naccelerometer_y_m_per_s2 = \"ay*\"\n\
-                          accelerometer_z_m_per_s2 = \"az*\"";
+const ONE_AXIS: &str = "accelerometer_m_per_s2.y = [\"a1\", \"a2\"]";
+const THREE_AXES: &str = "accelerometer_m_per_s2.x = \"ax*\"\naccelerometer_m_per_s2.y = \"ay*\"\n\
+                          accelerometer_m_per_s2.z = \"az*\"";
 const ALONG_LINKS: [&str; 2] = [
     "accelerometer_rpy_deg = [0, 0, 0]\naccelerometer_xyz_m = [0.25, 0, 0]",
     "accelerometer_rpy_deg = [0, 0, 0]\naccelerometer_xyz_m = [0.2, 0, 0]",
@@ -245,7 +245,7 @@ fn faulty_accelerometers_are_named() {
         ("accelerometer-sign", &reversed, f64::INFINITY),
         (
             "accelerometer-scale",
-            "accelerometer_y_g = [\"a1\", \"a2\"]",
+            "accelerometer_g.y = [\"a1\", \"a2\"]",
             f64::INFINITY,
         ),
     ] {
@@ -273,7 +273,7 @@ fn mistakes_are_named() {
     );
     let two = refused(&own.replace(
         ONE_AXIS,
-        &format!("{ONE_AXIS}\naccelerometer_x_m_per_s2 = [\"b1\", \"b2\"]"),
+        &format!("{ONE_AXIS}\naccelerometer_m_per_s2.x = [\"b1\", \"b2\"]"),
     ));
     assert!(
         two.contains("an accelerometer has one axis or three"),

@@ -18,7 +18,7 @@ use crate::support::Twin;
 const LINKS: &str = "link_position_rad  = [\"q1_rad\", \"q2_rad\"]";
 
 /// One axis on each link of the demo, with 0.1 % of 125 °/s as noise, and a bias.
-const ONE_AXIS: &str = "gyroscope_z_rad_per_s = [\"w1\", \"w2\"]";
+const ONE_AXIS: &str = "gyroscope_rad_per_s.z = [\"w1\", \"w2\"]";
 const NOISE: f64 = 0.0022;
 const BIAS: [f64; 2] = [0.02, -0.03];
 
@@ -129,14 +129,14 @@ fn faulty_gyroscopes_are_named() {
     let cases: [Case; 3] = [
         (
             "gyroscope-sign",
-            "gyroscope_z_rad_per_s = [\"w1\", \"w2\"]\nsign = { w2 = -1 }",
+            "gyroscope_rad_per_s.z = [\"w1\", \"w2\"]\nsign = { w2 = -1 }",
             f64::INFINITY,
             Severity::Error,
             "sign = { \"w2\" = -1 }",
         ),
         (
             "gyroscope-scale",
-            "gyroscope_z_deg_per_s = [\"w1\", \"w2\"]",
+            "gyroscope_deg_per_s.z = [\"w1\", \"w2\"]",
             f64::INFINITY,
             Severity::Error,
             "",
@@ -157,8 +157,8 @@ fn faulty_gyroscopes_are_named() {
 }
 
 const LINKS_OF_ARM: &str = "link_position_rad  = [\"q1_rad\", \"q2_rad\", \"q3_rad\", \"q4_rad\", \"q5_rad\", \"q6_rad\", \"q7_rad\"]";
-const THREE_AXES: &str = "gyroscope_x_rad_per_s = \"gx*\"\ngyroscope_y_rad_per_s = \"gy*\"\n\
-                          gyroscope_z_rad_per_s = \"gz*\"";
+const THREE_AXES: &str = "gyroscope_rad_per_s.x = \"gx*\"\ngyroscope_rad_per_s.y = \"gy*\"\n\
+                          gyroscope_rad_per_s.z = \"gz*\"";
 
 /// The arm with seven joints and tilted gyroscopes, whose mounting the file gives or not.
 fn arm(columns: &str, mounted: bool) -> Arm {
@@ -268,7 +268,7 @@ fn mistakes_are_named() {
         let found = description::read("experiment.toml", &text, &[], &mut no_files);
         found.err().unwrap().to_string()
     };
-    let two = ONE_AXIS.to_owned() + "\ngyroscope_x_rad_per_s = [\"v1\", \"v2\"]";
+    let two = ONE_AXIS.to_owned() + "\ngyroscope_rad_per_s.x = [\"v1\", \"v2\"]";
     let text = refused(&two, "", "");
     assert!(text.contains("one axis or three"), "{text}");
     let text = refused(&format!("{LINKS}\n{ONE_AXIS}"), "", "");
@@ -290,6 +290,6 @@ fn mistakes_are_named() {
     let cubic = format!("spring = [\"linear\", \"cubic\"]\n{joint}");
     let text = refused(ONE_AXIS, joint, &cubic);
     assert!(text.contains("joint1") && text.contains("cubic"), "{text}");
-    let text = refused("gyroscope_z_rad_per_s = [\"w1\"]", "", "");
+    let text = refused("gyroscope_rad_per_s.z = [\"w1\"]", "", "");
     assert!(text.contains("names 1 columns"), "{text}");
 }

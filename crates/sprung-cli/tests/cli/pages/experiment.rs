@@ -25,12 +25,28 @@ file, for completion in editors.
 The robot is described by one of `urdf`, `dh_modified`, `dh_classic` and `kinematics`.
 [Logs](logs.md) describes formats, names of columns, units and clocks.
 
-| table | meaning |
-|---|---|
+## Keys that most users need
+
+`sprung new` writes them. All others have values that suit most robots.
+
 ";
 
+/// The keys that most users need, with the headings of their tables.
+const FIRST_KEYS: [(&str, &str); 10] = [
+    ("robot", "urdf"),
+    ("robot.joint", "name"),
+    ("robot.joint", "gear_ratio"),
+    ("log", "file"),
+    ("log", "time_s"),
+    ("log", "link_position_rad"),
+    ("log", "motor_position_rad"),
+    ("log", "motor_torque_nm"),
+    ("identify", "estimator"),
+    ("validate", "log"),
+];
+
 /// Headings of the page and the definitions of the schema below them.
-const SECTIONS: [(&str, &str); 22] = [
+const SECTIONS: [(&str, &str); 23] = [
     ("robot", "Robot"),
     ("robot.joint", "Joint"),
     ("robot.joint.limits", "Limits"),
@@ -40,6 +56,7 @@ const SECTIONS: [(&str, &str); 22] = [
     ("Row of a Denavit-Hartenberg table", "DhJoint"),
     ("log", "Log"),
     ("Table of a column", "Column"),
+    ("Axes of a sensor", "AxisColumns"),
     ("Window of a file", "Part"),
     ("Payload of a file", "Payload"),
     ("log.csv", "CsvForm"),
@@ -177,21 +194,47 @@ impl Schema {
             .collect();
         let mut text = String::from("| key | value | meaning |\n|---|---|---|\n");
         for (key, schema) in self.properties(name) {
-            let mut values = joined(&self.values(schema));
-            if required.contains(key.as_str()) {
-                values += "; required";
-            } else if let Some(default) = default_of(schema) {
-                write!(values, "; default {default}").unwrap();
-            }
-            let meaning = schema["description"].as_str().unwrap();
-            writeln!(text, "| `{key}` | {values} | {} |", in_a_cell(meaning)).unwrap();
+            let is_required = required.contains(key.as_str());
+            text += &self.row(key, schema, is_required);
+        }
+        text
+    }
+
+    fn row(&self, key: &str, schema: &Value, is_required: bool) -> String {
+        let mut values = joined(&self.values(schema));
+        if is_required {
+            values += "; required";
+        } else if let Some(default) = default_of(schema) {
+            write!(values, "; default {default}").unwrap();
+        }
+        let meaning = schema["description"].as_str().unwrap();
+        format!("| `{key}` | {values} | {} |\n", in_a_cell(meaning))
+    }
+
+    /// Returns the rows of the keys that most users need.
+    fn first_keys(&self) -> String {
+        let mut text = String::from("| key | in | meaning |\n|---|---|---|\n");
+        for (heading, key) in FIRST_KEYS {
+            let (_, name) = SECTIONS
+                .iter()
+                .find(|(title, _)| *title == heading)
+                .unwrap();
+            let meaning = self.properties(name)[key]["description"].as_str().unwrap();
+            let (title, anchor) = (title(heading), anchor(heading));
+            writeln!(
+                text,
+                "| `{key}` | [{title}](#{anchor}) | {} |",
+                in_a_cell(meaning)
+            )
+            .unwrap();
         }
         text
     }
 
     /// Returns the whole page.
     fn page(&self) -> String {
-        let mut page = INTRODUCTION.to_owned();
+        let mut page = INTRODUCTION.to_owned() + &self.first_keys();
+        page += "\n## Tables\n\n| table | meaning |\n|---|---|\n";
         for (heading, name) in SECTIONS {
             let meaning = self.definition(name)["description"].as_str().unwrap();
             let meaning = in_a_cell(meaning);

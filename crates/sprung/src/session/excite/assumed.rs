@@ -12,6 +12,9 @@ use crate::session::excite_error::ExciteError;
 /// Damping of the assumed position control.
 const DAMPING: f64 = 0.7;
 
+/// Bandwidth of the assumed position control, Hz.
+const BANDWIDTH_HZ: f64 = 10.0;
+
 /// Counts per turn of assumed encoders.
 pub(super) const COUNTS: u32 = 65_536;
 
@@ -116,14 +119,12 @@ fn inertias(model: &Model, theta: &[f64]) -> Vec<f64> {
 
 /// Returns a controller with which the links follow the reference.
 pub(super) fn assumed_controller(
-    experiment: &Experiment,
     model: &Model,
     theta: &[f64],
     assumed: &mut Vec<String>,
 ) -> Controller {
     let n = model.joint_count();
-    let hz = experiment.excite.bandwidth_hz;
-    let angular = std::f64::consts::TAU * hz;
+    let angular = std::f64::consts::TAU * BANDWIDTH_HZ;
     let gain = fast_inertias(model, theta)
         .into_iter()
         .enumerate()
@@ -135,7 +136,7 @@ pub(super) fn assumed_controller(
         })
         .collect();
     assumed.push(format!(
-        "the links follow the trajectory: position control of the motors with a bandwidth of {hz} Hz and the torques of the \
+        "the links follow the trajectory: position control of the motors with a bandwidth of {BANDWIDTH_HZ} Hz and the torques of the \
          model without friction, because the file has no [controller]"
     ));
     Controller {

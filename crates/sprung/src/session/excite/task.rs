@@ -9,6 +9,7 @@ use sprung_method::excite::{
     Approach, Bounds, Errors, Information, Kinematics, Limited, Loop, Refused, Series, Task,
     missing_limit,
 };
+use sprung_method::simulate::Disturbance;
 use sprung_model::{Model, ModelError};
 use sprung_robot::{ControllerKind, Experiment, Reference, Simulate};
 
@@ -60,7 +61,7 @@ impl Setup {
         let is_pd = (declared.as_ref()).is_some_and(|own| own.kind == ControllerKind::Pd);
         let controller = match declared {
             Some(own) => own,
-            None => assumed_controller(&experiment, &model, &theta, &mut assumed),
+            None => assumed_controller(&model, &theta, &mut assumed),
         };
         let period = experiment.excite.period_s;
         if is_pd
@@ -361,6 +362,6 @@ fn errors(twin: &Simulate, model: &Model) -> Errors {
             level(&twin.link_torque_disturbance_nm),
             level(&twin.torque_disturbance_nm),
         ],
-        corner: twin.torque_disturbance_hz,
+        corner: Disturbance::CORNER_HZ,
     }
 }

@@ -104,7 +104,7 @@ fn about_lsff(lsff: &Lsff) -> Vec<Finding> {
                  excitation wound the gain matrix up",
                 in_percent(lsff.paused())
             ),
-            "excite all joints, or choose a smaller lsff_forgetting_per_s",
+            "excite all joints",
         ));
     }
     notes

@@ -19,6 +19,11 @@ const TRACE_POINTS: usize = 512;
 /// = 10) D stays below 3e5. It reaches the limit after 16 s without excitation.
 const GAIN_LIMIT: f64 = 1e8;
 
+/// Forgetting rate δ, 1/s, diagonal of P(0), and windows of the velocity estimator, samples: those of the paper.
+const FORGETTING_PER_S: f64 = 1.0;
+const INITIAL_GAIN: f64 = 10.0;
+const VELOCITY_WINDOW: [usize; 2] = [4, 4];
+
 /// The on-line estimator. It takes raw samples.
 #[derive(Clone, Debug)]
 pub struct Lsff {
@@ -56,11 +61,11 @@ impl Lsff {
             DiscretizationName::Paper,
         )
         .map_err(LsffError::Filter)?;
-        let [p1, p2] = settings.lsff_velocity_window;
+        let [p1, p2] = VELOCITY_WINDOW;
         let velocity = AveragedVelocity::new(p1, p2, period).map_err(LsffError::Velocity)?;
         let gains = GainSettings {
-            forgetting: settings.lsff_forgetting_per_s,
-            initial_gain: settings.lsff_initial_gain,
+            forgetting: FORGETTING_PER_S,
+            initial_gain: INITIAL_GAIN,
             gain_limit: GAIN_LIMIT,
             period,
         };
@@ -77,7 +82,7 @@ impl Lsff {
             trace: Decimator::new(TRACE_POINTS),
             mean: vec![0.0; p],
             variance: vec![0.0; p],
-            averaging: 1.0 - (-settings.lsff_forgetting_per_s * period).exp(),
+            averaging: 1.0 - (-FORGETTING_PER_S * period).exp(),
             period,
             samples: 0,
         })

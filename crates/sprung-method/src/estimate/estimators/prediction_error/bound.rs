@@ -17,6 +17,7 @@ use crate::log::{Channels, LogError, LogSource};
 use crate::model::Model;
 use crate::prepare::{PrepareError, as_given, excerpt};
 use crate::regression::PassError;
+use crate::simulate::Disturbance;
 
 /// The true values of a robot and its log.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +49,7 @@ impl From<&Simulate> for KnownNoise {
             torque: settings.torque_noise_nm.clone(),
             motor: settings.torque_disturbance_nm.clone(),
             link: settings.link_torque_disturbance_nm.clone(),
-            corner: settings.torque_disturbance_hz,
+            corner: Disturbance::CORNER_HZ,
         }
     }
 }
