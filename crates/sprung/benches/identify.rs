@@ -8,13 +8,13 @@ use std::sync::Arc;
 
 use divan::Bencher;
 use divan::counter::{BytesCount, ItemsCount};
-use sprung::demo;
-use sprung::description::{self, Cutoff, Estimator, Experiment, no_files};
-use sprung::estimate::identify;
-use sprung::log::{Channels, Input, LogSource};
-use sprung::model::Model;
-use sprung::progress::Unheard;
-use sprung::simulate::{TwinSetup, record};
+use sprung_base::demo;
+use sprung_base::progress::Unheard;
+use sprung_log::{Channels, Input, LogSource};
+use sprung_method::estimate::identify;
+use sprung_method::simulate::{TwinSetup, record};
+use sprung_model::Model;
+use sprung_robot::{self as description, Cutoff, Estimator, Experiment, no_files};
 
 /// Bytes shared by all opened readers.
 #[derive(Clone)]

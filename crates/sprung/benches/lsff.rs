@@ -1,12 +1,12 @@
 //! Times one sample of recursive least squares with forgetting, for 15 parameters.
 
 use divan::{Bencher, black_box};
-use sprung::demo;
-use sprung::description::{self, no_files};
-use sprung::estimate::Lsff;
-use sprung::model::Model;
+use sprung_base::demo;
 use sprung_core::recursive::{ForgettingLeastSquares, Settings, memory_len};
+use sprung_method::estimate::Lsff;
 use sprung_method::preprocess::RawBlock;
+use sprung_model::Model;
+use sprung_robot::{self as description, no_files};
 
 /// Number of parameters of the paper's arm, and the columns with entries in each row.
 const PARAMETERS: usize = 15;

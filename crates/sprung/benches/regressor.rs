@@ -2,12 +2,12 @@
 //! arm and for an arm with seven flexible joints.
 
 use divan::{Bencher, black_box};
-use sprung::demo;
-use sprung::description::{self, DiscretizationName, no_files};
-use sprung::model::{Model, Scratch};
+use sprung_base::demo;
 use sprung_core::drives::State;
 use sprung_core::robot::Values;
 use sprung_method::regression::FilteredRegression;
+use sprung_model::{Model, Scratch};
+use sprung_robot::{self as description, DiscretizationName, no_files};
 
 /// Kinematics of the Franka Panda with a spring in every joint.
 const PANDA: &str = r#"

@@ -6,10 +6,10 @@ use std::collections::BTreeMap;
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use sprung::demo;
-use sprung::description::{self, Experiment, no_files};
-use sprung::model::{Model, Theta};
-use sprung::simulate::{ClosedLoop, Twin, TwinSetup};
+use sprung_base::demo;
+use sprung_method::simulate::{ClosedLoop, Twin, TwinSetup};
+use sprung_model::{Model, Theta};
+use sprung_robot::{self as description, Experiment, no_files};
 
 const SAMPLES: usize = 10_000;
 

@@ -53,36 +53,27 @@ pub mod session;
 /// Checks a log before an identification.
 pub mod check {
     #[doc(inline)]
-    pub use sprung_method::check::{
-        CheckReport, Checked, CheckedLog, ColumnFigures, DelayFigures, JointFigures, LikelyDelay,
-        OfLog, Place, PrepareError, Refusal, check, examine, reversed_torque,
-    };
+    pub use sprung_method::check::{CheckReport, Checked, CheckedLog};
 }
 
 /// Compares results of several estimators, settings or runs of one robot.
 pub mod compare {
     #[doc(inline)]
     pub use sprung_method::compare::{
-        CombinedParameter, CombinedResult, CompareError, Compared, ComparedParameter,
-        ComparedPromise, ComparedResult, ComparedValidation, ComparedValue, Comparison, Drift,
-        ParameterDrift, compare,
+        CombinedResult, Compared, ComparedParameter, Comparison, Drift, compare,
     };
 }
 
 /// Designed controllers: gains, margins, vibrations, shapers and their proof.
 pub mod control {
     #[doc(inline)]
-    pub use sprung_method::control::{
-        Bandwidth, ControlDesign, ControlPictures, ControlRefusal, Controlled, DesignedController,
-        LoopMargins, Mode, ModeShaper, Motors, Moves, Proof, ShapedImpulse, ShaperDesign, Tracking,
-        Vibration, WithDraws,
-    };
+    pub use sprung_method::control::{ControlDesign, Controlled, Motors, WithDraws};
 }
 
 /// Decimated time series for files and plots.
 pub mod curves {
     #[doc(inline)]
-    pub use sprung_base::curves::{CurveSet, Curves, CurvesError};
+    pub use sprung_base::curves::Curves;
 }
 
 /// The experiment of the founding paper, ready to run.
@@ -93,20 +84,9 @@ pub mod demo {
 
 /// The experiment file: the robot, the log, and the settings of identification and validation.
 pub mod description {
+
     #[doc(inline)]
-    pub use sprung_base::ellipsoid::Ellipsoid;
-    #[doc(inline)]
-    pub use sprung_robot::{
-        Column, ColumnName, Columns, Constraints, Controller, ControllerKind, CsvForm, Cutoff,
-        Delay, DelaysOfLog, DescriptionError, DhJoint, DiscretizationName, Distance, EncoderOffset,
-        Estimator, Excite, Experiment, FILL_IN, Factor, Feedforward, FilePart, FrictionCovariates,
-        FrictionLaw, Identify, Joint, Kinematics, Language, Laws, Limits, Log, MissingValues,
-        NamedFiles, NoShape, Nominal, NotSupported, Objective, OnCheckError, OwnCall, Payload,
-        PerJoint, Physical, Prior, Reference, Robot, SamplingTimes, ServoDrive, Shape, Side,
-        Simulate, Sine, SpringTerm, Start, StartError, StartName, StartsAt, TorqueHold,
-        TorqueReading, Transmission, Tree, TreeJoint, Unit, Urdf, UrdfError, UrdfJoint, Validate,
-        Weights, Window, no_files, read, schema, template, what_works,
-    };
+    pub use sprung_robot::{Experiment, Language, Start, schema, what_works};
 }
 
 /// Estimators: from the regression of the logs to parameters, standard errors, findings and a
@@ -114,28 +94,15 @@ pub mod description {
 pub mod estimate {
     #[doc(inline)]
     pub use sprung_method::estimate::{
-        Applied, Body, Bound, Choices, CovarianceOfErrors, CrossCheckResult, CutoffChoice,
-        CutoffPoint, Decided, Decision, DelayUsed, DrawMethod, EncoderOffsetResult, ErrorParts,
-        EstimateResult, FactorsError, Feature, FeatureKind, FrequencyResponse, GainUsed,
-        HeldOutResidual, Identification, Identified, IdentifyError, JointPrediction, JointResponse,
-        KnownNoise, KnownTruth, LawRung, LawsByHoldOut, LogFactors, LogInfo, Lsff, LsffError,
-        ModelDependence, MotorRowResult, ParameterEstimate, PayloadParameter, PayloadResult,
-        PhysicalResult, Posterior, PosteriorError, RefinedDelay, RefinedEccentricity,
-        RefinedOffset, RefinedSaturation, RefinedSharpness, RefinedVelocity, Refinement,
-        ResidualPrior, ResponseCurves, RigidByHoldOut, RigidJoint, RowDisturbance, RungResult,
-        Samples, SensorNoise, SettingsUsed, SignUsed, SimulationFit, SpringFromMotor,
-        StandardParameter, Unseen, Verdict, fit, identify, identify_and_tell, information_bound,
-        late_channels, parameters_csv, residual, torques, trace,
+        EstimateResult, Identification, Identified, IdentifyError, ParameterEstimate, Refinement,
+        Samples, Verdict, parameters_csv,
     };
 }
 
 /// Designed experiments: motions, limits and promises.
 pub mod excite {
     #[doc(inline)]
-    pub use sprung_method::excite::{
-        Excitation, Excited, JointMotion, LimitUsed, More, MotionResult, Promised, SearchResult,
-        Simulation, Skeleton, Trajectory,
-    };
+    pub use sprung_method::excite::{Excitation, Excited, Trajectory};
 }
 
 /// Writes an identified robot for simulators and controllers, and proves the file by reading it
@@ -143,8 +110,7 @@ pub mod excite {
 pub mod export {
     #[doc(inline)]
     pub use sprung_export::{
-        DrawOrigin, Earlier, ExportError, Exported, Form, Format, How, LogOrigin, MujocoFields,
-        MujocoNames, Origin, Proof, Said, ValueOrigin, earlier,
+        Earlier, Exported, Form, Format, MujocoFields, MujocoNames, Proof, Said, earlier,
     };
 }
 
@@ -153,23 +119,19 @@ pub mod finding {
     #[doc(inline)]
     pub use sprung_base::explanation::Explanation;
     #[doc(inline)]
-    pub use sprung_base::finding::{Evidence, Finding, GENERATOR, Severity};
+    pub use sprung_base::finding::{Finding, GENERATOR, Severity};
 }
 
 /// Measured logs, read and written block by block in SI units.
 pub mod log {
     #[doc(inline)]
-    pub use sprung_log::{
-        Array, Arrays, ArraysError, Beyond, ChannelError, Channels, ChooseError, Input, LogBlock,
-        LogError, LogFile, LogSource, LogWriter, Miss, Opener, Place, Sampling, Sizes, Timing,
-        check, panics_are_caught,
-    };
+    pub use sprung_log::{Array, Arrays, Input, LogError, LogSource, panics_are_caught};
 }
 
 /// Turns the description of a robot into its parameters and equations.
 pub mod model {
     #[doc(inline)]
-    pub use sprung_model::{Model, ModelError, Parameter, Scratch, Theta, short, stribeck_name};
+    pub use sprung_model::{Model, Parameter, short};
 }
 
 /// Named values in a fixed order, base joint first.
@@ -188,10 +150,9 @@ pub mod progress {
 pub mod report {
     #[doc(inline)]
     pub use sprung_report::{
-        Badge, Bar, BarRow, Bars, Block, Column, Contents, Document, Drawing, Figure, Finding,
-        Fold, IntervalRow, Intervals, JointFigures, Layout, Mark, Panel, ReportError, Row, Section,
-        Series, Skeleton, Style, Table, Tone, compose, compose_check, compose_comparison,
-        compose_control, compose_excitation, compose_servo, relative_scale, render, significant,
+        Contents, Document, Figure, JointFigures, Style, compose, compose_check,
+        compose_comparison, compose_control, compose_excitation, compose_servo, relative_scale,
+        render, significant,
     };
 }
 
@@ -199,18 +160,14 @@ pub mod report {
 /// torque.
 pub mod servo {
     #[doc(inline)]
-    pub use sprung_servo::{
-        Scale, ServoError, ServoEstimate, ServoExpectation, ServoFit, ServoIdentification,
-        ServoLog, servo_parameters_csv,
-    };
+    pub use sprung_servo::{ServoExpectation, ServoIdentification, servo_parameters_csv};
 }
 
 /// The digital twin: plant, controller, sensors, amplifier.
 pub mod simulate {
     #[doc(inline)]
     pub use sprung_method::simulate::{
-        Accelerations, BothTorques, ClosedLoop, Diverged, Dynamics, JointState, LoopError, RanAway,
-        RecordError, StepsExhausted, Twin, TwinSample, TwinSetup, record,
+        Accelerations, BothTorques, Dynamics, JointState, RecordError,
     };
 }
 
@@ -218,7 +175,6 @@ pub mod simulate {
 pub mod validate {
     #[doc(inline)]
     pub use sprung_method::validate::{
-        ChosenFor, JointProof, Outcome, ParameterSet, QuantityProof, Rms, RootMeanSquares,
-        RunResult, SetResult, Spread, ValidateError, Validated, Validation, validate,
+        JointProof, QuantityProof, RunResult, Validated, Validation,
     };
 }

@@ -1,6 +1,6 @@
 //! Computes the figures of a row from the results of the runs.
 
-use sprung::estimate::EstimateResult;
+use sprung_method::estimate::EstimateResult;
 use sprung_testing::Figure;
 
 /// Results of one method on one case.

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
-use sprung::description::{Estimator, Experiment, Laws};
-use sprung::estimate::{LawsByHoldOut, identify};
-use sprung::model::Model;
-use sprung::progress::Unheard;
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::{LawsByHoldOut, identify};
+use sprung_model::Model;
+use sprung_robot::{Estimator, Experiment, Laws};
 
 use crate::in_memory::with_source;
 

@@ -1,8 +1,8 @@
 //! Coverage of the intervals of least squares for short and long logs.
 
 use rayon::prelude::*;
-use sprung::description::Estimator;
-use sprung::estimate::{EstimateResult, Verdict};
+use sprung_method::estimate::{EstimateResult, Verdict};
+use sprung_robot::Estimator;
 use sprung_testing::Figure;
 
 use crate::figures::median;

@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use sprung::demo;
-use sprung::description::{self, Experiment, Simulate, no_files};
-use sprung::estimate::{KnownNoise, KnownTruth, information_bound};
-use sprung::log::{Channels, LogWriter};
-use sprung::model::{Model, Theta};
-use sprung::progress::Unheard;
-use sprung::simulate::{ClosedLoop, TwinSetup, record};
+use sprung_base::demo;
+use sprung_base::progress::Unheard;
+use sprung_log::{Channels, LogWriter};
+use sprung_method::estimate::{KnownNoise, KnownTruth, information_bound};
+use sprung_method::simulate::{ClosedLoop, TwinSetup, record};
+use sprung_model::{Model, Theta};
+use sprung_robot::{self as description, Experiment, Simulate, no_files};
 
 use crate::in_memory::with_source;
 

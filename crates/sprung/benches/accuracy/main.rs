@@ -34,11 +34,13 @@ use in_memory::with_source;
 use logs::{Demo, Other};
 use rayon::prelude::*;
 use robots::Search;
-use sprung::description::{Cutoff, DiscretizationName, Estimator, Experiment, Simulate, Weights};
-use sprung::estimate::{EstimateResult, KnownNoise, KnownTruth, identify, information_bound};
-use sprung::finding::Severity;
-use sprung::model::Model;
-use sprung::progress::Unheard;
+use sprung_base::finding::Severity;
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::{
+    EstimateResult, KnownNoise, KnownTruth, identify, information_bound,
+};
+use sprung_model::Model;
+use sprung_robot::{Cutoff, DiscretizationName, Estimator, Experiment, Simulate, Weights};
 
 /// Names of the cases, and disturbances of motors and of links, N·m rms.
 const CASES: [(&str, [f64; 2], [f64; 2]); 3] = [

@@ -4,10 +4,10 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
-use sprung::description::{Estimator, Experiment, Laws, SpringTerm};
-use sprung::estimate::{EstimateResult, LawsByHoldOut, identify};
-use sprung::model::Model;
-use sprung::progress::Unheard;
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::{EstimateResult, LawsByHoldOut, identify};
+use sprung_model::Model;
+use sprung_robot::{Estimator, Experiment, Laws, SpringTerm};
 
 use crate::figures::{Runs, median};
 use crate::in_memory::with_source;

@@ -2,13 +2,13 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sprung::demo;
-use sprung::description::{self, Estimator, Experiment, Simulate, StartName, no_files};
-use sprung::estimate::{EstimateResult, identify};
-use sprung::log::Channels;
-use sprung::model::{Model, Theta};
-use sprung::progress::Unheard;
-use sprung::simulate::{TwinSetup, record};
+use sprung_base::demo;
+use sprung_base::progress::Unheard;
+use sprung_log::Channels;
+use sprung_method::estimate::{EstimateResult, identify};
+use sprung_method::simulate::{TwinSetup, record};
+use sprung_model::{Model, Theta};
+use sprung_robot::{self as description, Estimator, Experiment, Simulate, StartName, no_files};
 
 use crate::in_memory::with_source;
 

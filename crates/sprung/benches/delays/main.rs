@@ -13,10 +13,10 @@ mod twin;
 
 use in_memory::with_source;
 use rayon::prelude::*;
-use sprung::description::{Delay, Estimator};
-use sprung::estimate::{identify, late_channels};
-use sprung::model::Model;
-use sprung::progress::Unheard;
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::{identify, late_channels};
+use sprung_model::Model;
+use sprung_robot::{Delay, Estimator};
 use twin::{Demo, Table};
 
 const COLUMNS: [&str; 6] = [

@@ -6,8 +6,8 @@ use std::path::Path;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use sprung::excite::Excited;
 use sprung::session::{ExciteMethod, Session};
+use sprung_method::excite::Excited;
 use sprung_testing::Figure;
 
 use super::excite;

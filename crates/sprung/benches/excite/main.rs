@@ -11,12 +11,12 @@ mod two;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use sprung::excite::Excited;
-use sprung::log::Input;
-use sprung::progress::Unheard;
 use sprung::session::{
     ExciteMethod, ExciteRequest, Parameters, Session, SessionError, excitation_files,
 };
+use sprung_base::progress::Unheard;
+use sprung_log::Input;
+use sprung_method::excite::Excited;
 
 fn main() {
     let words: Vec<String> = std::env::args().collect();

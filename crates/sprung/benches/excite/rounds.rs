@@ -3,10 +3,10 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sprung::demo;
-use sprung::excite::Excited;
-use sprung::progress::Unheard;
 use sprung::session::{ExciteMethod, ExciteRequest, Parameters};
+use sprung_base::demo;
+use sprung_base::progress::Unheard;
+use sprung_method::excite::Excited;
 use sprung_testing::Figure;
 
 use super::two::{identified, limits, nominal, paper_peaks, truth, with_reference};

@@ -4,11 +4,11 @@
 use std::fmt::Write as _;
 
 use rayon::prelude::*;
-use sprung::demo;
-use sprung::estimate::Identified;
-use sprung::excite::{Excited, Promised};
-use sprung::progress::Unheard;
 use sprung::session::{ExciteMethod, Session};
+use sprung_base::demo;
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::Identified;
+use sprung_method::excite::{Excited, Promised};
 use sprung_testing::Figure;
 
 use super::{errors, excite, mean_ratio, reference, session};

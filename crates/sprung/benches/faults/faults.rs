@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use sprung::description::{Cutoff, Experiment};
+use sprung_robot::{Cutoff, Experiment};
 
 use super::twin::{Demo, Table};
 

@@ -22,11 +22,11 @@ use std::collections::BTreeMap;
 use faults::{Fault, KINDS, Kind};
 use in_memory::with_source;
 use rayon::prelude::*;
-use sprung::check::{CheckReport, LikelyDelay, check};
-use sprung::estimate::late_channels;
-use sprung::finding::Severity;
-use sprung::model::Model;
-use sprung::progress::Unheard;
+use sprung_base::finding::Severity;
+use sprung_base::progress::Unheard;
+use sprung_method::check::{CheckReport, LikelyDelay, check};
+use sprung_method::estimate::late_channels;
+use sprung_model::Model;
 use twin::{Demo, Table};
 
 /// Columns of the log, except the time.

@@ -1,11 +1,11 @@
 //! Logs of the demo's twin as tables, into which faults are injected.
 
-use sprung::demo;
-use sprung::description::{self, Experiment, no_files};
-use sprung::log::Channels;
-use sprung::model::{Model, Theta};
-use sprung::progress::Unheard;
-use sprung::simulate::{TwinSetup, record};
+use sprung_base::demo;
+use sprung_base::progress::Unheard;
+use sprung_log::Channels;
+use sprung_method::simulate::{TwinSetup, record};
+use sprung_model::{Model, Theta};
+use sprung_robot::{self as description, Experiment, no_files};
 
 /// The demo's experiment and the true parameters of its robot.
 pub(crate) struct Demo {

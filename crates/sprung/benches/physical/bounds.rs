@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
-use sprung::description::{self, Estimator, no_files};
-use sprung::estimate::identify;
-use sprung::model::Model;
-use sprung::progress::Unheard;
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::identify;
+use sprung_model::Model;
+use sprung_robot::{self as description, Estimator, no_files};
 
 use super::in_memory::with_source;
 use super::{DURATION_S, EXPERIMENT, TRUTH, Twin, known};

@@ -13,13 +13,13 @@ mod payload;
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
-use sprung::description::{self, Distance, Estimator, Experiment, no_files};
-use sprung::estimate::identify;
-use sprung::log::Channels;
-use sprung::model::Model;
-use sprung::progress::Unheard;
-use sprung::simulate::{TwinSetup, record};
+use sprung_base::progress::Unheard;
 use sprung_core::spatial::BODY_NAMES;
+use sprung_log::Channels;
+use sprung_method::estimate::identify;
+use sprung_method::simulate::{TwinSetup, record};
+use sprung_model::Model;
+use sprung_robot::{self as description, Distance, Estimator, Experiment, no_files};
 
 use in_memory::with_source;
 

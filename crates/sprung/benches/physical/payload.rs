@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use rayon::prelude::*;
-use sprung::description::{self, Payload, no_files};
-use sprung::estimate::{PayloadResult, identify};
-use sprung::log::{Input, LogSource};
-use sprung::model::Model;
-use sprung::progress::Unheard;
+use sprung_base::progress::Unheard;
 use sprung_core::spatial::BODY_NAMES;
+use sprung_log::{Input, LogSource};
+use sprung_method::estimate::{PayloadResult, identify};
+use sprung_model::Model;
+use sprung_robot::{self as description, Payload, no_files};
 use toml::{Table, Value};
 
 use crate::{EXPERIMENT, TRUTH, Twin};

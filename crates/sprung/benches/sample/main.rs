@@ -8,10 +8,10 @@ use std::io::{Cursor, Error, ErrorKind, Result as IoResult};
 use std::path::Path;
 use std::time::Instant;
 
-use sprung::estimate::{DrawMethod, Identification};
-use sprung::log::Input;
-use sprung::progress::Unheard;
 use sprung::session::{Parameters, SampleRequest, Session};
+use sprung_base::progress::Unheard;
+use sprung_log::Input;
+use sprung_method::estimate::{DrawMethod, Identification};
 
 const EXPERIMENT: &str = include_str!("../../../../examples/seven-joint-twin/experiment.toml");
 const TRUTH: &str = include_str!("../../../../examples/seven-joint-twin/truth.toml");

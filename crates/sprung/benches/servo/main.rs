@@ -10,10 +10,10 @@ use std::io::Cursor;
 use std::path::Path;
 use std::time::Instant;
 
-use sprung::log::Input;
-use sprung::progress::Unheard;
-use sprung::servo::ServoIdentification;
 use sprung::session::Session;
+use sprung_base::progress::Unheard;
+use sprung_log::Input;
+use sprung_servo::ServoIdentification;
 use sprung_testing::Figure;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/servo-pendulum");

@@ -3,12 +3,12 @@
 
 use std::collections::BTreeMap;
 
-use sprung::description::{self, Experiment, no_files};
-use sprung::estimate::{EstimateResult, Identification, identify};
-use sprung::log::Channels;
-use sprung::model::{Model, Theta};
-use sprung::progress::Unheard;
-use sprung::simulate::{TwinSetup, record};
+use sprung_base::progress::Unheard;
+use sprung_log::Channels;
+use sprung_method::estimate::{EstimateResult, Identification, identify};
+use sprung_method::simulate::{TwinSetup, record};
+use sprung_model::{Model, Theta};
+use sprung_robot::{self as description, Experiment, no_files};
 
 use crate::in_memory::with_source;
 

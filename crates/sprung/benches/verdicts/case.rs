@@ -3,9 +3,9 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use sprung::description::{self, Controller, Experiment, Simulate, no_files};
-use sprung::model::{Model, Theta};
-use sprung::simulate::{Twin, TwinSetup};
+use sprung_method::simulate::{Twin, TwinSetup};
+use sprung_model::{Model, Theta};
+use sprung_robot::{self as description, Controller, Experiment, Simulate, no_files};
 
 use crate::arm::{Arm, MAX_JOINTS};
 use crate::columns::Table;

@@ -32,7 +32,7 @@ mod truth;
 use std::path::PathBuf;
 
 use rayon::prelude::*;
-use sprung::description::Estimator;
+use sprung_robot::Estimator;
 
 use crate::case::Case;
 use crate::kind::Kind;

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use sprung::description::{self, Simulate};
+use sprung_robot::{self as description, Simulate};
 
 use crate::arm::Arm;
 use crate::kind::{Fault, Kind, Weak};

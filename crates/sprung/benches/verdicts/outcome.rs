@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use sprung::description::Estimator;
-use sprung::estimate::{EstimateResult, Identification, IdentifyError, identify};
-use sprung::finding::Severity;
-use sprung::model::Model;
-use sprung::progress::Unheard;
 use sprung::session::{Parameters, Session};
-use sprung::validate::{ChosenFor, JointProof, Validated, validate};
+use sprung_base::finding::Severity;
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::{EstimateResult, Identification, IdentifyError, identify};
+use sprung_method::validate::{ChosenFor, JointProof, Validated, validate};
+use sprung_model::Model;
+use sprung_robot::Estimator;
 
 use crate::case::Case;
 use crate::in_memory::with_source;

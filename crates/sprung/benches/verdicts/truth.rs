@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use sprung::model::{Model, Theta};
+use sprung_model::{Model, Theta};
 
 use crate::arm::Arm;
 use crate::kind::{Fault, Misfit};

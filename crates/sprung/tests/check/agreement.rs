@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 
 use rayon::prelude::*;
-use sprung::description::{Experiment, Laws};
-use sprung::estimate::identify;
-use sprung::finding::Finding;
-use sprung::model::Model;
-use sprung::progress::Unheard;
+use sprung_base::finding::Finding;
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::identify;
+use sprung_model::Model;
+use sprung_robot::{Experiment, Laws};
 
 use crate::in_memory::with_source;
 use crate::twin::{Demo, Table};

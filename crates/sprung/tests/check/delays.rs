@@ -1,9 +1,9 @@
 //! Estimated delays, accurate to a fraction of a sample.
 
-use sprung::description::{Delay, Estimator};
-use sprung::estimate::{Identification, identify};
-use sprung::model::Model;
-use sprung::progress::Unheard;
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::{Identification, identify};
+use sprung_model::Model;
+use sprung_robot::{Delay, Estimator};
 
 use super::in_memory::with_source;
 use super::twin::Demo;

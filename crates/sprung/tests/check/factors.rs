@@ -1,10 +1,10 @@
 //! Estimated signs and gains.
 
-use sprung::description::{Delay, Experiment, Factor};
-use sprung::estimate::identify;
-use sprung::model::Model;
-use sprung::progress::Unheard;
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::identify;
 use sprung_method::prepare::{FactorError, Factors, find_factors};
+use sprung_model::Model;
+use sprung_robot::{Delay, Experiment, Factor};
 
 use super::in_memory::with_source;
 use super::twin::{Demo, Table};
@@ -152,7 +152,7 @@ fn two_gains_of_one_joint_are_refused() {
 fn an_identification_says_what_it_found() {
     let demo = Demo::new();
     let mut experiment = asked(&demo.experiment, &["tau1_nm"], &["q2_rad"]);
-    experiment.identify.estimator = vec![sprung::description::Estimator::LeastSquares];
+    experiment.identify.estimator = vec![sprung_robot::Estimator::LeastSquares];
     let model = Model::new(&experiment).unwrap();
     let table = times(&times(&demo.table(1, 1.0), 4, -1.0), 1, 1.1);
     let found = with_source(&table.csv(), |source| {

@@ -19,12 +19,12 @@ use std::sync::OnceLock;
 use faults::{Fault, KINDS, Kind};
 use in_memory::with_source;
 use rayon::prelude::*;
-use sprung::check::{CheckReport, check};
-use sprung::description::{Estimator, Experiment, OnCheckError};
-use sprung::estimate::{IdentifyError, identify};
-use sprung::finding::Severity;
-use sprung::model::Model;
-use sprung::progress::Unheard;
+use sprung_base::finding::Severity;
+use sprung_base::progress::Unheard;
+use sprung_method::check::{CheckReport, check};
+use sprung_method::estimate::{IdentifyError, identify};
+use sprung_model::Model;
+use sprung_robot::{Estimator, Experiment, OnCheckError};
 use twin::{Demo, Table};
 
 fn report(experiment: &Experiment, table: &Table) -> CheckReport {

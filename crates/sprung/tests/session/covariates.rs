@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::io::{Cursor, Error, ErrorKind, Result as IoResult};
 use std::path::Path;
 
-use sprung::demo;
-use sprung::estimate::Identification;
-use sprung::log::Input;
-use sprung::progress::Unheard;
 use sprung::session::{Parameters, Session};
+use sprung_base::demo;
+use sprung_base::progress::Unheard;
+use sprung_log::Input;
+use sprung_method::estimate::Identification;
 
 /// Changes of the friction of both motors, per kelvin.
 const CHANGES: &str = "\n\"joint1.motor_viscous_per_k\" = -0.12\n\"joint1.motor_coulomb_per_k\" = -0.015\n\

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use sprung::demo;
-use sprung::log::{Arrays, LogSource};
-use sprung::progress::Unheard;
 use sprung::session::{Depth, ErrorKind, Parameters, Session, SessionError};
+use sprung_base::demo;
+use sprung_base::progress::Unheard;
+use sprung_log::{Arrays, LogSource};
 
 use crate::support::{files, folder, of_memory, session};
 

@@ -1,9 +1,9 @@
 //! Validation and refinement on a log with a known payload.
 
-use sprung::estimate::EstimateResult;
-use sprung::progress::Unheard;
 use sprung::session::Parameters;
-use sprung::validate::RunResult;
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::EstimateResult;
+use sprung_method::validate::RunResult;
 
 use crate::what_works::{ARM, Files, session};
 

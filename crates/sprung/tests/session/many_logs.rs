@@ -2,10 +2,10 @@
 
 use std::sync::OnceLock;
 
-use sprung::compare::{Compared, compare};
-use sprung::estimate::{Identification, Identified};
-use sprung::progress::Unheard;
 use sprung::session::{Choices, LogFactors, Session};
+use sprung_base::progress::Unheard;
+use sprung_method::compare::{Compared, compare};
+use sprung_method::estimate::{Identification, Identified};
 
 use crate::support::{Memory, files, in_memory};
 

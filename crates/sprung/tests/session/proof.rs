@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
-use sprung::demo;
-use sprung::estimate::Identification;
-use sprung::progress::Unheard;
 use sprung::session::{Parameters, Session, Usability};
-use sprung::validate::{ParameterSet, SetResult, Validation};
+use sprung_base::demo;
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::Identification;
+use sprung_method::validate::{ParameterSet, SetResult, Validation};
 
 use crate::support::{Memory, in_memory};
 

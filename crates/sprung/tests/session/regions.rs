@@ -1,7 +1,7 @@
 //! The geometry of a URDF, and the places of masses.
 
-use sprung::estimate::Identification;
-use sprung::progress::Unheard;
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::Identification;
 
 use crate::what_works::{ARM, Files, session};
 

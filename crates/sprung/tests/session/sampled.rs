@@ -1,8 +1,8 @@
 //! Draws of the posterior of an identification.
 
-use sprung::estimate::Verdict;
-use sprung::progress::Unheard;
 use sprung::session::{ErrorKind, Parameters, SampleRequest, SessionError};
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::Verdict;
 
 use crate::support::session;
 

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use sprung::progress::{Answer, Listener, Phase, Progress, Stopped, Unheard};
 use sprung::session::{
     Depth, ErrorKind, Parameters, Session, SessionError, compare_files, read_identification,
 };
+use sprung_base::progress::{Answer, Listener, Phase, Progress, Stopped, Unheard};
 
 use crate::support::{SHORT, folder, owned, session, told};
 

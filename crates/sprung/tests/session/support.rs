@@ -5,11 +5,11 @@ use std::io::{Cursor, Error, ErrorKind, Result as IoResult};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use sprung::demo;
-use sprung::estimate::Identified;
-use sprung::log::Input;
-use sprung::progress::Unheard;
 use sprung::session::Session;
+use sprung_base::demo;
+use sprung_base::progress::Unheard;
+use sprung_log::Input;
+use sprung_method::estimate::Identified;
 
 /// Files by name.
 pub(crate) type Memory = BTreeMap<&'static str, Vec<u8>>;

@@ -1,9 +1,9 @@
 //! Every verb to its end.
 
-use sprung::progress::Unheard;
 use sprung::session::{
     Depth, Parameters, Session, Usability, compare_files, find_identification, read_identification,
 };
+use sprung_base::progress::Unheard;
 
 use crate::support::{SHORT, folder, owned, session, told};
 

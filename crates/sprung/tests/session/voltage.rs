@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::io::{Cursor, Error, ErrorKind, Result as IoResult};
 use std::path::Path;
 
-use sprung::demo;
-use sprung::log::Input;
-use sprung::progress::Unheard;
 use sprung::session::{Parameters, Session};
+use sprung_base::demo;
+use sprung_base::progress::Unheard;
+use sprung_log::Input;
 
 /// Torque constants, N·m/A, equal to the back-EMF in V·s/rad, and resistances, ohm.
 const CONSTANTS: [f64; 2] = [5.0, 1.0];

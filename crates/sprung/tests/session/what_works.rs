@@ -4,15 +4,15 @@ use std::collections::BTreeMap;
 use std::io::{Cursor, Error, ErrorKind, Result as IoResult};
 use std::path::Path;
 
-use sprung::compare::{Compared, compare};
-use sprung::description::what_works;
-use sprung::estimate::Identification;
-use sprung::export::{Form, Format};
-use sprung::log::Input;
-use sprung::progress::Unheard;
 use sprung::session::{
     Depth, ExportRequest, Parameters, Session, SessionError, read_identification,
 };
+use sprung_base::progress::Unheard;
+use sprung_export::{Form, Format};
+use sprung_log::Input;
+use sprung_method::compare::{Compared, compare};
+use sprung_method::estimate::Identification;
+use sprung_robot::what_works;
 
 /// An arm in a horizontal plane, by bodies.
 pub(crate) const ARM: &str = r#"

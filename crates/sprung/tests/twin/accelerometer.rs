@@ -3,13 +3,13 @@
 //! `cargo test --release -p sprung --test twin -- accelerometer --nocapture` prints the figures of
 //! docs/how-to/accelerometer.md.
 
-use sprung::check::check;
-use sprung::demo;
-use sprung::description::{self, Simulate, no_files};
-use sprung::estimate::{EstimateResult, identify};
-use sprung::finding::{Finding, Severity};
-use sprung::model::{Model, Theta};
-use sprung::progress::Unheard;
+use sprung_base::demo;
+use sprung_base::finding::{Finding, Severity};
+use sprung_base::progress::Unheard;
+use sprung_method::check::check;
+use sprung_method::estimate::{EstimateResult, identify};
+use sprung_model::{Model, Theta};
+use sprung_robot::{self as description, Simulate, no_files};
 
 use crate::in_memory::with_source;
 use crate::support::Twin;
@@ -296,7 +296,7 @@ fn mistakes_are_named() {
     let unsuited = |text: &str| {
         let experiment = description::read("experiment.toml", text, &[], &mut no_files).unwrap();
         let log = experiment.log.as_ref().unwrap();
-        let found = sprung::log::Channels::new(&experiment.robot, log);
+        let found = sprung_log::Channels::new(&experiment.robot, log);
         found.err().unwrap().to_string()
     };
     let kinematics = format!("dh_modified = [{{}}, {{ a_m = {LENGTH} }}]");

@@ -1,10 +1,10 @@
 //! Columns in memory give what a file with the same numbers gives.
 
-use sprung::check::check;
-use sprung::description::Estimator;
-use sprung::estimate::identify;
-use sprung::log::{Arrays, LogSource};
-use sprung::progress::Unheard;
+use sprung_base::progress::Unheard;
+use sprung_log::{Arrays, LogSource};
+use sprung_method::check::check;
+use sprung_method::estimate::identify;
+use sprung_robot::Estimator;
 
 use crate::in_memory::with_source;
 use crate::support::Twin;

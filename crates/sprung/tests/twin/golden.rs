@@ -1,8 +1,8 @@
 //! Numbers from independent code: SciPy for the zero-phase filter, NumPy for
 //! the simulated loop and for least squares on it.
 use serde_json::Value;
-use sprung::description::DiscretizationName;
 use sprung_method::preprocess::{Butterworth, ZeroPhase};
+use sprung_robot::DiscretizationName;
 
 use crate::support::{Twin, step};
 

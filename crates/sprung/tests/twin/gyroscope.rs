@@ -3,13 +3,13 @@
 //! `cargo test --release -p sprung --test twin -- gyroscope --nocapture` prints the figures of
 //! docs/how-to/gyroscope.md.
 
-use sprung::check::check;
-use sprung::demo;
-use sprung::description::{self, Estimator, Simulate, no_files};
-use sprung::estimate::{EstimateResult, identify};
-use sprung::finding::{Finding, Severity};
-use sprung::model::{Model, Theta};
-use sprung::progress::Unheard;
+use sprung_base::demo;
+use sprung_base::finding::{Finding, Severity};
+use sprung_base::progress::Unheard;
+use sprung_method::check::check;
+use sprung_method::estimate::{EstimateResult, identify};
+use sprung_model::{Model, Theta};
+use sprung_robot::{self as description, Estimator, Simulate, no_files};
 
 use crate::in_memory::with_source;
 use crate::seven::{Arm, EXPERIMENT};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use sprung::log::{Input, LogSource};
+use sprung_log::{Input, LogSource};
 
 /// Runs `use_source` on a log.
 pub(crate) fn with_source<T>(log: &[u8], use_source: impl FnOnce(LogSource<'_>) -> T) -> T {

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use sprung::description::{self, no_files};
-use sprung::estimate::identify;
-use sprung::log::Channels;
-use sprung::model::Model;
-use sprung::progress::Unheard;
-use sprung::simulate::{TwinSetup, record};
+use sprung_base::progress::Unheard;
+use sprung_log::Channels;
+use sprung_method::estimate::identify;
+use sprung_method::simulate::{TwinSetup, record};
+use sprung_model::Model;
+use sprung_robot::{self as description, no_files};
 
 use crate::in_memory::with_source;
 

@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use sprung::description::{self, Experiment, no_files};
-use sprung::estimate::{Identification, LawRung, identify};
-use sprung::model::Model;
-use sprung::progress::Unheard;
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::{Identification, LawRung, identify};
+use sprung_model::Model;
+use sprung_robot::{self as description, Experiment, no_files};
 
 use crate::in_memory::with_source;
 

@@ -2,10 +2,10 @@
 //!
 //! `cargo bench -p sprung --bench accuracy -- --methods linear --seeds 20 --cross-checks` prints a table of many logs.
 
-use sprung::description::{Constraints, Cutoff, Estimator, Laws, Weights};
-use sprung::estimate::{EstimateResult, identify};
-use sprung::finding::Severity;
-use sprung::progress::Unheard;
+use sprung_base::finding::Severity;
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::{EstimateResult, identify};
+use sprung_robot::{Constraints, Cutoff, Estimator, Laws, Weights};
 
 use crate::in_memory::with_source;
 use crate::support::Twin;
@@ -167,7 +167,7 @@ fn exact_positions_need_no_weights() {
             let found = identify(&twin.experiment, &twin.model, &mut [source], &mut Unheard);
             found.unwrap().identification.results.remove(0)
         });
-        let values = |p: &sprung::estimate::ParameterEstimate| p.value.unwrap();
+        let values = |p: &sprung_method::estimate::ParameterEstimate| p.value.unwrap();
         result.parameters.iter().map(values).collect::<Vec<f64>>()
     };
     let [with, without] = [Weights::Transition, Weights::None].map(stiffness);

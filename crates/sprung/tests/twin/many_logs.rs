@@ -1,11 +1,11 @@
 //! Several logs of one robot, read at the same time and reduced together.
 
-use sprung::description::{Constraints, Cutoff, Estimator, Laws, Simulate, Weights};
-use sprung::estimate::{Identified, fit, identify};
-use sprung::log::Channels;
-use sprung::progress::{Answer, Progress, Unheard};
+use sprung_base::progress::{Answer, Progress, Unheard};
+use sprung_log::Channels;
+use sprung_method::estimate::{Identified, fit, identify};
 use sprung_method::prepare::excerpt;
 use sprung_method::regression::{Reading, Reduction, signals};
+use sprung_robot::{Constraints, Cutoff, Estimator, Laws, Simulate, Weights};
 
 use crate::support::{Twin, with_sources};
 
@@ -158,7 +158,7 @@ fn progress_counts_all_logs_and_a_listener_stops_them() {
     let slices: Vec<&[u8]> = logs.iter().map(Vec::as_slice).collect();
     let mut last = 0;
     let mut listener = |progress: Progress| {
-        if progress.phase == sprung::progress::Phase::Reading {
+        if progress.phase == sprung_base::progress::Phase::Reading {
             assert!(progress.done >= last);
             last = progress.done;
         }
@@ -170,7 +170,7 @@ fn progress_counts_all_logs_and_a_listener_stops_them() {
     // 15.5 s at 1 kHz.
     assert_eq!(last, 15_500);
     let mut stopper = |progress: Progress| {
-        if progress.phase == sprung::progress::Phase::Reading && progress.done > 4000 {
+        if progress.phase == sprung_base::progress::Phase::Reading && progress.done > 4000 {
             Answer::Stop
         } else {
             Answer::GoOn

@@ -2,7 +2,7 @@
 //!
 //! `cargo bench -p sprung --bench springs` prints the figures of docs/how-to/no-link-encoder.md.
 
-use sprung::finding::Severity;
+use sprung_base::finding::Severity;
 
 use crate::springs::{Errors, STIFFNESS, identification, multisine, truth, vibrations};
 

@@ -2,10 +2,10 @@
 //!
 //! `cargo bench -p sprung --bench accuracy -- --methods output --cases clean` prints a table of ten logs.
 
-use sprung::description::{Controller, Estimator, Simulate};
-use sprung::estimate::{EstimateResult, ParameterEstimate, Verdict, identify};
-use sprung::finding::Severity;
-use sprung::progress::Unheard;
+use sprung_base::finding::Severity;
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::{EstimateResult, ParameterEstimate, Verdict, identify};
+use sprung_robot::{Controller, Estimator, Simulate};
 
 use crate::in_memory::with_source;
 use crate::support::Twin;

@@ -4,9 +4,9 @@
 
 use std::sync::OnceLock;
 
-use sprung::description::{Cutoff, DiscretizationName, Estimator, Weights};
-use sprung::estimate::{EstimateResult, identify};
-use sprung::progress::Unheard;
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::{EstimateResult, identify};
+use sprung_robot::{Cutoff, DiscretizationName, Estimator, Weights};
 
 use crate::in_memory::with_source;
 use crate::support::{Twin, step};

@@ -1,8 +1,8 @@
 //! Progress that an identification reports while it runs.
 
-use sprung::description::Estimator;
-use sprung::estimate::identify;
-use sprung::progress::{Answer, Phase, Progress};
+use sprung_base::progress::{Answer, Phase, Progress};
+use sprung_method::estimate::identify;
+use sprung_robot::Estimator;
 
 use crate::in_memory::with_source;
 use crate::support::Twin;

@@ -3,16 +3,16 @@
 //! `cargo bench -p sprung --bench accuracy -- --methods prediction,error --cases clean,motor,link` prints a table of
 //! ten logs each.
 
-use sprung::description::{Estimator, Laws, Simulate, Sine, SpringTerm, StartName};
+use sprung_robot::{Estimator, Laws, Simulate, Sine, SpringTerm, StartName};
 use std::collections::BTreeMap;
 
-use sprung::estimate::{
+use sprung_base::finding::{Finding, Severity};
+use sprung_base::progress::Unheard;
+use sprung_core::parameters::JointParameter;
+use sprung_method::estimate::{
     EstimateResult, IdentifyError, KnownNoise, KnownTruth, Verdict, identify, information_bound,
 };
-use sprung::finding::{Finding, Severity};
-use sprung::model::Model;
-use sprung::progress::Unheard;
-use sprung_core::parameters::JointParameter;
+use sprung_model::Model;
 
 use crate::in_memory::with_source;
 use crate::support::Twin;
@@ -190,7 +190,7 @@ fn nominal_start_needs_nominal_values() {
     twin.experiment.robot.joint[0]
         .nominal
         .remove(JointParameter::Stiffness);
-    twin.model = sprung::model::Model::new(&twin.experiment).unwrap();
+    twin.model = sprung_model::Model::new(&twin.experiment).unwrap();
     let log = twin.log(&settings(16384, CASES[0], 1));
     let error = refined(&twin, &log).unwrap_err().to_string();
     assert!(
@@ -230,7 +230,7 @@ fn a_law_that_the_model_lacks_is_named_and_no_other() {
     assert_eq!(missing_laws(&plant.log(&settings)), []);
     plant.experiment.robot.joint[1].spring = Some(vec![SpringTerm::Linear, SpringTerm::Cubic]);
     plant.model = Model::new(&plant.experiment).unwrap();
-    let mut truth: BTreeMap<String, f64> = toml::from_str(sprung::demo::TRUTH).unwrap();
+    let mut truth: BTreeMap<String, f64> = toml::from_str(sprung_base::demo::TRUTH).unwrap();
     // A tenth of the stiffness at 0.1 rad.
     let cubic = 10.0 * truth["joint2.stiffness"];
     truth.insert("joint2.cubic_stiffness".to_owned(), cubic);

@@ -1,10 +1,10 @@
 //! The report of a complete run: each table row fits the headings, and no text of the user becomes markup.
 
-use sprung::demo;
-use sprung::estimate::{Identified, identify};
-use sprung::progress::Unheard;
-use sprung::report::{Block, Contents, Document, compose, render};
-use sprung::validate::{ChosenFor, ParameterSet, validate};
+use sprung_base::demo;
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::{Identified, identify};
+use sprung_method::validate::{ChosenFor, ParameterSet, validate};
+use sprung_report::{Block, Contents, Document, compose, render};
 
 use crate::in_memory::with_source;
 use crate::support::Twin;

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use sprung::description::{self, Constraints, Estimator, Experiment, no_files};
-use sprung::estimate::identify;
-use sprung::model::Model;
-use sprung::progress::Unheard;
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::identify;
+use sprung_model::Model;
+use sprung_robot::{self as description, Constraints, Estimator, Experiment, no_files};
 
 use crate::in_memory::with_source;
 use crate::support::Twin;
@@ -75,7 +75,7 @@ const URDF: &str = r#"<robot name="planar"><link name="base"/><link name="link1"
 
 /// The demo's experiment with its arm described by a URDF.
 fn by_urdf() -> Experiment {
-    let text = sprung::demo::EXPERIMENT
+    let text = sprung_base::demo::EXPERIMENT
         .replace(
             "kinematics = \"planar-2r\"",
             "urdf = \"planar.urdf\"\nassume_zero = [\"link2.my\"]",

@@ -2,9 +2,9 @@
 //!
 //! `cargo bench -p sprung --bench accuracy -- --cases robots,starts --seeds 100` runs more of them.
 
-use sprung::description::Estimator;
-use sprung::estimate::identify;
-use sprung::progress::Unheard;
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::identify;
+use sprung_robot::Estimator;
 
 use crate::searches;
 use crate::support::{Twin, with_sources};

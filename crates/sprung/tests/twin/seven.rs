@@ -3,16 +3,16 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use sprung::description::{
-    self, Constraints, Cutoff, EncoderOffset, Estimator, Experiment, Payload, Simulate, no_files,
-};
-use sprung::estimate::{Decided, EstimateResult, Identified, ParameterEstimate, identify};
-use sprung::log::{Channels, Input, LogSource};
-use sprung::model::{Model, Theta};
-use sprung::progress::Unheard;
-use sprung::simulate::{TwinSetup, record};
+use sprung_base::progress::Unheard;
 use sprung_core::parameters::JointParameter;
 use sprung_core::spatial::BODY_NAMES;
+use sprung_log::{Channels, Input, LogSource};
+use sprung_method::estimate::{Decided, EstimateResult, Identified, ParameterEstimate, identify};
+use sprung_method::simulate::{TwinSetup, record};
+use sprung_model::{Model, Theta};
+use sprung_robot::{
+    self, Constraints, Cutoff, EncoderOffset, Estimator, Experiment, Payload, Simulate, no_files,
+};
 
 use crate::in_memory::with_source;
 

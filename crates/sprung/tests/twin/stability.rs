@@ -1,8 +1,8 @@
 //! Least squares on logs that one set of parameters or one cut-off does not describe.
 
-use sprung::description::Estimator;
-use sprung::estimate::{Identification, identify};
-use sprung::progress::Unheard;
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::{Identification, identify};
+use sprung_robot::Estimator;
 
 use crate::support::{Twin, with_sources};
 
@@ -76,8 +76,9 @@ fn errors_of_the_positions_in_the_band_of_the_noise_lower_the_cutoff() {
     assert!((clean.position_cutoff_hz - 40.0).abs() < 1e-9);
     let choice = clean.position_cutoff_choice.unwrap();
     let held_out = |hz: f64| {
-        let near =
-            |point: &&sprung::estimate::CutoffPoint| (point.cutoff_hz / hz - 1.0).abs() < 0.01;
+        let near = |point: &&sprung_method::estimate::CutoffPoint| {
+            (point.cutoff_hz / hz - 1.0).abs() < 0.01
+        };
         choice
             .sweep
             .iter()

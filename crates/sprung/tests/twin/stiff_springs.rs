@@ -2,8 +2,8 @@
 //!
 //! `cargo bench -p sprung --bench stiff` shows many logs.
 
-use sprung::estimate::Verdict;
-use sprung::model::Model;
+use sprung_method::estimate::Verdict;
+use sprung_model::Model;
 
 use crate::stiff::{Twin, draw, stiffnesses};
 
@@ -51,7 +51,7 @@ fn no_spring_at_all_leaves_the_rest() {
     assert!((own.squares[0] / own.squares[1] - 1.0).abs() < 0.1);
     // A simulation takes the springs at their bounds.
     let twin = Twin::new([5e7; 7], true);
-    let sets = sprung::validate::ParameterSet::of(&own.identification);
+    let sets = sprung_method::validate::ParameterSet::of(&own.identification);
     let theta = twin.model.theta(&sets[0].values).unwrap();
     assert!(twin.model.check_stiffness(&theta).is_ok());
 }

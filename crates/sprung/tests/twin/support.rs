@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use sprung::demo;
-use sprung::description::{self, DiscretizationName, Experiment, Simulate, no_files};
-use sprung::estimate::fit;
-use sprung::log::{Channels, Input, LogSource};
-use sprung::model::{Model, Theta};
-use sprung::progress::Unheard;
-use sprung::simulate::{ClosedLoop, TwinSetup, record};
+use sprung_base::demo;
+use sprung_base::progress::Unheard;
+use sprung_log::{Channels, Input, LogSource};
+use sprung_method::estimate::fit;
 use sprung_method::preprocess::SignalBlock;
 use sprung_method::regression::Reduction;
+use sprung_method::simulate::{ClosedLoop, TwinSetup, record};
+use sprung_model::{Model, Theta};
+use sprung_robot::{self as description, DiscretizationName, Experiment, Simulate, no_files};
 
 pub(crate) struct Twin {
     pub(crate) experiment: Experiment,

@@ -1,10 +1,10 @@
 //! Torques that do not act when they are recorded, and Coulomb friction of unknown sharpness.
 
-use sprung::demo;
-use sprung::description::{self, Estimator, Experiment, no_files};
-use sprung::estimate::{EstimateResult, Identification, identify};
-use sprung::model::Model;
-use sprung::progress::Unheard;
+use sprung_base::demo;
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::{EstimateResult, Identification, identify};
+use sprung_model::Model;
+use sprung_robot::{self as description, Estimator, Experiment, no_files};
 
 use crate::support::{Twin, with_sources};
 

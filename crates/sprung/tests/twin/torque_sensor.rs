@@ -3,11 +3,11 @@
 //! `cargo test --release -p sprung --test twin -- torque_sensor --nocapture` prints the figures of
 //! docs/how-to/torque-sensor.md.
 
-use sprung::check::check;
-use sprung::description::{Estimator, OnCheckError, Simulate};
-use sprung::estimate::EstimateResult;
-use sprung::finding::{Finding, Severity};
-use sprung::progress::Unheard;
+use sprung_base::finding::{Finding, Severity};
+use sprung_base::progress::Unheard;
+use sprung_method::check::check;
+use sprung_method::estimate::EstimateResult;
+use sprung_robot::{Estimator, OnCheckError, Simulate};
 
 use crate::in_memory::with_source;
 use crate::seven::{Arm, EXPERIMENT};
