@@ -54,11 +54,11 @@ impl CheckContext<'_> {
                 let of_kind = |channels| {
                     let all = columns(channels, key.quantity);
                     let is_own = |joint| {
-                        let own = self.reading.model().kind(joint);
-                        key.kind.is_none_or(|kind| kind == own)
+                        let joint_kind = self.reading.model().kind(joint);
+                        key.kind.is_none_or(|kind| kind == joint_kind)
                     };
-                    let own = all.into_iter().filter(|(joint, _)| is_own(*joint));
-                    own.collect::<Vec<_>>()
+                    let of_kind = all.into_iter().filter(|(joint, _)| is_own(*joint));
+                    of_kind.collect::<Vec<_>>()
                 };
                 let (now, before) = (of_kind(channels), of_kind(self.reading.channels()));
                 (now != before).then(|| format!("{} = {}", key.name, list(&now)))

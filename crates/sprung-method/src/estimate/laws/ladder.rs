@@ -64,7 +64,7 @@ impl Gain {
     /// Returns whether another change gains nearly as much.
     fn is_like(&self, other: &Self) -> bool {
         let parts = self.of_parts.iter().zip(&other.of_parts);
-        let less: Vec<f64> = parts.map(|(own, other)| own - other).collect();
+        let less: Vec<f64> = parts.map(|(part, other)| part - other).collect();
         other.of_squares >= ALIKE_SHARE * self.of_squares
             && less.iter().sum::<f64>() <= SIGNIFICANT_SIGMAS * deviation_of_sum(&less)
     }
@@ -243,7 +243,7 @@ impl<'a> Ladder<'a> {
             })
             .collect();
         let of_squares: f64 = of_parts.iter().sum();
-        let mut own = (0..rows.len()).map(|i| {
+        let mut gains = (0..rows.len()).map(|i| {
             let after: f64 = squares.iter().map(|part| part[i]).sum();
             (1.0 - (after / totals[i]).sqrt(), rows[i] == motor)
         });
@@ -251,7 +251,7 @@ impl<'a> Ladder<'a> {
         let is_practical = added >= LEAST_TORQUE_SHARE * torque;
         of_squares.is_finite().then(|| Gain {
             is_large: is_practical
-                && own.any(|(gain, of_torque)| {
+                && gains.any(|(gain, of_torque)| {
                     gain >= if of_torque {
                         NEGLIGIBLE_SHARE
                     } else {
