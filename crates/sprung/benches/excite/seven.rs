@@ -77,7 +77,7 @@ pub(crate) fn run(random: u64) {
         if steps < 400 {
             continue;
         }
-        let own = errors(&found);
+        let reference_errors = errors(&found);
         let all: Vec<(f64, f64)> = (0..random)
             .into_par_iter()
             .map(|seed| {
@@ -85,7 +85,7 @@ pub(crate) fn run(random: u64) {
                 let found = excite(&session, ExciteMethod::Random, None).expect("a series");
                 (
                     found.excitation.search.objective,
-                    mean_ratio(&errors(&found), &own),
+                    mean_ratio(&errors(&found), &reference_errors),
                 )
             })
             .collect();
