@@ -48,7 +48,7 @@ fn walk(table: &DeTable<'_>, schema: &Value, place: &str) -> Result<(), Misfit> 
     for (key, value) in table {
         let name = key.get_ref().as_ref();
         let Some(schema) = properties.get(name) else {
-            let removed = (REMOVED.iter()).find(|own| own.0 == place && own.1 == name);
+            let removed = (REMOVED.iter()).find(|removed| removed.0 == place && removed.1 == name);
             let place = if place.is_empty() {
                 "the file".to_owned()
             } else {
@@ -147,7 +147,7 @@ mod tests {
         let error = error.to_string();
         let line = 1 + text
             .lines()
-            .position(|own| own.starts_with("instruments"))
+            .position(|line| line.starts_with("instruments"))
             .unwrap();
         let line = format!("line {line}");
         let unknown = "unknown key \"instruments\" in [identify]";
