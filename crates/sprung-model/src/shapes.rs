@@ -19,7 +19,7 @@ impl Model {
         let is_own = move |kind: JointParameter| matches!(kind, JointParameter::Friction(_, law) if law.scale() == scale);
         (self.parameters().iter().enumerate())
             .filter(move |(_, parameter)| {
-                (parameter.joint).is_some_and(|(kind, own)| own == joint && is_own(kind))
+                (parameter.joint).is_some_and(|(kind, other)| other == joint && is_own(kind))
             })
             .map(|(index, _)| index)
     }
@@ -99,7 +99,7 @@ impl Model {
         let is_own = move |kind: JointParameter| matches!(kind, JointParameter::Friction(_, law) if law.jump(&at_rest, shape).is_some());
         (self.parameters().iter().enumerate())
             .filter(move |(_, parameter)| {
-                (parameter.joint).is_some_and(|(kind, own)| own == joint && is_own(kind))
+                (parameter.joint).is_some_and(|(kind, other)| other == joint && is_own(kind))
             })
             .map(|(index, _)| index)
     }
