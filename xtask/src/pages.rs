@@ -46,7 +46,7 @@ fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
             if !NO_PAGES.contains(&name) {
                 all.extend(files(&path, extension));
             }
-        } else if path.extension().is_some_and(|own| own == extension) {
+        } else if path.extension().is_some_and(|ending| ending == extension) {
             all.push(path);
         }
     }
