@@ -154,9 +154,9 @@ impl Layout {
 
     /// Returns the joints with friction laws of a scale on either side.
     pub(super) fn joints_with(&self, scale: Scale) -> Vec<usize> {
-        let is_own = |kind: &JointParameter| matches!(kind, JointParameter::Friction(_, law) if law.scale() == scale);
+        let has_scale = |kind: &JointParameter| matches!(kind, JointParameter::Friction(_, law) if law.scale() == scale);
         let has = |joint: &usize| {
-            (self.drives.iter()).any(|(kind, other)| other == joint && is_own(kind))
+            (self.drives.iter()).any(|(kind, other)| other == joint && has_scale(kind))
         };
         (0..self.motor_rows.len()).filter(has).collect()
     }

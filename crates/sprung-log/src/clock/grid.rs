@@ -303,7 +303,7 @@ impl Grid {
             (None, None)
         } else {
             let channels: Vec<(usize, &[f64])> = (self.telling.iter())
-                .map(|&(telling, channel)| (channel, self.waiting.values[telling].as_slice()))
+                .map(|&(index, channel)| (channel, self.waiting.values[index].as_slice()))
                 .collect();
             let (evidence, told) = weigh(times, period, GAP_PERIODS, &channels);
             (Some(evidence), told)

@@ -89,7 +89,7 @@ fn is_measured_position(meaning: &Meaning) -> bool {
 /// Returns the columns without joints by quantity and side, positions of the motors first.
 fn ungrouped(families: &[Family]) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
-    let is_own = |family: &&Family| {
+    let is_ungrouped = |family: &&Family| {
         let is_alone = family
             .problem
             .as_ref()
@@ -97,7 +97,7 @@ fn ungrouped(families: &[Family]) -> Vec<Group> {
         let sort = family.meaning.sort;
         is_alone && sort.is_some_and(|sort| !matches!(sort, Sort::Time | Sort::Other))
     };
-    for family in families.iter().filter(is_own) {
+    for family in families.iter().filter(is_ungrouped) {
         let meaning = &family.meaning;
         match groups.iter_mut().find(|group| group.meaning == *meaning) {
             Some(group) => group.columns.extend(&family.columns),

@@ -494,13 +494,13 @@ impl Decided<'_> {
 
     /// Returns why columns of these sorts do not belong to joints, as a further sentence.
     fn problem_of(&self, sorts: &[Sort]) -> String {
-        let is_own = |family: &&Family| {
+        let is_of_sorts = |family: &&Family| {
             family
                 .meaning
                 .sort
                 .is_some_and(|sort| sorts.contains(&sort))
         };
-        let told = (self.all.iter().filter(is_own)).find_map(|family| {
+        let told = (self.all.iter().filter(is_of_sorts)).find_map(|family| {
             let problem = family.problem.as_ref()?;
             Some(format!(
                 ". \"{}\" cannot be used: {}",

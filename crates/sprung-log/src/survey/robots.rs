@@ -71,10 +71,10 @@ impl Survey {
         let all: Vec<String> = (self.sources.iter())
             .filter_map(|source| source.topic.clone())
             .collect();
-        let is_own = |source: &Source| {
+        let is_of_robot = |source: &Source| {
             (source.topic.as_ref()).is_some_and(|topic| topic.starts_with(beginning))
         };
-        self.sources.retain(is_own);
+        self.sources.retain(is_of_robot);
         if self.sources.is_empty() {
             return Err(ChooseError::NoTopic {
                 file: self.file,

@@ -53,12 +53,12 @@ impl CheckContext<'_> {
             .filter_map(|(key, _)| {
                 let of_kind = |channels| {
                     let all = columns(channels, key.quantity);
-                    let is_own = |joint| {
+                    let has_kind = |joint| {
                         let joint_kind = self.reading.model().kind(joint);
                         key.kind.is_none_or(|kind| kind == joint_kind)
                     };
-                    let of_kind = all.into_iter().filter(|(joint, _)| is_own(*joint));
-                    of_kind.collect::<Vec<_>>()
+                    let kept = all.into_iter().filter(|(joint, _)| has_kind(*joint));
+                    kept.collect::<Vec<_>>()
                 };
                 let (now, before) = (of_kind(channels), of_kind(self.reading.channels()));
                 (now != before).then(|| format!("{} = {}", key.name, list(&now)))

@@ -310,7 +310,7 @@ pub(super) fn values_of(result: &EstimateResult) -> BTreeMap<String, f64> {
 
 /// Returns the determined parameters with the values that the file holds.
 pub(super) fn origins(result: &EstimateResult, values: &BTreeMap<String, f64>) -> Vec<ValueOrigin> {
-    let parameter = (result.parameters.iter()).filter_map(|parameter| {
+    let parameters = (result.parameters.iter()).filter_map(|parameter| {
         parameter.physical.or(parameter.value)?;
         let value = *values.get(&parameter.name)?;
         let projected = (result.dependence.iter()).find(|moved| {
@@ -335,7 +335,7 @@ pub(super) fn origins(result: &EstimateResult, values: &BTreeMap<String, f64>) -
                 standard_error: parameter.standard_error,
             })
         });
-    parameter.chain(standard).collect()
+    parameters.chain(standard).collect()
 }
 
 /// Returns the delay and the noise of each joint's torque.

@@ -242,9 +242,9 @@ impl Candidates {
 }
 
 fn has_torque(channels: &Channels, joint: usize) -> bool {
-    let is_own =
+    let is_motor_torque =
         |channel: &Channel| channel.quantity == Quantity::MotorTorque && channel.joint == joint;
-    channels.all.iter().any(is_own)
+    channels.all.iter().any(is_motor_torque)
 }
 
 fn laws_of(joint: &Joint, side: Side) -> &[FrictionLaw] {

@@ -156,7 +156,7 @@ fn without_bias(numbers: &Numbers) -> Vec<f64> {
 }
 
 /// Returns whether the loaded logs have a value of a parameter of their own.
-fn is_own(model: &Model, parameter: usize) -> bool {
+fn has_loaded_value(model: &Model, parameter: usize) -> bool {
     (model.parameters()[parameter].joint).is_some_and(|(kind, _)| {
         matches!(kind, JointParameter::Friction(..) | JointParameter::Preload)
     })
@@ -176,7 +176,11 @@ fn solve(
     let free: Vec<usize> = (0..p)
         .filter(|&i| model.parameters()[i].fixed.is_none())
         .collect();
-    let of_empty: Vec<usize> = free.iter().copied().filter(|&i| is_own(model, i)).collect();
+    let of_empty: Vec<usize> = free
+        .iter()
+        .copied()
+        .filter(|&i| has_loaded_value(model, i))
+        .collect();
     let first = free.len() + of_empty.len();
     let n = first + BODY;
     // Change of theta by the unknowns, without and with the payload: theta with the payload, friction
@@ -185,7 +189,7 @@ fn solve(
     let mut with = Mat::<f64>::zeros(p, n);
     for (at, &i) in free.iter().enumerate() {
         with[(i, at)] = 1.0;
-        if !is_own(model, i) {
+        if !has_loaded_value(model, i) {
             without[(i, at)] = 1.0;
         }
     }

@@ -68,8 +68,10 @@ impl<'a> Row<'a> {
         Some((columns.iter().position(|&other| other == column)?, column))
     }
 
-    fn places(&self, is_own: impl Fn(JointParameter) -> bool) -> Vec<(usize, usize)> {
-        let kinds = JointParameter::ALL.into_iter().filter(|kind| is_own(*kind));
+    fn places(&self, is_wanted: impl Fn(JointParameter) -> bool) -> Vec<(usize, usize)> {
+        let kinds = JointParameter::ALL
+            .into_iter()
+            .filter(|kind| is_wanted(*kind));
         kinds.filter_map(|kind| self.place(kind)).collect()
     }
 

@@ -267,11 +267,11 @@ impl<'a> Refinery<'a> {
                 .iter_mut()
                 .zip(self.reading.channels().all.iter().enumerate())
             {
-                let is_own = match update.effect {
+                let is_affected = match update.effect {
                     Effect::TorquesDelay => channel.1.quantity == Quantity::MotorTorque,
                     _ => channel.0 == update.channel,
                 };
-                if is_own {
+                if is_affected {
                     *delay += by;
                 }
             }

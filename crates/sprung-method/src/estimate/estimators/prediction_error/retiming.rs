@@ -135,11 +135,12 @@ impl Refinery<'_> {
         let mut torques = self.torques_delay(end, &sharpness);
         if torques.is_some() {
             let undeclared = self.undeclared(rung, end, experiment)?;
-            let is_own = |cause: &Cause| matches!(cause, Cause::Effect(_, Effect::TorquesDelay));
+            let is_torques_delay =
+                |cause: &Cause| matches!(cause, Cause::Effect(_, Effect::TorquesDelay));
             torques = torques.filter(|_| {
                 undeclared
                     .iter()
-                    .any(|undeclared| is_own(&undeclared.cause))
+                    .any(|undeclared| is_torques_delay(&undeclared.cause))
             });
         }
         let wanted = torques.is_some() || !sharpness.is_empty();
