@@ -57,19 +57,19 @@ pub(crate) fn print(folder: Option<&str>) -> ExitCode {
         "{:<28} {:>6} {:>15} {:>8}",
         "folder", "named", "without reason", "unnamed"
     );
-    let row = |name: &str, own: &Counts| {
-        let without = own.without_reason.len();
+    let row = |name: &str, counts: &Counts| {
+        let without = counts.without_reason.len();
         println!(
             "{name:<28} {:>6} {without:>15} {:>8}",
-            own.named, own.unnamed
+            counts.named, counts.unnamed
         );
     };
     let mut all = Counts::default();
-    for (name, own) in counts {
-        row(&name, &own);
-        all.named += own.named;
-        all.unnamed += own.unnamed;
-        all.without_reason.extend(own.without_reason);
+    for (name, counts) in counts {
+        row(&name, &counts);
+        all.named += counts.named;
+        all.unnamed += counts.unnamed;
+        all.without_reason.extend(counts.without_reason);
     }
     row("all", &all);
     for name in &all.without_reason {
@@ -141,7 +141,10 @@ impl Reader<'_> {
             return false;
         }
         self.counts.named += 1;
-        if !attributes.iter().any(|own| own.path().is_ident("doc")) {
+        if !attributes
+            .iter()
+            .any(|attribute| attribute.path().is_ident("doc"))
+        {
             self.counts
                 .without_reason
                 .push(format!("{}: {name}", self.file));
@@ -153,18 +156,19 @@ impl Reader<'_> {
 impl<'ast> Visit<'ast> for Reader<'_> {
     fn visit_item(&mut self, item: &'ast syn::Item) {
         match item {
-            syn::Item::Mod(own) if is_test(&own.attrs) => {}
-            syn::Item::Fn(own) if is_test(&own.attrs) => {}
-            syn::Item::Impl(own) if is_test(&own.attrs) => {}
-            syn::Item::Const(own) if is_test(&own.attrs) => {}
-            syn::Item::Const(own) if self.named(&own.ident, &own.ty, &own.attrs) => {}
+            syn::Item::Mod(module) if is_test(&module.attrs) => {}
+            syn::Item::Fn(function) if is_test(&function.attrs) => {}
+            syn::Item::Impl(implementation) if is_test(&implementation.attrs) => {}
+            syn::Item::Const(constant) if is_test(&constant.attrs) => {}
+            syn::Item::Const(constant)
+                if self.named(&constant.ident, &constant.ty, &constant.attrs) => {}
             _ => visit::visit_item(self, item),
         }
     }
 
-    fn visit_impl_item_const(&mut self, own: &'ast syn::ImplItemConst) {
-        if !self.named(&own.ident, &own.ty, &own.attrs) {
-            visit::visit_impl_item_const(self, own);
+    fn visit_impl_item_const(&mut self, constant: &'ast syn::ImplItemConst) {
+        if !self.named(&constant.ident, &constant.ty, &constant.attrs) {
+            visit::visit_impl_item_const(self, constant);
         }
     }
 
@@ -175,7 +179,7 @@ impl<'ast> Visit<'ast> for Reader<'_> {
             _ => return,
         };
         let is_plain =
-            value.is_some_and(|value| PLAIN.iter().any(|own| own.total_cmp(&value).is_eq()));
+            value.is_some_and(|value| PLAIN.iter().any(|plain| plain.total_cmp(&value).is_eq()));
         if !is_plain {
             self.counts.unnamed += 1;
         }
@@ -185,10 +189,10 @@ impl<'ast> Visit<'ast> for Reader<'_> {
 }
 
 fn is_test(attributes: &[Attribute]) -> bool {
-    (attributes.iter()).any(|own| {
-        let mut tests = own.path().is_ident("test");
-        if own.path().is_ident("cfg") {
-            let _ = own.parse_nested_meta(|meta| {
+    (attributes.iter()).any(|attribute| {
+        let mut tests = attribute.path().is_ident("test");
+        if attribute.path().is_ident("cfg") {
+            let _ = attribute.parse_nested_meta(|meta| {
                 tests |= meta.path.is_ident("test");
                 Ok(())
             });

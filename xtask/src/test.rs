@@ -105,11 +105,11 @@ fn tests(
 /// Runs [`compiled`] in a process of its own and shows what it printed; returns `None` if a check failed.
 fn compile_beside() -> Option<()> {
     let program = std::env::current_exe();
-    let run = program.and_then(|own| Command::new(own).args(["test", "compiled"]).output());
+    let run = program.and_then(|program| Command::new(program).args(["test", "compiled"]).output());
     match run {
         Ok(output) => {
             let [out, errors] =
-                [&output.stdout, &output.stderr].map(|own| String::from_utf8_lossy(own));
+                [&output.stdout, &output.stderr].map(|stream| String::from_utf8_lossy(stream));
             eprint!("{out}{errors}");
             output.status.success().then_some(())
         }

@@ -68,10 +68,10 @@ impl Ellipsoid {
                 from_middle.push(point);
             }
         }
-        let own = smallest(&from_middle);
+        let ellipsoid = smallest(&from_middle);
         Some(Self {
-            centre: std::array::from_fn(|i| middle[i] + own.centre[i]),
-            shape: own.shape,
+            centre: std::array::from_fn(|i| middle[i] + ellipsoid.centre[i]),
+            shape: ellipsoid.shape,
         })
     }
 
@@ -156,7 +156,7 @@ fn smallest(points: &[Vector]) -> Ellipsoid {
         let inverse = inverse(&found.shape);
         let squares = points
             .iter()
-            .map(|own| square(&inverse, &found.centre, own));
+            .map(|point| square(&inverse, &found.centre, point));
         let (mut inner, mut outer) = ((f64::INFINITY, 0), (0.0, 0));
         for (at, square) in squares.enumerate() {
             if square > outer.0 {
@@ -185,7 +185,7 @@ fn smallest(points: &[Vector]) -> Ellipsoid {
     }
     let inverse = inverse(&found.shape);
     let largest = (points.iter())
-        .map(|own| square(&inverse, &found.centre, own))
+        .map(|point| square(&inverse, &found.centre, point))
         .fold(0.0, f64::max);
     Ellipsoid {
         shape: found.shape.map(|row| row.map(|entry| largest * entry)),
@@ -196,10 +196,10 @@ fn smallest(points: &[Vector]) -> Ellipsoid {
 /// Returns mean and covariance of weighted points.
 fn moments(points: &[Vector], weights: &[f64]) -> Ellipsoid {
     let weighted = || points.iter().zip(weights).filter(|(_, w)| **w > 0.0);
-    let centre = std::array::from_fn(|i| weighted().map(|(own, w)| w * own[i]).sum());
+    let centre = std::array::from_fn(|i| weighted().map(|(point, w)| w * point[i]).sum());
     let mut shape = [[0.0; 3]; 3];
-    for (own, w) in weighted() {
-        let from: Vector = difference(own, &centre);
+    for (point, w) in weighted() {
+        let from: Vector = difference(point, &centre);
         for (row, x) in shape.iter_mut().zip(from) {
             for (entry, y) in row.iter_mut().zip(from) {
                 *entry += w * x * y;
@@ -312,7 +312,7 @@ mod tests {
         let found = Ellipsoid::about(&few).unwrap();
         let inverse = found.inverse();
         let farthest = (cloud.iter())
-            .map(|own| square(&inverse, &found.centre, own).sqrt())
+            .map(|point| square(&inverse, &found.centre, point).sqrt())
             .fold(0.0, f64::max);
         assert!(farthest < 1.02, "{farthest}");
     }
@@ -346,7 +346,10 @@ mod tests {
             vec![[0.0; 3], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]],
         ] {
             let found = Ellipsoid::about(&points).unwrap();
-            assert!(points.iter().all(|own| contains(&found, own)), "{found:?}");
+            assert!(
+                points.iter().all(|point| contains(&found, point)),
+                "{found:?}"
+            );
             let wider = found.widened(0.03);
             assert!(
                 wider

@@ -87,10 +87,10 @@ const frame = document.createElement('iframe');
 frame.style.cssText = 'border:0;width:{width}px;height:{height}px';
 frame.src = 'file://{}';
 frame.onload = () => {{
-  const own = frame.contentWindow;
-  own.requestAnimationFrame(() => setTimeout(() => {{
-    const drawn = own.document.documentElement.dataset.plotsDrawn;
-    console.log('FIRST ' + own.performance.now() + ' ' + drawn + ' END');
+  const view = frame.contentWindow;
+  view.requestAnimationFrame(() => setTimeout(() => {{
+    const drawn = view.document.documentElement.dataset.plotsDrawn;
+    console.log('FIRST ' + view.performance.now() + ' ' + drawn + ' END');
   }}));
 }};
 document.body.append(frame);

@@ -42,8 +42,8 @@ fn main() {
         return;
     }
     let (hours, kept) = arguments();
-    let own = tempfile::TempDir::new().unwrap();
-    let folder = kept.unwrap_or_else(|| own.path().to_owned());
+    let temporary = tempfile::TempDir::new().unwrap();
+    let folder = kept.unwrap_or_else(|| temporary.path().to_owned());
     std::fs::create_dir_all(&folder).unwrap();
     if !folder.join("log.csv").exists() {
         record(&folder, hours);

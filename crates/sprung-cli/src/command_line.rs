@@ -8,14 +8,16 @@ static WORDS: Mutex<Vec<OsString>> = Mutex::new(Vec::new());
 
 /// Remembers the words of the command that runs, the program first.
 pub(crate) fn remember(words: Vec<OsString>) {
-    if let Ok(mut own) = WORDS.lock() {
-        *own = words;
+    if let Ok(mut remembered) = WORDS.lock() {
+        *remembered = words;
     }
 }
 
 /// Returns the typed words, the program first.
 pub(crate) fn words() -> Vec<OsString> {
-    WORDS.lock().map_or_else(|_| Vec::new(), |own| own.clone())
+    WORDS
+        .lock()
+        .map_or_else(|_| Vec::new(), |remembered| remembered.clone())
 }
 
 /// Returns the typed command, with `sprung` as the name of the program.

@@ -225,11 +225,11 @@ impl Losses<'_> {
     fn torque<S: Scalar>(&self, term: &Term, side: Side, drive: &Drive<S>) -> Option<S> {
         let mut shape = self.robot.shapes[term.joint];
         let is_loss = match (term.what, self.compensation_speed) {
-            (JointParameter::Friction(own, _), Some(speed)) => {
+            (JointParameter::Friction(friction_side, _), Some(speed)) => {
                 if speed > 0.0 {
                     shape.sharpness = shape.sharpness.min(1.0 / speed);
                 }
-                own == side
+                friction_side == side
             }
             (JointParameter::BackEmf, _) => side == Side::Motor,
             (
@@ -263,7 +263,7 @@ impl Spring {
         robot.motor_rows[joint]?;
         let mut spring = Self::default();
         for term in robot.terms.iter().filter(|term| term.joint == joint) {
-            let own = match term.what {
+            let coefficient = match term.what {
                 JointParameter::Stiffness => &mut spring.stiffness,
                 JointParameter::CubicStiffness => &mut spring.cubic,
                 JointParameter::Damping => &mut spring.damping,
@@ -274,7 +274,7 @@ impl Spring {
                 | JointParameter::Friction(..)
                 | JointParameter::Change(..) => continue,
             };
-            *own = values.theta[term.column];
+            *coefficient = values.theta[term.column];
         }
         Some(spring)
     }

@@ -80,11 +80,11 @@ impl Drive {
 #[must_use]
 #[inline]
 pub fn excess_of(all: &[f64], joint: usize) -> [f64; Covariate::COUNT] {
-    let mut own = [0.0; Covariate::COUNT];
+    let mut excess = [0.0; Covariate::COUNT];
     if let Some(given) = all.get(joint * Covariate::COUNT..(joint + 1) * Covariate::COUNT) {
-        own.copy_from_slice(given);
+        excess.copy_from_slice(given);
     }
-    own
+    excess
 }
 
 impl<S: Scalar> Drive<S> {

@@ -44,8 +44,8 @@ impl Robot<'_> {
         let n = self.joints();
         lengths(&[("acceleration", acceleration.len())], self.rows())?;
         lengths(&[("weights", weights.len())], self.entries)?;
-        for own in &numbers {
-            lengths(&[("numbers", own.len())], n)?;
+        for vector in &numbers {
+            lengths(&[("numbers", vector.len())], n)?;
         }
         for term in self.terms {
             let weight = weights[term.entry];
@@ -124,8 +124,8 @@ impl Robot<'_> {
             let mut sum = Partial::ZERO;
             let motion = [&*numbers[0], &*numbers[1], &*numbers[2]];
             torque_columns(&links.chain, motion, workspace, |i, j, columns| {
-                let own = weights[links.entries[i * n + j]..].iter();
-                for (weight, &k) in own.zip(links.chosen(j)) {
+                let joint_weights = weights[links.entries[i * n + j]..].iter();
+                for (weight, &k) in joint_weights.zip(links.chosen(j)) {
                     if *weight != 0.0 {
                         sum = sum + columns[k] * *weight;
                     }

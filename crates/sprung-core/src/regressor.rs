@@ -39,8 +39,8 @@ impl Robot<'_> {
             |i, j, of_momentum, of_rest| {
                 let chosen = links.chosen(j);
                 let at = links.entries[i * n + j];
-                let own = at..at + chosen.len();
-                let entries = momentum[own.clone()].iter_mut().zip(&mut rest[own]);
+                let range = at..at + chosen.len();
+                let entries = momentum[range.clone()].iter_mut().zip(&mut rest[range]);
                 for ((momentum, rest), &k) in entries.zip(chosen) {
                     *momentum = of_momentum[k];
                     *rest = of_rest[k];
@@ -100,8 +100,8 @@ impl Robot<'_> {
         lengths(&[("entries", entries.len())], self.entries)?;
         let motion = [state.q, state.dq, &acceleration[..n]];
         torque_columns(&links.chain, motion, workspace, |i, j, columns| {
-            let own = entries[links.entries[i * n + j]..].iter_mut();
-            for (entry, &k) in own.zip(links.chosen(j)) {
+            let joint_entries = entries[links.entries[i * n + j]..].iter_mut();
+            for (entry, &k) in joint_entries.zip(links.chosen(j)) {
                 *entry = columns[k];
             }
         })?;

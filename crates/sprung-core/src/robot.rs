@@ -98,7 +98,7 @@ impl Robot<'_> {
             row
         } else {
             let mut rows = self.motor_rows.iter();
-            rows.position(|own| *own == Some(row)).unwrap_or(0)
+            rows.position(|other| *other == Some(row)).unwrap_or(0)
         }
     }
 

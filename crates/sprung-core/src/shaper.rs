@@ -228,9 +228,9 @@ pub fn extra_insensitive_undamped<const N: usize>(
 fn multiply(polynomial: &mut [f64], factor: [f64; 2]) {
     let [mut before, mut last] = [0.0; 2];
     for coefficient in polynomial {
-        let own = *coefficient;
+        let current = *coefficient;
         *coefficient += factor[0] * last + factor[1] * before;
-        (before, last) = (last, own);
+        (before, last) = (last, current);
     }
 }
 
@@ -268,7 +268,9 @@ pub fn convolve(a: &[Impulse], b: &[Impulse], out: &mut [Impulse]) -> Result<(),
 /// singer1990.
 #[must_use]
 pub fn residual(sequence: &[Impulse], mode: &Mode) -> f64 {
-    let end = sequence.iter().fold(0.0, |end, own| own.time.max(end));
+    let end = sequence
+        .iter()
+        .fold(0.0, |end, impulse| impulse.time.max(end));
     let decay = mode.damping * mode.frequency;
     let damped = mode.damped_frequency();
     let [mut c, mut s] = [0.0; 2];
@@ -324,7 +326,7 @@ pub fn sample(sequence: &[Impulse], period: f64, taps: &mut [Tap]) -> Result<usi
 
 /// Adds a tap to the first `count` taps, which are in the order of delays. Returns their number.
 fn insert(taps: &mut [Tap], count: usize, tap: Tap) -> usize {
-    let at = taps[..count].partition_point(|own| own.delay < tap.delay);
+    let at = taps[..count].partition_point(|other| other.delay < tap.delay);
     if at < count && taps[at].delay == tap.delay {
         taps[at].weight += tap.weight;
         return count;

@@ -163,17 +163,17 @@ fn physics_of_a_tree_is_free_of_allocations() {
             });
             entries += 1;
         };
-        for (i, own) in motor_rows.iter().enumerate() {
+        for (i, motor_row) in motor_rows.iter().enumerate() {
             put(
-                own.unwrap_or(i),
+                motor_row.unwrap_or(i),
                 column,
                 RotorInertia,
                 coupling[joint * N + i],
             );
         }
-        if let Some(own) = motor_rows[joint] {
+        if let Some(motor_row) = motor_rows[joint] {
             put(joint, column + 1, Stiffness, -1.0);
-            put(own, column + 1, Stiffness, 1.0);
+            put(motor_row, column + 1, Stiffness, 1.0);
         }
         theta.extend([0.1, 200.0]);
     }

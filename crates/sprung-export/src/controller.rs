@@ -67,30 +67,35 @@ impl ControlCode {
 
     fn check_gains(&self, n: usize) -> Result<(), ExportError> {
         let refused = |what: String| Err(ExportError::Controller { what });
-        let own = &self.controller;
+        let controller = &self.controller;
         let mut arrays = Vec::new();
-        match own.kind {
+        match controller.kind {
             ControllerKind::Pd => {
-                arrays.push(("gains of positions", &own.kp_nm_per_rad, n));
-                arrays.push(("gains of velocities", &own.kd_nms_per_rad, n));
+                arrays.push(("gains of positions", &controller.kp_nm_per_rad, n));
+                arrays.push(("gains of velocities", &controller.kd_nms_per_rad, n));
             }
             ControllerKind::StateFeedback => {
-                if own.gain.len() != n {
-                    let rows = own.gain.len();
+                if controller.gain.len() != n {
+                    let rows = controller.gain.len();
                     return refused(format!("{rows} rows of gains for {n} joints"));
                 }
-                arrays.extend(own.gain.iter().map(|row| ("gains in a row", row, 4 * n)));
+                arrays.extend(
+                    controller
+                        .gain
+                        .iter()
+                        .map(|row| ("gains in a row", row, 4 * n)),
+                );
             }
         }
-        for (what, own, length) in arrays {
-            if own.len() != length {
-                return refused(format!("{} {what}, expected are {length}", own.len()));
+        for (what, array, length) in arrays {
+            if array.len() != length {
+                return refused(format!("{} {what}, expected are {length}", array.len()));
             }
-            if let Some(wrong) = own.iter().find(|x| !x.is_finite()) {
+            if let Some(wrong) = array.iter().find(|x| !x.is_finite()) {
                 return refused(format!("one of the {what} is {wrong}"));
             }
         }
-        match own.friction_compensation_speed_rad_per_s {
+        match controller.friction_compensation_speed_rad_per_s {
             Some(speed) if !(speed.is_finite() && speed > 0.0) => refused(format!(
                 "the speed of the compensation of friction is {speed} rad/s"
             )),

@@ -70,10 +70,10 @@ pub(super) fn said(
     if springs {
         rows.push(stiffness(format, form));
         if any(|joint| joint.drive.damping > 0.0) {
-            let own = stiffness(format, form);
+            let of_stiffness = stiffness(format, form);
             rows.push(Said {
                 what: "damping of springs".to_owned(),
-                ..own
+                ..of_stiffness
             });
         }
     }
@@ -81,7 +81,8 @@ pub(super) fn said(
     rows.extend(coulomb(format, robot));
     rows.extend(others(format, extras));
     let usual = [0.0, 0.0, -9.81];
-    let is_other = (robot.gravity.iter().zip(usual)).any(|(own, usual)| (own - usual).abs() > 0.0);
+    let is_other =
+        (robot.gravity.iter().zip(usual)).any(|(component, usual)| (component - usual).abs() > 0.0);
     if matches!(format, Format::Urdf | Format::Sdf) && is_other {
         let [x, y, z] = robot.gravity.map(Shown);
         let note = format!("the format has no gravity: set ({x}, {y}, {z}) m/s² in the simulator");
@@ -216,16 +217,16 @@ fn others(format: Format, extras: &[Extra]) -> Vec<Said> {
         }
     }
     let of = |kind: JointParameter| {
-        let own: Vec<&Extra> = extras.iter().filter(|extra| extra.kind == kind).collect();
-        let values = own.iter().map(|extra| {
+        let of_kind: Vec<&Extra> = extras.iter().filter(|extra| extra.kind == kind).collect();
+        let values = of_kind.iter().map(|extra| {
             let value = format!("{} {}", short(extra.value), extra.unit);
-            match (own.len(), extra.name.split_once('.')) {
+            match (of_kind.len(), extra.name.split_once('.')) {
                 (2.., Some((joint, _))) => format!("{joint} {value}"),
                 _ => value,
             }
         });
         let values = values.collect::<Vec<_>>().join(", ");
-        let what = match own.as_slice() {
+        let what = match of_kind.as_slice() {
             [only] => only.name.as_str(),
             _ => kind.name(),
         };

@@ -53,7 +53,7 @@ impl Format {
     /// Returns the format that a user chooses by a word; `None` if there is none.
     #[must_use]
     pub fn of_word(word: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|own| own.word() == word)
+        Self::ALL.into_iter().find(|format| format.word() == word)
     }
 
     /// Returns the name of the format.

@@ -92,11 +92,11 @@ impl Serialize for Ordered {
         let mut map = serializer.serialize_map(Some(self.0.len()))?;
         for (key, entry) in &self.0 {
             match entry {
-                Entry::Ranged(own) => map.serialize_entry(key, own)?,
-                Entry::Number(own) => map.serialize_entry(key, own)?,
-                Entry::Flag(own) => map.serialize_entry(key, own)?,
-                Entry::Laws(own) => {
-                    let laws: std::collections::BTreeMap<_, _> = own.iter().cloned().collect();
+                Entry::Ranged(ranged) => map.serialize_entry(key, ranged)?,
+                Entry::Number(number) => map.serialize_entry(key, number)?,
+                Entry::Flag(flag) => map.serialize_entry(key, flag)?,
+                Entry::Laws(pairs) => {
+                    let laws: std::collections::BTreeMap<_, _> = pairs.iter().cloned().collect();
                     map.serialize_entry(key, &laws)?;
                 }
             }
@@ -157,7 +157,7 @@ pub(super) fn write(robot: &StandardRobot, contents: &Contents<'_>) -> serde_jso
 fn actuator(joint: &StandardJoint, at: usize, contents: &Contents<'_>) -> Ordered {
     let drive = &joint.drive;
     let units = Units::of(joint.place.kind);
-    let own = |name: &str, value: f64| {
+    let entry_of = |name: &str, value: f64| {
         let error = error_of(contents.origin, &joint.name, name);
         Entry::Ranged(Some(ranged(value, error)))
     };
@@ -170,27 +170,27 @@ fn actuator(joint: &StandardJoint, at: usize, contents: &Contents<'_>) -> Ordere
         ),
         (
             format!("reflected_inertia_{}", units.inertia),
-            own("rotor_inertia", drive.rotor_inertia),
+            entry_of("rotor_inertia", drive.rotor_inertia),
         ),
     ];
     if drive.is_flexible {
         entries.push((
             format!("stiffness_{}", units.stiffness),
-            own("stiffness", drive.stiffness),
+            entry_of("stiffness", drive.stiffness),
         ));
         entries.push((
             format!("spring_damping_{}", units.viscous),
-            own("spring_damping", drive.damping),
+            entry_of("spring_damping", drive.damping),
         ));
     }
     for (side, friction) in [("link", drive.link), ("motor", drive.motor)] {
         entries.push((
             format!("{side}_viscous_{}", units.viscous),
-            own(&format!("{side}_viscous"), friction.viscous),
+            entry_of(&format!("{side}_viscous"), friction.viscous),
         ));
         entries.push((
             format!("{side}_coulomb_{}", units.torque),
-            own(&format!("{side}_coulomb"), friction.coulomb),
+            entry_of(&format!("{side}_coulomb"), friction.coulomb),
         ));
     }
     let laws = (contents.extras.iter())
@@ -264,7 +264,7 @@ fn mjcf_rigid(joint: &StandardJoint, origin: &Origin) -> Ordered {
 
 fn error_of(origin: &Origin, joint: &str, name: &str) -> Option<f64> {
     let name = format!("{joint}.{name}");
-    let found = origin.values.iter().find(|own| own.name == name)?;
+    let found = origin.values.iter().find(|value| value.name == name)?;
     found.standard_error
 }
 

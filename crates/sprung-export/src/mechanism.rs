@@ -120,23 +120,23 @@ impl Mechanism {
         let (mut forces, mut moments) = (vec![[0.0; 3]; n], vec![[0.0; 3]; n]);
         let mut torques = vec![0.0; n];
         for (i, joint) in self.joints.iter().enumerate().rev() {
-            let own = &moving[i];
-            let arm = turned(&own.axes, &joint.centre);
+            let body = &moving[i];
+            let arm = turned(&body.axes, &joint.centre);
             let at_centre = sum(
-                &own.acceleration,
+                &body.acceleration,
                 &sum(
-                    &cross(&own.turning_rate, &arm),
-                    &cross(&own.turning, &cross(&own.turning, &arm)),
+                    &cross(&body.turning_rate, &arm),
+                    &cross(&body.turning, &cross(&body.turning, &arm)),
                 ),
             );
             let force = at_centre.map(|a| joint.mass * a);
             let inertia = |v: &Vector| {
-                let inside = from_fn(|k| (0..3).map(|l| own.axes[l][k] * v[l]).sum());
-                turned(&own.axes, &turned(&joint.inertia, &inside))
+                let inside = from_fn(|k| (0..3).map(|l| body.axes[l][k] * v[l]).sum());
+                turned(&body.axes, &turned(&joint.inertia, &inside))
             };
-            let spin = cross(&own.turning, &inertia(&own.turning));
+            let spin = cross(&body.turning, &inertia(&body.turning));
             let moment = sum(
-                &sum(&inertia(&own.turning_rate), &spin),
+                &sum(&inertia(&body.turning_rate), &spin),
                 &cross(&arm, &force),
             );
             forces[i] = sum(&forces[i], &force);
@@ -146,9 +146,9 @@ impl Mechanism {
             } else {
                 &moments[i]
             };
-            torques[i] = dot(&own.axis, along) + joint.armature * motion.ddq[i];
+            torques[i] = dot(&body.axis, along) + joint.armature * motion.ddq[i];
             if let Some(parent) = joint.parent {
-                let lever = difference(&own.place, &moving[parent].place);
+                let lever = difference(&body.place, &moving[parent].place);
                 let carried = sum(&moments[i], &cross(&lever, &forces[i]));
                 moments[parent] = sum(&moments[parent], &carried);
                 forces[parent] = sum(&forces[parent], &forces[i]);
@@ -179,7 +179,7 @@ impl Mechanism {
                     &cross(&from.turning, &cross(&from.turning, &lever)),
                 ),
             );
-            let mut own = Moving {
+            let mut body = Moving {
                 axes: still,
                 place: sum(&from.place, &lever),
                 axis,
@@ -189,13 +189,13 @@ impl Mechanism {
             };
             let drift = cross(&from.turning, &axis);
             if joint.slides {
-                own.acceleration = from_fn(|k| carried[k] + 2.0 * v * drift[k] + a * axis[k]);
+                body.acceleration = from_fn(|k| carried[k] + 2.0 * v * drift[k] + a * axis[k]);
             } else {
-                own.axes = product(&still, &about(&joint.axis, q));
-                own.turning = from_fn(|k| from.turning[k] + v * axis[k]);
-                own.turning_rate = from_fn(|k| from.turning_rate[k] + a * axis[k] + v * drift[k]);
+                body.axes = product(&still, &about(&joint.axis, q));
+                body.turning = from_fn(|k| from.turning[k] + v * axis[k]);
+                body.turning_rate = from_fn(|k| from.turning_rate[k] + a * axis[k] + v * drift[k]);
             }
-            moving.push(own);
+            moving.push(body);
         }
         moving
     }

@@ -33,13 +33,13 @@ pub(super) fn write(robot: &StandardRobot, form: Form, comment: &str) -> String 
             link(&mut text, robot, form, i, 2);
         }
     }
-    for joint in robot.joints.iter().filter(|own| own.has_spring(form)) {
+    for joint in robot.joints.iter().filter(|joint| joint.has_spring(form)) {
         rotor(&mut text, joint, robot);
     }
     text.push_str("  </worldbody>\n");
-    if robot.joints.iter().any(|own| own.has_spring(form)) {
+    if robot.joints.iter().any(|joint| joint.has_spring(form)) {
         text.push_str("  <tendon>\n");
-        for joint in robot.joints.iter().filter(|own| own.has_spring(form)) {
+        for joint in robot.joints.iter().filter(|joint| joint.has_spring(form)) {
             let name = escaped(&joint.name);
             let _ = write!(
                 text,

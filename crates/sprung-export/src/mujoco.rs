@@ -55,17 +55,17 @@ pub fn mujoco(request: &Request<'_>) -> Result<(MujocoNames, MujocoFields), Expo
 
 /// Returns the joints whose spring is written.
 fn springs(robot: &StandardRobot, form: Form) -> impl Iterator<Item = &StandardJoint> {
-    (robot.joints.iter()).filter(move |own| own.has_spring(form))
+    (robot.joints.iter()).filter(move |joint| joint.has_spring(form))
 }
 
 fn names(robot: &StandardRobot, form: Form) -> MujocoNames {
     let links = order(robot).into_iter().map(|i| &robot.joints[i]);
     let mut bodies = vec!["world".to_owned()];
-    bodies.extend(links.clone().map(|own| own.link.clone()));
-    bodies.extend(springs(robot, form).map(|own| format!("{}{ROTOR}", own.name)));
-    let mut joints: Vec<String> = links.map(|own| own.name.clone()).collect();
-    joints.extend(springs(robot, form).map(|own| format!("{}{MOTOR}", own.name)));
-    let tendons = springs(robot, form).map(|own| format!("{}{SPRING}", own.name));
+    bodies.extend(links.clone().map(|joint| joint.link.clone()));
+    bodies.extend(springs(robot, form).map(|joint| format!("{}{ROTOR}", joint.name)));
+    let mut joints: Vec<String> = links.map(|joint| joint.name.clone()).collect();
+    joints.extend(springs(robot, form).map(|joint| format!("{}{MOTOR}", joint.name)));
+    let tendons = springs(robot, form).map(|joint| format!("{}{SPRING}", joint.name));
     MujocoNames {
         bodies,
         joints,
@@ -74,24 +74,24 @@ fn names(robot: &StandardRobot, form: Form) -> MujocoNames {
 }
 
 fn fields(robot: &StandardRobot, form: Form) -> MujocoFields {
-    let mut own = MujocoFields::default();
+    let mut fields = MujocoFields::default();
     let unturned = [1.0, 0.0, 0.0, 0.0];
-    own.add_body(0.0, [0.0; 3], unturned, [0.0; 3]);
+    fields.add_body(0.0, [0.0; 3], unturned, [0.0; 3]);
     for i in order(robot) {
         let joint = &robot.joints[i];
         let body = joint.inertial();
         let (moments, axes) = principal(&body.inertia);
-        own.add_body(body.mass, body.centre, axes, moments);
-        own.add_joint(armature(joint, form), joint.friction(form));
+        fields.add_body(body.mass, body.centre, axes, moments);
+        fields.add_joint(armature(joint, form), joint.friction(form));
     }
     for joint in springs(robot, form) {
         let (mass, inertia) = rotor_body(joint);
-        own.add_body(mass, [0.0; 3], unturned, [inertia; 3]);
-        own.add_joint(0.0, joint.drive.motor);
-        own.tendon_stiffness.push(joint.drive.stiffness);
-        own.tendon_damping.push(joint.drive.damping);
+        fields.add_body(mass, [0.0; 3], unturned, [inertia; 3]);
+        fields.add_joint(0.0, joint.drive.motor);
+        fields.tendon_stiffness.push(joint.drive.stiffness);
+        fields.tendon_damping.push(joint.drive.damping);
     }
-    own
+    fields
 }
 
 impl MujocoFields {

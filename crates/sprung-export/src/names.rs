@@ -24,9 +24,17 @@ pub(super) fn check(format: Format, form: Form, robot: &StandardRobot) -> Result
     if format == Format::Json || format.is_code() {
         return Ok(());
     }
-    let joints: Vec<&str> = robot.joints.iter().map(|own| own.name.as_str()).collect();
-    let links: Vec<&str> = robot.joints.iter().map(|own| own.link.as_str()).collect();
-    for joint in robot.joints.iter().filter(|own| own.has_spring(form)) {
+    let joints: Vec<&str> = robot
+        .joints
+        .iter()
+        .map(|joint| joint.name.as_str())
+        .collect();
+    let links: Vec<&str> = robot
+        .joints
+        .iter()
+        .map(|joint| joint.link.as_str())
+        .collect();
+    for joint in robot.joints.iter().filter(|joint| joint.has_spring(form)) {
         for (what, suffix, known) in [
             ("joint", MOTOR, &joints),
             ("joint", SPRING, &joints),

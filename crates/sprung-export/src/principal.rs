@@ -74,9 +74,9 @@ mod tests {
                 (0..3).map(|k| r[i][k] * moments[k] * r[j][k]).sum()
             };
             let places = [(0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2)];
-            for ((i, j), own) in places.into_iter().zip(inertia) {
+            for ((i, j), expected) in places.into_iter().zip(inertia) {
                 assert!(
-                    (entry(i, j) - own).abs() < 1e-14 * moments[0],
+                    (entry(i, j) - expected).abs() < 1e-14 * moments[0],
                     "{inertia:?}"
                 );
             }

@@ -115,8 +115,8 @@ impl Origin {
         for value in &self.values {
             let error =
                 (value.standard_error).map_or_else(String::new, |error| format!(" ± {error:.2e}"));
-            let beside = value.beside_laws.map_or_else(String::new, |own| {
-                format!(" ({own:.6e} beside the laws that the format lacks)")
+            let beside = value.beside_laws.map_or_else(String::new, |beside_laws| {
+                format!(" ({beside_laws:.6e} beside the laws that the format lacks)")
             });
             lines.push(format!(
                 "  {} = {:.6e}{error} {}{beside}",
@@ -160,10 +160,10 @@ pub fn earlier(text: &str) -> Earlier {
     let Some((before, after)) = text.split_once(MARK) else {
         return Earlier::Foreign;
     };
-    let Some((own, rest)) = after.split_at_checked(BLANK.len()) else {
+    let Some((stated, rest)) = after.split_at_checked(BLANK.len()) else {
         return Earlier::Edited;
     };
-    if hash(&format!("{before}{MARK}{BLANK}{rest}")) == own {
+    if hash(&format!("{before}{MARK}{BLANK}{rest}")) == stated {
         Earlier::Unchanged
     } else {
         Earlier::Edited

@@ -44,7 +44,7 @@ pub(super) fn read(text: &str) -> Result<Mechanism, String> {
             [of("link_viscous_")?, of("link_coulomb_")?],
             [of("motor_viscous_")?, of("motor_coulomb_")?],
         );
-        let mut own = MechanismJoint {
+        let mut mechanism_joint = MechanismJoint {
             name: name.to_owned(),
             parent,
             rotation: [vector(x)?, vector(y)?, vector(z)?],
@@ -63,11 +63,11 @@ pub(super) fn read(text: &str) -> Result<Mechanism, String> {
             coulomb: link[1],
         };
         if !flexible {
-            own.armature = rotor;
-            own.damping += motor[0];
-            own.coulomb += motor[1];
+            mechanism_joint.armature = rotor;
+            mechanism_joint.damping += motor[0];
+            mechanism_joint.coulomb += motor[1];
         }
-        mechanism.joints.push(own);
+        mechanism.joints.push(mechanism_joint);
     }
     for joint in joints {
         let actuator = &joint["actuator"];

@@ -20,7 +20,7 @@ pub(super) fn read(text: &str) -> Result<Mechanism, String> {
     bodies(world, None, &mut mechanism)?;
     let tendons = child(root, "tendon")
         .into_iter()
-        .flat_map(|own| own.children());
+        .flat_map(|element| element.children());
     for tendon in tendons.filter(|node| node.has_tag_name("fixed")) {
         let joints = tendon.children().filter(|node| node.has_tag_name("joint"));
         let coefficients = joints.map(|node| {
@@ -42,7 +42,7 @@ pub(super) fn read(text: &str) -> Result<Mechanism, String> {
     }
     for actuator in child(root, "actuator")
         .into_iter()
-        .flat_map(|own| own.children())
+        .flat_map(|element| element.children())
     {
         let joint = actuator.attribute("joint");
         if joint.is_some_and(|joint| mechanism.joint(joint).is_none()) {
@@ -77,7 +77,7 @@ fn bodies(
         } else {
             [0.0; 3]
         };
-        let own = mechanism.joints.len();
+        let index = mechanism.joints.len();
         mechanism.joints.push(MechanismJoint {
             name: joint.attribute("name").unwrap_or_default().to_owned(),
             parent,
@@ -96,7 +96,7 @@ fn bodies(
             damping: one(joint, "damping")?,
             coulomb: one(joint, "frictionloss")?,
         });
-        bodies(body, Some(own), mechanism)?;
+        bodies(body, Some(index), mechanism)?;
     }
     Ok(())
 }

@@ -21,7 +21,7 @@ pub(super) fn read(text: &str) -> Result<Mechanism, String> {
         let parent = match text_of(joint, "parent")? {
             "world" => None,
             parent => {
-                let at = links.iter().position(|own| own == parent);
+                let at = links.iter().position(|link| link == parent);
                 Some(at.ok_or_else(|| format!("{name} comes before its parent"))?)
             }
         };
@@ -35,10 +35,10 @@ pub(super) fn read(text: &str) -> Result<Mechanism, String> {
             Some(node) => number(node.text().unwrap_or_default()),
             None => Ok(0.0),
         };
-        let own = mechanism.joints.len();
+        let index = mechanism.joints.len();
         if optional("spring_stiffness")? != 0.0 {
             mechanism.springs.push(Spring {
-                coefficients: vec![(own, 1.0)],
+                coefficients: vec![(index, 1.0)],
                 stiffness: optional("spring_stiffness")?,
                 damping: 0.0,
             });
@@ -113,6 +113,6 @@ fn body(link: Node<'_, '_>, parent: Option<&str>) -> Result<MechanismJoint, Stri
 }
 
 fn text_of<'a>(node: Node<'a, '_>, tag: &str) -> Result<&'a str, String> {
-    let own = child(node, tag).and_then(|node| node.text());
-    own.ok_or_else(|| format!("a <{}> has no {tag}", node.tag_name().name()))
+    let text = child(node, tag).and_then(|node| node.text());
+    text.ok_or_else(|| format!("a <{}> has no {tag}", node.tag_name().name()))
 }

@@ -21,8 +21,9 @@ pub(super) fn read(text: &str, joints: &[String]) -> Result<Mechanism, String> {
     let document = Document::parse(text).map_err(|error| error.to_string())?;
     let root = document.root_element();
     let mut mechanism = Mechanism::default();
-    for own in tree {
-        let body = (own.inertial).ok_or_else(|| format!("{} has no inertial", own.link))?;
+    for moving_link in tree {
+        let body = (moving_link.inertial)
+            .ok_or_else(|| format!("{} has no inertial", moving_link.link))?;
         let [m, x, y, z] = [body[0], body[1], body[2], body[3]];
         let squared = (x * x + y * y + z * z) / m;
         let h = [x, y, z];
@@ -37,7 +38,7 @@ pub(super) fn read(text: &str, joints: &[String]) -> Result<Mechanism, String> {
                 about_origin[i][j] - diagonal + h[i] * h[j] / m
             })
         });
-        let element = element(root, "joint", &own.name)?;
+        let element = element(root, "joint", &moving_link.name)?;
         let dynamics = element
             .children()
             .find(|node| node.has_tag_name("dynamics"));
@@ -46,18 +47,18 @@ pub(super) fn read(text: &str, joints: &[String]) -> Result<Mechanism, String> {
             value.map_or(Ok(0.0), number)
         };
         mechanism.joints.push(MechanismJoint {
-            parent: own.joint.parent,
-            rotation: own.joint.rotation,
-            origin: own.joint.origin,
-            axis: own.joint.axis,
-            slides: own.joint.kind == JointKind::Prismatic,
+            parent: moving_link.joint.parent,
+            rotation: moving_link.joint.rotation,
+            origin: moving_link.joint.origin,
+            axis: moving_link.joint.axis,
+            slides: moving_link.joint.kind == JointKind::Prismatic,
             mass: m,
             centre: h.map(|x| x / m),
             inertia,
-            armature: armature(root, &own.name)?,
+            armature: armature(root, &moving_link.name)?,
             damping: of("damping")?,
             coulomb: of("friction")?,
-            name: own.name,
+            name: moving_link.name,
         });
     }
     mechanism.springs = springs(root, &mechanism)?;

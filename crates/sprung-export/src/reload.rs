@@ -283,8 +283,8 @@ impl Reference<'_> {
         let count = q.len();
         let mut half = vec![vec![0.0; rows]; count];
         for (column, half) in half.iter_mut().enumerate() {
-            for (row, own) in half.iter_mut().enumerate() {
-                *own = (0..rows)
+            for (row, entry) in half.iter_mut().enumerate() {
+                *entry = (0..rows)
                     .map(|k| masses[row * rows + k] * map[k][column])
                     .sum();
             }
@@ -316,11 +316,11 @@ fn back(map: &[Vec<f64>], torques: &[f64]) -> Vec<f64> {
 pub(super) fn worst(largest: &mut f64, known: &[f64], found: &[f64]) {
     let size = known.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
     let difference = (known.iter().zip(found)).fold(0.0_f64, |most, (a, b)| {
-        let own = (a - b).abs();
-        if own.is_nan() || most.is_nan() {
+        let difference = (a - b).abs();
+        if difference.is_nan() || most.is_nan() {
             f64::NAN
         } else {
-            most.max(own)
+            most.max(difference)
         }
     });
     let relative = if size > 0.0 {

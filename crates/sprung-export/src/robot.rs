@@ -149,12 +149,12 @@ pub(super) fn quaternion(r: &[[f64; 3]; 3]) -> [f64; 4] {
     );
     let [wx, wy, wz] = [r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]];
     let [xy, xz, yz] = [r[0][1] + r[1][0], r[0][2] + r[2][0], r[1][2] + r[2][1]];
-    let own = squares[largest];
+    let square = squares[largest];
     let raw = match largest {
-        0 => [own, wx, wy, wz],
-        1 => [wx, own, xy, xz],
-        2 => [wy, xy, own, yz],
-        _ => [wz, xz, yz, own],
+        0 => [square, wx, wy, wz],
+        1 => [wx, square, xy, xz],
+        2 => [wy, xy, square, yz],
+        _ => [wz, xz, yz, square],
     };
     let length = raw.iter().map(|x| x * x).sum::<f64>().sqrt();
     raw.map(|x| x / length)

@@ -38,12 +38,12 @@ pub(super) fn write(robot: &StandardRobot, form: Form, comment: &str) -> String 
             numbers(&[x, y, z, w])
         );
         let from = parent.map_or_else(|| "world".to_owned(), escaped);
-        let (name, own) = (escaped(&joint.name), escaped(&joint.link));
+        let (name, link_name) = (escaped(&joint.name), escaped(&joint.link));
         if joint.has_spring(form) {
             let rotor = format!("{name}{ROTOR}");
             link(&mut text, &rotor, &pose, &LIGHT);
             let here = format!("<pose relative_to=\"{rotor}\"/>");
-            link(&mut text, &own, &here, &joint.inertial());
+            link(&mut text, &link_name, &here, &joint.inertial());
             let friction = Friction {
                 viscous: joint.drive.motor.viscous + joint.drive.link.viscous,
                 coulomb: joint.drive.motor.coulomb + joint.drive.link.coulomb,
@@ -57,7 +57,7 @@ pub(super) fn write(robot: &StandardRobot, form: Form, comment: &str) -> String 
             let _ = write!(
                 text,
                 "    <joint name=\"{name}{SPRING}\" type=\"{}\">\n      <parent>{rotor}</parent>\n      \
-                 <child>{own}</child>\n      <axis>\n        <xyz>{}</xyz>\n        \
+                 <child>{link_name}</child>\n      <axis>\n        <xyz>{}</xyz>\n        \
                  <limit>\n          <effort>0</effort>\n        </limit>\n        <dynamics>\n          \
                  <damping>{}</damping>\n          <friction>0</friction>\n          \
                  <spring_reference>0</spring_reference>\n          \
@@ -68,11 +68,11 @@ pub(super) fn write(robot: &StandardRobot, form: Form, comment: &str) -> String 
                 number(joint.drive.stiffness)
             );
         } else {
-            link(&mut text, &own, &pose, &joint.inertial());
+            link(&mut text, &link_name, &pose, &joint.inertial());
             motor(
                 &mut text,
                 joint,
-                &[&name, &from, &own],
+                &[&name, &from, &link_name],
                 joint.friction(form),
             );
         }

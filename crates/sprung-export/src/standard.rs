@@ -208,11 +208,13 @@ fn bodies_of_planar(values: &BTreeMap<String, f64>) -> Result<Vec<[f64; BODY]>, 
     let mass = 0.5 * (coupling * coupling / second + first);
     let centre = coupling / mass;
     let about_centre = second - mass * centre * centre;
-    let own = first - mass;
+    let inertia = first - mass;
     // Thick bodies: the inertia about the other axes has no effect on the motion.
     let other = about_centre + mass * centre * centre;
     Ok(vec![
-        [mass, 0.0, 0.0, 0.0, own, 0.0, own, 0.0, 0.0, own],
+        [
+            mass, 0.0, 0.0, 0.0, inertia, 0.0, inertia, 0.0, 0.0, inertia,
+        ],
         [
             mass,
             coupling,
@@ -334,14 +336,14 @@ fn theta(
             continue;
         };
         let drive = &joints[joint].drive;
-        let own = |kind: JointParameter| {
+        let value_of = |kind: JointParameter| {
             let index = model.index(kind, joint)?;
             let parameter = &model.parameters()[index];
             values.get(&parameter.name).copied().or(parameter.fixed)
         };
         // The mean of both directions.
         let mean = |side: Side| {
-            let of = |law: Law| own(JointParameter::Friction(side, law)).unwrap_or(0.0);
+            let of = |law: Law| value_of(JointParameter::Friction(side, law)).unwrap_or(0.0);
             0.5 * (of(Law::ViscousPositive) + of(Law::ViscousNegative))
         };
         let value = match kind {
@@ -349,7 +351,7 @@ fn theta(
             JointParameter::Stiffness => drive.stiffness,
             JointParameter::Damping => drive.damping,
             JointParameter::BackEmf | JointParameter::Friction(_, Law::Viscous) => {
-                own(kind).unwrap_or(0.0)
+                value_of(kind).unwrap_or(0.0)
             }
             JointParameter::Friction(side, Law::ViscousPositive | Law::ViscousNegative) => {
                 mean(side)

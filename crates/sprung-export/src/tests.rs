@@ -212,7 +212,7 @@ fn every_format_says_every_robot() {
 
 /// Numbers of a file have all digits.
 fn same(found: &[f64], of_file: &[f64]) {
-    let bits = |all: &[f64]| all.iter().map(|own| own.to_bits()).collect::<Vec<_>>();
+    let bits = |all: &[f64]| all.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
     assert_eq!(bits(found), bits(of_file), "{found:?} and {of_file:?}");
 }
 
@@ -224,7 +224,7 @@ fn fields_of_mujoco_are_those_of_the_file() {
             let request = request(&case, Format::Mjcf, form);
             let file = read_mjcf::read(&export(&request).unwrap().texts[0]).unwrap();
             let (names, fields) = mujoco(&request).unwrap();
-            let joints: Vec<&String> = file.joints.iter().map(|own| &own.name).collect();
+            let joints: Vec<&String> = file.joints.iter().map(|joint| &joint.name).collect();
             assert_eq!(names.joints.iter().collect::<Vec<_>>(), joints);
             assert_eq!(names.bodies.len(), joints.len() + 1);
             assert_eq!(names.tendons.len(), file.springs.len());
@@ -242,8 +242,8 @@ fn fields_of_mujoco_are_those_of_the_file() {
                 let (axes, moments) = (fields.body_iquat[at + 1], fields.body_inertia[at + 1]);
                 let r = rotation_of(axes);
                 for (i, k) in (0..3).flat_map(|i| (0..3).map(move |k| (i, k))) {
-                    let own: f64 = (0..3).map(|l| r[i][l] * moments[l] * r[k][l]).sum();
-                    assert!((own - joint.inertia[i][k]).abs() < 1e-14 * moments[0]);
+                    let entry: f64 = (0..3).map(|l| r[i][l] * moments[l] * r[k][l]).sum();
+                    assert!((entry - joint.inertia[i][k]).abs() < 1e-14 * moments[0]);
                 }
             }
             for (at, spring) in file.springs.iter().enumerate() {

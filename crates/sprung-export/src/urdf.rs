@@ -59,7 +59,7 @@ pub(super) fn minimal(robot: &StandardRobot) -> String {
         let place = &joint.place;
         let parent = place
             .parent
-            .map_or_else(|| base(robot), |own| robot.joints[own].link.clone());
+            .map_or_else(|| base(robot), |parent| robot.joints[parent].link.clone());
         let (kind, limit) = match place.kind {
             JointKind::Revolute => ("continuous", String::new()),
             JointKind::Prismatic => (
@@ -112,8 +112,12 @@ pub(super) fn write(
     comment: &str,
 ) -> Result<Written, ExportError> {
     let urdf = Urdf::parse(file, text)?;
-    let moving: Vec<&str> = robot.joints.iter().map(|own| own.name.as_str()).collect();
-    let (own, carried) = without_carried(robot, &urdf, &moving)?;
+    let moving: Vec<&str> = robot
+        .joints
+        .iter()
+        .map(|joint| joint.name.as_str())
+        .collect();
+    let (bodies, carried) = without_carried(robot, &urdf, &moving)?;
     // The text was parsed above.
     let Ok(document) = Document::parse(text) else {
         return Ok(Written {
@@ -131,7 +135,7 @@ pub(super) fn write(
     for link in named(root, "link") {
         let name = link.attribute("name").unwrap_or_default();
         if let Some(at) = robot.joints.iter().position(|joint| joint.link == name) {
-            edits.replace(link, "inertial", &inertial(&Inertial::of(&own[at])));
+            edits.replace(link, "inertial", &inertial(&Inertial::of(&bodies[at])));
         }
     }
     let mut reduced = Vec::new();
@@ -150,8 +154,9 @@ pub(super) fn write(
         edits.replace(element, "dynamics", &dynamics(joint, form));
     }
     for element in named(root, "transmission") {
-        let is_of =
-            |own: Node<'_, '_>| (own.attribute("name")).is_some_and(|name| moving.contains(&name));
+        let is_of = |node: Node<'_, '_>| {
+            (node.attribute("name")).is_some_and(|name| moving.contains(&name))
+        };
         if named(element, "joint").any(is_of) {
             edits.remove(element);
         }
@@ -200,11 +205,11 @@ fn without_carried(
 fn check_free(root: Node<'_, '_>, robot: &StandardRobot, form: Form) -> Result<(), ExportError> {
     let names = |tag| -> Vec<&str> {
         (named(root, tag))
-            .filter_map(|own| own.attribute("name"))
+            .filter_map(|node| node.attribute("name"))
             .collect()
     };
     let (links, joints) = (names("link"), names("joint"));
-    for joint in robot.joints.iter().filter(|own| own.has_spring(form)) {
+    for joint in robot.joints.iter().filter(|joint| joint.has_spring(form)) {
         free("link", &format!("{}{ROTOR}", joint.name), &links)?;
         free("joint", &format!("{}{MOTOR}", joint.name), &joints)?;
     }
@@ -261,9 +266,9 @@ fn scaled(body: Node<'_, '_>, factor: f64) -> Vec<(Range<usize>, String)> {
         .filter_map(|tag| child(body, tag))
         .flat_map(|element| element.attributes().collect::<Vec<_>>());
     attributes
-        .filter_map(|own| {
-            let value: f64 = own.value().trim().parse().ok()?;
-            Some((own.range_value(), number(factor * value)))
+        .filter_map(|attribute| {
+            let value: f64 = attribute.value().trim().parse().ok()?;
+            Some((attribute.range_value(), number(factor * value)))
         })
         .collect()
 }
@@ -398,13 +403,13 @@ impl Edits<'_> {
     /// Inserts text before the end of an element.
     fn before_end(&mut self, node: Node<'_, '_>, new: &str) {
         let Range { start, end } = node.range();
-        let own = &self.text[start..end];
-        if let Some(open) = own.strip_suffix("/>").filter(|_| !node.has_children()) {
+        let text = &self.text[start..end];
+        if let Some(open) = text.strip_suffix("/>").filter(|_| !node.has_children()) {
             let name = open[1..].split(|c: char| c.is_whitespace()).next();
             let at = start + open.trim_end().len();
             let close = format!(">\n  {new}</{}>", name.unwrap_or_default());
             self.all.push((at..end, close));
-        } else if let Some(close) = own.rfind("</") {
+        } else if let Some(close) = text.rfind("</") {
             self.all
                 .push((start + close..start + close, new.to_owned()));
         }

@@ -168,14 +168,15 @@ pub(super) fn prove(
 /// Takes the limits of joints from a URDF. Exporters write zero for an unknown effort or velocity.
 fn add_limits(robot: &mut StandardRobot, urdf: &Urdf) {
     for joint in &mut robot.joints {
-        let Some(own) = (urdf.movable().iter()).find(|own| own.name == joint.name) else {
+        let Some(movable) = (urdf.movable().iter()).find(|movable| movable.name == joint.name)
+        else {
             continue;
         };
         let positive = |value: Option<f64>| value.filter(|value| *value > 0.0);
-        joint.limits.lower = own.lower;
-        joint.limits.upper = own.upper;
-        joint.limits.effort = joint.limits.effort.or(positive(own.effort));
-        joint.limits.velocity = positive(own.velocity);
+        joint.limits.lower = movable.lower;
+        joint.limits.upper = movable.upper;
+        joint.limits.effort = joint.limits.effort.or(positive(movable.effort));
+        joint.limits.velocity = positive(movable.velocity);
     }
 }
 
@@ -290,7 +291,7 @@ fn read(request: &Request<'_>, identified: &Standard, text: &str) -> Result<Mech
             let with_motor = robot
                 .joints
                 .iter()
-                .filter(|own| own.has_spring(request.form()));
+                .filter(|joint| joint.has_spring(request.form()));
             let motors = with_motor.map(|joint| format!("{}{MOTOR}", joint.name));
             read_urdf::read(text, &links.chain(motors).collect::<Vec<_>>())
         }

@@ -146,19 +146,19 @@ fn control(kind: ControllerKind, n: usize) -> ControlCode {
 }
 
 fn state_feedback(n: usize, speed: Option<f64>) -> ControlCode {
-    let mut own = control(ControllerKind::StateFeedback, n);
-    own.controller.friction_compensation_speed_rad_per_s = speed;
-    own
+    let mut control = control(ControllerKind::StateFeedback, n);
+    control.controller.friction_compensation_speed_rad_per_s = speed;
+    control
 }
 
 /// PD without shaper and limits.
 fn pd(n: usize) -> ControlCode {
-    let mut own = control(ControllerKind::Pd, n);
-    own.controller.velocity_window = [0, 0];
-    own.torque_limits.fill(f64::INFINITY);
-    own.taps.clear();
-    own.header.clear();
-    own
+    let mut control = control(ControllerKind::Pd, n);
+    control.controller.velocity_window = [0, 0];
+    control.torque_limits.fill(f64::INFINITY);
+    control.taps.clear();
+    control.header.clear();
+    control
 }
 
 /// Runs a program in a folder; returns what it printed.
@@ -321,30 +321,39 @@ fn controllers_that_do_not_fit_are_refused() {
     };
     assert!(change(|_| {}).is_ok());
     let wrong: [(Change, &str); 13] = [
-        (|own| own.period_s = 0.0, "period"),
-        (|own| own.period_s = f64::NAN, "period"),
-        (|own| own.controller.velocity_window = [1, 32], "window"),
-        (|own| own.torque_limits[1] = 0.0, "limit"),
-        (|own| own.torque_limits[1] = f64::NAN, "limit"),
-        (|own| own.torque_limits.truncate(2), "limits"),
-        (|own| own.taps[0].weight = f64::NAN, "sum 1"),
-        (|own| own.taps.truncate(1), "sum 1"),
-        (|own| own.controller.gain.truncate(2), "rows"),
-        (|own| own.controller.gain[1].truncate(11), "gains"),
-        (|own| own.controller.gain[1][2] = f64::INFINITY, "gains"),
+        (|control| control.period_s = 0.0, "period"),
+        (|control| control.period_s = f64::NAN, "period"),
         (
-            |own| own.controller.friction_compensation_speed_rad_per_s = Some(-0.1),
+            |control| control.controller.velocity_window = [1, 32],
+            "window",
+        ),
+        (|control| control.torque_limits[1] = 0.0, "limit"),
+        (|control| control.torque_limits[1] = f64::NAN, "limit"),
+        (|control| control.torque_limits.truncate(2), "limits"),
+        (|control| control.taps[0].weight = f64::NAN, "sum 1"),
+        (|control| control.taps.truncate(1), "sum 1"),
+        (|control| control.controller.gain.truncate(2), "rows"),
+        (|control| control.controller.gain[1].truncate(11), "gains"),
+        (
+            |control| control.controller.gain[1][2] = f64::INFINITY,
+            "gains",
+        ),
+        (
+            |control| control.controller.friction_compensation_speed_rad_per_s = Some(-0.1),
             "speed",
         ),
-        (|own| own.controller.kind = ControllerKind::Pd, "positions"),
+        (
+            |control| control.controller.kind = ControllerKind::Pd,
+            "positions",
+        ),
     ];
-    for (own, word) in wrong {
-        match change(own) {
+    for (mistake, word) in wrong {
+        match change(mistake) {
             Err(ExportError::Controller { what }) => assert!(what.contains(word), "{what}"),
             other => panic!("{word}: {other:?}"),
         }
     }
-    let long = change(|own| own.taps[0].delay = usize::MAX);
+    let long = change(|control| control.taps[0].delay = usize::MAX);
     assert!(
         matches!(long, Err(ExportError::TooLarge { .. })),
         "{long:?}"

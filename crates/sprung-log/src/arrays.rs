@@ -44,8 +44,8 @@ impl Column {
 
     /// Returns its numbers in some rows.
     pub(crate) fn rows(&self, rows: Range<usize>) -> impl Iterator<Item = f64> {
-        let own = rows.start * self.width..rows.end * self.width;
-        let numbers = (*self.matrix).as_ref().get(own).unwrap_or(&[]);
+        let range = rows.start * self.width..rows.end * self.width;
+        let numbers = (*self.matrix).as_ref().get(range).unwrap_or(&[]);
         numbers
             .iter()
             .skip(self.place)

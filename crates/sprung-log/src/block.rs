@@ -40,8 +40,8 @@ impl LogBlock {
     /// Appends a range of samples of another block, without the gaps of that block.
     pub fn extend(&mut self, other: &Self, part: std::ops::Range<usize>) {
         self.time.extend_from_slice(&other.time[part.clone()]);
-        for (own, values) in self.values.iter_mut().zip(&other.values) {
-            own.extend_from_slice(&values[part.clone()]);
+        for (column, values) in self.values.iter_mut().zip(&other.values) {
+            column.extend_from_slice(&values[part.clone()]);
         }
     }
 

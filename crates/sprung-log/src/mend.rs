@@ -170,7 +170,7 @@ impl Mender {
     fn near(&self, at: usize) -> (usize, usize) {
         let gaps = &self.held.gaps;
         let next = gaps.partition_point(|&gap| gap <= at);
-        let begin = next.checked_sub(1).map_or(0, |own| gaps[own]);
+        let begin = next.checked_sub(1).map_or(0, |gap| gaps[gap]);
         let end = gaps.get(next).copied().unwrap_or(self.held.len());
         (
             begin.max(at.saturating_sub(NEIGHBOURS)),
@@ -250,11 +250,11 @@ impl Mender {
         let mended = &mut self.mended[channel];
         for (begin, end) in found {
             self.stalled[begin + 1..end].fill(true);
-            let own = (end - begin) as u64;
+            let length = (end - begin) as u64;
             mended.stalls += 1;
-            mended.stalled += own - 1;
-            if own > mended.longest.1 {
-                mended.longest = (self.held.time[begin], own);
+            mended.stalled += length - 1;
+            if length > mended.longest.1 {
+                mended.longest = (self.held.time[begin], length);
             }
         }
     }
@@ -262,14 +262,14 @@ impl Mender {
     /// Moves the first `count` held samples without stalled ones to `out`.
     fn hand_on(&mut self, count: usize, period: f64, out: &mut LogBlock) {
         let later = self.held.gaps.partition_point(|&gap| gap < count);
-        let own_gaps: Vec<usize> = self.held.gaps.drain(..later).collect();
+        let handed_gaps: Vec<usize> = self.held.gaps.drain(..later).collect();
         self.held.gaps.iter_mut().for_each(|gap| *gap -= count);
         let mut begin = 0;
         while begin < count {
             let stalls = self.stalled[begin];
             let run = self.stalled[begin..count]
                 .iter()
-                .take_while(|own| **own == stalls);
+                .take_while(|stall| **stall == stalls);
             let end = begin + run.count();
             if !stalls {
                 let (time, left_out) = (self.held.time[begin], self.left_out);
@@ -278,7 +278,7 @@ impl Mender {
                     self.duration += time - last - period;
                     out.gaps.push(out.len());
                 }
-                let inside = own_gaps.iter().filter(|gap| (begin..end).contains(gap));
+                let inside = handed_gaps.iter().filter(|gap| (begin..end).contains(gap));
                 let place = out.len();
                 out.gaps.extend(
                     inside
@@ -402,7 +402,12 @@ mod tests {
         let (mender, out) = mended(&position, &torque, &[700, 5000], 2048);
         assert_eq!(out.values, [position, torque]);
         assert_eq!(out.gaps, [700, 5000]);
-        assert!(mender.mended().iter().all(|own| *own == Mended::default()));
+        assert!(
+            mender
+                .mended()
+                .iter()
+                .all(|mended| *mended == Mended::default())
+        );
         assert_eq!(mender.gaps().0, 0);
     }
 
@@ -417,15 +422,20 @@ mod tests {
         // A controller may cause such a torque.
         torque[6000] += 1.0;
         let (mender, out) = mended(&position, &torque, &[], 2048);
-        let [own, of_torque] = mender.mended() else {
+        let [of_position, of_torque] = mender.mended() else {
             panic!()
         };
-        assert_eq!((own.spikes, of_torque.spikes, own.stalls), (4, 1, 0));
-        assert!((own.largest.1 - 0.05).abs() < 1e-4 && (of_torque.largest.1 + 40.0).abs() < 0.1);
+        assert_eq!(
+            (of_position.spikes, of_torque.spikes, of_position.stalls),
+            (4, 1, 0)
+        );
+        assert!(
+            (of_position.largest.1 - 0.05).abs() < 1e-4 && (of_torque.largest.1 + 40.0).abs() < 0.1
+        );
         assert!((of_torque.largest.0 - 4.0).abs() < 1e-9);
         // A cubic through four samples of a sine of 6 rad/s deviates by (6 · 1 ms)⁴ / 6 at most.
-        for (own, sound) in out.values[0].iter().zip(&sound) {
-            assert!((own - sound).abs() < 6e-3_f64.powi(4));
+        for (value, sound) in out.values[0].iter().zip(&sound) {
+            assert!((value - sound).abs() < 6e-3_f64.powi(4));
         }
         assert!((out.values[1][4000] - steady[4000]).abs() < 0.05);
         assert_eq!(out.values[1][6000..6001], torque[6000..6001]);
@@ -441,8 +451,11 @@ mod tests {
         let (mender, out) = mended(&position, &torque, &[], 2048);
         assert_eq!(out.len(), 9000 - 59 - 399);
         assert_eq!(out.gaps, [2001, 6001 - 59]);
-        let own = mender.mended()[0];
-        assert_eq!((own.stalls, own.stalled, own.longest.1), (2, 458, 400));
+        let mended = mender.mended()[0];
+        assert_eq!(
+            (mended.stalls, mended.stalled, mended.longest.1),
+            (2, 458, 400)
+        );
         let (gaps, duration) = mender.gaps();
         assert!(gaps == 2 && (duration - 0.458).abs() < 1e-9, "{duration}");
     }
@@ -459,7 +472,7 @@ mod tests {
         }
         let (mender, out) = mended(&position, &torque, &[], 2048);
         assert_eq!(out.len(), 9000);
-        assert!(mender.mended().iter().all(|own| own.stalls == 0));
+        assert!(mender.mended().iter().all(|mended| mended.stalls == 0));
         // A source that is five times slower than the recorder.
         let (fast, torque) = motion(9000);
         let slow: Vec<f64> = (0..9000).map(|k| fast[k / 5 * 5]).collect();

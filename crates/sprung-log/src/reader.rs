@@ -175,7 +175,11 @@ impl LogReader {
             self.follow(begin, block)?;
         }
         let period = self.grid.timing().period;
-        if let Some(message) = self.torque_hold.take().and_then(|own| own.conflict(period)) {
+        if let Some(message) = self
+            .torque_hold
+            .take()
+            .and_then(|torque_hold| torque_hold.conflict(period))
+        {
             return Err(LogError::Implausible {
                 message: format!("{}: {message}", self.file),
             });
@@ -220,13 +224,13 @@ impl LogReader {
         let origin = 1e-9 * self.first.origin() as f64;
         let rows = self.window.select(&self.first.times, origin);
         for (name, beside, _) in &mut self.beside {
-            let own = beside.read(count.max(1))?;
-            if own != count && (rows.end > own || !self.window.ended()) {
+            let read = beside.read(count.max(1))?;
+            if read != count && (rows.end > read || !self.window.ended()) {
                 let timing = self.grid.timing();
                 let before = timing.recorded + timing.lacking.count;
                 return Err(match beside.later() {
                     Some(error) => error,
-                    None => unequal(&self.file, name, before, (count, own)),
+                    None => unequal(&self.file, name, before, (count, read)),
                 });
             }
             beside.check(rows.clone())?;
@@ -369,7 +373,7 @@ fn rows(
     (time, of): (Time<'_>, &[usize]),
     open_stream: OpenStream<'_>,
 ) -> Result<Rows, LogError> {
-    let own: Vec<&Channel> = of.iter().map(|&place| &channels.all[place]).collect();
+    let picked: Vec<&Channel> = of.iter().map(|&place| &channels.all[place]).collect();
     let mut picks: Vec<Pick> = Vec::new();
     match time {
         Time::Column(name, _) => picks.push(Pick::Column(name.clone())),
@@ -385,9 +389,9 @@ fn rows(
         Time::Period(_) | Time::None => {}
     }
     let has_time = !picks.is_empty();
-    picks.extend(own.iter().map(|channel| channel.origin.pick.clone()));
+    picks.extend(picked.iter().map(|channel| channel.origin.pick.clone()));
     let mut starts = Vec::new();
-    for channel in &own {
+    for channel in &picked {
         starts.push(match &channel.origin.start {
             Some(Start::Of(pick)) => {
                 picks.push(pick.clone());
@@ -416,16 +420,16 @@ fn rows(
         name,
         opened,
         time,
-        &own,
+        &picked,
         &starts,
         (tolerance, channels.nan),
     ))
 }
 
 #[cold]
-fn unequal(log: &str, other: &str, before: u64, (first, own): (usize, usize)) -> LogError {
-    let (short, long, rows) = if own < first {
-        (other, log, before + own as u64)
+fn unequal(log: &str, other: &str, before: u64, (first, second): (usize, usize)) -> LogError {
+    let (short, long, rows) = if second < first {
+        (other, log, before + second as u64)
     } else {
         (log, other, before + first as u64)
     };

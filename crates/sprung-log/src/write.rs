@@ -75,7 +75,7 @@ impl<W: Write> LogWriter<W> {
             let i = channel.joint;
             let torques = [tau[i], spring[i]];
             let of_link = motions.get(i).copied().unwrap_or_default();
-            let covariate = |own| covariates[i * Covariate::COUNT + own as usize];
+            let covariate = |kind| covariates[i * Covariate::COUNT + kind as usize];
             let value = (channel.quantity).shown([q[i], phi[i]], torques, of_link, covariate);
             value / channel.factor - channel.origin.offset
         });

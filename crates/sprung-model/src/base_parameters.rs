@@ -81,8 +81,8 @@ impl BaseParameters {
                 continue;
             }
             let (components, rest) = project(column, &basis);
-            let own = length(column);
-            if own > TOLERANCE * longest && length(&rest) > limit * own {
+            let whole = length(column);
+            if whole > TOLERANCE * longest && length(&rest) > limit * whole {
                 let size = length(&rest);
                 basis.push(rest.iter().map(|x| x / size).collect());
                 let mut components = components;
@@ -91,7 +91,7 @@ impl BaseParameters {
                 base.independent.push(index);
             } else {
                 base.dependent.push(index);
-                shares.push(if own > TOLERANCE * longest {
+                shares.push(if whole > TOLERANCE * longest {
                     components
                 } else {
                     Vec::new()
@@ -121,9 +121,9 @@ impl BaseParameters {
     #[must_use]
     pub fn values(&self, standard: &[f64]) -> Vec<f64> {
         (self.independent.iter().zip(&self.combination))
-            .map(|(&own, shares)| {
+            .map(|(&index, shares)| {
                 let others = self.dependent.iter().zip(shares);
-                standard[own] + others.map(|(&k, share)| share * standard[k]).sum::<f64>()
+                standard[index] + others.map(|(&k, share)| share * standard[k]).sum::<f64>()
             })
             .collect()
     }

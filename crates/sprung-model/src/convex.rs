@@ -230,11 +230,11 @@ impl Program {
             wider
         });
         let mut quadratic = vec![0.0; (n + 1) * (n + 1)];
-        for (i, own) in start.iter().enumerate() {
-            quadratic[i * (n + 2)] = 1e-10 / own.powi(2).max(1e-6);
+        for (i, value) in start.iter().enumerate() {
+            quadratic[i * (n + 2)] = 1e-10 / value.powi(2).max(1e-6);
         }
         let mut linear: Vec<f64> = (start.iter().enumerate())
-            .map(|(i, own)| quadratic[i * (n + 2)] * own)
+            .map(|(i, value)| quadratic[i * (n + 2)] * value)
             .collect();
         linear.push(-1.0);
         let wide = Self {
@@ -279,7 +279,13 @@ impl Program {
             (0..n * n)
                 .map(|at| here.hessian[at] * scale[at / n] * scale[at % n])
                 .enumerate()
-                .map(|(at, own)| if at % (n + 1) == 0 { own + ridge } else { own })
+                .map(|(at, entry)| {
+                    if at % (n + 1) == 0 {
+                        entry + ridge
+                    } else {
+                        entry
+                    }
+                })
                 .collect()
         };
         let factors = RIDGES.iter().find_map(|ridge| {
@@ -287,13 +293,13 @@ impl Program {
             factor(&mut factors, n).then_some(factors)
         })?;
         let mut by: Vec<f64> = (here.gradient.iter().zip(&scale))
-            .map(|(own, scale)| -own * scale)
+            .map(|(derivative, scale)| -derivative * scale)
             .collect();
         solve(&factors, &mut by);
         let mut decrease = 0.0;
-        for ((by, scale), own) in by.iter_mut().zip(&scale).zip(&here.gradient) {
+        for ((by, scale), derivative) in by.iter_mut().zip(&scale).zip(&here.gradient) {
             *by *= scale;
-            decrease -= own * *by;
+            decrease -= derivative * *by;
         }
         if decrease.is_nan() {
             return None;
@@ -320,8 +326,8 @@ impl Program {
     pub(crate) fn value(&self, x: &[f64], barrier: f64) -> Option<f64> {
         let n = x.len();
         let mut value = -dot(&self.linear, x);
-        for (row, own) in self.quadratic.chunks(n).zip(x) {
-            value += 0.5 * own * dot(row, x);
+        for (row, entry) in self.quadratic.chunks(n).zip(x) {
+            value += 0.5 * entry * dot(row, x);
         }
         for block in &self.blocks {
             let matrix = block.at(x);
@@ -352,14 +358,14 @@ impl Program {
             let slopes: Vec<[f64; ROWS * ROWS]> = (block.terms.iter())
                 .map(|(_, entries)| product(&inverse, block.rows, entries))
                 .collect();
-            for ((i, entries), own) in block.terms.iter().zip(&slopes) {
+            for ((i, entries), slope) in block.terms.iter().zip(&slopes) {
                 let trace: f64 = (entries.iter())
                     .filter(|(row, column, _)| row == column)
                     .map(|(.., by)| by)
                     .sum();
-                gradient[*i] -= weight * block.trace(own) - barrier * trace / block.size;
+                gradient[*i] -= weight * block.trace(slope) - barrier * trace / block.size;
                 for ((j, _), other) in block.terms.iter().zip(&slopes) {
-                    hessian[i * n + j] += weight * of_product(own, other, block.rows);
+                    hessian[i * n + j] += weight * of_product(slope, other, block.rows);
                 }
             }
         }
@@ -558,7 +564,11 @@ mod tests {
             }
             let x = program.minimise(&golden.prior, 1e-9).unwrap();
             let constant: f64 = golden.b.iter().map(|b| 50.0 * b * b).sum::<f64>()
-                + golden.prior.iter().map(|own| 0.5 * own * own).sum::<f64>();
+                + golden
+                    .prior
+                    .iter()
+                    .map(|entry| 0.5 * entry * entry)
+                    .sum::<f64>();
             let found = program.value(&x, 0.0).unwrap() + constant;
             assert!(
                 (found / wanted.optimum - 1.0).abs() < 1e-8,

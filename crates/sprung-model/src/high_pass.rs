@@ -9,8 +9,9 @@ impl Model {
     /// Returns the joints whose acceleration is measured.
     #[must_use]
     pub fn joints_with_acceleration(&self) -> Vec<usize> {
-        let own = self.fixed.instruments.iter().enumerate();
-        own.filter(|(_, own)| own.gives_acceleration())
+        let instruments = self.fixed.instruments.iter().enumerate();
+        instruments
+            .filter(|(_, instrument)| instrument.gives_acceleration())
             .map(|(joint, _)| joint)
             .collect()
     }

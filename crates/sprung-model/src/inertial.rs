@@ -116,8 +116,8 @@ impl Inertial {
     /// Returns whether a joint moves a link.
     pub(super) fn carries(&self, joint: usize, link: usize) -> bool {
         let mut carrier = Some(link);
-        while carrier.is_some_and(|own| own > joint) {
-            carrier = carrier.and_then(|own| self.joints[own].parent);
+        while carrier.is_some_and(|carrier| carrier > joint) {
+            carrier = carrier.and_then(|carrier| self.joints[carrier].parent);
         }
         carrier == Some(joint)
     }

@@ -154,9 +154,10 @@ impl Layout {
 
     /// Returns the joints with friction laws of a scale on either side.
     pub(super) fn joints_with(&self, scale: Scale) -> Vec<usize> {
-        let is_own = |kind: &JointParameter| matches!(kind, JointParameter::Friction(_, law) if law.scale() == scale);
-        let has =
-            |joint: &usize| (self.drives.iter()).any(|(kind, own)| own == joint && is_own(kind));
+        let has_scale = |kind: &JointParameter| matches!(kind, JointParameter::Friction(_, law) if law.scale() == scale);
+        let has = |joint: &usize| {
+            (self.drives.iter()).any(|(kind, other)| other == joint && has_scale(kind))
+        };
         (0..self.motor_rows.len()).filter(has).collect()
     }
 
@@ -204,7 +205,7 @@ impl Layout {
                 Some(ratios) => ratios[owner * n + joint],
                 None => f64::from(u8::from(owner == joint)),
             };
-            let own = f64::from(u8::from(owner == joint));
+            let factor = f64::from(u8::from(owner == joint));
             let gain = match (what, kind) {
                 (
                     JointParameter::RotorInertia
@@ -217,12 +218,12 @@ impl Layout {
                     JointParameter::Friction(Side::Link, _)
                     | JointParameter::Change(Side::Link, ..),
                     Row::Link,
-                ) => own,
+                ) => factor,
                 (
                     JointParameter::Friction(Side::Link, _)
                     | JointParameter::Change(Side::Link, ..),
                     Row::Motor,
-                ) if !flexible => own,
+                ) if !flexible => factor,
                 (
                     JointParameter::RotorInertia
                     | JointParameter::BackEmf
@@ -232,12 +233,12 @@ impl Layout {
                 ) => 0.0,
                 // The reading of the sensor is the torque of the spring plus the offset.
                 (JointParameter::TorqueOffset, _) if !is_measured => 0.0,
-                (JointParameter::TorqueOffset, Row::Motor) => -own,
+                (JointParameter::TorqueOffset, Row::Motor) => -factor,
                 // Terms of the spring.
-                (JointParameter::TorqueOffset, _) | (_, Row::Spring) => own,
+                (JointParameter::TorqueOffset, _) | (_, Row::Spring) => factor,
                 _ if is_measured => 0.0,
-                (_, Row::Motor) => own,
-                (_, Row::Link) => -own,
+                (_, Row::Motor) => factor,
+                (_, Row::Link) => -factor,
             };
             if gain != 0.0 {
                 self.terms.push(Term {

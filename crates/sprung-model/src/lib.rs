@@ -156,8 +156,8 @@ impl Model {
         };
         let inertial = inertial.map_err(ModelError::Chain)?;
         let instruments = Instrumentation::new(robot, experiment.log.as_ref());
-        let own = (links.as_ref(), coupling.as_deref());
-        let layout = Layout::new(experiment, &inertial, own, &instruments);
+        let structure = (links.as_ref(), coupling.as_deref());
+        let layout = Layout::new(experiment, &inertial, structure, &instruments);
         let measured = (instruments.has_measured_springs())
             .then(|| layout.with_instruments(&inertial, coupling.as_deref(), &instruments));
         let mut parameters: Vec<Parameter> = match &links {
@@ -272,7 +272,7 @@ impl Model {
             };
             if let Some(value) = parameter
                 .fixed
-                .filter(|own| *own < 0.0 && kind.is_friction())
+                .filter(|value| *value < 0.0 && kind.is_friction())
             {
                 return Err(ModelError::Negative {
                     name: format!("the fixed {}", parameter.name),
@@ -484,7 +484,7 @@ impl Model {
     pub fn index(&self, kind: JointParameter, joint: usize) -> Option<usize> {
         let parameters = self.parameters().iter();
         let mut indices = parameters.map(|p| p.joint);
-        indices.position(|own| own == Some((kind, joint)))
+        indices.position(|meaning| meaning == Some((kind, joint)))
     }
 
     /// Returns the index in theta of a named parameter.

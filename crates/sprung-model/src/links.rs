@@ -91,7 +91,10 @@ impl TreeLinks {
 
     /// Returns the index of a standard parameter among the base parameters.
     fn base_of(&self, index: usize) -> Option<usize> {
-        self.base.independent.iter().position(|own| *own == index)
+        self.base
+            .independent
+            .iter()
+            .position(|other| *other == index)
     }
 
     /// Returns the name of a link parameter of theta with its combination.
@@ -150,11 +153,11 @@ impl TreeLinks {
     /// Returns the base parameters that contain a dependent parameter, as standard indices, each with
     /// the factor of the dependent parameter.
     pub(super) fn shares_of(&self, index: usize) -> Vec<(usize, f64)> {
-        let Some(at) = self.base.dependent.iter().position(|own| *own == index) else {
+        let Some(at) = self.base.dependent.iter().position(|other| *other == index) else {
             return Vec::new();
         };
         (self.base.independent.iter().zip(&self.base.combination))
-            .map(|(&own, shares)| (own, shares[at]))
+            .map(|(&independent, shares)| (independent, shares[at]))
             .filter(|(_, share)| *share != 0.0)
             .collect()
     }

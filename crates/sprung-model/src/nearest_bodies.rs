@@ -53,10 +53,10 @@ impl Model {
             block.size = size;
         }
         for (row, right) in &equations {
-            for (i, own) in row.iter().enumerate().filter(|(_, own)| **own != 0.0) {
-                program.linear[i] += own * right;
+            for (i, entry) in row.iter().enumerate().filter(|(_, entry)| **entry != 0.0) {
+                program.linear[i] += entry * right;
                 for (j, other) in row.iter().enumerate() {
-                    program.quadratic[i * unknowns + j] += own * other;
+                    program.quadratic[i * unknowns + j] += entry * other;
                 }
             }
         }

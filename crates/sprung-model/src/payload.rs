@@ -16,13 +16,13 @@ impl Model {
         let names = self.tree().map_or(&[][..], |tree| &tree.links);
         let link = match &payload.link {
             None => names.len().checked_sub(1),
-            Some(name) => names.iter().position(|own| own == name),
+            Some(name) => names.iter().position(|other| other == name),
         };
         let wanted = payload.link.as_deref().unwrap_or_default();
         let link = link.ok_or_else(|| ModelError::unknown(wanted, names.iter()))?;
-        let own = link * BODY..(link + 1) * BODY;
+        let range = link * BODY..(link + 1) * BODY;
         let given = (self.links()).and_then(|links| {
-            let index = links.known.keys().find(|index| own.contains(index))?;
+            let index = links.known.keys().find(|index| range.contains(index))?;
             Some(links.name(*index).to_owned())
         });
         match given {
@@ -42,11 +42,11 @@ impl Model {
         let link = self.link_of_payload(payload).ok()?;
         let mut change = vec![0.0; self.parameters().len()];
         for (k, value) in body.iter().enumerate() {
-            for (own, by) in change
+            for (entry, by) in change
                 .iter_mut()
                 .zip(self.change_by_standard(link * BODY + k))
             {
-                *own += value * by;
+                *entry += value * by;
             }
         }
         Some(change)

@@ -145,7 +145,7 @@ mod tests {
             .collect();
         let reach = corners
             .iter()
-            .map(|own| own.iter().map(|x| x * x).sum::<f64>().sqrt());
+            .map(|corner| corner.iter().map(|x| x * x).sum::<f64>().sqrt());
         Shape {
             reach: reach.fold(0.0, f64::max),
             hull: Ellipsoid::about(&corners).unwrap(),
@@ -212,8 +212,8 @@ mod tests {
 
     #[test]
     fn mass_in_the_geometry_is_inside_and_a_tool_has_room() {
-        let own = boxed([-0.05, -0.05, -0.05], [0.35, 0.05, 0.05]);
-        let all = Region::all(&tree(&[Ok(own), Ok(own)]));
+        let shape = boxed([-0.05, -0.05, -0.05], [0.35, 0.05, 0.05]);
+        let all = Region::all(&tree(&[Ok(shape), Ok(shape)]));
         let [upper, fore] = [all[0].unwrap(), all[1].unwrap()];
         assert!(upper.of_geometry && fore.of_geometry);
         // On the corners of the box, and up to the margin beyond the ellipsoid about them, 0.2·√3 m from its centre.

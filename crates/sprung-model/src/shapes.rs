@@ -16,10 +16,10 @@ impl Model {
 
     /// Returns the indices in theta of a joint's friction parameters whose laws have a scale.
     pub fn parameters_of(&self, scale: Scale, joint: usize) -> impl Iterator<Item = usize> {
-        let is_own = move |kind: JointParameter| matches!(kind, JointParameter::Friction(_, law) if law.scale() == scale);
+        let has_scale = move |kind: JointParameter| matches!(kind, JointParameter::Friction(_, law) if law.scale() == scale);
         (self.parameters().iter().enumerate())
             .filter(move |(_, parameter)| {
-                (parameter.joint).is_some_and(|(kind, own)| own == joint && is_own(kind))
+                (parameter.joint).is_some_and(|(kind, other)| other == joint && has_scale(kind))
             })
             .map(|(index, _)| index)
     }
@@ -96,10 +96,10 @@ impl Model {
             deflection: 0.0,
         };
         let shape = self.shape(joint);
-        let is_own = move |kind: JointParameter| matches!(kind, JointParameter::Friction(_, law) if law.jump(&at_rest, shape).is_some());
+        let has_jump = move |kind: JointParameter| matches!(kind, JointParameter::Friction(_, law) if law.jump(&at_rest, shape).is_some());
         (self.parameters().iter().enumerate())
             .filter(move |(_, parameter)| {
-                (parameter.joint).is_some_and(|(kind, own)| own == joint && is_own(kind))
+                (parameter.joint).is_some_and(|(kind, other)| other == joint && has_jump(kind))
             })
             .map(|(index, _)| index)
     }

@@ -58,7 +58,7 @@ impl Model {
     #[must_use]
     pub fn joints_without_link(&self) -> Vec<usize> {
         let entries = self.deflection_entries().iter();
-        let mut joints: Vec<usize> = entries.map(|own| own.joint).collect();
+        let mut joints: Vec<usize> = entries.map(|deflection| deflection.joint).collect();
         joints.sort_unstable();
         joints.dedup();
         joints
@@ -73,8 +73,8 @@ impl Model {
         };
         let first = self.row_entries(row).start;
         (self.deflection_entries().iter())
-            .filter(|own| own.row == row)
-            .map(|own| (own.entry - first, theta[own.column]))
+            .filter(|deflection| deflection.row == row)
+            .map(|deflection| (deflection.entry - first, theta[deflection.column]))
             .collect()
     }
 

@@ -30,10 +30,10 @@ impl Model {
         let links = self.fixed.links.as_ref();
         self.collect(|at, parameter| {
             let is_offset = matches!(parameter.joint, Some((JointParameter::TorqueOffset, _)));
-            let own = values.get(&parameter.name).copied().or(parameter.fixed);
+            let given = values.get(&parameter.name).copied().or(parameter.fixed);
             // The offset of a sensor is no property of the robot.
-            let own = own.or(is_offset.then_some(0.0));
-            own.or_else(|| {
+            let given = given.or(is_offset.then_some(0.0));
+            given.or_else(|| {
                 let links = links?;
                 let n = self.joint_count();
                 let index = match parameter.joint {
@@ -84,7 +84,7 @@ impl Model {
                         sharpness_name(joint),
                     ]
                 })
-                .any(|own| *name == own);
+                .any(|known| *name == known);
             if !standard && !shape {
                 self.index_of(name)?;
             }
@@ -132,7 +132,7 @@ impl Model {
     fn check_positive(&self, kind: JointParameter, theta: &[f64]) -> Result<(), ModelError> {
         for (value, parameter) in theta.iter().zip(self.parameters()) {
             let wanted =
-                (parameter.joint).is_some_and(|(own, i)| own == kind && self.is_flexible(i));
+                (parameter.joint).is_some_and(|(other, i)| other == kind && self.is_flexible(i));
             if wanted && (value.is_nan() || *value <= 0.0) {
                 return Err(ModelError::NotPositive {
                     name: parameter.name.clone(),

@@ -89,9 +89,9 @@ pub(crate) fn arrays(array: &Bound<'_, PyAny>) -> PyResult<Vec<Array>> {
 pub(crate) fn log(py: Python<'_>, named: Vec<(String, Bound<'_, PyAny>)>) -> PyResult<Arrays> {
     let mut columns = Vec::new();
     for (name, array) in named {
-        let own = arrays(&array)?;
+        let arrays = arrays(&array)?;
         let is_matrix = array.cast::<PyArray2<f64>>().is_ok();
-        for (place, array) in own.into_iter().enumerate() {
+        for (place, array) in arrays.into_iter().enumerate() {
             let name = if is_matrix {
                 format!("{name}[:,{place}]")
             } else {

@@ -67,7 +67,7 @@ impl Columns {
         let batches: Vec<RecordBatch> = reader
             .collect::<Result<_, _>>()
             .map_err(|error| broken(&error))?;
-        let mut own = Self {
+        let mut columns = Self {
             names: Vec::new(),
             arrays: Vec::new(),
             others: Vec::new(),
@@ -79,13 +79,13 @@ impl Columns {
             let parts = batches.iter().map(|batch| &**batch.column(place));
             match column(&parts.collect::<Vec<_>>()) {
                 Some(array) => {
-                    own.names.push(field.name().clone());
-                    own.arrays.push(Py::new(py, Numbers(array))?);
+                    columns.names.push(field.name().clone());
+                    columns.arrays.push(Py::new(py, Numbers(array))?);
                 }
-                None => own.others.push(field.name().clone()),
+                None => columns.others.push(field.name().clone()),
             }
         }
-        Ok(own)
+        Ok(columns)
     }
 }
 

@@ -36,12 +36,12 @@ impl Dynamics {
         let views: Vec<ArrayView2<'_, f64>> =
             given.iter().map(|matrix| matrix.as_array()).collect();
         let all = py.detach(|| {
-            let mut own = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut dynamics = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
             let samples = views.first().map_or(0, ArrayView2::nrows);
-            let mut all = Array2::zeros((samples, length(&own)));
+            let mut all = Array2::zeros((samples, length(&dynamics)));
             for (k, mut row) in all.rows_mut().into_iter().enumerate() {
                 let rows: Vec<Vec<f64>> = views.iter().map(|view| view.row(k).to_vec()).collect();
-                for (to, from) in row.iter_mut().zip(compute(&mut own, &rows)) {
+                for (to, from) in row.iter_mut().zip(compute(&mut dynamics, &rows)) {
                     *to = from;
                 }
             }
@@ -84,18 +84,22 @@ impl Dynamics {
     /// Names of the rows of the regressor.
     #[getter]
     fn rows(&self) -> Vec<String> {
-        let own = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
-        (0..own.coordinates())
-            .map(|row| own.model().row_name(row))
+        let dynamics = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
+        (0..dynamics.coordinates())
+            .map(|row| dynamics.model().row_name(row))
             .collect()
     }
 
     /// Names and values of the parameters.
     #[getter]
     fn parameters(&self) -> Vec<(String, f64)> {
-        let own = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
-        let names = own.model().parameters().iter().map(|one| one.name.clone());
-        names.zip(own.theta().iter().copied()).collect()
+        let dynamics = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
+        let names = dynamics
+            .model()
+            .parameters()
+            .iter()
+            .map(|one| one.name.clone());
+        names.zip(dynamics.theta().iter().copied()).collect()
     }
 
     fn gravity<'py>(&self, py: Python<'py>, q: Matrix<'_>) -> Bound<'py, PyArray2<f64>> {
@@ -103,7 +107,7 @@ impl Dynamics {
             py,
             &[&q],
             sprung::simulate::Dynamics::joints,
-            |own, rows| own.gravity(&rows[0]),
+            |dynamics, rows| dynamics.gravity(&rows[0]),
         )
     }
 
@@ -117,14 +121,17 @@ impl Dynamics {
             py,
             &[&q, &dq],
             sprung::simulate::Dynamics::joints,
-            |own, rows| own.coriolis(&rows[0], &rows[1]),
+            |dynamics, rows| dynamics.coriolis(&rows[0], &rows[1]),
         )
     }
 
     /// Mass matrices, \[samples × coordinates²\].
     fn mass_matrix<'py>(&self, py: Python<'py>, q: Matrix<'_>) -> Bound<'py, PyArray2<f64>> {
-        let length = |own: &sprung::simulate::Dynamics| own.coordinates() * own.coordinates();
-        self.each(py, &[&q], length, |own, rows| own.mass_matrix(&rows[0]))
+        let length =
+            |dynamics: &sprung::simulate::Dynamics| dynamics.coordinates() * dynamics.coordinates();
+        self.each(py, &[&q], length, |dynamics, rows| {
+            dynamics.mass_matrix(&rows[0])
+        })
     }
 
     /// Torques on links and motors, \[samples × 2 joints\].
@@ -133,8 +140,8 @@ impl Dynamics {
         self.each(
             py,
             &given,
-            |own| 2 * own.joints(),
-            |own, rows| both(own.friction(&state(rows))),
+            |dynamics| 2 * dynamics.joints(),
+            |dynamics, rows| both(dynamics.friction(&state(rows))),
         )
     }
 
@@ -144,7 +151,7 @@ impl Dynamics {
             py,
             &given,
             sprung::simulate::Dynamics::joints,
-            |own, rows| own.spring(&state(rows)),
+            |dynamics, rows| dynamics.spring(&state(rows)),
         )
     }
 
@@ -154,8 +161,10 @@ impl Dynamics {
         self.each(
             py,
             &given,
-            |own| 2 * own.joints(),
-            |own, rows| both(own.inverse_dynamics(&state(rows), &accelerations(&rows[4..]))),
+            |dynamics| 2 * dynamics.joints(),
+            |dynamics, rows| {
+                both(dynamics.inverse_dynamics(&state(rows), &accelerations(&rows[4..])))
+            },
         )
     }
 
@@ -166,9 +175,10 @@ impl Dynamics {
         motion: [Matrix<'_>; 6],
     ) -> Bound<'py, PyArray2<f64>> {
         let given: Vec<&Matrix<'_>> = motion.iter().collect();
-        let length = |own: &sprung::simulate::Dynamics| own.coordinates() * own.theta().len();
-        self.each(py, &given, length, |own, rows| {
-            own.regressor(&state(rows), &accelerations(&rows[4..]))
+        let length =
+            |dynamics: &sprung::simulate::Dynamics| dynamics.coordinates() * dynamics.theta().len();
+        self.each(py, &given, length, |dynamics, rows| {
+            dynamics.regressor(&state(rows), &accelerations(&rows[4..]))
         })
     }
 
@@ -184,13 +194,13 @@ impl Dynamics {
         self.each(
             py,
             &given,
-            |own| 2 * own.joints(),
-            |own, rows| {
+            |dynamics| 2 * dynamics.joints(),
+            |dynamics, rows| {
                 let torques = BothTorques {
                     motor: rows[4].clone(),
                     link: rows[5].clone(),
                 };
-                let found = own.forward_dynamics(&state(rows), &torques);
+                let found = dynamics.forward_dynamics(&state(rows), &torques);
                 [found.ddq, found.ddphi].concat()
             },
         )
@@ -213,12 +223,12 @@ impl Dynamics {
             .map(|row| row.to_vec())
             .collect();
         let found = py.detach(|| {
-            let own = self
+            let dynamics = self
                 .inner
                 .lock()
                 .unwrap_or_else(PoisonError::into_inner)
                 .clone();
-            own.simulate(&start, rows.iter().map(Vec::as_slice), period)
+            dynamics.simulate(&start, rows.iter().map(Vec::as_slice), period)
         });
         let states = found.map_err(|error| {
             let text = error.to_string();

@@ -35,12 +35,14 @@ pub(crate) fn exception(py: Python<'_>, error: &SessionError) -> PyErr {
 fn in_python(error: &SessionError) -> Option<String> {
     match error {
         SessionError::IsServo(call) => Some(call.text(Language::Python)),
-        SessionError::Excite(own) => {
-            let text = own.to_string().replace("--parameters FILE", "parameters");
+        SessionError::Excite(refusal) => {
+            let text = refusal
+                .to_string()
+                .replace("--parameters FILE", "parameters");
             Some(text.replace("--warm-up", "warm_up=True"))
         }
-        SessionError::Control(own) => {
-            let text = (own.to_string())
+        SessionError::Control(refusal) => {
+            let text = (refusal.to_string())
                 .replace(
                     "; give --parameters FILE with an identification",
                     ", or give a Result",

@@ -53,17 +53,17 @@ impl From<Values<'_>> for Source {
     fn from(values: Values<'_>) -> Self {
         match values {
             Values::Identified(identified, set) => {
-                let mut own = identified.found().identification.clone();
+                let mut identification = identified.found().identification.clone();
                 // A design takes the first result.
-                if set < own.results.len() {
-                    own.results.swap(0, set);
+                if set < identification.results.len() {
+                    identification.results.swap(0, set);
                 }
-                Self::Known(Box::new(Parameters::from(own)))
+                Self::Known(Box::new(Parameters::from(identification)))
             }
             Values::Drawn(identified, values) => {
-                let own = Parameters::from(identified.found().identification.clone());
+                let parameters = Parameters::from(identified.found().identification.clone());
                 let sets = Parameters::named("drawn", values).sets;
-                Self::Known(Box::new(Parameters { sets, ..own }))
+                Self::Known(Box::new(Parameters { sets, ..parameters }))
             }
             Values::Named(values) => Self::Known(Box::new(Parameters::named("given", values))),
             Values::File(path) => Self::File(path),
@@ -83,10 +83,10 @@ impl Source {
 
 /// Returns what makes a motion, by its name.
 pub(crate) fn method(py: Python<'_>, name: &str) -> PyResult<ExciteMethod> {
-    let found = METHODS.into_iter().find(|(own, _)| *own == name);
+    let found = METHODS.into_iter().find(|(word, _)| *word == name);
     found.map(|(_, method)| method).ok_or_else(|| {
         let text = format!("the method \"{name}\" is not known");
-        let remedy = format!("give one of {}", METHODS.map(|(own, _)| own).join(", "));
+        let remedy = format!("give one of {}", METHODS.map(|(word, _)| word).join(", "));
         wrong_input(py, "method", &text, &remedy)
     })
 }
@@ -116,11 +116,11 @@ impl Excited {
     }
 
     fn hold_out<'py>(&self, py: Python<'py>) -> Option<Samples<'py>> {
-        (self.excited.hold_out.as_ref()).map(|own| samples(py, own))
+        (self.excited.hold_out.as_ref()).map(|trajectory| samples(py, trajectory))
     }
 
     fn slow<'py>(&self, py: Python<'py>) -> Option<Samples<'py>> {
-        (self.excited.slow.as_ref()).map(|own| samples(py, own))
+        (self.excited.slow.as_ref()).map(|trajectory| samples(py, trajectory))
     }
 
     /// Names and texts of the files for controllers.
@@ -142,16 +142,16 @@ impl Excited {
 }
 
 /// Returns the samples of a motion, matrices \[samples × joints\].
-fn samples<'py>(py: Python<'py>, own: &Trajectory) -> Samples<'py> {
+fn samples<'py>(py: Python<'py>, trajectory: &Trajectory) -> Samples<'py> {
     let matrix = |joints: &[Vec<f64>]| {
-        let shape = (own.time_s.len(), joints.len());
+        let shape = (trajectory.time_s.len(), joints.len());
         Array2::from_shape_fn(shape, |(t, joint)| joints[joint][t]).into_pyarray(py)
     };
     (
-        own.joints.clone(),
-        own.time_s.to_pyarray(py),
-        matrix(&own.position),
-        matrix(&own.velocity),
-        matrix(&own.acceleration),
+        trajectory.joints.clone(),
+        trajectory.time_s.to_pyarray(py),
+        matrix(&trajectory.position),
+        matrix(&trajectory.velocity),
+        matrix(&trajectory.acceleration),
     )
 }

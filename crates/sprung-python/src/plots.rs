@@ -27,9 +27,14 @@ pub(crate) fn joint_figures<'py>(
     let Some(result) = found.identification.results.get(set) else {
         return [None, None, None, None];
     };
-    let own = JointFigures::of(&found.identification, result, &found.fit, joint);
-    [own.friction, own.spring, own.residual, own.spectrum]
-        .map(|figure| figure.and_then(|figure| drawn(py, figure)))
+    let figures = JointFigures::of(&found.identification, result, &found.fit, joint);
+    [
+        figures.friction,
+        figures.spring,
+        figures.residual,
+        figures.spectrum,
+    ]
+    .map(|figure| figure.and_then(|figure| drawn(py, figure)))
 }
 
 /// Half the width of the scale of relative intervals: 0.05 stands for 5 %.

@@ -89,9 +89,12 @@ impl Identified {
 
     /// Findings about the logs and about a result, as JSON.
     fn findings(&self, set: usize) -> String {
-        let own = &self.found.identification;
-        let of_result = own.results.get(set).map(|result| &result.warnings);
-        let all: Vec<_> = own
+        let identification = &self.found.identification;
+        let of_result = identification
+            .results
+            .get(set)
+            .map(|result| &result.warnings);
+        let all: Vec<_> = identification
             .findings
             .iter()
             .chain(of_result.into_iter().flatten())
@@ -229,11 +232,11 @@ pub(crate) fn compare(
 ) -> PyResult<(String, String, Vec<String>)> {
     let mut all = Vec::new();
     for (label, json) in results {
-        let own: Identification = serde_json::from_str(&json).map_err(|error| {
+        let identification: Identification = serde_json::from_str(&json).map_err(|error| {
             let text = format!("{label} is not an identification: {error}");
             wrong_input(py, "identification", &text, "give a Result")
         })?;
-        all.push((label, own));
+        all.push((label, identification));
     }
     let compared: Vec<Compared<'_>> = (all.iter())
         .map(|(file, identification)| Compared {

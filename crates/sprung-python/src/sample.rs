@@ -41,9 +41,9 @@ impl Drawn {
 
     /// Parameters, \[robots × parameters\].
     fn theta<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
-        let own = &self.0.theta;
-        let shape = (own.len(), self.0.parameters.len());
-        Array2::from_shape_fn(shape, |(robot, at)| own[robot][at]).into_pyarray(py)
+        let theta = &self.0.theta;
+        let shape = (theta.len(), self.0.parameters.len());
+        Array2::from_shape_fn(shape, |(robot, at)| theta[robot][at]).into_pyarray(py)
     }
 
     #[getter]
@@ -53,9 +53,9 @@ impl Drawn {
 
     /// Inertial parameters of single links, \[robots × standard parameters\].
     fn standard<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
-        let own = &self.0.standard;
+        let standard = &self.0.standard;
         let shape = (self.0.theta.len(), self.0.standard_parameters.len());
-        Array2::from_shape_fn(shape, |(robot, at)| own[robot][at]).into_pyarray(py)
+        Array2::from_shape_fn(shape, |(robot, at)| standard[robot][at]).into_pyarray(py)
     }
 
     #[getter]
@@ -154,19 +154,22 @@ fn of_mujoco<'py>(
 ) -> PyResult<OfMujoco<'py>> {
     let arrays = PyDict::new(py);
     let scalar = |of: fn(&MujocoFields) -> &[f64]| {
-        let width = robots.first().map_or(0, |own| of(own).len());
+        let width = robots.first().map_or(0, |robot| of(robot).len());
         Array2::from_shape_fn((robots.len(), width), |(robot, at)| of(&robots[robot])[at])
             .into_pyarray(py)
     };
-    arrays.set_item("body_mass", scalar(|own| &own.body_mass))?;
-    arrays.set_item("body_ipos", vectors(py, robots, |own| &own.body_ipos))?;
-    arrays.set_item("body_iquat", vectors(py, robots, |own| &own.body_iquat))?;
-    arrays.set_item("body_inertia", vectors(py, robots, |own| &own.body_inertia))?;
-    arrays.set_item("dof_armature", scalar(|own| &own.dof_armature))?;
-    arrays.set_item("dof_damping", scalar(|own| &own.dof_damping))?;
-    arrays.set_item("dof_frictionloss", scalar(|own| &own.dof_frictionloss))?;
-    arrays.set_item("tendon_stiffness", scalar(|own| &own.tendon_stiffness))?;
-    arrays.set_item("tendon_damping", scalar(|own| &own.tendon_damping))?;
+    arrays.set_item("body_mass", scalar(|robot| &robot.body_mass))?;
+    arrays.set_item("body_ipos", vectors(py, robots, |robot| &robot.body_ipos))?;
+    arrays.set_item("body_iquat", vectors(py, robots, |robot| &robot.body_iquat))?;
+    arrays.set_item(
+        "body_inertia",
+        vectors(py, robots, |robot| &robot.body_inertia),
+    )?;
+    arrays.set_item("dof_armature", scalar(|robot| &robot.dof_armature))?;
+    arrays.set_item("dof_damping", scalar(|robot| &robot.dof_damping))?;
+    arrays.set_item("dof_frictionloss", scalar(|robot| &robot.dof_frictionloss))?;
+    arrays.set_item("tendon_stiffness", scalar(|robot| &robot.tendon_stiffness))?;
+    arrays.set_item("tendon_damping", scalar(|robot| &robot.tendon_damping))?;
     let MujocoNames {
         bodies,
         joints,
@@ -181,7 +184,7 @@ fn vectors<'py, const N: usize>(
     robots: &[MujocoFields],
     of: fn(&MujocoFields) -> &[[f64; N]],
 ) -> Bound<'py, PyArray3<f64>> {
-    let width = robots.first().map_or(0, |own| of(own).len());
+    let width = robots.first().map_or(0, |robot| of(robot).len());
     let shape = (robots.len(), width, N);
     Array3::from_shape_fn(shape, |(robot, body, k)| of(&robots[robot])[body][k]).into_pyarray(py)
 }
@@ -215,7 +218,7 @@ pub(crate) fn export_samples(
         };
         session.export_samples(&parameters, &request, &robots)
     })?;
-    Ok(exported.into_iter().flat_map(|own| own.texts).collect())
+    Ok(exported.into_iter().flat_map(|robot| robot.texts).collect())
 }
 
 /// Returns the fields of the models that MuJoCo compiles from the MJCF of drawn robots.

@@ -102,13 +102,13 @@ impl Session {
             (self.inner).is_by_quantity(first.iter().map(|(name, _)| name.as_str()))
         });
         let session = self.inner.without_files();
-        let mut own = InMemory {
+        let mut in_memory = InMemory {
             session: Arc::new(session.clone()),
             logs: Vec::new(),
         };
         for log in logs {
             if !by_quantity {
-                own.logs.push(arrays::log(py, log)?);
+                in_memory.logs.push(arrays::log(py, log)?);
                 continue;
             }
             let mut quantities = Vec::new();
@@ -118,10 +118,10 @@ impl Session {
             }
             let with = session.with_quantities(quantities);
             let (session, arrays) = with.map_err(|error| exception(py, &error))?;
-            own.session = Arc::new(session);
-            own.logs.push(arrays);
+            in_memory.session = Arc::new(session);
+            in_memory.logs.push(arrays);
         }
-        Ok(own)
+        Ok(in_memory)
     }
 }
 
@@ -185,7 +185,7 @@ impl Session {
     #[getter]
     fn parameters(&self) -> Vec<(String, String)> {
         (self.inner.model().parameters().iter())
-            .map(|own| (own.name.clone(), own.unit.to_owned()))
+            .map(|parameter| (parameter.name.clone(), parameter.unit.to_owned()))
             .collect()
     }
 
@@ -261,7 +261,7 @@ impl Session {
         run: Run,
     ) -> PyResult<Vec<(PathBuf, Bound<'py, PyDict>)>> {
         let session = Arc::clone(&self.inner);
-        let parameters = identified.map(|own| Parameters::from(own.found()));
+        let parameters = identified.map(|identified| Parameters::from(identified.found()));
         let logs = run.work(py, move |progress| {
             let mut twin = session.servo_twin(parameters.as_ref())?;
             if let Some(seed) = seed {
@@ -324,9 +324,9 @@ impl Session {
         earlier: Vec<PyRef<'_, Identified>>,
     ) -> PyResult<Self> {
         let earlier: Vec<ReadIdentification> = (earlier.iter())
-            .map(|own| ReadIdentification {
+            .map(|identified| ReadIdentification {
                 path: PathBuf::from("laws_from"),
-                identification: own.found().identification.clone(),
+                identification: identified.found().identification.clone(),
             })
             .collect();
         Self::of(py, self.inner.with_laws_from(&earlier))

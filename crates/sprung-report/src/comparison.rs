@@ -131,7 +131,7 @@ fn of_results(comparison: &Comparison) -> Vec<Section> {
              error contains the deviation between the results beyond their errors, and the bias that all \
              results share. I² is the part of the scatter that the errors do not explain.",
             (comparison.combined.iter())
-                .map(|own| Block::Table(combined(own)))
+                .map(|result| Block::Table(combined(result)))
                 .collect(),
         ));
     }
@@ -140,19 +140,19 @@ fn of_results(comparison: &Comparison) -> Vec<Section> {
 
 /// Returns a table of combined results.
 fn combined(combined: &CombinedResult) -> Table {
-    let row = |own: &CombinedParameter| Row {
+    let row = |parameter: &CombinedParameter| Row {
         cells: vec![
-            own.name.clone(),
-            own.unit.clone(),
+            parameter.name.clone(),
+            parameter.unit.clone(),
             format!(
                 "{} ± {}",
-                significant(own.value, 5),
-                significant(own.standard_error, 2)
+                significant(parameter.value, 5),
+                significant(parameter.standard_error, 2)
             ),
-            own.results.to_string(),
-            significant(own.chi_square, 3),
-            significant(own.probability, 2),
-            format!("{:.0}", own.i_squared_percent),
+            parameter.results.to_string(),
+            significant(parameter.chi_square, 3),
+            significant(parameter.probability, 2),
+            format!("{:.0}", parameter.i_squared_percent),
         ],
         tone: Tone::Neutral,
     };

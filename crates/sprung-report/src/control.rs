@@ -35,13 +35,16 @@ pub fn compose_control(controlled: &Controlled, command: &str, experiment: &str)
         generator: design.generator.clone(),
         verdict: Some(badge(design)),
         summary: summary(design),
-        reason: design.bandwidth.as_ref().map_or_else(String::new, |own| {
-            format!(
-                "The largest bandwidth that keeps the margins is {} Hz: {}.",
-                numbers(&own.largest_hz),
-                own.limited_by
-            )
-        }),
+        reason: design
+            .bandwidth
+            .as_ref()
+            .map_or_else(String::new, |bandwidth| {
+                format!(
+                    "The largest bandwidth that keeps the margins is {} Hz: {}.",
+                    numbers(&bandwidth.largest_hz),
+                    bandwidth.limited_by
+                )
+            }),
         what_to_do: what_to_do(design),
         sections,
         ..Document::default()
@@ -49,27 +52,30 @@ pub fn compose_control(controlled: &Controlled, command: &str, experiment: &str)
 }
 
 fn numbers(all: &[f64]) -> String {
-    let all: Vec<String> = all.iter().map(|own| significant(*own, 3)).collect();
+    let all: Vec<String> = all.iter().map(|value| significant(*value, 3)).collect();
     all.join(", ")
 }
 
 fn subtitle(design: &ControlDesign) -> String {
-    let own = &design.controller;
-    let kind = match own.feedback.as_str() {
+    let controller = &design.controller;
+    let kind = match controller.feedback.as_str() {
         "state-feedback" => "State feedback",
         "pd" => "PD control of the motors",
         "link-damping" => "Control that damps the links",
         _ => "Declared controller",
     };
     let ahead = match (
-        own.has_feedforward,
-        own.friction_compensation_speed_rad_per_s,
+        controller.has_feedforward,
+        controller.friction_compensation_speed_rad_per_s,
     ) {
         (true, Some(_)) => " with the torques of the model and compensation of friction",
         (true, None) => " with the torques of the model",
         (false, _) => "",
     };
-    format!("{kind}{ahead}, period {} ms", short(1e3 * own.period_s, 4))
+    format!(
+        "{kind}{ahead}, period {} ms",
+        short(1e3 * controller.period_s, 4)
+    )
 }
 
 fn badge(design: &ControlDesign) -> Badge {
@@ -91,17 +97,20 @@ fn summary(design: &ControlDesign) -> String {
         &mut design
             .loops
             .iter()
-            .filter_map(|own| Some(own.gain_db?.worst)),
+            .filter_map(|margins| Some(margins.gain_db?.worst)),
     );
-    let phase = least(&mut design.loops.iter().map(|own| own.phase_deg.worst));
+    let phase = least(&mut design.loops.iter().map(|margins| margins.phase_deg.worst));
     let robots = if design.draws == 0 {
         "the given values".to_owned()
     } else {
         format!("{} robots of the posterior", design.draws)
     };
-    let bandwidth = design.bandwidth.as_ref().map_or_else(String::new, |own| {
-        format!(" The bandwidth is {} Hz.", numbers(&own.used_hz))
-    });
+    let bandwidth = design
+        .bandwidth
+        .as_ref()
+        .map_or_else(String::new, |bandwidth| {
+            format!(" The bandwidth is {} Hz.", numbers(&bandwidth.used_hz))
+        });
     format!(
         "In {} poses and for {robots}, every motor's loop keeps at least {} dB and {}°.{bandwidth}",
         design.poses.len(),
@@ -121,26 +130,26 @@ fn what_to_do(design: &ControlDesign) -> String {
     format!("{export}{shaper} Begin on the robot with a part of the bandwidth.")
 }
 
-fn pair(own: &WithDraws, digits: usize) -> [String; 2] {
+fn pair(value: &WithDraws, digits: usize) -> [String; 2] {
     [
-        significant(own.identified, digits),
-        significant(own.worst, digits),
+        significant(value.identified, digits),
+        significant(value.worst, digits),
     ]
 }
 
 /// Composes the section about margins with Bode plots.
 fn loops(design: &ControlDesign, pictures: &ControlPictures) -> Section {
-    let row = |own: &sprung_method::control::LoopMargins| {
-        let [phase, worst_phase] = pair(&own.phase_deg, 3);
-        let gain = own.gain_db;
+    let row = |margins: &sprung_method::control::LoopMargins| {
+        let [phase, worst_phase] = pair(&margins.phase_deg, 3);
+        let gain = margins.gain_db;
         Row {
             cells: vec![
-                own.joint.clone(),
-                or_dash(gain.map(|own| own.identified), 3),
-                or_dash(gain.map(|own| own.worst), 3),
+                margins.joint.clone(),
+                or_dash(gain.map(|gain| gain.identified), 3),
+                or_dash(gain.map(|gain| gain.worst), 3),
                 phase,
                 worst_phase,
-                or_dash(Some(own.crossover_hz).filter(|hz| *hz > 0.0), 3),
+                or_dash(Some(margins.crossover_hz).filter(|hz| *hz > 0.0), 3),
             ],
             tone: Tone::Neutral,
         }
@@ -175,11 +184,15 @@ fn loops(design: &ControlDesign, pictures: &ControlPictures) -> Section {
     )
 }
 
-fn bode(own: &LoopCurve) -> [Panel; 2] {
-    let x: Vec<f64> = own.hz.iter().map(|hz| hz.log10()).collect();
+fn bode(curve: &LoopCurve) -> [Panel; 2] {
+    let x: Vec<f64> = curve.hz.iter().map(|hz| hz.log10()).collect();
     [
-        (&own.gain_db, format!("{} gain [dB]", own.joint), 0.0),
-        (&own.phase_deg, format!("{} phase [°]", own.joint), -180.0),
+        (&curve.gain_db, format!("{} gain [dB]", curve.joint), 0.0),
+        (
+            &curve.phase_deg,
+            format!("{} phase [°]", curve.joint),
+            -180.0,
+        ),
     ]
     .map(|(band, y_label, line)| {
         let mut series = banded(band, "identified robot", Style::First);
@@ -208,7 +221,7 @@ fn banded(band: &Banded, name: &str, style: Style) -> Vec<Series> {
         name,
         values: values
             .iter()
-            .map(|own| own.is_finite().then_some(*own))
+            .map(|value| value.is_finite().then_some(*value))
             .collect(),
         style,
         clipped: false,
@@ -235,16 +248,16 @@ fn banded(band: &Banded, name: &str, style: Style) -> Vec<Series> {
 fn vibrations(design: &ControlDesign, pictures: &ControlPictures) -> Section {
     let ends =
         |[low, high]: [f64; 2]| format!("{} – {}", significant(low, 3), significant(high, 3));
-    let rows = design.vibrations.iter().map(|own| Row {
+    let rows = design.vibrations.iter().map(|vibration| Row {
         cells: vec![
-            own.name.clone(),
-            own.motors.words().to_owned(),
-            significant(own.all.hz, 4),
-            ends(own.all.hz_95),
-            significant(own.all.damping, 2),
-            ends(own.all.damping_95),
+            vibration.name.clone(),
+            vibration.motors.words().to_owned(),
+            significant(vibration.all.hz, 4),
+            ends(vibration.all.hz_95),
+            significant(vibration.all.damping, 2),
+            ends(vibration.all.damping_95),
         ],
-        tone: if own.motors == Motors::Controlled && own.all.damping < 0.1 {
+        tone: if vibration.motors == Motors::Controlled && vibration.all.damping < 0.1 {
             Tone::Doubtful
         } else {
             Tone::Neutral
@@ -270,7 +283,7 @@ fn vibrations(design: &ControlDesign, pictures: &ControlPictures) -> Section {
     let cloud = |name: &str, is_identified: bool, style| Series {
         name: name.to_owned(),
         values: (poles.iter())
-            .map(|own| (own.2 == is_identified).then_some(own.1))
+            .map(|pole| (pole.2 == is_identified).then_some(pole.1))
             .collect(),
         style,
         clipped: false,
@@ -282,7 +295,7 @@ fn vibrations(design: &ControlDesign, pictures: &ControlPictures) -> Section {
         layout: Layout::Stack,
         panels: vec![Panel {
             y_label: "damping ratio".to_owned(),
-            x: poles.iter().map(|own| own.0).collect(),
+            x: poles.iter().map(|pole| pole.0).collect(),
             series: vec![
                 cloud("robots of the posterior", false, Style::Cloud),
                 cloud("identified robot", true, Style::Cloud),
@@ -303,11 +316,11 @@ fn vibrations(design: &ControlDesign, pictures: &ControlPictures) -> Section {
     )
 }
 
-fn shaper(own: &ShaperDesign) -> Section {
+fn shaper(design: &ShaperDesign) -> Section {
     let impulses = Table {
         caption: "Impulses of the whole shaper.".to_owned(),
         columns: vec![number("time [s]"), number("part of the command")],
-        rows: (own.impulses.iter())
+        rows: (design.impulses.iter())
             .map(|impulse| Row {
                 cells: vec![
                     significant(impulse.time_s, 4),
@@ -327,7 +340,7 @@ fn shaper(own: &ShaperDesign) -> Section {
             number("largest residual [%]"),
             number("median [%]"),
         ],
-        rows: (own.trade_off.iter())
+        rows: (design.trade_off.iter())
             .map(|row| {
                 let kinds: Vec<&str> = row.kinds.iter().map(|kind| kind.word()).collect();
                 Row {
@@ -337,7 +350,7 @@ fn shaper(own: &ShaperDesign) -> Section {
                         significant(row.largest_percent, 2),
                         significant(row.median_percent, 2),
                     ],
-                    tone: if (row.delay_s - own.delay_s).abs() < 1e-9 {
+                    tone: if (row.delay_s - design.delay_s).abs() < 1e-9 {
                         Tone::Good
                     } else {
                         Tone::Neutral
@@ -347,7 +360,7 @@ fn shaper(own: &ShaperDesign) -> Section {
             .collect(),
         ..Table::default()
     };
-    let modes: Vec<String> = (own.modes.iter())
+    let modes: Vec<String> = (design.modes.iter())
         .map(|mode| {
             format!(
                 "{} for {} Hz with damping ratio {}",
@@ -363,8 +376,8 @@ fn shaper(own: &ShaperDesign) -> Section {
         &format!(
             "{}. It delays the motion by {} s and leaves at most {} % of the vibration of 95 % of the robots and poses.",
             modes.join(" and "),
-            significant(own.delay_s, 3),
-            significant(own.largest_percent, 2)
+            significant(design.delay_s, 3),
+            significant(design.largest_percent, 2)
         ),
         vec![Block::Table(trade_off), Block::Table(impulses)],
     )
@@ -372,17 +385,17 @@ fn shaper(own: &ShaperDesign) -> Section {
 
 /// Returns a figure of simulated motions, one panel per joint.
 fn figure(id: &str, caption: &str, timed: &Timed, what: &str) -> Figure {
-    let panel = |own: &sprung_method::control::LinkCurves| {
-        let curves = own
+    let panel = |link_curves: &sprung_method::control::LinkCurves| {
+        let curves = link_curves
             .curves
             .iter()
             .filter(|(_, band)| !band.identified.is_empty());
         Panel {
-            y_label: format!("{} {what} [rad]", own.joint),
+            y_label: format!("{} {what} [rad]", link_curves.joint),
             x: timed.time_s.clone(),
             series: (curves.zip(STYLES))
                 .flat_map(|((name, band), style)| banded(band, name, style))
-                .map(|own| fitting(own, timed.time_s.len()))
+                .map(|series| fitting(series, timed.time_s.len()))
                 .collect(),
             ..Panel::default()
         }
@@ -397,19 +410,19 @@ fn figure(id: &str, caption: &str, timed: &Timed, what: &str) -> Figure {
 }
 
 /// Returns a curve with as many values as the time.
-fn fitting(mut own: Series, length: usize) -> Series {
-    own.values.resize(length, None);
-    own
+fn fitting(mut series: Series, length: usize) -> Series {
+    series.values.resize(length, None);
+    series
 }
 
 fn moves(design: &ControlDesign, pictures: &ControlPictures) -> Section {
-    let own = &design.proof.moves;
-    let [unshaped, worst] = pair(&own.unshaped_rad, 2);
-    let [shaped, worst_shaped] = pair(&own.shaped_rad, 2);
+    let moves = &design.proof.moves;
+    let [unshaped, worst] = pair(&moves.unshaped_rad, 2);
+    let [shaped, worst_shaped] = pair(&moves.shaped_rad, 2);
     let mut lead = format!(
         "Simulated moves of {} s from rest to rest in different poses. Afterwards the links deviate from their rest by at most \
          {unshaped} rad (worst robot {worst})",
-        significant(own.duration_s, 3)
+        significant(moves.duration_s, 3)
     );
     if design.shaper.is_some() {
         let _ = write!(
@@ -418,11 +431,11 @@ fn moves(design: &ControlDesign, pictures: &ControlPictures) -> Section {
         );
     }
     lead += ".";
-    if own.limit_cycles > 0 {
+    if moves.limit_cycles > 0 {
         let _ = write!(
             lead,
             " {} of {} robots go on moving: a limit cycle.",
-            own.limit_cycles, design.proof.robots
+            moves.limit_cycles, design.proof.robots
         );
     }
     section(
@@ -451,12 +464,12 @@ fn tracking(design: &ControlDesign, pictures: &ControlPictures) -> Option<Sectio
     if all.is_empty() {
         return None;
     }
-    let rows = all.iter().map(|own| {
-        let [identified, worst] = pair(&own.designed_rad, 3);
+    let rows = all.iter().map(|tracking| {
+        let [identified, worst] = pair(&tracking.designed_rad, 3);
         Row {
             cells: vec![
-                own.joint.clone(),
-                or_dash(own.declared_rad, 3),
+                tracking.joint.clone(),
+                or_dash(tracking.declared_rad, 3),
                 identified,
                 worst,
             ],
@@ -493,7 +506,7 @@ fn settings(design: &ControlDesign, command: &str, experiment: &str) -> Section 
         .collect();
     let gains: Vec<String> = (design.controller.gain.iter())
         .map(|row| {
-            let row: Vec<String> = row.iter().map(|own| significant(*own, 5)).collect();
+            let row: Vec<String> = row.iter().map(|gain| significant(*gain, 5)).collect();
             format!("[{}]", row.join(", "))
         })
         .collect();

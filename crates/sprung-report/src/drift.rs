@@ -31,24 +31,24 @@ pub(super) fn drift(comparison: &Comparison) -> Option<Section> {
 }
 
 fn table(drift: &Drift) -> Table {
-    let row = |own: &ParameterDrift| Row {
+    let row = |parameter: &ParameterDrift| Row {
         cells: vec![
-            own.name.clone(),
-            own.unit.clone(),
-            own.results.to_string(),
-            significant(own.first, 5),
+            parameter.name.clone(),
+            parameter.unit.clone(),
+            parameter.results.to_string(),
+            significant(parameter.first, 5),
             format!(
                 "{} ± {}",
-                significant(own.change, 3),
-                significant(own.standard_error, 2)
+                significant(parameter.change, 3),
+                significant(parameter.standard_error, 2)
             ),
-            or_dash(own.change_percent, 3),
-            or_dash(own.standard_error_percent, 2),
-            or_dash(own.change_per_day, 3),
-            significant(own.between_runs, 2),
-            significant(own.adjusted_probability, 2),
+            or_dash(parameter.change_percent, 3),
+            or_dash(parameter.standard_error_percent, 2),
+            or_dash(parameter.change_per_day, 3),
+            significant(parameter.between_runs, 2),
+            significant(parameter.adjusted_probability, 2),
         ],
-        tone: if own.drifts {
+        tone: if parameter.drifts {
             Tone::Doubtful
         } else {
             Tone::Neutral
@@ -101,12 +101,12 @@ fn figure(comparison: &Comparison, at: usize, drift: &Drift) -> Figure {
         },
         layout: Layout::Grid,
         panels: (shown.into_iter())
-            .map(|own| panel(comparison, drift, own))
+            .map(|parameter| panel(comparison, drift, parameter))
             .collect(),
     }
 }
 
-fn panel(comparison: &Comparison, drift: &Drift, own: &ParameterDrift) -> Panel {
+fn panel(comparison: &Comparison, drift: &Drift, parameter_drift: &ParameterDrift) -> Panel {
     let values: Vec<Option<&ComparedValue>> = {
         let same = |label: &String| {
             comparison
@@ -114,8 +114,8 @@ fn panel(comparison: &Comparison, drift: &Drift, own: &ParameterDrift) -> Panel 
                 .iter()
                 .position(|one| one.label == *label)
         };
-        let parameter =
-            (comparison.parameters.iter()).find(|one| one.name == own.name && one.unit == own.unit);
+        let parameter = (comparison.parameters.iter())
+            .find(|one| one.name == parameter_drift.name && one.unit == parameter_drift.unit);
         (drift.results.iter())
             .map(|label| parameter?.values[same(label)?].as_ref())
             .collect()
@@ -126,17 +126,21 @@ fn panel(comparison: &Comparison, drift: &Drift, own: &ParameterDrift) -> Panel 
         style,
         clipped: false,
     };
-    let [from, to] = own.span;
+    let [from, to] = parameter_drift.span;
     let line = |time: &f64| {
         let inside = (from..=to).contains(time);
-        inside.then(|| own.first + own.change * (time - from) / (to - from))
+        inside.then(|| parameter_drift.first + parameter_drift.change * (time - from) / (to - from))
     };
     Panel {
-        y_label: format!("{} [{}]", short(&own.name), own.unit),
-        note: if own.drifts {
-            format!("drifts by {}", own.in_words())
+        y_label: format!(
+            "{} [{}]",
+            short(&parameter_drift.name),
+            parameter_drift.unit
+        ),
+        note: if parameter_drift.drifts {
+            format!("drifts by {}", parameter_drift.in_words())
         } else {
-            own.in_words()
+            parameter_drift.in_words()
         },
         x: drift.times.clone(),
         series: vec![

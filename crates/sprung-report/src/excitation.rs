@@ -70,7 +70,10 @@ fn badge(excitation: &Excitation) -> Badge {
 
 /// Returns what the motion promises, in a sentence.
 fn summary(promise: &[Promised]) -> String {
-    let determined = promise.iter().filter(|own| own.is_determined).count();
+    let determined = promise
+        .iter()
+        .filter(|promised| promised.is_determined)
+        .count();
     let open = promise.len() - determined;
     let undetermined = format!(
         "{} parameter{} undetermined.",
@@ -94,8 +97,10 @@ fn summary(promise: &[Promised]) -> String {
 
 /// Returns the median of the relative standard errors of determined parameters, percent.
 fn median(promise: &[Promised]) -> Option<f64> {
-    let determined = promise.iter().filter(|own| own.is_determined);
-    let mut all: Vec<f64> = determined.filter_map(|own| own.relative_percent).collect();
+    let determined = promise.iter().filter(|promised| promised.is_determined);
+    let mut all: Vec<f64> = determined
+        .filter_map(|promised| promised.relative_percent)
+        .collect();
     all.sort_by(f64::total_cmp);
     let upper = all.get(all.len() / 2)?;
     let lower = all.get(all.len().saturating_sub(1) / 2)?;
@@ -104,12 +109,12 @@ fn median(promise: &[Promised]) -> Option<f64> {
 
 fn reason(excitation: &Excitation) -> String {
     if !excitation.is_certified {
-        return largest(&excitation.limits).map_or_else(String::new, |own| {
+        return largest(&excitation.limits).map_or_else(String::new, |limit| {
             format!(
                 "The motion uses {} % of the limit of the {} of {}.",
-                significant(own.used_percent, 3),
-                own.quantity,
-                owner(own)
+                significant(limit.used_percent, 3),
+                limit.quantity,
+                owner(limit)
             )
         });
     }
@@ -157,18 +162,21 @@ fn limits(limits: &[LimitUsed]) -> Section {
         Some(at) => short(at, 4),
         None => "–".to_owned(),
     };
-    let row = |own: &&LimitUsed| Row {
+    let row = |limit_used: &&LimitUsed| Row {
         cells: vec![
-            own.joint.clone().unwrap_or_else(|| "tool".to_owned()),
-            own.quantity.clone(),
-            own.unit.clone(),
-            limit(own.lowest),
-            limit(own.highest),
-            significant(own.used_percent, 3),
-            significant(own.time_s, 4),
-            own.shown.clone(),
+            limit_used
+                .joint
+                .clone()
+                .unwrap_or_else(|| "tool".to_owned()),
+            limit_used.quantity.clone(),
+            limit_used.unit.clone(),
+            limit(limit_used.lowest),
+            limit(limit_used.highest),
+            significant(limit_used.used_percent, 3),
+            significant(limit_used.time_s, 4),
+            limit_used.shown.clone(),
         ],
-        tone: if own.used_percent > 100.0 {
+        tone: if limit_used.used_percent > 100.0 {
             Tone::Bad
         } else {
             Tone::Neutral
@@ -190,7 +198,7 @@ fn limits(limits: &[LimitUsed]) -> Section {
     };
     let height = if limits
         .iter()
-        .any(|own| own.quantity == Limited::Height.word())
+        .any(|limit_used| limit_used.quantity == Limited::Height.word())
     {
         " A height uses 0 % from one metre above the floor, and 100 % at the floor."
     } else {
@@ -232,7 +240,9 @@ fn settings(excitation: &Excitation, command: &str, experiment: &str) -> Section
 fn search(excitation: &Excitation) -> Vec<(String, String)> {
     let search = &excitation.search;
     let objectives = search.objectives.iter();
-    let objectives: Vec<String> = objectives.map(|own| significant(*own, 4)).collect();
+    let objectives: Vec<String> = objectives
+        .map(|objective| significant(*objective, 4))
+        .collect();
     let motion = &excitation.motion;
     let condition = excitation.links_condition_number;
     let mut pairs = vec![
@@ -245,7 +255,7 @@ fn search(excitation: &Excitation) -> Vec<(String, String)> {
         ("Objectives of all searches", objectives.join(", ")),
         (
             "Condition number of the information about the links",
-            condition.map_or_else(String::new, |own| significant(own, 3)),
+            condition.map_or_else(String::new, |condition| significant(condition, 3)),
         ),
         ("Largest number of steps", search.steps.to_string()),
         ("Seed", search.seed.to_string()),
@@ -403,8 +413,8 @@ mod tests {
     }
 
     fn tables(document: &Document, id: &str) -> Vec<Table> {
-        let blocks = document.sections.iter().filter(|own| own.id == id);
-        let blocks = blocks.flat_map(|own| &own.blocks);
+        let blocks = document.sections.iter().filter(|section| section.id == id);
+        let blocks = blocks.flat_map(|block| &block.blocks);
         blocks
             .filter_map(|block| {
                 if let Block::Table(table) = block {
@@ -417,7 +427,7 @@ mod tests {
     }
 
     fn figures(document: &Document) -> Vec<&Figure> {
-        let blocks = document.sections.iter().flat_map(|own| &own.blocks);
+        let blocks = document.sections.iter().flat_map(|section| &section.blocks);
         blocks
             .filter_map(|block| {
                 if let Block::Figure(figure) = block {
@@ -435,7 +445,7 @@ mod tests {
         let ids: Vec<&str> = document
             .sections
             .iter()
-            .map(|own| own.id.as_str())
+            .map(|section| section.id.as_str())
             .collect();
         assert_eq!(
             ids,
@@ -474,30 +484,33 @@ mod tests {
 
     #[test]
     fn a_motion_that_determines_all_has_no_list_of_cures() {
-        let mut own = excited();
-        own.excitation.promise.pop();
-        let document = composed(&own);
+        let mut excited = excited();
+        excited.excitation.promise.pop();
+        let document = composed(&excited);
         assert_eq!(tables(&document, "promise").len(), 2);
         assert!(
             document
                 .summary
                 .ends_with("no parameter stays undetermined.")
         );
-        own.excitation.promise.clear();
-        assert_eq!(composed(&own).summary, "No parameter stays undetermined.");
+        excited.excitation.promise.clear();
+        assert_eq!(
+            composed(&excited).summary,
+            "No parameter stays undetermined."
+        );
     }
 
     #[test]
     fn the_most_used_limit_comes_first_and_a_broken_one_decides() {
-        let mut own = excited();
-        let [table] = &tables(&composed(&own), "limits")[..] else {
+        let mut excited = excited();
+        let [table] = &tables(&composed(&excited), "limits")[..] else {
             panic!("one table")
         };
         let used: Vec<&str> = table.rows.iter().map(|row| row.cells[5].as_str()).collect();
         assert_eq!(used, ["98.0", "25.0"]);
-        own.excitation.limits[0].used_percent = 140.0;
-        own.excitation.is_certified = false;
-        let document = composed(&own);
+        excited.excitation.limits[0].used_percent = 140.0;
+        excited.excitation.is_certified = false;
+        let document = composed(&excited);
         assert_eq!(document.verdict.unwrap().tone, Tone::Bad);
         assert_eq!(
             document.reason,
@@ -509,7 +522,7 @@ mod tests {
     fn curves_have_few_points_their_units_and_the_limits_that_are_near() {
         let document = composed(&excited());
         let figures = figures(&document);
-        let ids: Vec<&str> = figures.iter().map(|own| own.id.as_str()).collect();
+        let ids: Vec<&str> = figures.iter().map(|figure| figure.id.as_str()).collect();
         assert_eq!(
             ids,
             [
@@ -539,9 +552,9 @@ mod tests {
 
     #[test]
     fn only_a_page_with_an_arm_has_its_script() {
-        let mut own = excited();
+        let mut excited = excited();
         let script = "class ArmView";
-        let page = render(&composed(&own)).unwrap();
+        let page = render(&composed(&excited)).unwrap();
         assert_eq!(page.matches(script).count(), 1);
         assert_eq!(page.matches("<div data-skeleton>").count(), 1);
         let data = page.split_once("\"skeletons\":[").unwrap().1;
@@ -549,8 +562,8 @@ mod tests {
         let frames = frames.split_once("]]").unwrap().0;
         assert_eq!(frames.matches("],[").count() + 1, 300);
         assert!(frames.starts_with("0,0,4000,3000,0,7000,"), "{frames:.60}");
-        own.skeleton = None;
-        let page = render(&composed(&own)).unwrap();
+        excited.skeleton = None;
+        let page = render(&composed(&excited)).unwrap();
         assert!(!page.contains(script) && !page.contains("\"skeletons\""));
     }
 }

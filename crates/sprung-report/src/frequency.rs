@@ -21,8 +21,12 @@ pub(super) fn frequency(identification: &Identification) -> Option<Section> {
         Some(periods) => format!("{periods} periods of the motion, averaged"),
         None => "the motion without repetition".to_owned(),
     };
-    let disagrees = (identification.results.first())
-        .is_some_and(|result| result.warnings.iter().any(|own| own.code == DISAGREES));
+    let disagrees = (identification.results.first()).is_some_and(|result| {
+        result
+            .warnings
+            .iter()
+            .any(|warning| warning.code == DISAGREES)
+    });
     let mut blocks = vec![
         Block::Paragraph(format!(
             "The response by the log comes from {} s of the log: {samples}. It uses neither the \
@@ -47,7 +51,8 @@ pub(super) fn frequency(identification: &Identification) -> Option<Section> {
 }
 
 fn all(response: &FrequencyResponse) -> impl Iterator<Item = (&JointResponse, &Feature)> {
-    (response.joints.iter()).flat_map(|joint| joint.features.iter().map(move |own| (joint, own)))
+    (response.joints.iter())
+        .flat_map(|joint| joint.features.iter().map(move |feature| (joint, feature)))
 }
 
 /// Returns the table of resonances and antiresonances.
@@ -74,17 +79,17 @@ fn features(response: &FrequencyResponse) -> Table {
             column("not by the log, because", false),
         ],
         rows: all(response)
-            .map(|(joint, own)| Row {
+            .map(|(joint, feature)| Row {
                 cells: vec![
                     joint.joint.clone(),
-                    own.kind.word().to_owned(),
-                    hz(own.log_hz),
-                    error(own.log_standard_error_hz),
-                    hz(Some(own.model_hz)),
-                    error(Some(own.model_standard_error_hz)),
-                    error(own.log_damping),
-                    error(Some(own.model_damping)),
-                    own.unseen.map_or("", Unseen::words).to_owned(),
+                    feature.kind.word().to_owned(),
+                    hz(feature.log_hz),
+                    error(feature.log_standard_error_hz),
+                    hz(Some(feature.model_hz)),
+                    error(Some(feature.model_standard_error_hz)),
+                    error(feature.log_damping),
+                    error(Some(feature.model_damping)),
+                    feature.unseen.map_or("", Unseen::words).to_owned(),
                 ],
                 tone: Tone::Neutral,
             })
@@ -99,13 +104,13 @@ fn compared(response: &FrequencyResponse) -> Option<Intervals> {
         (hz, Some([hz - NORMAL_95 * error, hz + NORMAL_95 * error]))
     };
     let rows: Vec<_> = all(response)
-        .filter_map(|(joint, own)| {
-            let log = ranged(own.log_hz?, own.log_standard_error_hz?);
-            let model = ranged(own.model_hz, own.model_standard_error_hz);
-            let label = format!("{} {}", joint.joint, own.kind.word());
+        .filter_map(|(joint, feature)| {
+            let log = ranged(feature.log_hz?, feature.log_standard_error_hz?);
+            let model = ranged(feature.model_hz, feature.model_standard_error_hz);
+            let label = format!("{} {}", joint.joint, feature.kind.word());
             Some(intervals::of_parameter(
                 (&label, "Hz"),
-                own.model_hz,
+                feature.model_hz,
                 &[Some(log), Some(model)],
             ))
         })

@@ -66,7 +66,9 @@ impl Joints {
         };
         match of(&self.joints).or_else(|| of(&self.links)) {
             Some(joint) => &self.joints[joint],
-            None => parameter.split_once('.').map_or(parameter, |(own, _)| own),
+            None => parameter
+                .split_once('.')
+                .map_or(parameter, |(group, _)| group),
         }
     }
 

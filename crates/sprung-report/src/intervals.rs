@@ -119,13 +119,13 @@ pub(super) fn relative(
         },
         scale: size(parameter),
         marks: {
-            let own = relative_mark(parameter, half);
+            let mark = relative_mark(parameter, half);
             let known = truth.map(|truth| {
                 let value = parameter.value.filter(|value| *value != 0.0)?;
                 let at = (truth.get(&parameter.name)? / value - 1.0) / half;
                 Some(Mark { at, interval: None })
             });
-            std::iter::once(own).chain(known).collect()
+            std::iter::once(mark).chain(known).collect()
         },
         tone: if result.decision.parameters.contains(&parameter.name) {
             Tone::Doubtful
@@ -135,7 +135,8 @@ pub(super) fn relative(
     };
     let mut sorted = joints.sorted(&result.parameters, |parameter| &parameter.name);
     if folded {
-        let width = |own: &ParameterEstimate| relative_width(own).unwrap_or(f64::INFINITY);
+        let width =
+            |estimate: &ParameterEstimate| relative_width(estimate).unwrap_or(f64::INFINITY);
         sorted.sort_by(|a, b| width(a).total_cmp(&width(b)));
     }
     let mut names = vec![format!("{} with its 95 % interval", result.estimator)];
@@ -173,9 +174,9 @@ fn relative_width(parameter: &ParameterEstimate) -> Option<f64> {
 
 /// Returns the group of a parameter among many.
 fn band(parameter: &ParameterEstimate) -> &'static str {
-    let own =
+    let band =
         relative_width(parameter).and_then(|width| BANDS.iter().find(|(limit, _)| width <= *limit));
-    own.map_or(NO_BAND, |(_, name)| name)
+    band.map_or(NO_BAND, |(_, name)| name)
 }
 
 /// Returns half the width of a parameter's interval, relative to its value.

@@ -61,15 +61,15 @@ pub(super) fn vibrations(identification: &Identification, joint: &str) -> Vec<Li
     let responses = identification
         .frequency_response
         .iter()
-        .flat_map(|own| &own.joints);
-    let mut features: Vec<_> = (responses.filter(|own| own.joint == joint))
-        .flat_map(|own| &own.features)
+        .flat_map(|response| &response.joints);
+    let mut features: Vec<_> = (responses.filter(|response| response.joint == joint))
+        .flat_map(|response| &response.features)
         .collect();
-    features.sort_by_key(|own| own.kind != FeatureKind::Resonance);
+    features.sort_by_key(|feature| feature.kind != FeatureKind::Resonance);
     (features.into_iter())
-        .map(|own| Line {
-            at: own.model_hz,
-            text: own.kind.word().to_owned(),
+        .map(|feature| Line {
+            at: feature.model_hz,
+            text: feature.kind.word().to_owned(),
         })
         .collect()
 }
@@ -99,7 +99,7 @@ impl JointCurves<'_> {
         ];
         units.into_iter().find_map(|(end, unit)| {
             let name = format!("{}.{what}{end}", self.joint);
-            let index = self.fit.columns.iter().position(|own| *own == name)?;
+            let index = self.fit.columns.iter().position(|column| *column == name)?;
             Some((of.values.get(index)?.as_slice(), unit))
         })
     }
@@ -197,8 +197,9 @@ impl JointCurves<'_> {
         let found = spectrum(&self.measured.time, &values)?;
         let highest = found.frequency_hz.last().copied()?;
         let mut marks = vibrations(identification, self.joint);
-        marks.retain(|own| own.at <= highest);
-        let decibels = |density: &f64| Some(10.0 * density.log10()).filter(|own| own.is_finite());
+        marks.retain(|mark| mark.at <= highest);
+        let decibels =
+            |density: &f64| Some(10.0 * density.log10()).filter(|level| level.is_finite());
         Some(self.figure(
             "spectrum",
             format!(
@@ -250,10 +251,10 @@ impl Cloud {
         points = points.into_iter().step_by(every).collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         (!points.is_empty()).then(|| Self {
-            x: points.iter().map(|own| own.0).collect(),
-            measured: points.iter().map(|own| Some(own.1)).collect(),
-            model: points.iter().map(|own| own.2).collect(),
-            half_width: points.iter().map(|own| own.3).collect(),
+            x: points.iter().map(|point| point.0).collect(),
+            measured: points.iter().map(|point| Some(point.1)).collect(),
+            model: points.iter().map(|point| point.2).collect(),
+            half_width: points.iter().map(|point| point.3).collect(),
         })
     }
 
@@ -273,10 +274,10 @@ impl Cloud {
         let mut values = vec![None; self.x.len()];
         for start in (0..self.x.len()).step_by(size) {
             let end = (start + size).min(self.x.len());
-            let own: Option<Vec<f64>> = (start..end).map(&of).collect();
-            values[usize::midpoint(start, end)] = own.map(|mut own| {
-                own.sort_by(f64::total_cmp);
-                own[own.len() / 2]
+            let members: Option<Vec<f64>> = (start..end).map(&of).collect();
+            values[usize::midpoint(start, end)] = members.map(|mut members| {
+                members.sort_by(f64::total_cmp);
+                members[members.len() / 2]
             });
         }
         values.iter().any(Option::is_some).then_some(values)

@@ -27,8 +27,11 @@ pub(super) fn summary(identification: &Identification) -> Option<Section> {
         .map(|joint| {
             let (tone, word) = rating(identification, result, &joints, joint);
             let value = |parameter: &str| with_interval(result, &format!("{joint}.{parameter}"));
-            let torque = result.promise.iter().find(|own| own.joint == *joint);
-            let error = torque.map(|own| 100.0 * own.torque_error_nm / own.torque_nm);
+            let torque = result
+                .promise
+                .iter()
+                .find(|promise| promise.joint == *joint);
+            let error = torque.map(|promise| 100.0 * promise.torque_error_nm / promise.torque_nm);
             Row {
                 cells: vec![
                     joint.clone(),
@@ -66,10 +69,14 @@ fn rating(
     joints: &Joints,
     joint: &str,
 ) -> (Tone, &'static str) {
-    let is_still =
-        |own: &Finding| HARDLY_MOVES.contains(&own.code.as_str()) && is_about(own, joints, joint);
+    let is_still = |finding: &Finding| {
+        HARDLY_MOVES.contains(&finding.code.as_str()) && is_about(finding, joints, joint)
+    };
     let doubted = &result.decision.parameters;
-    let is_doubted = doubted.is_empty() || doubted.iter().any(|own| joints.group(own) == joint);
+    let is_doubted = doubted.is_empty()
+        || doubted
+            .iter()
+            .any(|parameter| joints.group(parameter) == joint);
     match result.verdict {
         _ if identification.findings.iter().any(is_still) => (Tone::Doubtful, "hardly moves"),
         Verdict::Unusable => (Tone::Bad, "unusable"),
@@ -80,21 +87,25 @@ fn rating(
 
 /// Returns a parameter with its unit and interval.
 fn with_interval(result: &EstimateResult, name: &str) -> String {
-    let found = result.parameters.iter().find(|own| own.name == name);
-    let Some((own, value)) = found.and_then(|own| Some((own, own.value?))) else {
+    let found = result
+        .parameters
+        .iter()
+        .find(|parameter| parameter.name == name);
+    let Some((parameter, value)) = found.and_then(|parameter| Some((parameter, parameter.value?)))
+    else {
         return dash();
     };
-    let half = half_width(own).map_or_else(String::new, |half| {
+    let half = half_width(parameter).map_or_else(String::new, |half| {
         format!(" ± {} %", significant(100.0 * half, 2))
     });
-    format!("{} {}{half}", significant(value, 3), own.unit)
+    format!("{} {}{half}", significant(value, 3), parameter.unit)
 }
 
 fn resonance(identification: &Identification, joint: &str) -> String {
     let lines = vibrations(identification, joint);
     lines
         .first()
-        .map_or_else(dash, |own| format!("{} Hz", significant(own.at, 3)))
+        .map_or_else(dash, |line| format!("{} Hz", significant(line.at, 3)))
 }
 
 fn dash() -> String {
@@ -110,15 +121,20 @@ pub(super) fn pages(identification: &Identification, contents: &Contents<'_>) ->
     let page = |joint: &String| {
         let mut blocks: Vec<Block> = Vec::new();
         if let Some(fit) = contents.fit {
-            let own = JointFigures::of(identification, result, fit, joint);
-            let figures = [own.friction, own.spring, own.residual, own.spectrum];
+            let joint_figures = JointFigures::of(identification, result, fit, joint);
+            let figures = [
+                joint_figures.friction,
+                joint_figures.spring,
+                joint_figures.residual,
+                joint_figures.spectrum,
+            ];
             blocks.extend(figures.into_iter().flatten().map(Block::Figure));
         }
         blocks.extend(
             tables::parameters(identification, contents.truth, Some(joint)).map(Block::Table),
         );
         let findings: Vec<_> = (identification.findings.iter().chain(&result.warnings))
-            .filter(|own| is_about(own, &joints, joint))
+            .filter(|finding| is_about(finding, &joints, joint))
             .map(shown)
             .collect();
         if !findings.is_empty() {
@@ -144,7 +160,7 @@ fn is_about(finding: &Finding, joints: &Joints, joint: &str) -> bool {
         let after = finding.text[at + found.len()..].chars().next();
         !before.is_some_and(is_part) && !after.is_some_and(is_part)
     };
-    (finding.parameters.iter()).any(|own| joints.group(own) == joint)
+    (finding.parameters.iter()).any(|parameter| joints.group(parameter) == joint)
         || finding.text.match_indices(joint).any(is_named)
 }
 
@@ -160,8 +176,9 @@ mod tests {
         let rows: Named = rows.iter().map(|row| ((*row).to_owned(), 0.0)).collect();
         let joints = Joints::of_rows(&rows);
         let finding = |text: &str| Finding::new(Severity::Warning, "code", text.to_owned(), "");
-        let about =
-            |own: &Finding| ["joint1", "joint10"].map(|joint| is_about(own, &joints, joint));
+        let about = |finding: &Finding| {
+            ["joint1", "joint10"].map(|joint| is_about(finding, &joints, joint))
+        };
         assert_eq!(about(&finding("joint10: late")), [false, true]);
         assert_eq!(about(&finding("joint1.stiffness is weak")), [true, false]);
         assert_eq!(about(&finding("subjoint1 is another")), [false, false]);

@@ -61,13 +61,13 @@ pub(super) fn applied(identification: &Identification) -> Option<Section> {
 
 /// Composes the table of friction parameters beside laws that simulators lack; `None` if a result has none.
 fn of_residual_laws(result: &EstimateResult) -> Option<Block> {
-    let row = |own: &ModelDependence| Row {
+    let row = |dependence: &ModelDependence| Row {
         cells: vec![
-            own.name.clone(),
-            own.unit.clone(),
-            significant(own.raw, 4),
-            significant(own.projected, 4),
-            significant(own.difference, 2),
+            dependence.name.clone(),
+            dependence.unit.clone(),
+            significant(dependence.raw, 4),
+            significant(dependence.projected, 4),
+            significant(dependence.difference, 2),
         ],
         tone: Tone::Neutral,
     };
@@ -75,9 +75,12 @@ fn of_residual_laws(result: &EstimateResult) -> Option<Block> {
         .refined()
         .map_or(&[][..], |found| &found.residual_levels);
     let priors: Vec<String> = (priors.iter())
-        .map(|own| {
-            let level = significant(own.level_nm, 2);
-            format!("{level} N·m (N) on the {} side of {}", own.side, own.joint)
+        .map(|prior| {
+            let level = significant(prior.level_nm, 2);
+            format!(
+                "{level} N·m (N) on the {} side of {}",
+                prior.side, prior.joint
+            )
         })
         .collect();
     let prior = if priors.is_empty() {

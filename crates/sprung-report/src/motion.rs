@@ -79,7 +79,7 @@ impl<'a> Motion<'a> {
 
     fn panel(&self, what: Limited, (joint, slides): (&str, bool), values: &[f64]) -> Panel {
         let limit = (self.limits.iter())
-            .find(|own| own.joint.as_deref() == Some(joint) && own.quantity == what.word());
+            .find(|limit| limit.joint.as_deref() == Some(joint) && limit.quantity == what.word());
         let unit = if slides {
             what.unit().replace("N·m", "N").replace("rad", "m")
         } else {
@@ -99,13 +99,13 @@ impl<'a> Motion<'a> {
         };
         Panel {
             y_label: format!("{joint} {} [{unit}]", what.word()),
-            note: limit.map_or_else(String::new, |own| {
-                format!("{} % of limit", significant(own.used_percent, 2))
+            note: limit.map_or_else(String::new, |limit| {
+                format!("{} % of limit", significant(limit.used_percent, 2))
             }),
             x: self.time.clone(),
             series: vec![
-                line("lowest allowed", limit.and_then(|own| own.lowest)),
-                line("highest allowed", limit.and_then(|own| own.highest)),
+                line("lowest allowed", limit.and_then(|limit| limit.lowest)),
+                line("highest allowed", limit.and_then(|limit| limit.highest)),
                 motion,
             ],
             errors: None,
@@ -146,18 +146,18 @@ pub(super) fn length_and_band(motion: &MotionResult) -> String {
 /// Composes the section about the motion: positions, velocities and accelerations of the reference,
 /// deflections and motor torques of the simulation.
 pub(super) fn section_of(excited: &Excited) -> Section {
-    let own = &excited.excitation;
+    let excitation = &excited.excitation;
     let samples = &excited.trajectory;
-    let reference = Motion::of(samples, &own.limits, own.motion.duration_s);
+    let reference = Motion::of(samples, &excitation.limits, excitation.motion.duration_s);
     let simulation = &excited.simulation;
-    let simulated = Motion::new(samples, &own.limits, &simulation.time_s);
+    let simulated = Motion::new(samples, &excitation.limits, &simulation.time_s);
     let pairs = simulation.motor.iter().zip(&simulation.link);
     let deflections: Vec<Vec<f64>> = pairs
         .map(|(motor, link)| motor.iter().zip(link).map(|(a, b)| a - b).collect())
         // A joint without a spring has no panel.
-        .map(|own: Vec<f64>| {
-            let is_flexible = own.iter().any(|value| value.abs() > NO_DEFLECTION);
-            if is_flexible { own } else { Vec::new() }
+        .map(|values: Vec<f64>| {
+            let is_flexible = values.iter().any(|value| value.abs() > NO_DEFLECTION);
+            if is_flexible { values } else { Vec::new() }
         })
         .collect();
     let figures = [
@@ -297,8 +297,8 @@ fn skeleton(places: &Places, limits: &[LimitUsed]) -> Option<Skeleton> {
         return None;
     }
     let limit = (limits.iter())
-        .filter(|own| own.quantity == Limited::Height.word())
-        .find_map(|own| own.lowest);
+        .filter(|limit| limit.quantity == Limited::Height.word())
+        .find_map(|limit| limit.lowest);
     // A floor far below the arm would leave little room to it.
     let floor = limit.filter(|floor| *floor > lowest - size && *floor < highest);
     let grid = round_up(size / SQUARES);

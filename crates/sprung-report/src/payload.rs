@@ -42,17 +42,17 @@ fn table(payload: &PayloadResult) -> Table {
             number("Possible"),
         ],
         rows: (payload.parameters.iter())
-            .map(|own| Row {
+            .map(|parameter| Row {
                 cells: vec![
-                    own.name.clone(),
-                    own.value.zip(own.standard_error).map_or_else(
+                    parameter.name.clone(),
+                    parameter.value.zip(parameter.standard_error).map_or_else(
                         || "-".to_owned(),
                         |(value, error)| {
                             format!("{} ± {}", significant(value, 5), significant(error, 2))
                         },
                     ),
-                    own.unit.clone(),
-                    or_dash(own.physical, 5),
+                    parameter.unit.clone(),
+                    or_dash(parameter.physical, 5),
                 ],
                 tone: Tone::Neutral,
             })

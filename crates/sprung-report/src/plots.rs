@@ -115,12 +115,12 @@ fn drop_start(series: &mut [Series]) {
 /// Returns figures of the measured and simulated positions and torques, with their errors.
 pub(super) fn validation(run: &RunResult, curves: &Curves) -> Vec<Figure> {
     let prefix = format!("{}/", run.name);
-    let own: Vec<&CurveSet> = curves
+    let of_run: Vec<&CurveSet> = curves
         .sets
         .iter()
         .filter(|set| set.label.starts_with(&prefix))
         .collect();
-    let Some((measured, simulated)) = own.split_first() else {
+    let Some((measured, simulated)) = of_run.split_first() else {
         return Vec::new();
     };
     let figure = |id: &str, caption: String, wanted: &[&str]| {

@@ -15,9 +15,13 @@ const MOST_DECADES: [i32; 2] = [-4, 2];
 
 /// Composes the section about standard errors.
 pub(super) fn section_of(excitation: &Excitation) -> Section {
-    let names = excitation.motion.joints.iter().map(|own| own.joint.clone());
+    let names = excitation
+        .motion
+        .joints
+        .iter()
+        .map(|joint| joint.joint.clone());
     let joints = Joints::of_names(names.collect());
-    let sorted = joints.sorted(&excitation.promise, |own| &own.name);
+    let sorted = joints.sorted(&excitation.promise, |promised| &promised.name);
     let mut blocks: Vec<Block> = errors(&joints, &sorted)
         .into_iter()
         .map(Block::Intervals)
@@ -41,11 +45,11 @@ pub(super) fn section_of(excitation: &Excitation) -> Section {
 
 /// Returns the relative standard errors on one logarithmic scale; `None` without any.
 fn errors(joints: &Joints, promise: &[&Promised]) -> Option<Intervals> {
-    let power = |own: &Promised| {
-        let percent = own.relative_percent.filter(|percent| *percent > 0.0)?;
+    let power = |promised: &Promised| {
+        let percent = promised.relative_percent.filter(|percent| *percent > 0.0)?;
         Some(percent.log10()).filter(|power| power.is_finite())
     };
-    let powers = || promise.iter().filter_map(|own| power(own));
+    let powers = || promise.iter().filter_map(|promised| power(promised));
     let smallest = powers().min_by(f64::total_cmp)?;
     let greatest = powers().max_by(f64::total_cmp)?;
     let [least, most] = MOST_DECADES;
@@ -61,15 +65,15 @@ fn errors(joints: &Joints, promise: &[&Promised]) -> Option<Intervals> {
         let percent = short(10_f64.powi(power), 1);
         (place(f64::from(power)), format!("{percent} %"))
     };
-    let row = |own: &&Promised| IntervalRow {
-        group: joints.group(&own.name).to_owned(),
-        label: joints.within(&own.name).to_owned(),
-        scale: relative(own),
-        marks: vec![power(own).map(|power| Mark {
+    let row = |promised: &&Promised| IntervalRow {
+        group: joints.group(&promised.name).to_owned(),
+        label: joints.within(&promised.name).to_owned(),
+        scale: relative(promised),
+        marks: vec![power(promised).map(|power| Mark {
             at: place(power),
             interval: Some([-1.0, place(power)]),
         })],
-        tone: tone(own),
+        tone: tone(promised),
     };
     Some(Intervals {
         caption:
@@ -83,19 +87,25 @@ fn errors(joints: &Joints, promise: &[&Promised]) -> Option<Intervals> {
     })
 }
 
-fn relative(own: &Promised) -> String {
-    let finite = own.relative_percent.filter(|percent| percent.is_finite());
+fn relative(promised: &Promised) -> String {
+    let finite = promised
+        .relative_percent
+        .filter(|percent| percent.is_finite());
     match finite {
         Some(percent) => format!("{} %", significant(percent, 2)),
-        None if own.standard_error.is_finite() => {
-            format!("{} {}", significant(own.standard_error, 2), own.unit)
+        None if promised.standard_error.is_finite() => {
+            format!(
+                "{} {}",
+                significant(promised.standard_error, 2),
+                promised.unit
+            )
         }
         None => "–".to_owned(),
     }
 }
 
-fn tone(own: &Promised) -> Tone {
-    if own.is_determined {
+fn tone(promised: &Promised) -> Tone {
+    if promised.is_determined {
         Tone::Neutral
     } else {
         Tone::Doubtful
@@ -103,13 +113,13 @@ fn tone(own: &Promised) -> Tone {
 }
 
 fn undetermined(excitation: &Excitation) -> Table {
-    let row = |own: &Promised| Row {
+    let row = |promised: &Promised| Row {
         cells: vec![
-            own.name.clone(),
-            relative(own),
-            (own.cure.as_deref()).map_or_else(|| "–".to_owned(), as_sentence),
+            promised.name.clone(),
+            relative(promised),
+            (promised.cure.as_deref()).map_or_else(|| "–".to_owned(), as_sentence),
         ],
-        tone: tone(own),
+        tone: tone(promised),
     };
     Table {
         caption: "Parameters that the motion does not determine, and the change that determines \
@@ -122,11 +132,11 @@ fn undetermined(excitation: &Excitation) -> Table {
 }
 
 fn more(excitation: &Excitation) -> Table {
-    let rows = excitation.more.iter().map(|own| Row {
+    let rows = excitation.more.iter().map(|addition| Row {
         cells: vec![
-            own.what.clone(),
-            significant(own.factor, 3),
-            own.undetermined.to_string(),
+            addition.what.clone(),
+            significant(addition.factor, 3),
+            addition.undetermined.to_string(),
         ],
         tone: Tone::Neutral,
     });
@@ -146,21 +156,21 @@ fn more(excitation: &Excitation) -> Table {
 
 fn parameters(joints: &Joints, promise: &[&Promised]) -> Table {
     let mut headings: Vec<(usize, String)> = Vec::new();
-    for (i, own) in promise.iter().enumerate() {
-        let group = joints.group(&own.name);
+    for (i, promised) in promise.iter().enumerate() {
+        let group = joints.group(&promised.name);
         if headings.last().is_none_or(|(_, last)| last != group) {
             headings.push((i, group.to_owned()));
         }
     }
-    let row = |own: &&Promised| Row {
+    let row = |promised: &&Promised| Row {
         cells: vec![
-            own.name.clone(),
-            own.unit.clone(),
-            significant(own.value, 4),
-            finite_or_dash(Some(own.standard_error), 2),
-            finite_or_dash(own.relative_percent, 2),
+            promised.name.clone(),
+            promised.unit.clone(),
+            significant(promised.value, 4),
+            finite_or_dash(Some(promised.standard_error), 2),
+            finite_or_dash(promised.relative_percent, 2),
         ],
-        tone: tone(own),
+        tone: tone(promised),
     };
     Table {
         caption: "Parameters, with the values for which the motion was designed.".to_owned(),

@@ -475,10 +475,10 @@ mod tests {
             tables.collect::<Vec<_>>()
         };
         let before = tables(&found).len();
-        let own = found.results[0].refinement.as_mut().unwrap();
-        own.rung = "flat".to_owned();
-        own.values = vec![Some((11.0, 0.5)), None];
-        own.rungs = vec![RungResult {
+        let refinement = found.results[0].refinement.as_mut().unwrap();
+        refinement.rung = "flat".to_owned();
+        refinement.values = vec![Some((11.0, 0.5)), None];
+        refinement.rungs = vec![RungResult {
             name: "flat".to_owned(),
             used: false,
             held_out_residual: None,

@@ -42,9 +42,11 @@ pub(super) fn shown(finding: &Finding) -> Shown {
         title: finding.code.replace('-', " "),
         text: finding.text.clone(),
         remedy: finding.remedy.clone(),
-        cause: known.map_or_else(String::new, |own| Explanation::plain(&own.cause)),
+        cause: known.map_or_else(String::new, |explanation| {
+            Explanation::plain(&explanation.cause)
+        }),
         condition: known
-            .and_then(|own| own.condition.as_deref())
+            .and_then(|explanation| explanation.condition.as_deref())
             .map_or_else(String::new, Explanation::plain),
     }
 }

@@ -46,10 +46,10 @@ pub(super) fn spectrum(time: &[f64], values: &[Option<f64>]) -> Option<Spectrum>
     let density = |index: usize| -> f64 {
         let angle = TAU * index as f64 / length as f64;
         let window = |start: usize| -> f64 {
-            let own = &values[start..start + length];
-            let mean = own.iter().sum::<f64>() / length as f64;
+            let window = &values[start..start + length];
+            let mean = window.iter().sum::<f64>() / length as f64;
             let (mut cosine, mut sine) = (0.0, 0.0);
-            for (k, (value, weight)) in own.iter().zip(&hann).enumerate() {
+            for (k, (value, weight)) in window.iter().zip(&hann).enumerate() {
                 let (s, c) = (angle * k as f64).sin_cos();
                 cosine += weight * (value - mean) * c;
                 sine += weight * (value - mean) * s;

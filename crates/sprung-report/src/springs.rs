@@ -19,14 +19,14 @@ pub(super) fn springs(identification: &Identification) -> Option<Section> {
             |(value, error)| format!("{} ± {}", significant(value, 4), significant(error, 2)),
         )
     };
-    let rows = springs.iter().map(|own| Row {
+    let rows = springs.iter().map(|spring| Row {
         cells: vec![
-            own.joint.clone(),
-            with_error(own.stiffness, own.stiffness_standard_error),
-            with_error(own.rotor_inertia, own.rotor_inertia_standard_error),
-            with_error(own.link_inertia, own.link_inertia_standard_error),
-            or_dash(own.antiresonance_hz, 4),
-            or_dash(own.resonance_hz, 4),
+            spring.joint.clone(),
+            with_error(spring.stiffness, spring.stiffness_standard_error),
+            with_error(spring.rotor_inertia, spring.rotor_inertia_standard_error),
+            with_error(spring.link_inertia, spring.link_inertia_standard_error),
+            or_dash(spring.antiresonance_hz, 4),
+            or_dash(spring.resonance_hz, 4),
         ],
         tone: Tone::Neutral,
     });
@@ -63,17 +63,17 @@ pub(super) fn rigid(identification: &Identification) -> Option<Section> {
         return None;
     }
     let percent = |share: Option<f64>| or_dash(share.map(|share| 100.0 * share), 3);
-    let row = |own: &RigidJoint| Row {
+    let row = |joint: &RigidJoint| Row {
         cells: vec![
-            own.joint.clone(),
-            own.bound(),
+            joint.joint.clone(),
+            joint.bound(),
             format!(
                 "{} ± {}",
-                significant(own.compliance_rad_per_nm, 2),
-                significant(own.compliance_standard_error_rad_per_nm, 2)
+                significant(joint.compliance_rad_per_nm, 2),
+                significant(joint.compliance_standard_error_rad_per_nm, 2)
             ),
-            percent(own.hold_out.and_then(|own| own.flexible)),
-            percent(own.hold_out.and_then(|own| own.rigid)),
+            percent(joint.hold_out.and_then(|hold_out| hold_out.flexible)),
+            percent(joint.hold_out.and_then(|hold_out| hold_out.rigid)),
         ],
         tone: Tone::Neutral,
     };

@@ -105,7 +105,7 @@ pub(super) fn parameters(
         }
     };
     let of_joint = (result.parameters.iter())
-        .filter(|own| joint.is_none_or(|joint| joints.group(&own.name) == joint));
+        .filter(|parameter| joint.is_none_or(|joint| joints.group(&parameter.name) == joint));
     let sorted = joints.sorted(of_joint, |parameter| &parameter.name);
     let mut headings: Vec<(usize, String)> = Vec::new();
     let headed: &[_] = if joint.is_none() { &sorted } else { &[] };

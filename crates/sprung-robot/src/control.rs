@@ -86,8 +86,8 @@ pub enum Vibrations {
 }
 
 impl From<Vibrations> for String {
-    fn from(own: Vibrations) -> Self {
-        match own {
+    fn from(vibrations: Vibrations) -> Self {
+        match vibrations {
             Vibrations::Model => "model",
             Vibrations::Log => "log",
         }
@@ -132,7 +132,7 @@ impl Feedback {
     #[must_use]
     pub fn word(self) -> &'static str {
         let mut all = FEEDBACKS.iter();
-        all.find(|(_, own)| *own == self)
+        all.find(|(_, variant)| *variant == self)
             .map_or("", |(word, _)| *word)
     }
 }

@@ -48,7 +48,7 @@ fn complete<'i>(table: &mut DeTable<'i>, defaults: &DeTable<'i>) {
             (None, _) => {
                 table.insert(key.clone(), value.clone());
             }
-            (Some(DeValue::Table(own)), DeValue::Table(defaults)) => complete(own, defaults),
+            (Some(DeValue::Table(given)), DeValue::Table(defaults)) => complete(given, defaults),
             (Some(_), _) => {}
         }
     }
@@ -85,9 +85,12 @@ mod tests {
             .unwrap()
             .robot;
         for (joint, alone) in robot.joint.iter().zip(&without.joint) {
-            let [own, alone] = [joint, alone].map(|joint| joint.nominal.all().collect::<Vec<_>>());
-            assert!(alone.iter().all(|given| own.contains(given)));
-            assert!(own.contains(&("motor_coulomb", 0.25)) && own.len() == alone.len() + 1);
+            let [completed, alone] =
+                [joint, alone].map(|joint| joint.nominal.all().collect::<Vec<_>>());
+            assert!(alone.iter().all(|given| completed.contains(given)));
+            assert!(
+                completed.contains(&("motor_coulomb", 0.25)) && completed.len() == alone.len() + 1
+            );
             assert!(joint.position_offset_deg.to_bits() == 90.0_f64.to_bits());
         }
     }
@@ -99,7 +102,7 @@ mod tests {
         let error = error.to_string();
         let line = 1 + text
             .lines()
-            .position(|own| own == "joint_defaults = 3")
+            .position(|line| line == "joint_defaults = 3")
             .unwrap();
         assert!(
             error.starts_with(&format!("line {line} of experiment.toml")),
@@ -120,7 +123,7 @@ mod tests {
         ] {
             let text = with_defaults(line);
             let error = read("experiment.toml", &text, &[], &mut no_files).unwrap_err();
-            let number = 1 + text.lines().position(|own| own == line).unwrap();
+            let number = 1 + text.lines().position(|other| other == line).unwrap();
             let error = error.to_string();
             assert!(
                 error.starts_with(&format!("line {number} of experiment.toml")),

@@ -111,7 +111,7 @@ impl Objective {
     #[must_use]
     pub fn word(self) -> &'static str {
         let mut all = OBJECTIVES.iter();
-        all.find(|(_, own)| *own == self)
+        all.find(|(_, variant)| *variant == self)
             .map_or("", |(word, _)| *word)
     }
 }

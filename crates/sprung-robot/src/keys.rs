@@ -194,7 +194,7 @@ mod tests {
         let error = error.to_string();
         let line = 1 + text
             .lines()
-            .position(|own| own.starts_with("instruments"))
+            .position(|line| line.starts_with("instruments"))
             .unwrap();
         let line = format!("line {line}");
         let unknown = "unknown key \"instruments\" in [identify]";

@@ -118,8 +118,8 @@ impl Log {
     pub(super) fn ambiguous(&self, over: &Self, robot: &Robot) -> Option<Ambiguous> {
         let columns = (self.labelled(robot), over.labelled(robot));
         let joints: Vec<&str> = robot.joint.iter().map(|joint| &*joint.name).collect();
-        let find = |table, given: Vec<&String>, own: Vec<&String>| {
-            ambiguous((table, &given, &own), &columns, &joints)
+        let find = |table, given: Vec<&String>, of_run: Vec<&String>| {
+            ambiguous((table, &given, &of_run), &columns, &joints)
         };
         find(
             "delay_s",
@@ -164,7 +164,7 @@ fn moved<T: Clone>(
             let Some(channel) = new.iter().find(|other| other.is_channel_of(column)) else {
                 continue;
             };
-            if !of_run.keys().any(|own| channel.is_named(own)) {
+            if !of_run.keys().any(|key| channel.is_named(key)) {
                 all.insert(channel.label.clone(), value.clone());
             }
         }
@@ -178,7 +178,7 @@ fn moved<T: Clone>(
 }
 
 fn ambiguous(
-    (table, given, own): (&'static str, &[&String], &[&String]),
+    (table, given, of_run): (&'static str, &[&String], &[&String]),
     (old, new): &(Vec<Labelled>, Vec<Labelled>),
     joints: &[&str],
 ) -> Option<Ambiguous> {
@@ -187,7 +187,7 @@ fn ambiguous(
             let Some(channel) = new.iter().find(|other| other.is_channel_of(column)) else {
                 continue;
             };
-            if own.iter().any(|own| channel.is_named(own)) {
+            if of_run.iter().any(|other| channel.is_named(other)) {
                 continue;
             }
             let joint = joints[column.joint];

@@ -59,14 +59,14 @@ impl Experiment {
             message: fault.message,
             code: fault.code,
         })?;
-        let mut own = Self {
+        let mut experiment = Self {
             log: Some(log),
             ..self.clone()
         };
-        for run in &mut own.validate {
+        for run in &mut experiment.validate {
             run.log = None;
         }
-        Ok(own)
+        Ok(experiment)
     }
 }
 

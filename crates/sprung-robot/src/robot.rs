@@ -119,8 +119,8 @@ impl Robot {
             ..Limits::default()
         };
         let tree = self.tree.as_ref().and_then(|tree| tree.limits.get(joint));
-        let own = of.limits.unwrap_or_default().or(amplifier);
-        own.or(tree.copied().unwrap_or_default())
+        let limits = of.limits.unwrap_or_default().or(amplifier);
+        limits.or(tree.copied().unwrap_or_default())
     }
 
     /// Returns the acceleration of free fall in the base frame, m/s².
@@ -285,22 +285,24 @@ impl Joint {
     #[must_use]
     pub fn changes(&self, friction: JointParameter, with: Covariate) -> bool {
         (self.friction_covariates.iter())
-            .flat_map(|own| own.of(with).0)
+            .flat_map(|covariates| covariates.of(with).0)
             .any(|name| name == friction.name())
     }
 
     /// Returns whether a friction parameter changes with a covariate.
     #[must_use]
     pub fn depends_on(&self, covariate: Covariate) -> bool {
-        (self.friction_covariates.iter()).any(|own| !own.of(covariate).0.is_empty())
+        (self.friction_covariates.iter()).any(|covariates| !covariates.of(covariate).0.is_empty())
     }
 
     /// Returns the references of all covariates; zero for those on which no friction depends.
     #[must_use]
     pub fn references(&self) -> [f64; Covariate::COUNT] {
         Covariate::ALL.map(|covariate| {
-            let own = self.friction_covariates.as_ref();
-            own.and_then(|own| own.of(covariate).1).unwrap_or(0.0)
+            let covariates = self.friction_covariates.as_ref();
+            covariates
+                .and_then(|covariates| covariates.of(covariate).1)
+                .unwrap_or(0.0)
         })
     }
 
@@ -463,18 +465,18 @@ impl Joint {
             let all = self.motor_laws().iter().chain(self.link_laws()).copied();
             let mut laws: Vec<FrictionLaw> = Vec::new();
             for law in all.chain(has_offset) {
-                let contains = |own: &FrictionLaw| match law.0 {
+                let contains = |other: &FrictionLaw| match law.0 {
                     Family::Viscous | Family::ViscousAsymmetric => {
-                        matches!(own.0, Family::Viscous | Family::ViscousAsymmetric)
+                        matches!(other.0, Family::Viscous | Family::ViscousAsymmetric)
                     }
                     Family::Coulomb | Family::CoulombAsymmetric => {
-                        matches!(own.0, Family::Coulomb | Family::CoulombAsymmetric)
+                        matches!(other.0, Family::Coulomb | Family::CoulombAsymmetric)
                     }
                     Family::Offset
                     | Family::Stribeck
                     | Family::Quadratic
                     | Family::Load
-                    | Family::Residual => *own == law,
+                    | Family::Residual => *other == law,
                 };
                 // No deflection measures the load of a rigid joint.
                 if law.0 != Family::Load && !laws.iter().any(contains) {

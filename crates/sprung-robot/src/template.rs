@@ -118,7 +118,7 @@ impl Start {
             kinematics: Kinematics::Urdf(file.to_owned()),
             joints: urdf.movable().iter().map(joint).collect::<Result<_, _>>()?,
             mimics: mimics
-                .map(|(own, leader)| (own.to_owned(), leader.to_owned()))
+                .map(|(follower, leader)| (follower.to_owned(), leader.to_owned()))
                 .collect(),
             has_bodies: urdf.has_bodies(),
             chosen: None,
@@ -175,7 +175,10 @@ impl Start {
     /// Returns the names of the joints that mimic another.
     #[must_use]
     pub fn mimics(&self) -> Vec<String> {
-        self.mimics.iter().map(|(own, _)| own.clone()).collect()
+        self.mimics
+            .iter()
+            .map(|(follower, _)| follower.clone())
+            .collect()
     }
 
     /// Returns whether a file describes its bodies, so that the scale of torques can be told.
@@ -198,7 +201,7 @@ impl Start {
         match &self.chosen {
             None => self.joints.iter().map(|joint| (joint, None)).collect(),
             Some(chosen) => (chosen.joints.iter())
-                .filter_map(|own| Some((self.joints.get(own.joint)?, Some(own))))
+                .filter_map(|joint| Some((self.joints.get(joint.joint)?, Some(joint))))
                 .collect(),
         }
     }
@@ -207,14 +210,14 @@ impl Start {
     #[must_use]
     pub fn about_mimics(&self) -> Vec<String> {
         let blocks = self.blocks();
-        let sentence = |(own, leader): &(String, String)| {
+        let sentence = |(follower, leader): &(String, String)| {
             if blocks.iter().any(|(joint, _)| joint.name == *leader) {
                 format!(
-                    "{own} mimics {leader}, which moves. sprung holds {own} at zero, so the values of the bodies \
+                    "{follower} mimics {leader}, which moves. sprung holds {follower} at zero, so the values of the bodies \
                      that it carries are wrong by as much as it moves"
                 )
             } else {
-                format!("{own} mimics {leader}, so both are fixed at zero")
+                format!("{follower} mimics {leader}, so both are fixed at zero")
             }
         };
         self.mimics.iter().map(sentence).collect()
@@ -226,9 +229,11 @@ impl Start {
     /// - `stem`: the part of a name before the number of the joint; the key's unit follows.
     fn columns(&self, key: &Key, stem: &str) -> Option<String> {
         let (_, unit) = key.name.rsplit_once('_')?;
-        let own = (self.joints.iter().zip(1..))
+        let of_kind = (self.joints.iter().zip(1..))
             .filter(|(joint, _)| key.kind.is_none_or(|kind| joint.kind == kind));
-        let names: Vec<String> = own.map(|(_, i)| format!("\"{stem}{i}_{unit}\"")).collect();
+        let names: Vec<String> = of_kind
+            .map(|(_, i)| format!("\"{stem}{i}_{unit}\""))
+            .collect();
         (!names.is_empty()).then(|| format!("[{}]", names.join(", ")))
     }
 

@@ -95,8 +95,8 @@ impl TorqueHold {
     /// - `period`: of the log, s.
     #[must_use]
     pub fn conflict(&self, period: f64) -> Option<String> {
-        let own = self.controller_period?;
-        let ratio = (period / own).max(own / period);
+        let controller_period = self.controller_period?;
+        let ratio = (period / controller_period).max(controller_period / period);
         if (ratio / ratio.round() - 1.0).abs() < SAME_RATIO {
             return None;
         }
@@ -104,7 +104,7 @@ impl TorqueHold {
             "controller_period_s is {:.4} ms, which is no multiple and no fraction 1/n of the period of the log, {:.4} ms; \
              correct controller_period_s in [log], or remove it together with torque: sprung then finds the timing of the \
              torques",
-            in_ms(own),
+            in_ms(controller_period),
             in_ms(period)
         ))
     }

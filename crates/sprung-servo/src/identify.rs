@@ -279,12 +279,12 @@ fn quality(search: &Search, records: &[Record]) -> ServoFit {
 fn logs(bench: &Bench, records: &Records) -> Vec<ServoLog> {
     (records.names.iter().enumerate())
         .map(|(log, name)| {
-            let own = || records.all.iter().filter(move |record| record.log == log);
+            let of_log = || records.all.iter().filter(move |record| record.log == log);
             let load = bench.loads.get(log).copied().unwrap_or_default();
             ServoLog {
                 log: name.clone(),
-                samples: own().map(|record| record.position.len()).sum(),
-                duration_s: own().map(Record::duration).sum(),
+                samples: of_log().map(|record| record.position.len()).sum(),
+                duration_s: of_log().map(Record::duration).sum(),
                 load_inertia_kgm2: load.inertia,
                 load_torque_nm: load.sine.hypot(load.cosine),
             }

@@ -51,7 +51,7 @@ pub fn expect(
         };
         // The error of a logarithm is relative.
         let size = if is_logarithm { first } else { 1.0 };
-        let error = (unknown.iter().position(|own| *own == i))
+        let error = (unknown.iter().position(|other| *other == i))
             .zip(covariance.as_ref())
             .map(|(k, covariance)| size * covariance[k * n + k].max(0.0).sqrt());
         ServoExpectation {

@@ -47,8 +47,8 @@ pub(super) struct Normal {
     pub(super) information: Box<[[f64; P]; P]>,
     // Information of start and parameters, \[2 × P\], and of the start: xx, xv, vv.
     cross: [[f64; P]; 2],
-    own: [f64; 3],
-    own_descent: [f64; 2],
+    start_information: [f64; 3],
+    start_descent: [f64; 2],
 }
 
 /// Divides records into windows.
@@ -204,10 +204,10 @@ impl Window {
         self.simulate(parameters, start, setting, |residual, position| {
             cost += residual * residual * weight;
             for i in 0..N {
-                let own = position.partials[i] * weight;
-                descent[i] += own * residual;
+                let weighted = position.partials[i] * weight;
+                descent[i] += weighted * residual;
                 for (entry, other) in information[i][..=i].iter_mut().zip(position.partials) {
-                    *entry += own * other;
+                    *entry += weighted * other;
                 }
             }
         });
@@ -218,42 +218,42 @@ impl Window {
 impl Normal {
     /// - `information`: only the lower triangle is read.
     fn new(cost: f64, descent: [f64; N], information: &[[f64; N]; N], free_start: bool) -> Self {
-        let mut own = Self {
+        let mut normal = Self {
             cost,
             descent: std::array::from_fn(|i| descent[i]),
             information: Box::new([[0.0; P]; P]),
             cross: [information[P], information[P + 1]].map(|row| std::array::from_fn(|i| row[i])),
-            own: [
+            start_information: [
                 information[P][P],
                 information[P + 1][P],
                 information[P + 1][P + 1],
             ],
-            own_descent: [descent[P], descent[P + 1]],
+            start_descent: [descent[P], descent[P + 1]],
         };
         for i in 0..P {
             for j in 0..P {
                 let (row, column) = (i.max(j), i.min(j));
-                own.information[i][j] = information[row][column];
+                normal.information[i][j] = information[row][column];
             }
         }
         if free_start {
             for i in 0..P {
-                let by_start = own.by_start([own.cross[0][i], own.cross[1][i]], 0.0);
-                let of_start = by_start.iter().zip(own.own_descent).zip(own.cross);
+                let by_start = normal.by_start([normal.cross[0][i], normal.cross[1][i]], 0.0);
+                let of_start = by_start.iter().zip(normal.start_descent).zip(normal.cross);
                 for ((by_start, descent), cross) in of_start {
-                    own.descent[i] -= by_start * descent;
-                    for (entry, cross) in own.information[i].iter_mut().zip(cross) {
+                    normal.descent[i] -= by_start * descent;
+                    for (entry, cross) in normal.information[i].iter_mut().zip(cross) {
                         *entry -= by_start * cross;
                     }
                 }
             }
         }
-        own
+        normal
     }
 
     /// Returns the solution of the equations of the start.
     fn by_start(&self, [x, v]: [f64; 2], damping: f64) -> [f64; 2] {
-        let [xx, xv, vv] = self.own;
+        let [xx, xv, vv] = self.start_information;
         let (xx, vv) = (xx * (1.0 + damping), vv * (1.0 + damping));
         let determinant = xx * vv - xv * xv;
         [
@@ -264,7 +264,7 @@ impl Normal {
 
     /// Returns the step of the start that belongs to a step of the parameters.
     pub(super) fn start_step(&self, step: &[f64; P], damping: f64) -> [f64; 2] {
-        let mut rest = self.own_descent;
+        let mut rest = self.start_descent;
         for (rest, cross) in rest.iter_mut().zip(&self.cross) {
             *rest -= cross.iter().zip(step).map(|(a, b)| a * b).sum::<f64>();
         }

@@ -102,7 +102,7 @@ fn missing(path: &Path) -> String {
 
 /// Returns whether a list of names separated by commas contains a name.
 fn lists(list: &str, name: &str) -> bool {
-    list.split(',').any(|own| own.trim() == name)
+    list.split(',').any(|word| word.trim() == name)
 }
 
 #[cfg(test)]
@@ -111,18 +111,18 @@ mod tests {
 
     #[test]
     fn files_are_found_below_the_folder_that_is_set() {
-        let own = Path::new(env!("CARGO_MANIFEST_DIR"));
-        let (found, exists) = locate(Some(own.as_os_str()), Path::new("src/lib.rs"));
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let (found, exists) = locate(Some(folder.as_os_str()), Path::new("src/lib.rs"));
         assert!(exists && found.ends_with("sprung-testing/src/lib.rs"));
-        let (absent, exists) = locate(Some(own.as_os_str()), Path::new("data/none.csv"));
+        let (absent, exists) = locate(Some(folder.as_os_str()), Path::new("data/none.csv"));
         assert!(!exists && absent.ends_with("sprung-testing/data/none.csv"));
         assert!(!locate(None, Path::new("data/none.csv")).1);
     }
 
     #[test]
     fn the_first_missing_folder_is_named() {
-        let own = Path::new(env!("CARGO_MANIFEST_DIR"));
-        let path = own.join("shared/data/emps/none.csv");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let path = folder.join("shared/data/emps/none.csv");
         assert_eq!(missing(&path), "../shared");
     }
 

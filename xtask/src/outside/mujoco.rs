@@ -82,8 +82,10 @@ fn median_error(identification: &str, truths: &BTreeMap<&str, f64>) -> Option<f6
     let parameters = json["results"][0]["parameters"].as_array()?;
     let mut errors = Vec::new();
     for (name, truth) in truths {
-        let own = parameters.iter().find(|own| own["name"] == *name);
-        let Some(value) = own.and_then(|own| own["value"].as_f64()) else {
+        let parameter = parameters
+            .iter()
+            .find(|parameter| parameter["name"] == *name);
+        let Some(value) = parameter.and_then(|parameter| parameter["value"].as_f64()) else {
             eprintln!("── no value of {name}");
             return None;
         };

@@ -16,7 +16,8 @@ const CRATE: &str = "crates/sprung-python";
 
 /// Builds the wheel and prints its path.
 pub(crate) fn build() -> ExitCode {
-    let built = Python::with(&target().join("outside"), &[MATURIN]).and_then(|own| wheel(&own));
+    let built =
+        Python::with(&target().join("outside"), &[MATURIN]).and_then(|python| wheel(&python));
     match built {
         Some(path) => {
             println!("{}", path.display());

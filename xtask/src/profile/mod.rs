@@ -97,8 +97,8 @@ fn profile(case: &Case, sprung: &Path, folder: &Path) -> Option<()> {
         case.name, case.what
     );
     for (stage, share) in shares(&stacks.functions()) {
-        let own = share * milliseconds;
-        println!("    {stage:<24}{:6.1} %{own:9.0} ms", 100.0 * share);
+        let time = share * milliseconds;
+        println!("    {stage:<24}{:6.1} %{time:9.0} ms", 100.0 * share);
     }
     Some(())
 }

@@ -45,13 +45,13 @@ impl Stacks {
 ///
 /// - `shift`: address minus place in the file, which `perf script` prints.
 fn samples(script: &str, program: &Path, shift: u64) -> Vec<Vec<u64>> {
-    let own = format!("({})", program.display());
+    let ending = format!("({})", program.display());
     (script.split("\n\n"))
         .filter(|sample| !sample.trim().is_empty())
         .map(|sample| {
             let frames = sample.lines().enumerate();
             frames
-                .filter(|(_, line)| line.ends_with(&own))
+                .filter(|(_, line)| line.ends_with(&ending))
                 .filter_map(|(i, line)| Some(place(i, line)? + shift))
                 .collect()
         })

@@ -172,12 +172,12 @@ fn written(
 /// Returns the folder of the experiment of a log, in the working folder.
 fn folder_of(log: &Path) -> PathBuf {
     let mut name = OsString::from(FOLDER_PREFIX);
-    let own = if log.is_dir() {
+    let stem = if log.is_dir() {
         log.file_name()
     } else {
         log.file_stem()
     };
-    name.push(own.unwrap_or("log".as_ref()));
+    name.push(stem.unwrap_or("log".as_ref()));
     PathBuf::from(name)
 }
 

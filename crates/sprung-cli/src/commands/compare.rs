@@ -203,16 +203,16 @@ fn combined_table(combined: &CombinedResult) -> Grid {
     let mut table = Grid::new(Vec::from(header), 2)
         .divided(2, 6)
         .without(&[5, 4]);
-    for own in &combined.parameters {
+    for parameter in &combined.parameters {
         table.add_row([
-            short(&own.name).into_owned(),
-            own.unit.clone(),
-            significant(own.value, 5),
-            significant(own.standard_error, 2),
-            own.results.to_string(),
-            significant(own.chi_square, 3),
-            significant(own.probability, 2),
-            format!("{:.0}", own.i_squared_percent),
+            short(&parameter.name).into_owned(),
+            parameter.unit.clone(),
+            significant(parameter.value, 5),
+            significant(parameter.standard_error, 2),
+            parameter.results.to_string(),
+            significant(parameter.chi_square, 3),
+            significant(parameter.probability, 2),
+            format!("{:.0}", parameter.i_squared_percent),
         ]);
     }
     table
@@ -235,18 +235,18 @@ fn drift_table(drift: &Drift) -> Grid {
     let mut table = Grid::new(Vec::from(header), 2)
         .divided(2, 8)
         .without(&[7, 4, 3]);
-    for own in &drift.parameters {
+    for parameter in &drift.parameters {
         table.add_row([
-            short(&own.name).into_owned(),
-            own.unit.clone(),
-            significant(own.first, 5),
-            significant(own.change, 3),
-            significant(own.standard_error, 2),
-            dash(own.change_percent, 3),
-            dash(own.standard_error_percent, 2),
-            dash(own.change_per_day, 3),
-            significant(own.adjusted_probability, 2),
-            if own.drifts { "yes" } else { "no" }.to_owned(),
+            short(&parameter.name).into_owned(),
+            parameter.unit.clone(),
+            significant(parameter.first, 5),
+            significant(parameter.change, 3),
+            significant(parameter.standard_error, 2),
+            dash(parameter.change_percent, 3),
+            dash(parameter.standard_error_percent, 2),
+            dash(parameter.change_per_day, 3),
+            significant(parameter.adjusted_probability, 2),
+            if parameter.drifts { "yes" } else { "no" }.to_owned(),
         ]);
     }
     table

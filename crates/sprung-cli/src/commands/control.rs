@@ -48,21 +48,21 @@ pub(crate) fn run(args: &Control) -> Result<ExitCode, Failure> {
 }
 
 fn numbers(all: &[f64]) -> String {
-    let all: Vec<String> = all.iter().map(|own| significant(*own, 3)).collect();
+    let all: Vec<String> = all.iter().map(|value| significant(*value, 3)).collect();
     all.join(", ")
 }
 
-fn say(terminal: Terminal, own: &ControlDesign) {
-    let controller = &own.controller;
+fn say(terminal: Terminal, design: &ControlDesign) {
+    let controller = &design.controller;
     terminal.say(format!(
         "{}: {} every {} ms, stable in {} poses for the identified robot and {} robots of its posterior",
-        own.robot,
+        design.robot,
         controller.feedback,
         significant(1e3 * controller.period_s, 4),
-        own.poses.len(),
-        own.draws,
+        design.poses.len(),
+        design.draws,
     ));
-    if let Some(bandwidth) = &own.bandwidth {
+    if let Some(bandwidth) = &design.bandwidth {
         terminal.say(format!(
             "bandwidth {} Hz; the largest that keeps the margins is {} Hz: {}",
             numbers(&bandwidth.used_hz),
@@ -70,9 +70,9 @@ fn say(terminal: Terminal, own: &ControlDesign) {
             bandwidth.limited_by
         ));
     }
-    terminal.table(&loops_table(own));
-    terminal.table(&vibrations_table(own));
-    if let Some(shaper) = &own.shaper {
+    terminal.table(&loops_table(design));
+    terminal.table(&vibrations_table(design));
+    if let Some(shaper) = &design.shaper {
         let kinds: Vec<String> = (shaper.modes.iter())
             .map(|mode| {
                 format!(
@@ -89,7 +89,7 @@ fn say(terminal: Terminal, own: &ControlDesign) {
             significant(shaper.largest_percent, 2)
         ));
     }
-    let proof = &own.proof;
+    let proof = &design.proof;
     for tracking in &proof.tracking {
         let declared = tracking.declared_rad.map_or_else(String::new, |rms| {
             format!(", [controller] {}", significant(rms, 3))
@@ -102,14 +102,14 @@ fn say(terminal: Terminal, own: &ControlDesign) {
         ));
     }
     let moves = &proof.moves;
-    let vibration = |own: &WithDraws| {
+    let vibration = |value: &WithDraws| {
         format!(
             "{} rad (worst robot {})",
-            significant(own.identified, 2),
-            significant(own.worst, 2)
+            significant(value.identified, 2),
+            significant(value.worst, 2)
         )
     };
-    let shaped = own.shaper.as_ref().map_or_else(String::new, |_| {
+    let shaped = design.shaper.as_ref().map_or_else(String::new, |_| {
         format!(", with the shaper {}", vibration(&moves.shaped_rad))
     });
     terminal.say(format!(
@@ -119,12 +119,12 @@ fn say(terminal: Terminal, own: &ControlDesign) {
         moves.limit_cycles,
         proof.robots
     ));
-    for assumed in &own.assumed {
+    for assumed in &design.assumed {
         terminal.say(format!("assumed: {assumed}"));
     }
 }
 
-fn loops_table(own: &ControlDesign) -> Grid {
+fn loops_table(design: &ControlDesign) -> Grid {
     let header = [
         "loop",
         "gain margin, dB",
@@ -134,12 +134,12 @@ fn loops_table(own: &ControlDesign) -> Grid {
         "crossover, Hz",
     ];
     let mut table = Grid::new(header.map(str::to_owned).into(), 1);
-    for row in &own.loops {
+    for row in &design.loops {
         let gain = |of: fn(&WithDraws) -> f64| dash(row.gain_db.as_ref().map(of), 3);
         table.add_row(vec![
             row.joint.clone(),
-            gain(|own| own.identified),
-            gain(|own| own.worst),
+            gain(|value| value.identified),
+            gain(|value| value.worst),
             significant(row.phase_deg.identified, 3),
             significant(row.phase_deg.worst, 3),
             dash(Some(row.crossover_hz).filter(|hz| *hz > 0.0), 3),
@@ -148,7 +148,7 @@ fn loops_table(own: &ControlDesign) -> Grid {
     table
 }
 
-fn vibrations_table(own: &ControlDesign) -> Grid {
+fn vibrations_table(design: &ControlDesign) -> Grid {
     let header = [
         "vibration",
         "motors",
@@ -160,7 +160,7 @@ fn vibrations_table(own: &ControlDesign) -> Grid {
     let mut table = Grid::new(header.map(str::to_owned).into(), 2);
     let ends =
         |[low, high]: [f64; 2]| format!("{} – {}", significant(low, 3), significant(high, 3));
-    for row in &own.vibrations {
+    for row in &design.vibrations {
         table.add_row(vec![
             row.name.clone(),
             match row.motors {

@@ -65,11 +65,11 @@ pub(crate) fn run(args: &Excite) -> Result<ExitCode, Failure> {
     for (name, text) in excitation_files(&session, &excited) {
         output.text(name, &text)?;
     }
-    for (name, own) in [
+    for (name, value) in [
         ("hold-out.csv", &excited.hold_out),
         ("slow.csv", &excited.slow),
     ] {
-        if own.is_none() {
+        if value.is_none() {
             output.outdates(name);
         }
     }
@@ -101,10 +101,10 @@ fn absolute(flag: &str, file: Option<&Path>) -> Result<Option<PathBuf>, Failure>
 )]
 fn stop_on_interrupt() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
-    let own = Arc::clone(&stop);
+    let flag = Arc::clone(&stop);
     // Without a handler an interrupt ends the program, and earlier results stay.
     let _ = ctrlc::set_handler(move || {
-        if own.swap(true, Ordering::Relaxed) {
+        if flag.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
         complain(
@@ -115,16 +115,16 @@ fn stop_on_interrupt() -> Arc<AtomicBool> {
 }
 
 fn say(terminal: Terminal, excited: &Excited, is_stopped: bool) {
-    let own = &excited.excitation;
-    let motion = &own.motion;
+    let excitation = &excited.excitation;
+    let motion = &excitation.motion;
     let highest = motion.harmonics.last().copied().unwrap_or(1) as f64 * motion.base_frequency_hz;
     terminal.say(format!(
         "{}: {} s, {} to {} Hz, {}{}",
-        own.robot,
+        excitation.robot,
         significant(motion.duration_s, 4),
         significant(motion.base_frequency_hz, 3),
         significant(highest, 3),
-        if own.is_certified {
+        if excitation.is_certified {
             "every limit holds"
         } else {
             "limits are broken"
@@ -138,20 +138,20 @@ fn say(terminal: Terminal, excited: &Excited, is_stopped: bool) {
         ));
     } else {
         let poses: Vec<String> = (motion.joints.iter())
-            .map(|own| significant(own.start_rad, 4))
+            .map(|joint| significant(joint.start_rad, 4))
             .collect();
         terminal.say(format!(
             "the motion starts at [{}] rad (m)",
             poses.join(", ")
         ));
     }
-    let near: Vec<String> = (own.limits.iter())
+    let near: Vec<String> = (excitation.limits.iter())
         .filter(|limit| limit.used_percent >= NEAR_PERCENT)
         .map(|limit| {
             let joint = limit
                 .joint
                 .as_deref()
-                .map_or(String::new(), |own| format!(" of {own}"));
+                .map_or(String::new(), |name| format!(" of {name}"));
             format!(
                 "{}{joint} {} %",
                 limit.quantity,
@@ -162,8 +162,8 @@ fn say(terminal: Terminal, excited: &Excited, is_stopped: bool) {
     if !near.is_empty() {
         terminal.say(format!("limits in use: {}", near.join(", ")));
     }
-    terminal.table(&promise_table(own));
-    for parameter in own.undetermined() {
+    terminal.table(&promise_table(excitation));
+    for parameter in excitation.undetermined() {
         terminal.say(format!(
             "{} is not determined: {}",
             short(&parameter.name),
@@ -173,35 +173,38 @@ fn say(terminal: Terminal, excited: &Excited, is_stopped: bool) {
                 .unwrap_or("its standard error exceeds its value")
         ));
     }
-    if let Some(slow) = &own.slow {
+    if let Some(slow) = &excitation.slow {
         terminal.say(format!(
             "slow motion for friction: {} s, slow.csv",
             significant(slow.duration_s, 4)
         ));
     }
-    for more in &own.more {
+    for more in &excitation.more {
         terminal.say(format!(
             "{}: standard errors times {}",
             more.what,
             significant(more.factor, 3)
         ));
     }
-    for assumed in &own.assumed {
+    for assumed in &excitation.assumed {
         terminal.say(format!("assumed: {assumed}"));
     }
 }
 
-fn promise_table(own: &Excitation) -> Grid {
+fn promise_table(excitation: &Excitation) -> Grid {
     let header = ["parameter", "unit", "value", "± s.e.", "%"].map(str::to_owned);
     let mut table = Grid::new(header.into(), 2).divided(3, 2);
-    for own in &own.promise {
-        let error = own.is_determined.then_some(own.standard_error);
+    for promised in &excitation.promise {
+        let error = promised.is_determined.then_some(promised.standard_error);
         table.add_row(vec![
-            short(&own.name).into_owned(),
-            own.unit.clone(),
-            significant(own.value, 5),
+            short(&promised.name).into_owned(),
+            promised.unit.clone(),
+            significant(promised.value, 5),
             dash(error, 2),
-            dash(own.relative_percent.filter(|_| own.is_determined), 2),
+            dash(
+                promised.relative_percent.filter(|_| promised.is_determined),
+                2,
+            ),
         ]);
     }
     table

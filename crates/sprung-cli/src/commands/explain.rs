@@ -13,12 +13,14 @@ const INDENT: usize = 11;
 
 pub(crate) fn run(args: &Explain) -> Result<ExitCode, Failure> {
     let Some(code) = &args.code else {
-        let codes = Explanation::all().iter().flat_map(|own| &own.codes);
+        let codes = Explanation::all()
+            .iter()
+            .flat_map(|explanation| &explanation.codes);
         let lines: Vec<&str> = codes.map(String::as_str).collect();
         print(&lines.join("\n"));
         return Ok(ExitCode::Done);
     };
-    let own = Explanation::of(code).ok_or_else(|| {
+    let explanation = Explanation::of(code).ok_or_else(|| {
         let hint = Explanation::nearest_code(code).map_or_else(
             || "sprung explain --list prints all codes".to_owned(),
             |near| format!("did you mean \"{near}\"?"),
@@ -26,20 +28,20 @@ pub(crate) fn run(args: &Explain) -> Result<ExitCode, Failure> {
         let message = format!("there is no finding \"{code}\"; {hint}");
         Failure::new(ExitCode::Usage, message)
     })?;
-    print(&shown(own));
+    print(&shown(explanation));
     Ok(ExitCode::Done)
 }
 
 /// Returns an explanation as text.
-fn shown(own: &Explanation) -> String {
-    let title = format!("{} ({})", own.codes.join(", "), own.section);
-    let severity = own.severities.join(", ");
+fn shown(explanation: &Explanation) -> String {
+    let title = format!("{} ({})", explanation.codes.join(", "), explanation.section);
+    let severity = explanation.severities.join(", ");
     let parts = [
         ("severity", Some(&severity)),
-        ("cause", Some(&own.cause)),
-        ("condition", own.condition.as_ref()),
-        ("remedy", Some(&own.remedy)),
-        ("example", own.example.as_ref()),
+        ("cause", Some(&explanation.cause)),
+        ("condition", explanation.condition.as_ref()),
+        ("remedy", Some(&explanation.remedy)),
+        ("example", explanation.example.as_ref()),
     ];
     let mut lines = vec![title, String::new()];
     for (name, text) in parts {

@@ -68,20 +68,20 @@ pub(crate) fn run(args: &Simulate) -> Result<ExitCode, Failure> {
 fn say_errors(terminal: Terminal, errors: &[ExpectedError]) {
     let header = ["parameter", "unit", "true", "± s.e.", "%"].map(str::to_owned);
     let mut table = Grid::new(header.into(), 2).divided(3, 2);
-    for own in errors {
-        let error = own.is_determined.then_some(own.standard_error);
-        let share = error.filter(|_| own.value != 0.0);
+    for expected in errors {
+        let error = expected.is_determined.then_some(expected.standard_error);
+        let share = error.filter(|_| expected.value != 0.0);
         table.add_row(vec![
-            short(&own.name).into_owned(),
-            own.unit.clone(),
-            significant(own.value, 5),
+            short(&expected.name).into_owned(),
+            expected.unit.clone(),
+            significant(expected.value, 5),
             dash(error, 2),
-            dash(share.map(|error| 100.0 * error / own.value.abs()), 2),
+            dash(share.map(|error| 100.0 * error / expected.value.abs()), 2),
         ]);
     }
     terminal.table(&table);
-    let open: Vec<&str> = (errors.iter().filter(|own| !own.is_determined))
-        .map(|own| &*own.name)
+    let open: Vec<&str> = (errors.iter().filter(|expected| !expected.is_determined))
+        .map(|expected| &*expected.name)
         .collect();
     if !open.is_empty() {
         terminal.say(format!(

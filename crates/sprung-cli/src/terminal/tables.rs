@@ -105,7 +105,7 @@ fn error_table_by_joint(run: &sprung::validate::RunResult) -> Grid {
                 error(e.map(|e| &e.q_rad)),
                 error(e.map(|e| &e.phi_rad)),
                 share.map_or_else(|| "-".to_owned(), |share| format!("{:.1}", 100.0 * share)),
-                promise((set.predictions.iter()).filter(|own| own.joint == joint)),
+                promise((set.predictions.iter()).filter(|prediction| prediction.joint == joint)),
             ];
             table.add_row(columns().map(|i| cells[i].clone()));
         }

@@ -167,8 +167,8 @@ const OVERFLOWS: &str = "
       if (box.scrollWidth > box.clientWidth + 1) found.push(width + ': ' + box.className + ' ' + box.scrollWidth + ' in ' + box.clientWidth);
     }
     for (const cell of page.querySelectorAll('td')) {
-      const { right, width: own } = cell.getBoundingClientRect();
-      if (own > 0 && right > width) found.push(width + ': cell ' + cell.textContent);
+      const { right, width: occupied } = cell.getBoundingClientRect();
+      if (occupied > 0 && right > width) found.push(width + ': cell ' + cell.textContent);
     }
     frame.remove();
   }

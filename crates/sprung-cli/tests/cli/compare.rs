@@ -187,7 +187,7 @@ fn different_robots_are_refused_with_their_files() {
     let output = compare(&[&case.path(""), &other.path("")], &out, &[]);
     assert_eq!(output.status.code(), Some(2));
     let message = stderr(&output);
-    let [one, two] = [&case, &other].map(|own| own.path("sprung-out/identification.json"));
+    let [one, two] = [&case, &other].map(|case| case.path("sprung-out/identification.json"));
     for word in [
         "\"Quanser 2-DOF serial flexible joint\"",
         "\"My Quanser 2-DOF serial flexible joint\"",

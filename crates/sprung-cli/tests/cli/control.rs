@@ -24,8 +24,8 @@ fn control(case: &Case, set: &[&str], more: &[&str]) -> Output {
     if !more.contains(&"--parameters") {
         args.extend(["--parameters", identified.to_str().unwrap()]);
     }
-    for own in SHORT.iter().chain(set) {
-        args.extend(["--set", own]);
+    for setting in SHORT.iter().chain(set) {
+        args.extend(["--set", setting]);
     }
     args.extend(more);
     sprung(&args)
@@ -41,13 +41,13 @@ fn designed(case: &Case, set: &[&str], more: &[&str]) -> Value {
 fn a_designed_controller_runs_as_that_of_an_experiment_and_as_code() {
     let case = Case::new();
     let design = designed(&case, &["control.shaper_modes=1"], &[]);
-    for own in design["loops"].as_array().unwrap() {
-        assert!(own["gain_db"]["worst"].as_f64().unwrap() >= 6.0);
-        assert!(own["phase_deg"]["worst"].as_f64().unwrap() >= 40.0);
+    for margins in design["loops"].as_array().unwrap() {
+        assert!(margins["gain_db"]["worst"].as_f64().unwrap() >= 6.0);
+        assert!(margins["phase_deg"]["worst"].as_f64().unwrap() >= 40.0);
     }
-    for own in design["proof"]["tracking"].as_array().unwrap() {
-        let designed = own["designed_rad"]["worst"].as_f64().unwrap();
-        assert!(designed < 0.25 * own["declared_rad"].as_f64().unwrap());
+    for tracking in design["proof"]["tracking"].as_array().unwrap() {
+        let designed = tracking["designed_rad"]["worst"].as_f64().unwrap();
+        assert!(designed < 0.25 * tracking["declared_rad"].as_f64().unwrap());
     }
     let text = fs::read_to_string(case.path("design/control.html")).unwrap();
     for id in ["loops", "vibrations", "moves", "tracking"] {

@@ -75,7 +75,9 @@ fn a_stiffness_that_falls_is_found_in_the_order_of_the_dates() {
         "{oldest}"
     );
     let all = drift["parameters"].as_array().unwrap();
-    let of = all.iter().find(|own| own["name"] == "joint1.stiffness");
+    let of = all
+        .iter()
+        .find(|parameter| parameter["name"] == "joint1.stiffness");
     let percent = of.unwrap()["change_percent"].as_f64().unwrap();
     // Measured -5.0; the limit is half of the change.
     assert!((-7.5..-2.5).contains(&percent), "{percent}");

@@ -25,8 +25,8 @@ fn excited(case: &Case, set: &[&str], more: &[&str]) -> Output {
     let (experiment, out) = (case.path("experiment.toml"), case.path("design"));
     let mut args = vec!["excite", experiment.to_str().unwrap()];
     args.extend(["--out", out.to_str().unwrap()]);
-    for own in set {
-        args.extend(["--set", own]);
+    for setting in set {
+        args.extend(["--set", setting]);
     }
     args.extend(more);
     sprung(&args)
@@ -127,7 +127,7 @@ fn the_files_hold_one_motion_from_rest_to_rest() {
     assert!(
         errors
             .iter()
-            .all(|own| own["standard_error"].as_f64().unwrap() > 0.0)
+            .all(|error| error["standard_error"].as_f64().unwrap() > 0.0)
     );
 }
 
@@ -138,8 +138,11 @@ fn every_limit_is_kept_and_some_are_used() {
     assert_eq!(json["is_certified"], true);
     let limits = json["limits"].as_array().unwrap();
     assert_eq!(limits.len(), 4);
-    let used = |own: &Value| own["used_percent"].as_f64().unwrap();
-    assert!(limits.iter().all(|own| used(own) <= 100.0), "{limits:?}");
+    let used = |limit: &Value| limit["used_percent"].as_f64().unwrap();
+    assert!(
+        limits.iter().all(|limit| used(limit) <= 100.0),
+        "{limits:?}"
+    );
     assert!(used(&limits[0]) > 60.0, "{limits:?}");
     let report = fs::read_to_string(case.path("design").join("report.html")).unwrap();
     assert!(report.contains("Designed experiment"));
@@ -189,9 +192,9 @@ fn a_given_motion_is_judged_as_the_design_that_made_it() {
     let judged = designed(&case, &set, &["--reference", file.to_str().unwrap()]);
     assert_eq!(judged["method"], "reference");
     assert_eq!(judged["is_certified"], true);
-    let errors = |own: &Value| -> Vec<f64> {
-        let all = own["promise"].as_array().unwrap().iter();
-        all.map(|own| own["standard_error"].as_f64().unwrap())
+    let errors = |excitation: &Value| -> Vec<f64> {
+        let all = excitation["promise"].as_array().unwrap().iter();
+        all.map(|promised| promised["standard_error"].as_f64().unwrap())
             .collect()
     };
     for (made, judged) in errors(&made).into_iter().zip(errors(&judged)) {
@@ -273,8 +276,13 @@ fn a_check_compares_the_recorded_motion_with_the_promise_of_its_design() {
         let output = sprung(&[&args[..], &["--json"]].concat());
         let json: Value = serde_json::from_str(&stdout(&output)).unwrap();
         let findings = json["findings"].as_array().unwrap();
-        let own = findings.iter().find(|own| own["code"] == "design-promise");
-        own.expect("a finding")["text"].as_str().unwrap().to_owned()
+        let finding = findings
+            .iter()
+            .find(|finding| finding["code"] == "design-promise");
+        finding.expect("a finding")["text"]
+            .as_str()
+            .unwrap()
+            .to_owned()
     };
     let whole = finding("simulate.duration_s=5");
     assert!(
@@ -334,7 +342,7 @@ fn a_recorded_log_counts_beside_the_new_motion() {
         .iter()
         .zip(both["promise"].as_array().unwrap())
     {
-        let error = |own: &Value| own["standard_error"].as_f64().unwrap();
+        let error = |promised: &Value| promised["standard_error"].as_f64().unwrap();
         assert!(error(both) < error(alone), "{alone} {both}");
     }
 }

@@ -25,16 +25,16 @@ fn expected(case: &Case, more: &[&str]) -> BTreeMap<String, (f64, f64, bool)> {
     let output = simulated(case, &[&["--json"], more].concat());
     assert!(output.status.success(), "{}", stderr(&output));
     let json: Value = serde_json::from_str(&stdout(&output)).unwrap();
-    let number = |own: &Value, key: &str| own[key].as_f64().unwrap();
+    let number = |object: &Value, key: &str| object[key].as_f64().unwrap();
     (json["expected_errors"].as_array().unwrap().iter())
-        .map(|own| {
-            let name = own["name"].as_str().unwrap().to_owned();
-            let is_determined = own["is_determined"].as_bool().unwrap();
+        .map(|error| {
+            let name = error["name"].as_str().unwrap().to_owned();
+            let is_determined = error["is_determined"].as_bool().unwrap();
             (
                 name,
                 (
-                    number(own, "value"),
-                    number(own, "standard_error"),
+                    number(error, "value"),
+                    number(error, "standard_error"),
                     is_determined,
                 ),
             )
@@ -49,7 +49,7 @@ fn ratio(
 ) -> f64 {
     let logs: f64 = of
         .iter()
-        .map(|(name, own)| (own.1 / over[name].1).ln())
+        .map(|(name, estimate)| (estimate.1 / over[name].1).ln())
         .sum();
     (logs / of.len() as f64).exp()
 }
@@ -60,7 +60,7 @@ fn a_log_of_four_times_the_length_halves_the_errors() {
     let short = expected(&case, &["--set", "simulate.duration_s=10"]);
     let long = expected(&case, &["--set", "simulate.duration_s=40"]);
     assert_eq!(short.len(), 15);
-    assert!(short.values().all(|own| own.2), "{short:?}");
+    assert!(short.values().all(|estimate| estimate.2), "{short:?}");
     // Information adds up over time.
     let measured = ratio(&short, &long);
     assert!((measured - 2.0).abs() < 0.2, "{measured}");
@@ -80,9 +80,9 @@ fn observed_errors_are_those_that_were_expected() {
         assert!(output.status.success(), "{}", stderr(&output));
         let text = std::fs::read_to_string(case.path("sprung-out/identification.json")).unwrap();
         let json: Value = serde_json::from_str(&text).unwrap();
-        for own in json["results"][0]["parameters"].as_array().unwrap() {
-            let (truth, error, _) = expected[own["name"].as_str().unwrap()];
-            squares += ((own["value"].as_f64().unwrap() - truth) / error).powi(2);
+        for parameter in json["results"][0]["parameters"].as_array().unwrap() {
+            let (truth, error, _) = expected[parameter["name"].as_str().unwrap()];
+            squares += ((parameter["value"].as_f64().unwrap() - truth) / error).powi(2);
             count += 1.0;
         }
     }
@@ -96,8 +96,8 @@ fn a_robot_that_stands_still_has_parameters_that_no_log_determines() {
     let case = Case::new();
     let still = "controller.reference.sines=[{ joint = \"joint1\", amplitude_deg = 0.0, frequency_hz = 0.7 }]";
     let found = expected(&case, &["--set", still]);
-    let open: Vec<&str> = (found.iter().filter(|own| !own.1.2))
-        .map(|own| &**own.0)
+    let open: Vec<&str> = (found.iter().filter(|entry| !entry.1.2))
+        .map(|entry| &**entry.0)
         .collect();
     for name in [
         "link1.inertia_total",

@@ -292,8 +292,8 @@ fn the_comment_the_table_and_the_file_show_one_number() {
         .as_array()
         .unwrap()
         .iter())
-    .map(|own| (own["name"].as_str().unwrap(), own))
-    .map(|(name, own)| (name, own["projected"].as_f64().unwrap()))
+    .map(|moved| (moved["name"].as_str().unwrap(), moved))
+    .map(|(name, moved)| (name, moved["projected"].as_f64().unwrap()))
     .collect();
     assert_eq!(moved.len(), 3, "{moved:?}");
     let output = export(&case, "mjcf", &["--json"]);

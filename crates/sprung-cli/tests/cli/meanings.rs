@@ -394,7 +394,7 @@ fn one_torque_in_another_unit_is_no_swap() {
         let line = format!("[log] gain = {{ \"tau{}\" = {gain} }}", column - 4);
         let (_, findings) = check(&case, &[]);
         assert_eq!(findings[0]["code"], "torque-scale", "{findings:#?}");
-        let settings: Vec<&Value> = findings.iter().map(|own| &own["setting"]).collect();
+        let settings: Vec<&Value> = findings.iter().map(|finding| &finding["setting"]).collect();
         assert_eq!(settings[0].as_str(), Some(&*line), "{findings:#?}");
         let set = format!("log.gain={{tau{}={gain}}}", column - 4);
         says_nothing(&case, &["--set", &set]);

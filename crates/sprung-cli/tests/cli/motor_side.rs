@@ -34,8 +34,8 @@ fn friction_of_the_demo_hides_the_vibrations() {
     let case = motors();
     let (_, json) = case.results(&[]);
     assert!(finding(&json, "resonance-not-excited").is_some(), "{json}");
-    for own in json["springs_from_motor"].as_array().unwrap() {
-        assert_eq!(own["stiffness"], Value::Null);
+    for spring in json["springs_from_motor"].as_array().unwrap() {
+        assert_eq!(spring["stiffness"], Value::Null);
     }
     let html = std::fs::read_to_string(case.path("sprung-out/report.html")).unwrap();
     assert!(html.contains("Springs seen from the motors"));

@@ -455,8 +455,13 @@ fn grippers_and_joints_that_follow_others_are_left_out() {
     ];
     let finger = |row: usize| 0.02 + 0.02 * (0.01 * row as f64).sin();
     let values = |row: usize, topic: usize| {
-        let own = 1 + 2 * topic;
-        let position = vec![finger(row), finger(row), log[own][row], log[own + 1][row]];
+        let column = 1 + 2 * topic;
+        let position = vec![
+            finger(row),
+            finger(row),
+            log[column][row],
+            log[column + 1][row],
+        ];
         let effort = vec![0.5, 0.4, log[5][row], log[6][row]];
         (position, if topic == 0 { vec![] } else { effort })
     };
@@ -768,9 +773,9 @@ fn lists(path: &std::path::Path, log: &[Vec<f64>], names: Option<[&str; 2]>) {
         for (k, value) in columns[0].iter().enumerate() {
             // With names the order may change from row to row.
             let swapped = names.is_some() && k % 2 == 1;
-            let own = [*value, columns[1][k]];
-            let own = if swapped { [own[1], own[0]] } else { own };
-            builder.values().append_slice(&own);
+            let pair = [*value, columns[1][k]];
+            let pair = if swapped { [pair[1], pair[0]] } else { pair };
+            builder.values().append_slice(&pair);
             builder.append(true);
         }
         Arc::new(builder.finish())
@@ -784,12 +789,12 @@ fn lists(path: &std::path::Path, log: &[Vec<f64>], names: Option<[&str; 2]>) {
     if let Some(names) = names {
         let mut builder = ListBuilder::new(StringBuilder::new());
         for k in 0..log[0].len() {
-            let own = if k % 2 == 1 {
+            let ordered = if k % 2 == 1 {
                 [names[1], names[0]]
             } else {
                 names
             };
-            for name in own {
+            for name in ordered {
                 builder.values().append_value(name);
             }
             builder.append(true);

@@ -84,11 +84,11 @@ fn a_torque_that_is_logged_late_is_said() {
     let case = short();
     let mut before = String::new();
     let case = case.log(|row, cells| {
-        let own = cells[5].clone();
+        let torque = cells[5].clone();
         if row > 1 {
             cells[5].clone_from(&before);
         }
-        before = own;
+        before = torque;
     });
     let (_, json) = case.results(&OUTPUT_ERROR);
     let text = finding(&json, "controller-torque-late").unwrap();

@@ -52,10 +52,10 @@ fn a_log_without_another_mass_has_a_payload_of_zero() {
     let payload = &json["payloads"][0];
     assert_eq!(payload["name"], "tool");
     let mut known = 0;
-    for own in payload["parameters"].as_array().unwrap() {
-        let number = |key: &str| own[key].as_f64();
+    for parameter in payload["parameters"].as_array().unwrap() {
+        let number = |key: &str| parameter[key].as_f64();
         if let (Some(value), Some(error)) = (number("value"), number("standard_error")) {
-            assert!(value.abs() < 3.0 * error, "{own}");
+            assert!(value.abs() < 3.0 * error, "{parameter}");
             known += 1;
         }
     }

@@ -77,8 +77,10 @@ fn a_limit_of_the_total_mass_holds() {
     let standard = json["results"][0]["standard_parameters"]
         .as_array()
         .unwrap();
-    let masses = standard.iter().filter(|own| own["unit"] == "kg");
-    let total: f64 = masses.map(|own| own["value"].as_f64().unwrap()).sum();
+    let masses = standard
+        .iter()
+        .filter(|parameter| parameter["unit"] == "kg");
+    let total: f64 = masses.map(|mass| mass["value"].as_f64().unwrap()).sum();
     assert!((6.0..7.0).contains(&total), "{total}");
 }
 

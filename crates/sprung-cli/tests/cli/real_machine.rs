@@ -411,7 +411,13 @@ fn errors_on(log: &str, urdf: &str, json: &Value, key: &str) -> f64 {
     let folder = TempDir::new().unwrap();
     let file = folder.path().join("values.toml");
     let lines: String = (json["results"][0]["parameters"].as_array().unwrap().iter())
-        .filter_map(|own| Some(format!("{} = {}\n", own["name"], own[key].as_f64()?)))
+        .filter_map(|parameter| {
+            Some(format!(
+                "{} = {}\n",
+                parameter["name"],
+                parameter[key].as_f64()?
+            ))
+        })
         .collect();
     std::fs::write(&file, lines).unwrap();
     let more = [
@@ -425,7 +431,7 @@ fn errors_on(log: &str, urdf: &str, json: &Value, key: &str) -> f64 {
     let (_, json) = run("validate", "staubli-tx40", &more);
     let errors = &json["runs"][0]["sets"][0]["torque_residual_nm"];
     let errors = errors.as_object().unwrap().values();
-    errors.map(|own| own.as_f64().unwrap().powi(2)).sum()
+    errors.map(|error| error.as_f64().unwrap().powi(2)).sum()
 }
 
 #[test]
@@ -457,7 +463,7 @@ fn possible_bodies_predict_held_out_thirds_of_an_industrial_arm() {
         for link in standard[..60].chunks(10) {
             let body: Vec<f64> = link
                 .iter()
-                .map(|own| own["value"].as_f64().unwrap())
+                .map(|parameter| parameter["value"].as_f64().unwrap())
                 .collect();
             // The triangle inequality of the moments of inertia about the joint's frame.
             let [ixx, iyy, izz] = [body[4], body[6], body[9]];
@@ -484,18 +490,24 @@ fn a_vibration_by_the_frequency_response_contains_what_least_squares_lose() {
     let joints = json["frequency_response"]["joints"].as_array().unwrap();
     let feature = |joint: usize, kind: &str| {
         let all = joints[joint]["features"].as_array().unwrap();
-        (all.iter().find(|own| own["kind"] == kind).unwrap()).clone()
+        (all.iter().find(|feature| feature["kind"] == kind).unwrap()).clone()
     };
-    let own = feature(1, "antiresonance");
-    let number = |key: &str| own[key].as_f64().unwrap();
+    let antiresonance = feature(1, "antiresonance");
+    let number = |key: &str| antiresonance[key].as_f64().unwrap();
     let [log, model] = ["log_hz", "model_hz"].map(number);
     let [log_error, model_error] = ["log_standard_error_hz", "model_standard_error_hz"].map(number);
     println!(
         "antiresonance of stage 2: log {log:.3} ± {log_error:.3}, model {model:.2} ± {model_error:.2} Hz"
     );
-    assert!((log - 5.4).abs() < 0.1 && log_error < 0.03, "{own}");
+    assert!(
+        (log - 5.4).abs() < 0.1 && log_error < 0.03,
+        "{antiresonance}"
+    );
     // The stacked stiffness is too small, and its interval is wide enough to contain the log.
-    assert!(model < log && log - model < 2.0 * model_error, "{own}");
+    assert!(
+        model < log && log - model < 2.0 * model_error,
+        "{antiresonance}"
+    );
     assert!(finding(&json, "resonance-disagrees").is_none());
     // Feedback answers dry friction with torque, so the resonance is not in the log.
     assert_eq!(feature(1, "resonance")["unseen"], "dry-friction");

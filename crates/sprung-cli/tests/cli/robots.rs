@@ -36,8 +36,8 @@ fn turret() -> Case {
         for name in [
             "m", "mx", "my", "mz", "ixx", "ixy", "iyy", "ixz", "iyz", "izz",
         ] {
-            let own = given.iter().find(|(known, _)| *known == name);
-            let number = own.map_or(0.0, |(_, number)| *number);
+            let entry = given.iter().find(|(known, _)| *known == name);
+            let number = entry.map_or(0.0, |(_, number)| *number);
             writeln!(nominal, "\"link{link}.{name}\" = {number:?}").unwrap();
         }
     }
@@ -246,7 +246,7 @@ fn validation_uses_the_velocities_of_the_identification() {
     let laws = "robot.joint.wheel.motor_friction=[\"viscous\", \"coulomb\", \"residual\"]";
     for laws in [&[][..], &["--set", laws]] {
         let (_, json) = case.results(laws);
-        let own = json["results"][0]["relative_residual"]["wheel.motor_nm"]
+        let identified = json["results"][0]["relative_residual"]["wheel.motor_nm"]
             .as_f64()
             .unwrap();
         let experiment = case.path("experiment.toml");
@@ -258,7 +258,10 @@ fn validation_uses_the_velocities_of_the_identification() {
         let set = &validation["runs"][0]["sets"][0];
         let again = set["torque_relative_residual"]["wheel"].as_f64().unwrap();
         // With the velocities before a search the residual is 0.03 and 0.2.
-        assert!((again / own - 1.0).abs() < 0.1, "{own} {again}");
+        assert!(
+            (again / identified - 1.0).abs() < 0.1,
+            "{identified} {again}"
+        );
         let beside = json["results"][0]["dependence"].as_array();
         // Viscous and Coulomb friction, which both further laws resemble.
         assert_eq!(beside.map(Vec::len), Some(2));

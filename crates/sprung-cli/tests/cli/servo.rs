@@ -42,7 +42,9 @@ fn run(case: &Case, verb: &str, more: &[&str]) -> (i32, Value) {
 
 fn parameter<'a>(json: &'a Value, name: &str) -> &'a Value {
     let all = json["parameters"].as_array().unwrap();
-    all.iter().find(|own| own["name"] == name).unwrap()
+    all.iter()
+        .find(|parameter| parameter["name"] == name)
+        .unwrap()
 }
 
 #[test]
@@ -67,10 +69,10 @@ fn friction_under_load_is_identified_from_two_known_masses() {
         "load_external",
     ] {
         let name = format!("servo.{name}");
-        let own = parameter(&found, &name);
+        let parameter = parameter(&found, &name);
         let (value, error) = (
-            own["value"].as_f64().unwrap(),
-            own["standard_error"].as_f64().unwrap(),
+            parameter["value"].as_f64().unwrap(),
+            parameter["standard_error"].as_f64().unwrap(),
         );
         let difference = value - truth[&name];
         // Six seeds have errors of at most 3.4 %.

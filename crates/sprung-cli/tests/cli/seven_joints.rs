@@ -37,13 +37,19 @@ fn held_out(result: &Value, key: &str) -> Vec<f64> {
     let folder = TempDir::new().unwrap();
     let file = folder.path().join("values.toml");
     let lines: String = (result["parameters"].as_array().unwrap().iter())
-        .filter_map(|own| Some(format!("{} = {}\n", own["name"], own[key].as_f64()?)))
+        .filter_map(|parameter| {
+            Some(format!(
+                "{} = {}\n",
+                parameter["name"],
+                parameter[key].as_f64()?
+            ))
+        })
         .collect();
     std::fs::write(&file, lines).unwrap();
     let json = run("validate", &["--parameters", file.to_str().unwrap()]).unwrap();
     let errors = &json["runs"][0]["sets"][0]["torque_residual_nm"];
     (errors.as_object().unwrap().values())
-        .map(|own| own.as_f64().unwrap())
+        .map(|error| error.as_f64().unwrap())
         .collect()
 }
 
@@ -57,7 +63,7 @@ fn a_robot_that_can_exist_predicts_the_second_half_as_well() {
     assert_ne!(result["verdict"], "unusable");
     let standard = result["standard_parameters"].as_array().unwrap();
     let values: Vec<f64> = (standard.iter())
-        .map(|own| own["value"].as_f64().unwrap())
+        .map(|parameter| parameter["value"].as_f64().unwrap())
         .collect();
     let mut total = 0.0;
     for body in values[..70].chunks(10) {
@@ -69,7 +75,7 @@ fn a_robot_that_can_exist_predicts_the_second_half_as_well() {
     // The arm weighs 18 kg with its base.
     assert!(total < 30.0, "{total} kg");
     let [possible, free] = ["value", "unconstrained"].map(|key| held_out(result, key));
-    let ratios = possible.iter().zip(&free).map(|(own, free)| own / free);
+    let ratios = possible.iter().zip(&free).map(|(error, free)| error / free);
     let mean = (ratios.map(f64::ln).sum::<f64>() / 7.0).exp();
     println!(
         "held-out torque error: {possible:.3?} N·m, {mean:.4} times that without constraints; masses {total:.1} kg"

@@ -220,14 +220,16 @@ impl Tree {
             let (_, origin, turn) = joint
                 .parent
                 .map_or(([0.0; 3], [0.0; 3], identity), |parent| places[parent]);
-            let mut own = product(&turn, &joint.rotation);
+            let mut orientation = product(&turn, &joint.rotation);
             let mut at = add(origin, turned(&turn, joint.origin));
-            let axis = turned(&own, joint.axis);
+            let axis = turned(&orientation, joint.axis);
             match joint.kind {
-                JointKind::Revolute => own = product(&own, &rodrigues(joint.axis, *q)),
+                JointKind::Revolute => {
+                    orientation = product(&orientation, &rodrigues(joint.axis, *q))
+                }
                 JointKind::Prismatic => at = add(at, axis.map(|x| x * q)),
             }
-            places.push((axis, at, own));
+            places.push((axis, at, orientation));
         }
         places
     }

@@ -188,8 +188,8 @@ impl Mixed {
 
     /// A parameter of a kind; zero if there is none.
     pub(crate) fn get(&self, what: JointParameter) -> f64 {
-        let mut own = self.terms.iter().filter(|term| term.what == what);
-        own.next().map_or(0.0, |term| self.theta[term.column])
+        let mut terms = self.terms.iter().filter(|term| term.what == what);
+        terms.next().map_or(0.0, |term| self.theta[term.column])
     }
 
     /// Sets the parameters of some kinds.

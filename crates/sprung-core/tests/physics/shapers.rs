@@ -41,7 +41,7 @@ fn zero_vibration_has_the_published_values() {
     let zvdd: [_; 4] = zero_vibration(&damped);
     for (sequence, name) in [(&zv[..], "ZV"), (&zvd[..], "ZVD"), (&zvdd[..], "ZVDD")] {
         assert!(residual(sequence, &damped) < 1e-15, "{name}");
-        let sum: f64 = sequence.iter().map(|own| own.amplitude).sum();
+        let sum: f64 = sequence.iter().map(|impulse| impulse.amplitude).sum();
         assert!((sum - 1.0).abs() < 1e-15, "{name}");
     }
 }
@@ -230,7 +230,10 @@ fn sampling_keeps_sum_and_mean_delay() {
     let mean: f64 = (taps.iter())
         .map(|tap| tap.weight * tap.delay as f64 * period)
         .sum();
-    let exact: f64 = zvd.iter().map(|own| own.amplitude * own.time).sum();
+    let exact: f64 = zvd
+        .iter()
+        .map(|impulse| impulse.amplitude * impulse.time)
+        .sum();
     assert!((sum - 1.0).abs() < 1e-15 && (mean - exact).abs() < 1e-15);
     // A time that is a multiple of the period up to rounding has one tap.
     let half = Mode::from_hz(0.5 / (30.0 * period), 0.0).unwrap();

@@ -44,12 +44,12 @@ fn last_frame(joints: &[ChainJoint], q: &[f64]) -> Frame {
     let mut frame = BASE;
     for (joint, q) in joints.iter().zip(q) {
         let transform = joint.transform(*q);
-        let mut own = BASE;
-        for (i, row) in own.iter_mut().take(3).enumerate() {
+        let mut local = BASE;
+        for (i, row) in local.iter_mut().take(3).enumerate() {
             let [x, y, z] = transform.axes.map(|axis| axis[i]);
             *row = [x, y, z, transform.origin[i]];
         }
-        frame = product(&frame, &own);
+        frame = product(&frame, &local);
     }
     frame
 }
@@ -68,11 +68,11 @@ fn joints_stand_where_their_tables_put_them() {
         let q = random.list(4, 3.0);
         let [mut modified, mut classic] = [BASE; 2];
         for (j, row) in rows.iter().enumerate() {
-            let own = turn(row, q[j], row.d);
-            modified = product(&modified, &product(&twist(row), &own));
+            let rotation = turn(row, q[j], row.d);
+            modified = product(&modified, &product(&twist(row), &rotation));
             // The frame of the last link is only rotated, so its twist does not count.
             let rest = if j < 3 {
-                product(&own, &twist(row))
+                product(&rotation, &twist(row))
             } else {
                 turn(row, q[j], 0.0)
             };

@@ -70,8 +70,13 @@ impl Program<'_> {
     /// Returns a line for each parameter.
     pub(super) fn parameter_lines(&self, begin: &str) -> String {
         let mut text = String::new();
-        for (i, own) in self.parameters.iter().enumerate() {
-            let _ = writeln!(text, "{begin}{i}: {}, {}", comment(&own.name), own.unit);
+        for (i, parameter) in self.parameters.iter().enumerate() {
+            let _ = writeln!(
+                text,
+                "{begin}{i}: {}, {}",
+                comment(&parameter.name),
+                parameter.unit
+            );
         }
         text
     }
@@ -122,7 +127,7 @@ pub(super) fn write(program: &Program<'_>) -> [String; 3] {
     }
     let [of_header, of_code, of_test] = controller(program.control);
     let [check, measure] = match program.control {
-        Some(own) if own.motions.is_empty() => {
+        Some(control) if control.motions.is_empty() => {
             ["    check_controller();\n", "    measure_controller();\n"]
         }
         Some(_) => [
@@ -189,9 +194,13 @@ fn controller(control: Option<&Control<'_>>) -> [String; 3] {
         .replace("%SCALE%", &C.constant(control.velocity_scale()))
         .replace("%COMMAND%", &command);
     let samples = control.samples.iter();
-    let samples: String = samples.map(|own| element_of_struct(&own.all())).collect();
+    let samples: String = samples
+        .map(|sample| element_of_struct(&sample.all()))
+        .collect();
     let motions = control.motions.iter();
-    let motions: String = motions.map(|own| element_of_struct(&own.all())).collect();
+    let motions: String = motions
+        .map(|motion| element_of_struct(&motion.all()))
+        .collect();
     let of_feedforward = if control.motions.is_empty() {
         String::new()
     } else {
@@ -220,8 +229,8 @@ fn signature(traced: &Traced) -> String {
     let array = |array: &Array, constant: &str| {
         format!("{constant}@real {}[{}]", array.name, length(array.shape))
     };
-    let inputs = traced.inputs.iter().map(|own| array(own, "const "));
-    let outputs = traced.outputs.iter().map(|own| array(own, ""));
+    let inputs = traced.inputs.iter().map(|input| array(input, "const "));
+    let outputs = traced.outputs.iter().map(|output| array(output, ""));
     let all: Vec<String> = inputs.chain(outputs).collect();
     format!("void @{}({})", traced.name, all.join(",\n    "))
 }
@@ -235,8 +244,10 @@ fn length(shape: Shape) -> &'static str {
 }
 
 fn vectors(vectors: &[Vector]) -> String {
-    let own = vectors.iter();
-    own.map(|vector| element_of_struct(&vector.all())).collect()
+    let vectors = vectors.iter();
+    vectors
+        .map(|vector| element_of_struct(&vector.all()))
+        .collect()
 }
 
 /// Returns a structure of arrays as an element of an array.

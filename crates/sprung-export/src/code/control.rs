@@ -79,7 +79,7 @@ impl<'a> Control<'a> {
         code: &'a ControlCode,
         motions: Vec<DesiredMotion>,
     ) -> Result<Self, ControlError> {
-        let mut own = Self {
+        let mut control = Self {
             code,
             taps: code.taps_or_none(),
             samples: Vec::new(),
@@ -87,9 +87,9 @@ impl<'a> Control<'a> {
         };
         // The motion must be so small that most torques are below their limits.
         for halvings in 0..10 {
-            own.samples = own.run(source, 0.5_f64.powi(halvings))?;
-            let near = own.samples.len() - FAR;
-            let all = (own.samples[..near].iter()).flat_map(|sample| {
+            control.samples = control.run(source, 0.5_f64.powi(halvings))?;
+            let near = control.samples.len() - FAR;
+            let all = (control.samples[..near].iter()).flat_map(|sample| {
                 (sample.tau.iter().zip(&code.torque_limits)).map(|(tau, limit)| tau.abs() < *limit)
             });
             let (inside, count) = (all.clone().filter(|inside| *inside).count(), all.count());
@@ -97,7 +97,7 @@ impl<'a> Control<'a> {
                 break;
             }
         }
-        Ok(own)
+        Ok(control)
     }
 
     pub(super) fn controller(&self) -> &Controller {
@@ -262,7 +262,7 @@ impl<'a> Control<'a> {
 /// Returns the lines of the caller about a controller for a comment.
 pub(super) fn about_control(control: Option<&Control<'_>>, begin: &str) -> String {
     let mut text = String::new();
-    for line in control.iter().flat_map(|own| &own.code.header) {
+    for line in control.iter().flat_map(|control| &control.code.header) {
         let _ = writeln!(text, "{begin}{}", comment(line));
     }
     text

@@ -18,18 +18,18 @@ pub(super) struct Language {
 impl Language {
     /// Returns a number.
     pub(super) fn constant(&self, value: f64) -> String {
-        let own = (self.number)(&format!("{:?}", value.abs()));
+        let number = (self.number)(&format!("{:?}", value.abs()));
         if value < 0.0 {
-            format!("(-{own})")
+            format!("(-{number})")
         } else {
-            own
+            number
         }
     }
 
     /// Returns numbers with commas between them.
     pub(super) fn constants(&self, values: &[f64]) -> String {
-        let own: Vec<String> = values.iter().map(|value| self.constant(*value)).collect();
-        own.join(", ")
+        let constants: Vec<String> = values.iter().map(|value| self.constant(*value)).collect();
+        constants.join(", ")
     }
 
     /// Returns numbers on lines of their own.
@@ -99,7 +99,11 @@ pub(super) fn unused(traced: &Traced) -> Vec<&'static str> {
         })
         .collect();
     let is_used = |name: &str| {
-        (used.iter()).any(|own| own.split_once('[').is_some_and(|(array, _)| array == name))
+        (used.iter()).any(|variable| {
+            variable
+                .split_once('[')
+                .is_some_and(|(array, _)| array == name)
+        })
     };
     let names = traced.inputs.iter().map(|array| array.name);
     names.filter(|name| !is_used(name)).collect()
@@ -120,7 +124,7 @@ pub(super) fn calls(all: &[Traced]) -> Vec<Function> {
 
 /// Returns a name as the beginning of identifiers: lower case letters, digits and underscores.
 pub(super) fn identifier(name: &str) -> String {
-    let own: String = (name.chars())
+    let letters: String = (name.chars())
         .map(|c| {
             if c.is_ascii_alphanumeric() {
                 c.to_ascii_lowercase()
@@ -129,12 +133,12 @@ pub(super) fn identifier(name: &str) -> String {
             }
         })
         .collect();
-    let words: Vec<&str> = own.split('_').filter(|word| !word.is_empty()).collect();
-    let own = words.join("_");
-    match own.chars().next() {
+    let words: Vec<&str> = letters.split('_').filter(|word| !word.is_empty()).collect();
+    let joined = words.join("_");
+    match joined.chars().next() {
         None => "robot".to_owned(),
-        Some(first) if first.is_ascii_digit() => format!("robot_{own}"),
-        Some(_) => own,
+        Some(first) if first.is_ascii_digit() => format!("robot_{joined}"),
+        Some(_) => joined,
     }
 }
 

@@ -173,7 +173,7 @@ impl<'g> Symbol<'g> {
     }
 
     fn is(self, value: f64) -> bool {
-        matches!(self, Self::Constant(own) if own.to_bits() == value.to_bits() || own == 0.0 && value == 0.0)
+        matches!(self, Self::Constant(constant) if constant.to_bits() == value.to_bits() || constant == 0.0 && value == 0.0)
     }
 
     fn of(self, function: Function) -> Self {
@@ -218,8 +218,8 @@ impl Add for Symbol<'_> {
         if let Some(other) = other.negated() {
             return self - other;
         }
-        if let Some(own) = self.negated() {
-            return other - own;
+        if let Some(negated) = self.negated() {
+            return other - negated;
         }
         let (a, b) = self.sorted(other);
         self.graph(other)
@@ -241,8 +241,8 @@ impl Sub for Symbol<'_> {
         if let Some(other) = other.negated() {
             return self + other;
         }
-        if let Some(own) = self.negated() {
-            return -(own + other);
+        if let Some(negated) = self.negated() {
+            return -(negated + other);
         }
         let (a, b) = (self.operand(), other.operand());
         self.graph(other)
@@ -264,8 +264,8 @@ impl Mul for Symbol<'_> {
             (_, Self::Constant(factor)) if factor < 0.0 => return -(self * -factor),
             _ => {}
         }
-        if let Some(own) = self.negated() {
-            return -(own * other);
+        if let Some(negated) = self.negated() {
+            return -(negated * other);
         }
         if let Some(other) = other.negated() {
             return -(self * other);
@@ -309,7 +309,7 @@ impl Scalar for Symbol<'_> {
 
     fn sin_cos(self) -> (Self, Self) {
         match self.negated() {
-            Some(own) => (-own.of(Function::Sin), own.of(Function::Cos)),
+            Some(negated) => (-negated.of(Function::Sin), negated.of(Function::Cos)),
             None => (self.of(Function::Sin), self.of(Function::Cos)),
         }
     }
@@ -320,7 +320,7 @@ impl Scalar for Symbol<'_> {
 
     fn tanh(self) -> Self {
         match self.negated() {
-            Some(own) => -own.of(Function::Tanh),
+            Some(negated) => -negated.of(Function::Tanh),
             None => self.of(Function::Tanh),
         }
     }

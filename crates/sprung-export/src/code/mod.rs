@@ -90,11 +90,16 @@ pub(super) fn write(
     {
         model.check_stiffness(&theta)?;
         let speed = control.controller.friction_compensation_speed_rad_per_s;
-        let own = source.feedforward(speed).map_err(failed)?;
-        (of_feedforward, motions) = source.prove_feedforward(speed, &own).map_err(failed)?;
-        traced.push(own);
+        let feedforward = source.feedforward(speed).map_err(failed)?;
+        (of_feedforward, motions) = source
+            .prove_feedforward(speed, &feedforward)
+            .map_err(failed)?;
+        traced.push(feedforward);
     }
-    let operations: usize = traced.iter().map(|own| own.operations.len()).sum();
+    let operations: usize = traced
+        .iter()
+        .map(|function| function.operations.len())
+        .sum();
     if operations > OPERATIONS {
         return Err(too_large(format!(
             "{operations} operations, and code has at most {OPERATIONS}"
@@ -173,8 +178,11 @@ pub(super) fn said(model: &Model, extras: &[Extra], control: Option<&ControlCode
         rows.push(row("springs", How::Exact, note));
     }
     if let Some(control) = control {
-        let own = &control.controller;
-        let law = match (own.kind, own.friction_compensation_speed_rad_per_s) {
+        let controller = &control.controller;
+        let law = match (
+            controller.kind,
+            controller.friction_compensation_speed_rad_per_s,
+        ) {
             (ControllerKind::Pd, _) => "PD on the motors",
             (ControllerKind::StateFeedback, None) => "state feedback, feedforward without friction",
             (ControllerKind::StateFeedback, Some(_)) => {

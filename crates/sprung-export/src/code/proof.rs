@@ -83,7 +83,7 @@ impl Vector {
                 *q *= std::f64::consts::PI;
             }
         }
-        let mut own = Self {
+        let mut vector = Self {
             phi: (q.iter().zip(deflection)).map(|(q, e)| q + e).collect(),
             q,
             dq: some(VELOCITY),
@@ -95,9 +95,10 @@ impl Vector {
             ..Self::default()
         };
         for i in (0..n).filter(|i| source.robot.motor_rows[*i].is_none()) {
-            (own.phi[i], own.dphi[i], own.ddphi[i]) = (own.q[i], own.dq[i], own.ddq[i]);
+            (vector.phi[i], vector.dphi[i], vector.ddphi[i]) =
+                (vector.q[i], vector.dq[i], vector.ddq[i]);
         }
-        own
+        vector
     }
 
     /// Computes the numbers of the identified model.
@@ -204,8 +205,8 @@ impl Vector {
         robot.torque_entries(&state, &accelerations, &mut workspace, &mut entries)?;
         self.regressor = vec![0.0; rows * width];
         for row in 0..rows {
-            let own = &entries[model.equation_entries(row)];
-            for (entry, column) in own.iter().zip(model.equation_columns(row)) {
+            let row_entries = &entries[model.equation_entries(row)];
+            for (entry, column) in row_entries.iter().zip(model.equation_columns(row)) {
                 self.regressor[row * width + column] = *entry;
             }
         }
@@ -250,24 +251,24 @@ pub(super) fn prove(
     };
     let mut in_test = Vec::new();
     for _ in 0..STATES {
-        let mut own = Vector::draw(source, &mut random);
-        own.compute(source)?;
-        compare(source, all, &own, &mut proof);
+        let mut vector = Vector::draw(source, &mut random);
+        vector.compute(source)?;
+        compare(source, all, &vector, &mut proof);
         if in_test.len() < IN_TEST {
-            in_test.push(own);
+            in_test.push(vector);
         }
     }
     Ok((proof, in_test))
 }
 
-fn compare(source: &Source<'_>, all: &[Traced], own: &Vector, proof: &mut Proof) {
-    let n = own.q.len();
+fn compare(source: &Source<'_>, all: &[Traced], vector: &Vector, proof: &mut Proof) {
+    let n = vector.q.len();
     let of = |name: &str, still: bool| {
         let found = all.iter().find(|traced| traced.name == name);
-        found.map_or_else(Vec::new, |traced| own.run(traced, still))
+        found.map_or_else(Vec::new, |traced| vector.run(traced, still))
     };
     let masses = of("mass_matrix", false);
-    let known = [own.link.as_slice(), &own.motor].concat();
+    let known = [vector.link.as_slice(), &vector.motor].concat();
     worst(
         &mut proof.inverse_dynamics,
         &known,
@@ -278,7 +279,7 @@ fn compare(source: &Source<'_>, all: &[Traced], own: &Vector, proof: &mut Proof)
         source.robot.motor_rows[*i].is_some()
     });
     let mut products = Vec::new();
-    for (known, found) in own.regressor.chunks(width).zip(regressor.chunks(width)) {
+    for (known, found) in vector.regressor.chunks(width).zip(regressor.chunks(width)) {
         worst(&mut proof.inverse_dynamics, known, found);
         products.push(
             found
@@ -288,12 +289,12 @@ fn compare(source: &Source<'_>, all: &[Traced], own: &Vector, proof: &mut Proof)
                 .sum(),
         );
     }
-    let motors = (0..n).filter(is_flexible).map(|i| own.motor[i]);
+    let motors = (0..n).filter(is_flexible).map(|i| vector.motor[i]);
     let links = (0..n).map(|i| {
         if is_flexible(&i) {
-            own.link[i]
+            vector.link[i]
         } else {
-            own.motor[i]
+            vector.motor[i]
         }
     });
     let rows: Vec<f64> = links.chain(motors).collect();
@@ -303,23 +304,23 @@ fn compare(source: &Source<'_>, all: &[Traced], own: &Vector, proof: &mut Proof)
         ["gravity", "coriolis", "spring", "friction"].map(|name| of(name, false));
     let is_rigid = |i: usize| source.robot.motor_rows[i].is_none();
     let whole: Vec<f64> = (0..n)
-        .map(|i| own.link[i] + if is_rigid(i) { own.motor[i] } else { 0.0 })
+        .map(|i| vector.link[i] + if is_rigid(i) { vector.motor[i] } else { 0.0 })
         .collect();
     let parts: Vec<f64> = (0..n)
         .map(|i| {
-            let moved: f64 = (0..n).map(|k| masses[i * n + k] * own.ddq[k]).sum();
+            let moved: f64 = (0..n).map(|k| masses[i * n + k] * vector.ddq[k]).sum();
             let motor = if is_rigid(i) { friction[n + i] } else { 0.0 };
             moved + gravity[i] + coriolis[i] - spring[i] + friction[i] + motor
         })
         .collect();
     worst(&mut proof.inverse_dynamics, &whole, &parts);
-    worst(&mut proof.mass_matrix, &own.mass, &masses);
+    worst(&mut proof.mass_matrix, &vector.mass, &masses);
 
     // Forward dynamics, as the code computes it.
     let still = of("inverse_dynamics", true);
-    let left = |i: usize| own.tau_motor[i] - still[n + i];
+    let left = |i: usize| vector.tau_motor[i] - still[n + i];
     let mut ddq: Vec<f64> = (0..n)
-        .map(|i| own.tau_link[i] - still[i] + if is_rigid(i) { left(i) } else { 0.0 })
+        .map(|i| vector.tau_link[i] - still[i] + if is_rigid(i) { left(i) } else { 0.0 })
         .collect();
     let mut factors = masses;
     if factor(&mut factors, n) {
@@ -337,6 +338,6 @@ fn compare(source: &Source<'_>, all: &[Traced], own: &Vector, proof: &mut Proof)
             }
         })
         .collect();
-    worst(&mut proof.accelerations, &own.ddq_by_tau, &ddq);
-    worst(&mut proof.accelerations, &own.ddphi_by_tau, &ddphi);
+    worst(&mut proof.accelerations, &vector.ddq_by_tau, &ddq);
+    worst(&mut proof.accelerations, &vector.ddphi_by_tau, &ddphi);
 }

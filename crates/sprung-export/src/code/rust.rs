@@ -159,9 +159,9 @@ fn function(traced: &Traced) -> String {
     let inputs: Vec<String> = (traced.inputs.iter())
         .map(|array| format!("{}: &{}", array.name, kind(array)))
         .collect();
-    let joined = |own: Vec<String>| match own.as_slice() {
+    let joined = |values: Vec<String>| match values.as_slice() {
         [one] => one.clone(),
-        _ => format!("({})", own.join(", ")),
+        _ => format!("({})", values.join(", ")),
     };
     let outputs = traced.outputs.iter();
     let kinds = outputs
@@ -187,14 +187,14 @@ fn function(traced: &Traced) -> String {
     let mut at = 0;
     let arrays = outputs
         .map(|array| {
-            let own = at..at + array.length;
+            let range = at..at + array.length;
             at += array.length;
             if array.shape != Shape::Regressor {
-                return format!("[{}]", results[own].join(", "));
+                return format!("[{}]", results[range].join(", "));
             }
             let name = array.name;
             let _ = writeln!(text, "    let mut {name} = [0.0; ROWS * PARAMETERS];");
-            for i in own.filter(|i| !is_zero(traced.results[*i])) {
+            for i in range.filter(|i| !is_zero(traced.results[*i])) {
                 let result = results[i].trim_matches(['(', ')']);
                 let _ = writeln!(text, "    {name}[{i}] = {result};");
             }

@@ -97,8 +97,8 @@ impl<'g> Motion<'g> {
             vec![Symbol::ZERO; n]
         };
         let motor = |name: &str, link: &[Symbol<'g>]| {
-            let own = array(name);
-            let of = |i: usize| robot.motor_rows[i].map_or(link[i], |_| own[i]);
+            let motor = array(name);
+            let of = |i: usize| robot.motor_rows[i].map_or(link[i], |_| motor[i]);
             (0..n).map(of).collect()
         };
         let (q, dq, ddq) = (array(Q), array(DQ), array(DDQ));
@@ -181,7 +181,7 @@ impl Source<'_> {
                 "Torques of the springs on the links; zero at rigid joints.",
                 &drives,
                 &[TAU],
-                |motion| Ok(self.drives(motion, |own, row, n| own == Part::Spring && row >= n)),
+                |motion| Ok(self.drives(motion, |part, row, n| part == Part::Spring && row >= n)),
             )?,
             self.function(
                 "friction",
@@ -190,7 +190,7 @@ impl Source<'_> {
                 &[TAU_LINK, TAU_MOTOR],
                 |motion| {
                     let of = |side| {
-                        self.drives(motion, move |own, _, _| own == Part::Friction(side))
+                        self.drives(motion, move |part, _, _| part == Part::Friction(side))
                     };
                     Ok([of(Side::Link), of(Side::Motor)].concat())
                 },
@@ -259,11 +259,11 @@ impl Source<'_> {
         heavy: bool,
     ) -> Result<Vec<S>, LengthError> {
         let n = self.robot.joints();
-        let own = self.robot.links.chain;
+        let whole = self.robot.links.chain;
         let chain = if heavy {
-            own
+            whole
         } else {
-            Chain::checked(own.joints(), [0.0; 3], own.motions())
+            Chain::checked(whole.joints(), [0.0; 3], whole.motions())
         };
         let mut torques = vec![S::ZERO; n];
         let mut steps = vec![Step::default(); n];
@@ -337,9 +337,9 @@ impl Source<'_> {
     fn all<'g>(&self, motion: &Motion<'g>) -> Result<Vec<Symbol<'g>>, LengthError> {
         let n = self.robot.joints();
         let mut links = self.links(&motion.q, &motion.dq, &motion.ddq, true)?;
-        let own = self.drives(motion, |_, row, n| row < n);
-        for (link, own) in links.iter_mut().zip(own) {
-            *link = *link + own;
+        let drives = self.drives(motion, |_, row, n| row < n);
+        for (link, drive) in links.iter_mut().zip(drives) {
+            *link = *link + drive;
         }
         let mut motors = self.drives(motion, |_, row, n| row >= n);
         for (i, inertia) in self.rotors().into_iter().enumerate() {
@@ -384,9 +384,9 @@ impl Source<'_> {
         for term in self.robot.terms {
             let i = term.joint;
             let rest = term.rest(&motion.drive(i), &self.robot.shapes[i]);
-            let own = rest + motion.ddphi[i] * term.momentum(1.0);
+            let contribution = rest + motion.ddphi[i] * term.momentum(1.0);
             let entry = &mut entries[term.row * width + term.column];
-            *entry = *entry + own;
+            *entry = *entry + contribution;
         }
         Ok(entries)
     }

@@ -282,12 +282,12 @@ fn uneven(file: &str, channels: &Channels, timing: &Timing) -> Option<Finding> {
 /// Returns whether a description opens the delays of all channels of a joint but one, and of at least two.
 fn has_one_reference(channels: &Channels) -> bool {
     (0..channels.turns.len()).any(|joint| {
-        let is_open = |own: &Channel| own.delay == Some(Delay::Estimate);
-        let own: Vec<bool> = (channels.all.iter())
-            .filter(|own| own.joint == joint)
+        let is_open = |channel: &Channel| channel.delay == Some(Delay::Estimate);
+        let are_open: Vec<bool> = (channels.all.iter())
+            .filter(|channel| channel.joint == joint)
             .map(is_open)
             .collect();
-        own.len() > 2 && own.iter().filter(|open| !**open).count() == 1
+        are_open.len() > 2 && are_open.iter().filter(|open| !**open).count() == 1
     })
 }
 
@@ -369,8 +369,8 @@ mod tests {
         let words = "contain the errors of these times";
         let mut channels = channels();
         for (open, is_told) in [(0, false), (1, false), (2, true)] {
-            for own in channels.all.iter_mut().take(open) {
-                own.delay = Some(Delay::Estimate);
+            for channel in channels.all.iter_mut().take(open) {
+                channel.delay = Some(Delay::Estimate);
             }
             let finding = uneven("log.csv", &channels, &timing).unwrap();
             assert_eq!(finding.text.contains(words), is_told, "{}", finding.text);

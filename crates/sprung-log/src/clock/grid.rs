@@ -75,7 +75,7 @@ impl Grid {
         // If a stream has no positions, its torques are used.
         let all = !smooth.contains(&true);
         let telling = (channels.iter().copied().enumerate())
-            .filter(|&(own, _)| all || smooth[own])
+            .filter(|&(index, _)| all || smooth[index])
             .collect();
         Self {
             file: file.to_owned(),
@@ -119,8 +119,8 @@ impl Grid {
         let count = limit.min(self.ready.len());
         let begin = out.len();
         out.time.extend(self.ready.time.drain(..count));
-        for (own, &channel) in self.ready.values.iter_mut().zip(channels) {
-            out.values[channel].extend(own.drain(..count));
+        for (column, &channel) in self.ready.values.iter_mut().zip(channels) {
+            out.values[channel].extend(column.drain(..count));
         }
         let gaps = std::mem::take(&mut self.ready.gaps);
         for gap in gaps {
@@ -180,8 +180,8 @@ impl Grid {
         }
         self.waiting.times.push(time);
         self.waiting.places.push(place);
-        for (own, value) in self.waiting.values.iter_mut().zip(values) {
-            own.push(value);
+        for (column, value) in self.waiting.values.iter_mut().zip(values) {
+            column.push(value);
         }
         let count = self.waiting.times.len();
         match self.stage {
@@ -303,7 +303,7 @@ impl Grid {
             (None, None)
         } else {
             let channels: Vec<(usize, &[f64])> = (self.telling.iter())
-                .map(|&(own, channel)| (channel, self.waiting.values[own].as_slice()))
+                .map(|&(index, channel)| (channel, self.waiting.values[index].as_slice()))
                 .collect();
             let (evidence, told) = weigh(times, period, GAP_PERIODS, &channels);
             (Some(evidence), told)
@@ -355,7 +355,7 @@ impl Grid {
         let waiting = self.waiting.clone();
         self.waiting.let_go(waiting.times.len());
         for (i, &time) in waiting.times.iter().enumerate() {
-            let values = waiting.values.iter().map(|own| own[i]);
+            let values = waiting.values.iter().map(|column| column[i]);
             if matches!(self.stage, Stage::Plain) {
                 self.plain(waiting.places[i], time, values);
             } else {
@@ -422,7 +422,7 @@ impl Grid {
                 clock.restart(ahead);
             }
             let time = if near { waiting.times[i] } else { clock.time() };
-            let values = waiting.values.iter().map(|own| own[i]);
+            let values = waiting.values.iter().map(|column| column[i]);
             self.put(waiting.places[i], waiting.times[i], at, time, values);
         }
         self.stage = Stage::Ticks { clock, per, near };

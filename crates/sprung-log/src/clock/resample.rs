@@ -61,8 +61,8 @@ impl Resampler {
     ) {
         self.at.push(at);
         self.time.push(time);
-        for (own, value) in self.values.iter_mut().zip(values) {
-            own.push(value);
+        for (column, value) in self.values.iter_mut().zip(values) {
+            column.push(value);
         }
         self.advance(false, out);
         if self.at.len() > KEPT_SAMPLES {

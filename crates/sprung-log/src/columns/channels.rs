@@ -72,9 +72,9 @@ pub struct CovariateOfJoint {
 /// Returns the covariates of the joints of a robot, joint by joint.
 fn covariates(robot: &Robot) -> Vec<CovariateOfJoint> {
     let mut all = Vec::new();
-    for (joint, own) in robot.joint.iter().enumerate() {
-        for (covariate, reference) in Covariate::ALL.into_iter().zip(own.references()) {
-            if own.depends_on(covariate) {
+    for (joint, robot_joint) in robot.joint.iter().enumerate() {
+        for (covariate, reference) in Covariate::ALL.into_iter().zip(robot_joint.references()) {
+            if robot_joint.depends_on(covariate) {
                 all.push(CovariateOfJoint {
                     joint,
                     covariate,
@@ -188,7 +188,9 @@ impl Channels {
     /// - `delays`: of the channels behind what the description says about them, s; `period`: of the log, s.
     #[must_use]
     pub fn acting_delays(&self, delays: &[f64], period: f64) -> Vec<f64> {
-        let of_torques = self.torque_hold.map_or(0.0, |own| own.delay(period));
+        let of_torques = self
+            .torque_hold
+            .map_or(0.0, |torque_hold| torque_hold.delay(period));
         (self.all.iter().zip(delays))
             .map(|(channel, delay)| match channel.quantity.signal() {
                 Signal::Torque => delay + of_torques,

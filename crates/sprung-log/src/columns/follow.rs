@@ -155,9 +155,9 @@ impl Follower {
                 && time <= before
             {
                 let place = self.rows.place(i);
-                let own = self.values.iter().zip(&self.rows.values);
-                let same = |(own, read): (&Vec<f64>, &Vec<f64>)| own.last() == read.get(i);
-                if time.to_bits() == before.to_bits() && own.into_iter().all(same) {
+                let pairs = self.values.iter().zip(&self.rows.values);
+                let same = |(column, read): (&Vec<f64>, &Vec<f64>)| column.last() == read.get(i);
+                if time.to_bits() == before.to_bits() && pairs.into_iter().all(same) {
                     self.repeated.add(1, place);
                     continue;
                 }
@@ -170,8 +170,8 @@ impl Follower {
                 });
             }
             self.times.push(time);
-            for (own, read) in self.values.iter_mut().zip(&self.rows.values) {
-                own.push(read[i]);
+            for (column, read) in self.values.iter_mut().zip(&self.rows.values) {
+                column.push(read[i]);
             }
         }
         Ok(())

@@ -21,16 +21,16 @@ pub(super) fn channels(
 ) -> Result<Vec<Channel>, ChannelError> {
     let mut all = Vec::new();
     for &signal in signals {
-        let mut own = Vec::new();
+        let mut channels = Vec::new();
         for (key, columns) in log.given().filter(|(key, _)| key.signal() == signal) {
             let joints = key.joints(Joints::ThatHaveIt, robot);
-            own.extend(of_key(key, columns, &joints, key.scaling, (robot, log))?);
+            channels.extend(of_key(key, columns, &joints, key.scaling, (robot, log))?);
         }
-        if signal == Signal::Motor && own.is_empty() {
-            own = lone_positions(robot, log)?;
+        if signal == Signal::Motor && channels.is_empty() {
+            channels = lone_positions(robot, log)?;
         }
-        complete((robot, log), signal, &own)?;
-        all.extend(own);
+        complete((robot, log), signal, &channels)?;
+        all.extend(channels);
     }
     Ok(all)
 }
@@ -141,8 +141,8 @@ fn channel(
                 .and_then(|field| field.get(place))
                 .unwrap_or_else(|| default.to_owned());
             // A separate field for each joint holds one number.
-            let own = !spread || matches!(column.field, Some(PerJoint::Each(_)));
-            let (index, of) = if own { (0, 1) } else { (k, of) };
+            let is_separate = !spread || matches!(column.field, Some(PerJoint::Each(_)));
+            let (index, of) = if is_separate { (0, 1) } else { (k, of) };
             Pick::Field {
                 field,
                 joint: in_messages.to_owned(),

@@ -181,11 +181,11 @@ impl InertialSensors {
         let joints = places(robot);
         let all: Vec<InertialSensor> = (0..joints.len())
             .filter_map(|joint| {
-                let own = Axis::ALL.map(|axis| {
+                let channels = Axis::ALL.map(|axis| {
                     let quantity = Quantity::Inertial(kind, axis);
                     (channels.iter()).position(|c| c.joint == joint && c.quantity == quantity)
                 });
-                let axes = own.iter().flatten().count();
+                let axes = channels.iter().flatten().count();
                 let given = kind.rpy_deg(&robot.joint[joint]);
                 let place = kind.xyz_m(&robot.joint[joint]);
                 let turns_alone = kind == Inertial::Gyroscope && axes == 1;
@@ -199,7 +199,7 @@ impl InertialSensors {
                     is_mounted: turns_alone || given.is_some(),
                     stiffness_error: None,
                     position: place.unwrap_or_default(),
-                    channels: own,
+                    channels,
                     bias: [0.0; 3],
                 })
             })
@@ -216,13 +216,13 @@ impl InertialSensors {
     /// Returns the sensor on the link of a joint.
     #[must_use]
     pub fn of(&self, joint: usize) -> Option<&InertialSensor> {
-        self.all.iter().find(|own| own.joint == joint)
+        self.all.iter().find(|sensor| sensor.joint == joint)
     }
 
     /// Returns the readings of gyroscopes and weights whose sum is the rate of a joint, and the sum of their biases,
     /// rad/s. A reading has the place `3 joint + axis`.
     #[must_use]
-    pub fn rate(&self, own: &InertialSensor) -> (Vec<(usize, f64)>, f64) {
+    pub fn rate(&self, outer: &InertialSensor) -> (Vec<(usize, f64)>, f64) {
         let mut weights = Vec::new();
         let mut bias = 0.0;
         let mut add = |sensor: &InertialSensor, direction: &Vector, sign: f64| {
@@ -232,8 +232,8 @@ impl InertialSensors {
                 bias += sign * of_axes[axis] * sensor.bias[axis];
             }
         };
-        let joint = &self.joints[own.joint];
-        add(own, &joint.axis, 1.0);
+        let joint = &self.joints[outer.joint];
+        add(outer, &joint.axis, 1.0);
         // The joint turns about its axis, so the axis is constant in the frame of the link below.
         let mut direction = times(&joint.rotation, &joint.axis);
         let mut below = joint.parent;
@@ -318,14 +318,14 @@ impl InertialSensors {
     #[must_use]
     pub fn acceleration(
         &self,
-        own: &InertialSensor,
+        sensor: &InertialSensor,
         links: &[LinkMotion],
         [q, dq]: [f64; 2],
         reading: &Vector,
     ) -> f64 {
-        let exact = self.reading(own, &self.next(links, [q, dq, 0.0]));
-        let direction = self.direction(own);
-        let rest: Vector = std::array::from_fn(|i| reading[i] - own.bias[i] - exact[i]);
+        let exact = self.reading(sensor, &self.next(links, [q, dq, 0.0]));
+        let direction = self.direction(sensor);
+        let rest: Vector = std::array::from_fn(|i| reading[i] - sensor.bias[i] - exact[i]);
         let square = dot(&direction, &direction);
         if square > 0.0 {
             dot(&direction, &rest) / square
@@ -339,11 +339,11 @@ impl InertialSensors {
     /// The reading of an accelerometer at distance r changes by r ddq + g q. Above the joint g is negative, and the
     /// position by its integral converges if `8 w² > 3 |g|/r`, by Routh for `(s + w)³ + g/r s`.
     #[must_use]
-    pub fn least_corner(&self, own: &InertialSensor) -> f64 {
+    pub fn least_corner(&self, sensor: &InertialSensor) -> f64 {
         match self.kind {
             Inertial::Gyroscope => 0.0,
             Inertial::Accelerometer => {
-                let direction = self.direction(own);
+                let direction = self.direction(sensor);
                 let lever = dot(&direction, &direction).sqrt();
                 MARGIN * (0.375 * self.gravity_across / lever.max(MIN_LEVER)).sqrt()
             }
@@ -352,26 +352,26 @@ impl InertialSensors {
 
     /// Returns the change of an accelerometer's reading with the acceleration of its joint; zero for an axis
     /// that the sensor does not have.
-    fn direction(&self, own: &InertialSensor) -> Vector {
-        let joint = &self.joints[own.joint];
+    fn direction(&self, sensor: &InertialSensor) -> Vector {
+        let joint = &self.joints[sensor.joint];
         let in_link = if joint.turns {
-            cross(&joint.axis, &own.position)
+            cross(&joint.axis, &sensor.position)
         } else {
             joint.axis
         };
-        let direction = times(&transposed(&own.mounting), &in_link);
-        std::array::from_fn(|i| own.channels[i].map_or(0.0, |_| direction[i]))
+        let direction = times(&transposed(&sensor.mounting), &in_link);
+        std::array::from_fn(|i| sensor.channels[i].map_or(0.0, |_| direction[i]))
     }
 
     /// Returns the reading of an exact sensor whose axes are those of its link, in its unit.
     ///
     /// - `motion`: of its link.
     #[must_use]
-    pub fn in_link(&self, own: &InertialSensor, motion: &LinkMotion) -> Vector {
+    pub fn in_link(&self, sensor: &InertialSensor, motion: &LinkMotion) -> Vector {
         match self.kind {
             Inertial::Gyroscope => motion.velocity,
             Inertial::Accelerometer => {
-                let (velocity, place) = (&motion.velocity, &own.position);
+                let (velocity, place) = (&motion.velocity, &sensor.position);
                 let outward = cross(velocity, &cross(velocity, place));
                 let turning = cross(&motion.acceleration, place);
                 plus(&plus(&motion.force, 1.0, &turning), 1.0, &outward)
@@ -383,8 +383,8 @@ impl InertialSensors {
     ///
     /// - `motion`: of its link.
     #[must_use]
-    pub fn reading(&self, own: &InertialSensor, motion: &LinkMotion) -> Vector {
-        times(&transposed(&own.mounting), &self.in_link(own, motion))
+    pub fn reading(&self, sensor: &InertialSensor, motion: &LinkMotion) -> Vector {
+        times(&transposed(&sensor.mounting), &self.in_link(sensor, motion))
     }
 
     /// Returns the variance of the link position by white noise of the sensors, behind the filter of its row,
@@ -398,22 +398,22 @@ impl InertialSensors {
     #[must_use]
     pub fn position_variance(
         &self,
-        own: &InertialSensor,
+        sensor: &InertialSensor,
         levels: &[[f64; 3]],
         (corner, period): (f64, f64),
     ) -> f64 {
         match self.kind {
             Inertial::Gyroscope => {
-                let variance: f64 = (self.rate(own).0.iter())
+                let variance: f64 = (self.rate(sensor).0.iter())
                     .map(|(place, weight)| (weight * levels[place / 3][place % 3]).powi(2))
                     .sum();
                 variance * period / (4.0 * corner)
             }
             Inertial::Accelerometer => {
-                let direction = self.direction(own);
+                let direction = self.direction(sensor);
                 let squares = direction.map(|d| d * d);
                 let all: f64 = squares.iter().sum();
-                let levels = levels[own.joint].map(|level| level * level);
+                let levels = levels[sensor.joint].map(|level| level * level);
                 let variance = dot(&squares, &levels) / (all * all).max(f64::MIN_POSITIVE);
                 variance * period / (16.0 * corner.powi(3))
             }
@@ -431,29 +431,29 @@ pub(super) fn check_sensors(
     robot: &Robot,
     sensors: Option<&InertialSensors>,
 ) -> Result<(), ChannelError> {
-    let Some(own) = sensors else {
+    let Some(sensors) = sensors else {
         return Ok(());
     };
     let has: Vec<bool> = (0..robot.joint.len())
-        .map(|joint| own.of(joint).is_some())
+        .map(|joint| sensors.of(joint).is_some())
         .collect();
     let name = |joint: usize| {
         robot
             .joint
             .get(joint)
-            .map_or("", |own: &Joint| &own.name)
+            .map_or("", |joint: &Joint| &joint.name)
             .to_owned()
     };
-    let sensor = own.kind.word();
-    if let Some((joint, below)) = without_sensor(robot, &has, own.kind) {
+    let sensor = sensors.kind.word();
+    if let Some((joint, below)) = without_sensor(robot, &has, sensors.kind) {
         return Err(ChannelError::NoSensorBelow {
             sensor,
             joint: name(joint),
             below: name(below),
         });
     }
-    let single = (own.all.iter()).find(|own| own.channels.iter().flatten().count() == 1);
-    match (own.kind, single) {
+    let single = (sensors.all.iter()).find(|sensor| sensor.channels.iter().flatten().count() == 1);
+    match (sensors.kind, single) {
         (Inertial::Gyroscope, Some(single)) if !axes_are_parallel(robot) => {
             Err(ChannelError::Unsuited {
                 sensor,
@@ -463,35 +463,35 @@ pub(super) fn check_sensors(
             })
         }
         (Inertial::Gyroscope, _) => Ok(()),
-        (Inertial::Accelerometer, _) => check_places(robot, own, name),
+        (Inertial::Accelerometer, _) => check_places(robot, sensors, name),
     }
 }
 
 /// Checks that the lengths of the links are known, and that a mounting is given whole.
 fn check_places(
     robot: &Robot,
-    own: &InertialSensors,
+    sensors: &InertialSensors,
     name: impl Fn(usize) -> String,
 ) -> Result<(), ChannelError> {
     let unsuited = |joint, reason| {
         Err(ChannelError::Unsuited {
-            sensor: own.kind.word(),
+            sensor: sensors.kind.word(),
             joint: name(joint),
             reason,
         })
     };
-    for sensor in &own.all {
+    for sensor in &sensors.all {
         let joint = &robot.joint[sensor.joint];
         if robot.tree.is_none() {
             let reason = "needs the lengths of the links, which kinematics = \"planar-2r\" does not give; \
                           describe the robot by dh_modified or urdf";
             return unsuited(sensor.joint, reason);
         }
-        if own.kind.rpy_deg(joint).is_some() != own.kind.xyz_m(joint).is_some() {
+        if sensors.kind.rpy_deg(joint).is_some() != sensors.kind.xyz_m(joint).is_some() {
             let reason = "has only one of accelerometer_rpy_deg and accelerometer_xyz_m; give both, or none of them";
             return unsuited(sensor.joint, reason);
         }
-        let direction = own.direction(sensor);
+        let direction = sensors.direction(sensor);
         if sensor.is_mounted && dot(&direction, &direction) < MIN_LEVER * MIN_LEVER {
             let reason = "does not feel the acceleration of the joint: it lies on the joint's axis, or its only \
                           axis is at right angles to the motion; mount it away from the axis";
@@ -548,13 +548,13 @@ fn common_axis(robot: &Robot) -> Option<Vector> {
     let mut to_base: Vec<[Vector; 3]> = Vec::new();
     let mut first: Option<Vector> = None;
     for joint in &joints {
-        let own = match joint.parent {
+        let rotation = match joint.parent {
             Some(parent) => product(&to_base[parent], &joint.rotation),
             None => joint.rotation,
         };
-        to_base.push(own);
+        to_base.push(rotation);
         if joint.turns {
-            let axis = times(&own, &joint.axis);
+            let axis = times(&rotation, &joint.axis);
             let first = *first.get_or_insert(axis);
             if dot(&first, &axis).abs() < 1.0 - 1e-9 {
                 return None;
@@ -606,14 +606,15 @@ mod tests {
 
     #[test]
     fn accelerations_follow_from_exact_readings_in_any_mounting() {
-        let own = sensors(Inertial::Accelerometer);
+        let accelerometers = sensors(Inertial::Accelerometer);
         let (q, dq, ddq) = ([0.4, -1.1, 2.0], [0.7, -0.3, 1.9], [3.0, -5.0, 0.6]);
         let mut links = Vec::new();
-        for (joint, sensor) in own.all.iter().enumerate() {
-            let motion = own.next(&links, [q[joint], dq[joint], ddq[joint]]);
-            let exact = own.reading(sensor, &motion);
+        for (joint, sensor) in accelerometers.all.iter().enumerate() {
+            let motion = accelerometers.next(&links, [q[joint], dq[joint], ddq[joint]]);
+            let exact = accelerometers.reading(sensor, &motion);
             let reading = [0, 1, 2].map(|axis| exact[axis] + sensor.bias[axis]);
-            let found = own.acceleration(sensor, &links, [q[joint], dq[joint]], &reading);
+            let found =
+                accelerometers.acceleration(sensor, &links, [q[joint], dq[joint]], &reading);
             assert!((found - ddq[joint]).abs() < 1e-12);
             links.push(motion);
         }
@@ -622,7 +623,7 @@ mod tests {
     /// The acceleration of a place is the second derivative of its position.
     #[test]
     fn readings_are_accelerations_of_the_place() {
-        let own = sensors(Inertial::Accelerometer);
+        let accelerometers = sensors(Inertial::Accelerometer);
         let at = |t: f64| {
             [
                 0.4 + 0.7 * t + 1.5 * t * t,
@@ -634,7 +635,7 @@ mod tests {
             let q = at(t);
             let mut to_base = IDENTITY;
             let mut place = [0.0; 3];
-            for (joint, q) in own.joints.iter().zip(q) {
+            for (joint, q) in accelerometers.joints.iter().zip(q) {
                 place = plus(&place, 1.0, &times(&to_base, &joint.origin));
                 to_base = product(
                     &product(&to_base, &joint.rotation),
@@ -642,7 +643,11 @@ mod tests {
                 );
             }
             (
-                plus(&place, 1.0, &times(&to_base, &own.all[2].position)),
+                plus(
+                    &place,
+                    1.0,
+                    &times(&to_base, &accelerometers.all[2].position),
+                ),
                 to_base,
             )
         };
@@ -652,10 +657,10 @@ mod tests {
             std::array::from_fn(|i| (before.0[i] - 2.0 * now[i] + after.0[i]) / (step * step));
         let felt = times(
             &transposed(&to_base),
-            &plus(&acceleration, -1.0, &own.gravity),
+            &plus(&acceleration, -1.0, &accelerometers.gravity),
         );
-        let motions = own.motions([&at(0.0), &[0.7, -0.3, 1.9], &[3.0, -5.0, 0.6]]);
-        let exact = own.in_link(&own.all[2], &motions[2]);
+        let motions = accelerometers.motions([&at(0.0), &[0.7, -0.3, 1.9], &[3.0, -5.0, 0.6]]);
+        let exact = accelerometers.in_link(&accelerometers.all[2], &motions[2]);
         // The error of the differences, measured 1e-7.
         assert!(
             (0..3).all(|i| (exact[i] - felt[i]).abs() < 1e-6),
@@ -669,13 +674,13 @@ mod tests {
         let (q, dq) = ([0.4, -1.1, 2.0], [0.7, -0.3, 1.9]);
         let motions = gyroscopes.motions([&q, &dq, &[0.0; 3]]);
         let readings: Vec<f64> = (gyroscopes.all.iter().zip(&motions))
-            .flat_map(|(own, motion)| {
-                let exact = gyroscopes.reading(own, motion);
-                [0, 1, 2].map(|axis| exact[axis] + own.bias[axis])
+            .flat_map(|(sensor, motion)| {
+                let exact = gyroscopes.reading(sensor, motion);
+                [0, 1, 2].map(|axis| exact[axis] + sensor.bias[axis])
             })
             .collect();
-        for (own, rate) in gyroscopes.all.iter().zip(dq) {
-            let (weights, bias) = gyroscopes.rate(own);
+        for (sensor, rate) in gyroscopes.all.iter().zip(dq) {
+            let (weights, bias) = gyroscopes.rate(sensor);
             let sum: f64 = weights.iter().map(|(c, w)| readings[*c] * w).sum();
             assert!((sum - bias - rate).abs() < 1e-12);
         }

@@ -381,11 +381,11 @@ fn at_extreme(extreme: Extreme, run: Stretch, beyond: bool) -> Extreme {
 /// Inserts an item into a list sorted by decreasing size, and drops the smallest if the list is
 /// full.
 fn keep<T: Copy>(kept: &mut Vec<T>, new: T, size: impl Fn(&T) -> f64) {
-    let own = size(&new);
-    if kept.len() == MAX_EVENTS_KEPT && kept.last().is_some_and(|last| size(last) >= own) {
+    let new_size = size(&new);
+    if kept.len() == MAX_EVENTS_KEPT && kept.last().is_some_and(|last| size(last) >= new_size) {
         return;
     }
-    let at = kept.partition_point(|other| size(other) >= own);
+    let at = kept.partition_point(|other| size(other) >= new_size);
     kept.insert(at, new);
     kept.truncate(MAX_EVENTS_KEPT);
 }

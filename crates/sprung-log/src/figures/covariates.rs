@@ -23,12 +23,17 @@ pub(super) fn covariates(
     summary: &Summary,
     joint: usize,
 ) -> Vec<Finding> {
-    let own = (channels.covariates.iter()).filter(|own| own.joint == joint);
-    let own: Vec<(Covariate, Option<usize>)> = own
-        .map(|own| (own.covariate, channels.of_covariate(own.covariate, joint)))
+    let of_joint = (channels.covariates.iter()).filter(|covariate| covariate.joint == joint);
+    let covariates: Vec<(Covariate, Option<usize>)> = of_joint
+        .map(|covariate| {
+            (
+                covariate.covariate,
+                channels.of_covariate(covariate.covariate, joint),
+            )
+        })
         .collect();
     let mut findings = Vec::new();
-    for &(covariate, channel) in &own {
+    for &(covariate, channel) in &covariates {
         // One column may hold for several joints; the first of them reports it.
         if let Some(channel) = channel.filter(|&channel| channels.all[channel].joint == joint) {
             let column = &channels.all[channel].column;
@@ -40,8 +45,8 @@ pub(super) fn covariates(
             ));
         }
     }
-    for (i, &one) in own.iter().enumerate() {
-        for &other in &own[..i] {
+    for (i, &one) in covariates.iter().enumerate() {
+        for &other in &covariates[..i] {
             let words = [words(other, channels), words(one, channels)];
             let Some(correlation) = correlation(summary, [other.1, one.1]) else {
                 continue;

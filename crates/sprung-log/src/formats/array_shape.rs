@@ -90,12 +90,12 @@ pub(super) fn same_rows<'a>(
         return Ok(0);
     };
     for &place in places {
-        let (name, own) = of(place);
-        if own != rows {
+        let (name, count) = of(place);
+        if count != rows {
             return Err(LogError::format(
                 file,
                 format!(
-                    ": \"{first}\" has {rows} rows and \"{name}\" {own}; the channels of a log are of \
+                    ": \"{first}\" has {rows} rows and \"{name}\" {count}; the channels of a log are of \
                      one length, or have a time of their own: {{ file = \"…\", column = \"{name}\", \
                      time = \"…\" }}"
                 ),

@@ -167,15 +167,15 @@ fn open(
             out,
         };
         let known =
-            (shared.iter()).find(|(own, order, _)| *own == i && *order == column.big_endian);
-        if let (Some((_, _, strip)), false) = (known, column.own) {
+            (shared.iter()).find(|(index, order, _)| *index == i && *order == column.big_endian);
+        if let (Some((_, _, strip)), false) = (known, column.is_contiguous) {
             strips[*strip].cells.push(cell(column.at as usize));
             continue;
         }
         let name = format!("\"{}\"", all[place]);
-        let before = array.npy.header_bytes + if column.own { column.at } else { 0 };
+        let before = array.npy.header_bytes + if column.is_contiguous { column.at } else { 0 };
         let read = array.read((file, &name), before, reopen)?;
-        let (record, at) = if column.own {
+        let (record, at) = if column.is_contiguous {
             (column.number.size(), 0)
         } else {
             shared.push((i, column.big_endian, strips.len()));

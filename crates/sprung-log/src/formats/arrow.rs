@@ -150,8 +150,8 @@ fn columns(schema: &Schema, lists: &Lists) -> (Vec<String>, Vec<(usize, Vec<Step
                 }
             }
             DataType::Struct(fields) => {
-                for (k, own) in fields.iter().enumerate() {
-                    all.push(format!("{}.{}", field.name(), own.name()));
+                for (k, child) in fields.iter().enumerate() {
+                    all.push(format!("{}.{}", field.name(), child.name()));
                     inner.push((column, vec![Step::Field(k)]));
                 }
             }

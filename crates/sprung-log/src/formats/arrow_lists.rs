@@ -103,7 +103,7 @@ impl Lists {
 
     /// Returns the elements of the lists in a column: their names or indices, and the step to them.
     pub(super) fn elements(&self, column: usize) -> Vec<(String, Step)> {
-        let length = self.lengths.iter().find(|(own, _)| *own == column);
+        let length = self.lengths.iter().find(|(other, _)| *other == column);
         let length = length.map_or(0, |(_, length)| *length);
         match &self.names {
             Some((_, names)) if names.len() == length => (names.iter())

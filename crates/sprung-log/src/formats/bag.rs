@@ -247,16 +247,16 @@ pub(super) fn elements(file: &str, mut topic: Topic) -> Result<Vec<Element>, Log
                 .map(|name| list(Step::Named(name.clone())))
                 .collect();
             let (_, there) = decoded(&paths)?;
-            let own = names.into_iter().zip(there).filter(|(_, there)| *there);
-            all.extend(own.map(|(name, _)| Element {
+            let present = names.into_iter().zip(there).filter(|(_, there)| *there);
+            all.extend(present.map(|(name, _)| Element {
                 field: leaf.clone(),
                 place: ElementPlace::Named(name),
             }));
         } else if count != Count::One {
             let paths: Vec<Vec<Step>> = (0..MAX_ELEMENTS).map(|k| list(Step::Index(k))).collect();
             let (_, there) = decoded(&paths)?;
-            let own = (0..MAX_ELEMENTS).take_while(|&k| there[k]);
-            all.extend(own.map(|k| Element {
+            let present = (0..MAX_ELEMENTS).take_while(|&k| there[k]);
+            all.extend(present.map(|k| Element {
                 field: leaf.clone(),
                 place: ElementPlace::Index(k),
             }));
@@ -265,8 +265,8 @@ pub(super) fn elements(file: &str, mut topic: Topic) -> Result<Vec<Element>, Log
             let at = |k: usize| field.replacen('*', &k.to_string(), 1);
             let paths: Vec<Vec<Step>> = (0..MAX_ELEMENTS).filter_map(|k| steps(&at(k))).collect();
             let (_, there) = decoded(&paths)?;
-            let own = there.iter().take_while(|there| **there).enumerate();
-            all.extend(own.map(|(k, _)| Element {
+            let present = there.iter().take_while(|there| **there).enumerate();
+            all.extend(present.map(|(k, _)| Element {
                 field: field.clone(),
                 place: ElementPlace::Index(k),
             }));

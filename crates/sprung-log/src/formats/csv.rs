@@ -154,8 +154,9 @@ pub(super) fn open(
 fn other_text(start: &[u8]) -> Option<&'static str> {
     const MARKUP: [&[u8]; 4] = [b"<!doctype", b"<?xml", b"<html", b"<robot"];
     let start = start.trim_ascii_start();
-    let begins =
-        |with: &&[u8]| (start.get(..with.len())).is_some_and(|own| own.eq_ignore_ascii_case(with));
+    let begins = |with: &&[u8]| {
+        (start.get(..with.len())).is_some_and(|beginning| beginning.eq_ignore_ascii_case(with))
+    };
     if MARKUP.iter().any(begins) {
         return Some(" is a page of HTML or XML, not a table of numbers; give the log");
     }

@@ -104,14 +104,14 @@ pub(super) fn topic(
         .map_err(wrong)?
         .iter()
         .any(|table| table == "message_definitions");
-    let own = if has_definitions {
-        own_definition(&base, kind).map_err(wrong)?
+    let stored = if has_definitions {
+        stored_definition(&base, kind).map_err(wrong)?
     } else {
         None
     };
     Ok(Topic {
         kind: kind.clone(),
-        definition: definition(file, kind, own)?,
+        definition: definition(file, kind, stored)?,
         messages: Box::new(Db3 {
             file: file.to_owned(),
             base,
@@ -139,7 +139,7 @@ fn listed(base: &Connection) -> Result<Vec<[String; 3]>> {
 }
 
 /// Returns the definition of a type that the bag contains, if it contains one.
-fn own_definition(base: &Connection, kind: &str) -> Result<Option<String>> {
+fn stored_definition(base: &Connection, kind: &str) -> Result<Option<String>> {
     base.query_row(
         "SELECT encoded_message_definition FROM message_definitions \
          WHERE topic_type = ?1 AND encoding = 'ros2msg'",
@@ -151,13 +151,13 @@ fn own_definition(base: &Connection, kind: &str) -> Result<Option<String>> {
 
 /// Reads the definition of a type, or takes that of a usual one.
 ///
-/// - `own`: the definition that the bag contains.
+/// - `stored`: the definition that the bag contains.
 fn definition(
     file: &str,
     kind: &str,
-    own: Option<String>,
+    stored: Option<String>,
 ) -> std::result::Result<Definition, LogError> {
-    if let Some(text) = own {
+    if let Some(text) = stored {
         return Definition::parse(kind, &text)
             .map_err(|what| LogError::format(file, format!(": the definition of {kind} {what}")));
     }

@@ -255,9 +255,9 @@ impl Scan<'_> {
         let dimensions: Vec<u64> = (self.bytes(read)?.chunks_exact(4))
             .map(|four| u64::from(word(four, self.contents.big_endian)))
             .collect();
-        let own = String::from_utf8_lossy(&self.bytes(read)?).into_owned();
+        let text = String::from_utf8_lossy(&self.bytes(read)?).into_owned();
         let name = if path.is_empty() {
-            own
+            text
         } else {
             path.to_owned()
         };

@@ -160,8 +160,8 @@ impl Contents {
         }
         for (link, info) in group.links(IndexType::Name, IterationOrder::Increasing)? {
             // The groups `#refs#` and `#subsystem#` hold objects that references point to.
-            let own = depth == 0 && link.starts_with('#');
-            if own || info.link_type != LinkType::Hard {
+            let is_internal = depth == 0 && link.starts_with('#');
+            if is_internal || info.link_type != LinkType::Hard {
                 continue;
             }
             let name = match path {

@@ -14,10 +14,10 @@ pub(super) struct NpyColumn {
     pub(super) name: String,
     pub(super) number: Number,
     pub(super) big_endian: bool,
-    /// Bytes before its number in a row, or before its first number in the array if `own`.
+    /// Bytes before its number in a row, or before its first number in the array if `is_contiguous`.
     pub(super) at: u64,
     /// Whether its numbers follow one another, without those of other columns between them.
-    pub(super) own: bool,
+    pub(super) is_contiguous: bool,
     /// Size of the unit in s, for times.
     pub(super) time_unit: Option<f64>,
 }
@@ -143,15 +143,15 @@ fn layout(descr: &Value, fortran: bool, shape: &[u64], header_bytes: u64) -> Res
         Value::Text(kind) => {
             let kind = Kind::of(kind)?;
             let size = kind.number.size() as u64;
-            let own = fortran != lying && width.is_some();
+            let is_contiguous = fortran != lying && width.is_some();
             for (name, place) in places(&inner)? {
                 let name = match (name.is_empty(), lying) {
                     (true, _) => name,
                     (_, true) => format!("[{name},:]"),
                     (_, false) => format!("[:,{name}]"),
                 };
-                let at = if own { place * rows } else { place } * size;
-                columns.push(kind.column(name, at, own));
+                let at = if is_contiguous { place * rows } else { place } * size;
+                columns.push(kind.column(name, at, is_contiguous));
             }
             size * width.unwrap_or(1)
         }
@@ -307,13 +307,13 @@ impl Kind {
         })
     }
 
-    fn column(&self, name: String, at: u64, own: bool) -> NpyColumn {
+    fn column(&self, name: String, at: u64, is_contiguous: bool) -> NpyColumn {
         NpyColumn {
             name,
             number: self.number,
             big_endian: self.big_endian,
             at,
-            own,
+            is_contiguous,
             time_unit: self.time_unit,
         }
     }
@@ -430,7 +430,7 @@ mod tests {
     fn named(npy: &Npy) -> Vec<(&str, u64, bool)> {
         (npy.columns
             .iter()
-            .map(|column| (column.name.as_str(), column.at, column.own)))
+            .map(|column| (column.name.as_str(), column.at, column.is_contiguous)))
         .collect()
     }
 

@@ -41,7 +41,7 @@ pub(super) fn joined(survey: &Survey, families: Vec<Family>, joints: usize) -> V
             Some(order) => order.place(survey, &group),
             None if is_measured_position(&group.meaning) => {
                 order = Order::by_letters(survey, &group);
-                (order.as_ref()).map(|own| (own.columns.clone(), "the letters of the names"))
+                (order.as_ref()).map(|order| (order.columns.clone(), "the letters of the names"))
             }
             None => None,
         };
@@ -57,9 +57,12 @@ pub(super) fn joined(survey: &Survey, families: Vec<Family>, joints: usize) -> V
             columns,
         });
     }
-    let taken: BTreeSet<Place> = found.iter().flat_map(|own| own.columns.clone()).collect();
+    let taken: BTreeSet<Place> = found
+        .iter()
+        .flat_map(|family| family.columns.clone())
+        .collect();
     let rest = families.into_iter().filter(|family| {
-        family.problem.is_none() || !family.columns.iter().all(|own| taken.contains(own))
+        family.problem.is_none() || !family.columns.iter().all(|column| taken.contains(column))
     });
     rest.chain(found).collect()
 }
@@ -68,8 +71,10 @@ pub(super) fn joined(survey: &Survey, families: Vec<Family>, joints: usize) -> V
 /// columns move in pairs. `None` if there is no group.
 pub(super) fn count(survey: &Survey, families: &[Family]) -> Option<usize> {
     let all = ungrouped(families);
-    let positions = all.iter().filter(|own| is_measured_position(&own.meaning));
-    let largest = positions.max_by_key(|own| own.columns.len())?;
+    let positions = all
+        .iter()
+        .filter(|family| is_measured_position(&family.meaning));
+    let largest = positions.max_by_key(|family| family.columns.len())?;
     let whole = largest.columns.len();
     match pairs(survey, &largest.columns) {
         Some(pairs) => Some(pairs.len()),
@@ -84,7 +89,7 @@ fn is_measured_position(meaning: &Meaning) -> bool {
 /// Returns the columns without joints by quantity and side, positions of the motors first.
 fn ungrouped(families: &[Family]) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
-    let is_own = |family: &&Family| {
+    let is_ungrouped = |family: &&Family| {
         let is_alone = family
             .problem
             .as_ref()
@@ -92,7 +97,7 @@ fn ungrouped(families: &[Family]) -> Vec<Group> {
         let sort = family.meaning.sort;
         is_alone && sort.is_some_and(|sort| !matches!(sort, Sort::Time | Sort::Other))
     };
-    for family in families.iter().filter(is_own) {
+    for family in families.iter().filter(is_ungrouped) {
         let meaning = &family.meaning;
         match groups.iter_mut().find(|group| group.meaning == *meaning) {
             Some(group) => group.columns.extend(&family.columns),
@@ -149,10 +154,10 @@ fn pairs(survey: &Survey, columns: &[Place]) -> Option<Vec<(Place, Place)>> {
     if columns.len() < 4 || !columns.len().is_multiple_of(2) {
         return None;
     }
-    let partner = |own: Place| {
-        let others = columns.iter().copied().filter(|other| *other != own);
+    let partner = |place: Place| {
+        let others = columns.iter().copied().filter(|other| *other != place);
         let mut near: Vec<(f64, Place)> = others
-            .map(|other| (similarity(survey, own, other), other))
+            .map(|other| (similarity(survey, place, other), other))
             .collect();
         near.sort_by(|a, b| b.0.total_cmp(&a.0));
         let [best, second, ..] = near[..] else {
@@ -161,13 +166,13 @@ fn pairs(survey: &Survey, columns: &[Place]) -> Option<Vec<(Place, Place)>> {
         is_clear(best.0, second.0, OF_ONE_JOINT).then_some(best.1)
     };
     let mut all = Vec::new();
-    for &own in columns {
-        let other = partner(own)?;
-        if partner(other)? != own {
+    for &column in columns {
+        let other = partner(column)?;
+        if partner(other)? != column {
             return None;
         }
-        if own < other {
-            all.push((own, other));
+        if column < other {
+            all.push((column, other));
         }
     }
     Some(all)
@@ -186,14 +191,15 @@ struct Order {
 impl Order {
     /// Returns the order of names that differ in one letter, as in `pos_a` and `pos_b`.
     fn by_letters(survey: &Survey, group: &Group) -> Option<Self> {
-        let letter = |own: BTreeSet<Token>| match &own.into_iter().collect::<Vec<Token>>()[..] {
+        let letter = |words: BTreeSet<Token>| match &words.into_iter().collect::<Vec<Token>>()[..] {
             [Token::Word(word)] if word.chars().count() == 1 => Some(word.clone()),
             _ => None,
         };
-        let mut lettered: Vec<(String, Place)> = (own_words(survey, &group.columns).into_iter())
-            .zip(&group.columns)
-            .map(|(own, place)| Some((letter(own)?, *place)))
-            .collect::<Option<_>>()?;
+        let mut lettered: Vec<(String, Place)> = (distinct_words(survey, &group.columns)
+            .into_iter())
+        .zip(&group.columns)
+        .map(|(words, place)| Some((letter(words)?, *place)))
+        .collect::<Option<_>>()?;
         lettered.sort();
         lettered.dedup_by(|a, b| a.0 == b.0);
         (lettered.len() == group.columns.len()).then(|| Self {
@@ -213,23 +219,23 @@ impl Order {
         } else {
             (0.0, "the torque that the motion of each joint explains")
         };
-        let fit = |own: Place, of: Place| {
+        let fit = |place: Place, of: Place| {
             if is_position {
-                similarity(survey, own, of)
+                similarity(survey, place, of)
             } else {
-                explained_torque(survey, own, of)
+                explained_torque(survey, place, of)
             }
         };
         let mut placed: Vec<Option<Place>> = vec![None; self.columns.len()];
-        for &own in &group.columns {
+        for &column in &group.columns {
             let mut fits: Vec<(f64, usize)> = (self.columns.iter().enumerate())
-                .map(|(joint, &of)| (fit(own, of), joint))
+                .map(|(joint, &of)| (fit(column, of), joint))
                 .collect();
             fits.sort_by(|a, b| b.0.total_cmp(&a.0));
             let [best, second, ..] = fits[..] else {
                 return None;
             };
-            if !is_clear(best.0, second.0, least) || placed[best.1].replace(own).is_some() {
+            if !is_clear(best.0, second.0, least) || placed[best.1].replace(column).is_some() {
                 return None;
             }
         }
@@ -238,11 +244,11 @@ impl Order {
 
     /// Returns the columns in the order of the joints by the words that each shares with one column of the order alone.
     fn by_words(&self, survey: &Survey, group: &Group) -> Option<Vec<Place>> {
-        let wanted = own_words(survey, &self.columns);
-        let own = own_words(survey, &group.columns);
+        let wanted = distinct_words(survey, &self.columns);
+        let words = distinct_words(survey, &group.columns);
         (wanted.iter())
             .map(|wanted| {
-                let found = own
+                let found = words
                     .iter()
                     .position(|other| other == wanted && !wanted.is_empty())?;
                 Some(group.columns[found])
@@ -252,14 +258,14 @@ impl Order {
 }
 
 /// Returns the words of each name that not all of them have.
-fn own_words(survey: &Survey, columns: &[Place]) -> Vec<BTreeSet<Token>> {
+fn distinct_words(survey: &Survey, columns: &[Place]) -> Vec<BTreeSet<Token>> {
     let words = |&(source, column): &Place| -> BTreeSet<Token> {
         let name = &survey.sources[source].columns[column].name;
         tokens(name).into_iter().collect()
     };
     let mut all = columns.iter().map(words);
     let first = all.next().unwrap_or_default();
-    let common = all.fold(first, |common, own| &common & &own);
+    let common = all.fold(first, |common, of_column| &common & &of_column);
     columns
         .iter()
         .map(|place| &words(place) - &common)

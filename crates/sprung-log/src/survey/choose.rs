@@ -45,7 +45,10 @@ pub fn choose(
     let problems: Vec<&Family> = (all.iter())
         .filter(|family| family.problem.is_some() && !is_clock(family))
         .filter(|family| {
-            let is_ambiguous = family.problem.as_ref().is_some_and(|own| own.is_ambiguous);
+            let is_ambiguous = family
+                .problem
+                .as_ref()
+                .is_some_and(|problem| problem.is_ambiguous);
             family.columns.len() > 1 || is_ambiguous
         })
         .collect();
@@ -61,9 +64,9 @@ pub fn choose(
         positions,
         torque,
     };
-    let (of_gripper, own): (Vec<usize>, Vec<usize>) =
+    let (of_gripper, of_arm): (Vec<usize>, Vec<usize>) =
         (decided.joints().into_iter()).partition(|&joint| joints[joint].gripper.is_some());
-    if own.is_empty() && !of_gripper.is_empty() {
+    if of_arm.is_empty() && !of_gripper.is_empty() {
         let reasons = of_gripper.iter().map(|&joint| &joints[joint]);
         let named = |joint: &JointOfStart| {
             format!(
@@ -77,12 +80,12 @@ pub fn choose(
             joints: reasons.map(named).collect::<Vec<_>>().join(", "),
         });
     }
-    if own.is_empty() && problems.is_empty() {
+    if of_arm.is_empty() && problems.is_empty() {
         return Err(ChooseError::NothingMoves {
             file: survey.file.clone(),
         });
     }
-    Ok(decided.chosen((&own, &of_gripper), files, &problems))
+    Ok(decided.chosen((&of_arm, &of_gripper), files, &problems))
 }
 
 /// Returns the number of joints by the positions of a log: their largest family; `None` if the names
@@ -107,11 +110,11 @@ fn no_joint(survey: &Survey, joints: &[JointOfStart]) -> ChooseError {
     let columns = survey.all_names();
     let mut best: Option<(f64, &String, &String)> = None;
     for joint in &names {
-        let wanted: Vec<String> = own_words(joint);
+        let wanted: Vec<String> = words_of(joint);
         for column in &columns {
-            let own = own_words(column);
+            let words = words_of(column);
             let Some(near) = (wanted.iter().filter(|word| word.len() > 2))
-                .flat_map(|word| own.iter().map(|other| strsim::jaro_winkler(word, other)))
+                .flat_map(|word| words.iter().map(|other| strsim::jaro_winkler(word, other)))
                 .max_by(f64::total_cmp)
             else {
                 continue;
@@ -136,7 +139,7 @@ fn no_joint(survey: &Survey, joints: &[JointOfStart]) -> ChooseError {
     }
 }
 
-fn own_words(name: &str) -> Vec<String> {
+fn words_of(name: &str) -> Vec<String> {
     words(&tokens(name))
         .into_iter()
         .map(str::to_owned)
@@ -194,7 +197,7 @@ impl Decided<'_> {
 
     fn chosen(
         &self,
-        (own, of_gripper): (&[usize], &[usize]),
+        (of_arm, of_gripper): (&[usize], &[usize]),
         files: &[String],
         problems: &[&Family],
     ) -> Chosen {
@@ -205,14 +208,14 @@ impl Decided<'_> {
         };
         let mut chosen = Chosen {
             lines: vec![ChosenLine::new("file", file, "")],
-            joints: (own.iter())
+            joints: (of_arm.iter())
                 .map(|&joint| ChosenJoint {
                     joint,
                     lines: Vec::new(),
                 })
                 .collect(),
             left_out: (0..self.robot.len())
-                .filter(|joint| !own.contains(joint) && !of_gripper.contains(joint))
+                .filter(|joint| !of_arm.contains(joint) && !of_gripper.contains(joint))
                 .map(|joint| self.robot[joint].name.clone())
                 .collect(),
             grippers: (of_gripper.iter().map(|&joint| &self.robot[joint]))
@@ -221,27 +224,28 @@ impl Decided<'_> {
             remarks: Vec::new(),
         };
         chosen.lines.extend(time(self.survey));
-        if self.lacks_values(own) {
+        if self.lacks_values(of_arm) {
             let why = "Some samples have no value; they are left out";
             chosen.lines.push(ChosenLine::new("nan", "\"gap\"", why));
         }
-        let readings = self.readings(own);
-        self.springs(own, &mut chosen);
-        self.position_lines(own, &readings, &mut chosen);
-        self.torque_lines(own, &readings, &mut chosen);
+        let readings = self.readings(of_arm);
+        self.springs(of_arm, &mut chosen);
+        self.position_lines(of_arm, &readings, &mut chosen);
+        self.torque_lines(of_arm, &readings, &mut chosen);
         chosen.remarks.extend(self.unused(problems));
         chosen
     }
 
     /// Returns whether a column of the joints has samples without a value.
-    fn lacks_values(&self, own: &[usize]) -> bool {
+    fn lacks_values(&self, joints: &[usize]) -> bool {
         let used = [
             self.positions.motor,
             self.positions.link,
             self.torque.family,
         ];
         let columns = (used.into_iter().flatten()).flat_map(|family| {
-            own.iter()
+            joints
+                .iter()
                 .filter_map(move |&joint| self.all[family].of[joint])
         });
         columns
@@ -250,8 +254,8 @@ impl Decided<'_> {
     }
 
     /// Returns the units of the positions.
-    fn readings(&self, own: &[usize]) -> Readings {
-        let of = (self.robot, own);
+    fn readings(&self, joints: &[usize]) -> Readings {
+        let of = (self.robot, joints);
         let (motor, link) = (
             self.family(self.positions.motor),
             self.family(self.positions.link),
@@ -266,13 +270,13 @@ impl Decided<'_> {
                 link: None,
             };
         };
-        let both = joints_in(link, own);
+        let both = joints_in(link, joints);
         let of_both = (self.robot, &both[..]);
         let torque = self.family(self.torque.family);
         let of_link = absolute(self.survey, link, of_both, false);
         let in_si = |slopes: Vec<Option<Slope>>, reading: &Reading| -> Vec<Option<Slope>> {
             let size = |joint: usize| {
-                let k = both.iter().position(|&own| own == joint);
+                let k = both.iter().position(|&other| other == joint);
                 k.map_or(1.0, |k| size(Some(reading.conversion.units[k])))
             };
             let scaled = |(joint, slope): (usize, Option<Slope>)| {
@@ -285,7 +289,7 @@ impl Decided<'_> {
         };
         if of_link.open.is_none() {
             let slopes = in_si(slopes(self.survey, (motor, link), torque), &of_link);
-            let of_motor = (both.len() == own.len())
+            let of_motor = (both.len() == joints.len())
                 .then(|| by_slope(self.survey, motor, of, &slopes))
                 .flatten();
             let of_motor = of_motor
@@ -309,9 +313,9 @@ impl Decided<'_> {
     }
 
     /// Writes the transmissions: joints without a link position are rigid.
-    fn springs(&self, own: &[usize], chosen: &mut Chosen) {
+    fn springs(&self, joints: &[usize], chosen: &mut Chosen) {
         let link = self.family(self.positions.link.or(self.positions.deflection));
-        for (k, &joint) in own.iter().enumerate() {
+        for (k, &joint) in joints.iter().enumerate() {
             let has_link = match link {
                 Some(family) => family.of[joint].is_some(),
                 None => self.positions.is_open,
@@ -324,10 +328,10 @@ impl Decided<'_> {
         }
     }
 
-    fn position_lines(&self, own: &[usize], readings: &Readings, chosen: &mut Chosen) {
+    fn position_lines(&self, joints: &[usize], readings: &Readings, chosen: &mut Chosen) {
         let why = &self.positions.why;
         if self.positions.is_open {
-            let kind = own.first().map(|&joint| self.robot[joint].kind);
+            let kind = joints.first().map(|&joint| self.robot[joint].kind);
             let (unit, remark) = self.unit_of(Sort::Position, &["rad", "m", "deg"]);
             let (link, motor) = match (kind, unit) {
                 (Some(JointKind::Prismatic), _) => ("link_position_m", "motor_position_m"),
@@ -343,13 +347,13 @@ impl Decided<'_> {
         }
         if let (Some(index), Some(reading)) = (self.positions.link, &readings.link) {
             let family = &self.all[index];
-            let both = joints_in(family, own);
+            let both = joints_in(family, joints);
             let part = ("link_position", family, &both[..]);
             self.quantity(part, reading, why, chosen);
         }
         if let (Some(index), None) = (self.positions.deflection, self.positions.link) {
             let family = &self.all[index];
-            let both = joints_in(family, own);
+            let both = joints_in(family, joints);
             let of = (self.robot, &both[..]);
             let reading = absolute(self.survey, family, of, false);
             let part = ("link_deflection", family, &both[..]);
@@ -366,7 +370,7 @@ impl Decided<'_> {
             } else {
                 why.as_str()
             };
-            let part = ("motor_position", &self.all[index], own);
+            let part = ("motor_position", &self.all[index], joints);
             self.quantity(part, reading, why, chosen);
             Self::gears(reading, chosen);
         }
@@ -397,8 +401,8 @@ impl Decided<'_> {
             conversion.units.fill(FILL_IN);
         }
         let part = (stem, family);
-        let own_lines = lines(self.survey, part, (self.robot, joints), &conversion, &why);
-        chosen.lines.extend(own_lines);
+        let joint_lines = lines(self.survey, part, (self.robot, joints), &conversion, &why);
+        chosen.lines.extend(joint_lines);
     }
 
     fn gears(reading: &Reading, chosen: &mut Chosen) {
@@ -420,7 +424,7 @@ impl Decided<'_> {
         }
     }
 
-    fn torque_lines(&self, own: &[usize], readings: &Readings, chosen: &mut Chosen) {
+    fn torque_lines(&self, joints: &[usize], readings: &Readings, chosen: &mut Chosen) {
         let Some(family) = self.family(self.torque.family) else {
             let problem = self.problem_of(&[Sort::Torque, Sort::Current, Sort::Voltage]);
             let (_, remark) = self.unit_of(Sort::Torque, &["N·m", "N"]);
@@ -434,7 +438,7 @@ impl Decided<'_> {
             Some(Sort::Voltage) => ("drive_voltage", Some("V")),
             _ => ("motor_torque", None),
         };
-        let mut conversion: Conversion = of_torques(family, self.robot, own, usual);
+        let mut conversion: Conversion = of_torques(family, self.robot, joints, usual);
         let mut why = self.torque.why.clone();
         let reversed = readings.motor.as_ref().map(|motor| &motor.conversion.signs);
         if let Some(signs) = reversed.filter(|signs| signs.iter().any(|sign| *sign < 0.0)) {
@@ -445,8 +449,8 @@ impl Decided<'_> {
             why.push_str("Reversed with the motor positions");
         }
         let part = (stem, family);
-        let own_lines = lines(self.survey, part, (self.robot, own), &conversion, &why);
-        chosen.lines.extend(own_lines);
+        let joint_lines = lines(self.survey, part, (self.robot, joints), &conversion, &why);
+        chosen.lines.extend(joint_lines);
         if stem == "motor_torque" {
             return;
         }
@@ -468,8 +472,8 @@ impl Decided<'_> {
     /// Returns the unit in the names of all measured columns of a sort, and how to write a unit that no key ends in, as a
     /// further sentence.
     fn unit_of(&self, sort: Sort, with_keys: &[&str]) -> (Option<&'static str>, String) {
-        let own = self.all.iter().map(|family| &family.meaning);
-        let mut units: Vec<Option<&'static str>> = own
+        let meanings = self.all.iter().map(|family| &family.meaning);
+        let mut units: Vec<Option<&'static str>> = meanings
             .filter(|meaning| meaning.sort == Some(sort) && !meaning.is_reference)
             .map(|meaning| meaning.unit)
             .collect();
@@ -490,13 +494,13 @@ impl Decided<'_> {
 
     /// Returns why columns of these sorts do not belong to joints, as a further sentence.
     fn problem_of(&self, sorts: &[Sort]) -> String {
-        let is_own = |family: &&Family| {
+        let is_of_sorts = |family: &&Family| {
             family
                 .meaning
                 .sort
                 .is_some_and(|sort| sorts.contains(&sort))
         };
-        let told = (self.all.iter().filter(is_own)).find_map(|family| {
+        let told = (self.all.iter().filter(is_of_sorts)).find_map(|family| {
             let problem = family.problem.as_ref()?;
             Some(format!(
                 ". \"{}\" cannot be used: {}",

@@ -160,11 +160,11 @@ fn family(
     let (source, column) = members[0].1;
     let source = &survey.sources[source];
     let topic = source.topic.as_deref().unwrap_or_default();
-    let own: Vec<Token> = stem.iter().flatten().cloned().collect();
+    let of_stem: Vec<Token> = stem.iter().flatten().cloned().collect();
     let of_topic = tokens(topic);
     let in_list = source.columns[column].place != ElementPlace::Alone;
     let topic_words: Vec<&str> = words(&of_topic);
-    let meaning = Meaning::of(&own, if in_list { &topic_words } else { &[] });
+    let meaning = Meaning::of(&of_stem, if in_list { &topic_words } else { &[] });
     let name = if in_list {
         match topic {
             "" => source.columns[column].name.clone(),
@@ -226,12 +226,12 @@ impl Names {
             .collect();
         let all: Vec<(Vec<Token>, Vec<Token>)> = (written.iter())
             .map(|name| {
-                let own = tokens(name);
-                let short = (own.iter())
+                let full = tokens(name);
+                let short = (full.iter())
                     .filter(|token| !matches!(token, Token::Word(word) if ANY_JOINT.contains(&word.as_str())))
                     .cloned()
                     .collect();
-                (own, short)
+                (full, short)
             })
             .collect();
         Self {
@@ -244,14 +244,14 @@ impl Names {
 
     /// Returns whether a name is exactly that of a joint.
     fn is_known(&self, name: &str) -> bool {
-        self.written.iter().any(|own| own == name)
+        self.written.iter().any(|known| known == name)
     }
 
     /// Returns the key of joints with these names: those that follow others are strangers.
     fn key_of(&self, mut named: Vec<usize>) -> Key {
         let follower = named.first().map_or("", |&first| &self.written[first]);
         let follower = follower.to_owned();
-        named.retain(|&own| own < self.count);
+        named.retain(|&index| index < self.count);
         if named.is_empty() {
             Key::Stranger(follower)
         } else {
@@ -278,10 +278,10 @@ impl Names {
     fn ways(&self, name: &[Token]) -> Vec<(Stem, Key)> {
         // The longest name wins: "left_shoulder" before "shoulder".
         let mut best: Option<(usize, usize, Vec<usize>)> = None;
-        for (i, (own, short)) in self.all.iter().enumerate() {
+        for (i, (full, short)) in self.all.iter().enumerate() {
             let is_word = |token: &Token| matches!(token, Token::Word(_));
             let short_names = short.iter().any(is_word).then_some(short);
-            for wanted in [Some(own), short_names].into_iter().flatten() {
+            for wanted in [Some(full), short_names].into_iter().flatten() {
                 let Some(start) = find(name, wanted) else {
                     continue;
                 };
@@ -331,20 +331,20 @@ impl Names {
         let mut numbers: Vec<(u64, Place)> = Vec::new();
         for (key, place) in members {
             match key {
-                Key::Joint(own) if own.len() > 1 => {
-                    let names: Vec<&str> = own.iter().map(|&i| &*self.written[i]).collect();
+                Key::Joint(indices) if indices.len() > 1 => {
+                    let names: Vec<&str> = indices.iter().map(|&i| &*self.written[i]).collect();
                     return Err(Problem {
                         text: format!(
                             "one column matches {} joints, {}",
-                            own.len(),
+                            indices.len(),
                             names.join(" and ")
                         ),
                         is_ambiguous: true,
                         is_without_joint: false,
                     });
                 }
-                Key::Joint(own) => {
-                    let joint = own[0];
+                Key::Joint(indices) => {
+                    let joint = indices[0];
                     if of[joint].replace(*place).is_some() {
                         return Err(
                             format!("two columns match the joint {}", self.written[joint]).into(),
@@ -380,8 +380,8 @@ impl Names {
             return Ok(of);
         }
         numbers.sort_unstable();
-        let own: Vec<u64> = numbers.iter().map(|(number, _)| *number).collect();
-        let order = self.numbered(&own)?;
+        let values: Vec<u64> = numbers.iter().map(|(number, _)| *number).collect();
+        let order = self.numbered(&values)?;
         for (joint, (_, place)) in order.into_iter().zip(numbers) {
             of[joint] = Some(place);
         }
@@ -396,13 +396,13 @@ impl Names {
     fn numbered(&self, numbers: &[u64]) -> Result<Vec<usize>, Problem> {
         let count = numbers.len();
         let mut stems: BTreeMap<Vec<Token>, Numbered> = BTreeMap::new();
-        for (i, (own, _)) in self.all[..self.count].iter().enumerate() {
-            if let Some(k) = own
+        for (i, (full, _)) in self.all[..self.count].iter().enumerate() {
+            if let Some(k) = full
                 .iter()
                 .rposition(|token| matches!(token, Token::Number(_)))
-                && let Token::Number(number) = own[k]
+                && let Token::Number(number) = full[k]
             {
-                let stem: Vec<Token> = [&own[..k], &own[k + 1..]].concat();
+                let stem: Vec<Token> = [&full[..k], &full[k + 1..]].concat();
                 stems.entry(stem).or_default().insert(number, i);
             }
         }

@@ -34,8 +34,8 @@ impl Figures {
         let finite: Vec<f64> = values.iter().copied().filter(is_finite).collect();
         let mut steps: Vec<f64> = Vec::new();
         for part in parts_between(joins, values.len()) {
-            let own: Vec<f64> = values[part].iter().copied().filter(is_finite).collect();
-            steps.extend(own.windows(2).map(|pair| pair[1] - pair[0]));
+            let finite: Vec<f64> = values[part].iter().copied().filter(is_finite).collect();
+            steps.extend(finite.windows(2).map(|pair| pair[1] - pair[0]));
         }
         steps.sort_by(f64::total_cmp);
         let step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);

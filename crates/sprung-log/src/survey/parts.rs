@@ -94,7 +94,8 @@ pub(super) fn parts(table: &mut dyn Table, columns: usize, rows: usize) -> Resul
         while blocks.iter().filter(spread(stride)).count() > SPREAD {
             stride *= 2;
         }
-        let goes = |(own, _): &(usize, usize)| !own.is_multiple_of(stride) && own + 1 < number;
+        let goes =
+            |(index, _): &(usize, usize)| !index.is_multiple_of(stride) && index + 1 < number;
         while let Some(k) = blocks.iter().position(goes) {
             let start: usize = blocks[..k].iter().map(|(_, rows)| rows).sum();
             let (_, rows) = blocks.remove(k);
@@ -186,9 +187,10 @@ mod tests {
         let most = left_out.last().copied().unwrap_or(f64::NEG_INFINITY);
         assert_eq!(found.left_out, [(least, most); 2]);
         for range in &ranges {
-            let own = &values[range.clone()];
+            let stretch = &values[range.clone()];
             assert!(
-                own.windows(2)
+                stretch
+                    .windows(2)
                     .all(|pair| (pair[1] - pair[0] - 1.0).abs() < 1e-9)
             );
         }

@@ -114,23 +114,23 @@ impl Survey {
 
     /// Returns the names of all columns and topics.
     pub(super) fn all_names(&self) -> Vec<String> {
-        let own = self.sources.iter().flat_map(|source| {
+        let names = self.sources.iter().flat_map(|source| {
             (source.columns.iter()).map(|column| match &source.topic {
                 None => column.name.clone(),
                 Some(topic) => format!("{topic}.{}", column.label()),
             })
         });
-        own.chain(self.others.iter().cloned()).collect()
+        names.chain(self.others.iter().cloned()).collect()
     }
 
     /// Returns whether another log has the same columns, or the name of one that it lacks.
     #[must_use]
     pub fn lacks_of(&self, other: &Self) -> Option<String> {
-        let own = self.all_names();
+        let names = self.all_names();
         other
             .all_names()
             .into_iter()
-            .find(|name| !own.contains(name))
+            .find(|name| !names.contains(name))
     }
 }
 
@@ -247,7 +247,7 @@ fn table(
         }
     }
     let others = (wanted.iter())
-        .filter(|k| !found.iter().any(|(own, ..)| own == *k))
+        .filter(|k| !found.iter().any(|(other, ..)| other == *k))
         .map(|&k| names[k].clone())
         .collect();
     let mut columns = Vec::new();

@@ -22,24 +22,27 @@ pub(super) fn several(survey: &Survey) -> Vec<String> {
         .collect();
     for (topic, joints) in &all {
         let alike: Vec<&Vec<&str>> = (all.iter())
-            .filter(|(other, own)| other.last() == topic.last() && !own.is_disjoint(joints))
+            .filter(|(other, other_joints)| {
+                other.last() == topic.last() && !other_joints.is_disjoint(joints)
+            })
             .map(|(other, _)| other)
             .collect();
-        let first = (0..topic.len()).find(|&k| alike.iter().any(|own| own.get(k) != topic.get(k)));
+        let first =
+            (0..topic.len()).find(|&k| alike.iter().any(|other| other.get(k) != topic.get(k)));
         let Some(first) = first.filter(|first| first + 1 < topic.len()) else {
             continue;
         };
-        let has_side = |own: &Vec<&str>| {
-            own.iter().any(|word| {
+        let has_side = |words: &Vec<&str>| {
+            words.iter().any(|word| {
                 let meaning = Meaning::of(&tokens(word), &[]);
                 meaning.motor != meaning.link
             })
         };
-        if alike.iter().any(|own| has_side(own)) {
+        if alike.iter().any(|words| has_side(words)) {
             continue;
         }
         let beginnings: BTreeSet<String> = (alike.iter())
-            .map(|own| own[..=first.min(own.len() - 1)].join("/"))
+            .map(|words| words[..=first.min(words.len() - 1)].join("/"))
             .collect();
         if beginnings.len() > 1 {
             return beginnings.into_iter().collect();
@@ -68,10 +71,10 @@ impl Survey {
         let all: Vec<String> = (self.sources.iter())
             .filter_map(|source| source.topic.clone())
             .collect();
-        let is_own = |source: &Source| {
+        let is_of_robot = |source: &Source| {
             (source.topic.as_ref()).is_some_and(|topic| topic.starts_with(beginning))
         };
-        self.sources.retain(is_own);
+        self.sources.retain(is_of_robot);
         if self.sources.is_empty() {
             return Err(ChooseError::NoTopic {
                 file: self.file,

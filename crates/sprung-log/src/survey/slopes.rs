@@ -73,9 +73,9 @@ fn values(survey: &Survey, (source, column): Place) -> &[f64] {
 
 /// Returns the values of a column at the times of another source.
 fn at_times_of(survey: &Survey, place: Place, source: usize) -> Vec<f64> {
-    let own = values(survey, place);
+    let values = values(survey, place);
     if place.0 == source {
-        return own.to_vec();
+        return values.to_vec();
     }
     let (from, to) = (&survey.sources[place.0], &survey.sources[source]);
     let shift = 1e-9 * to.begin.saturating_sub(from.begin) as f64;
@@ -89,7 +89,7 @@ fn at_times_of(survey: &Survey, place: Place, source: usize) -> Vec<f64> {
             return f64::NAN;
         }
         let part = (time - from.times[before]) / (after - from.times[before]);
-        own[before] + part * (own[next] - own[before])
+        values[before] + part * (values[next] - values[before])
     };
     to.times.iter().map(at).collect()
 }

@@ -60,13 +60,13 @@ pub(super) struct Reading {
 }
 
 /// The joints of a log and their figures in one family.
-struct Own<'a> {
+struct JointFigures<'a> {
     robot: &'a [JointOfStart],
     joints: &'a [usize],
     figures: Vec<Figures>,
 }
 
-impl<'a> Own<'a> {
+impl<'a> JointFigures<'a> {
     fn of(
         survey: &Survey,
         family: &Family,
@@ -146,70 +146,79 @@ pub(super) fn absolute(
     of: (&[JointOfStart], &[usize]),
     is_motor: bool,
 ) -> Reading {
-    let own = Own::of(survey, family, of);
+    let joint_figures = JointFigures::of(survey, family, of);
     let reading = |conversion: Conversion, why: String| Reading {
         conversion,
         why,
         ..Reading::default()
     };
     if let Some(unit) = family.meaning.unit {
-        let mut named = reading(in_unit(&own, unit), format!("In {unit} by their names"));
+        let mut named = reading(
+            in_unit(&joint_figures, unit),
+            format!("In {unit} by their names"),
+        );
         if unit == "counts" {
             named.open = Some(counts_open());
-        } else if !(own.fit(JointKind::Revolute, size(Some(unit)))
-            && own.fit(JointKind::Prismatic, size(Some(unit))))
-            && (is_motor || own.has_limits())
+        } else if !(joint_figures.fit(JointKind::Revolute, size(Some(unit)))
+            && joint_figures.fit(JointKind::Prismatic, size(Some(unit))))
+            && (is_motor || joint_figures.has_limits())
         {
-            named.gears = Some(vec![None; own.joints.len()]);
+            named.gears = Some(vec![None; joint_figures.joints.len()]);
             named.why = format!(
                 "In {unit} by their names; {}, which is beyond the limits of the joint, so they are taken \
                  before the gearbox",
-                own.widest()
+                joint_figures.widest()
             );
         }
         return named;
     }
-    let sliding = if own.fit(JointKind::Prismatic, 1.0) {
+    let sliding = if joint_figures.fit(JointKind::Prismatic, 1.0) {
         "m"
     } else {
         "mm"
     };
-    let limits = if own.has_limits() {
+    let limits = if joint_figures.has_limits() {
         "within the limits of the joints"
     } else {
         "a plausible range"
     };
-    if own.fit(JointKind::Revolute, 1.0) {
-        let why = format!("In rad by their values: {}, {limits}", own.widest());
-        return reading(own.units("rad", sliding), why);
+    if joint_figures.fit(JointKind::Revolute, 1.0) {
+        let why = format!(
+            "In rad by their values: {}, {limits}",
+            joint_figures.widest()
+        );
+        return reading(joint_figures.units("rad", sliding), why);
     }
-    let counts = own.figures.iter().all(Figures::are_counts);
+    let counts = joint_figures.figures.iter().all(Figures::are_counts);
     if counts {
         return Reading {
             open: Some(counts_open()),
             ..reading(
-                own.units("counts", sliding),
+                joint_figures.units("counts", sliding),
                 format!(
                     "Counts of encoders by their values, integers: {}",
-                    own.widest()
+                    joint_figures.widest()
                 ),
             )
         };
     }
-    let beyond = own.widest();
-    if own.fit(JointKind::Revolute, TAU / 360.0) && own.has_limits() && !is_motor {
+    let beyond = joint_figures.widest();
+    if joint_figures.fit(JointKind::Revolute, TAU / 360.0)
+        && joint_figures.has_limits()
+        && !is_motor
+    {
         let why = format!(
             "In degrees by their values: {beyond}, which is beyond the limits of the joint in rad and \
              {limits} in degrees"
         );
-        return reading(own.units("deg", sliding), why);
+        return reading(joint_figures.units("deg", sliding), why);
     }
     Reading {
         open: Some(format!(
             "FILL IN the unit, \"rad\", \"deg\", \"turns\" or \"counts\", and if they were taken before the \
              gearbox side = \"motor\" with gear_ratio of each joint: {beyond}"
         )),
-        ..reading(own.units("rad", sliding), String::new())
+        ..reading(joint_figures.units("rad", sliding), String::new())
     }
 }
 
@@ -217,10 +226,10 @@ fn counts_open() -> String {
     "FILL IN the counts per turn of the encoders, after quadrature".to_owned()
 }
 
-fn in_unit(own: &Own<'_>, unit: &'static str) -> Conversion {
+fn in_unit(joint_figures: &JointFigures<'_>, unit: &'static str) -> Conversion {
     match unit {
-        "m" | "mm" | "um" => own.units("rad", unit),
-        _ => own.units(unit, "m"),
+        "m" | "mm" | "um" => joint_figures.units("rad", unit),
+        _ => joint_figures.units(unit, "m"),
     }
 }
 
@@ -233,7 +242,7 @@ pub(super) fn by_slope(
     (robot, joints): (&[JointOfStart], &[usize]),
     slopes: &[Option<Slope>],
 ) -> Option<Reading> {
-    let own = Own::of(survey, family, (robot, joints));
+    let joint_figures = JointFigures::of(survey, family, (robot, joints));
     let slopes: Vec<Slope> = joints
         .iter()
         .map(|&joint| slopes[joint])
@@ -254,9 +263,11 @@ pub(super) fn by_slope(
     };
     let named = family.meaning.unit;
     let counts = named == Some("counts")
-        || (named.is_none() && own.figures.iter().all(Figures::are_counts) && all(&geared, 1.0));
+        || (named.is_none()
+            && joint_figures.figures.iter().all(Figures::are_counts)
+            && all(&geared, 1.0));
     if counts {
-        reading.conversion = own.units("counts", "m");
+        reading.conversion = joint_figures.units("counts", "m");
         reading.conversion.counts = (slopes.iter())
             .map(|slope| Some(rounded(slope.value.abs() * TAU)))
             .collect();
@@ -266,28 +277,28 @@ pub(super) fn by_slope(
             shown()
         );
     } else if let Some(unit) = named {
-        reading.conversion = in_unit(&own, unit);
+        reading.conversion = in_unit(&joint_figures, unit);
         reading.why = format!("In {unit} by their names");
         if all(&geared, size(named)) {
             reading.gears = Some(gears(&slopes, size(named)));
         }
     } else if all(&same, 1.0) {
-        reading.conversion = own.units("rad", "m");
+        reading.conversion = joint_figures.units("rad", "m");
         reading.why = String::from("In the unit of the other position: the two have a slope of 1");
     } else if all(&one, size(Some("deg"))) {
-        reading.conversion = own.units("deg", "m");
+        reading.conversion = joint_figures.units("deg", "m");
         reading.why = format!(
             "In degrees by their slope over the other position: {}",
             shown()
         );
     } else if all(&one, TAU) {
-        reading.conversion = own.units("turns", "m");
+        reading.conversion = joint_figures.units("turns", "m");
         reading.why = format!(
             "In turns by their slope over the other position: {}",
             shown()
         );
     } else if all(&geared, 1.0) {
-        reading.conversion = own.units("rad", "m");
+        reading.conversion = joint_figures.units("rad", "m");
         reading.gears = Some(gears(&slopes, 1.0));
     } else {
         return None;

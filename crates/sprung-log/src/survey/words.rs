@@ -419,10 +419,10 @@ impl Meaning {
     ///
     /// - `name`: tokens of the name without those of the joint; `topic`: words of the topic.
     pub(super) fn of(name: &[Token], topic: &[&str]) -> Self {
-        let own: Vec<&str> = words(name).into_iter().flat_map(parts).collect();
-        let (rest, unit) = unit(&own);
+        let parts: Vec<&str> = words(name).into_iter().flat_map(parts).collect();
+        let (rest, unit) = unit(&parts);
         let is = |list: &[&str], words: &[&str]| words.iter().any(|word| list.contains(word));
-        let rate = rest.len() < own.len() && unit.is_none();
+        let rate = rest.len() < parts.len() && unit.is_none();
         let sort = sort_of(&rest, rate).or_else(|| unit.and_then(sort_of_unit));
         let torque = matches!(sort, Some(Sort::Torque | Sort::Current | Sort::Voltage));
         let both = [&rest[..], topic].concat();
@@ -454,7 +454,7 @@ const LEAST_PART: usize = 4;
 /// Splits a compound such as `Motorposition` or `电机位置` into known words; another word remains as it is.
 fn parts(word: &str) -> Vec<&str> {
     let known = || LISTS.iter().flat_map(|list| list.iter().copied());
-    if known().any(|own| own == word) {
+    if known().any(|part| part == word) {
         return vec![word];
     }
     if !word.is_ascii() {
@@ -462,19 +462,21 @@ fn parts(word: &str) -> Vec<&str> {
         let mut found = Vec::new();
         let mut rest = word;
         while let Some(first) = rest.chars().next() {
-            let begins = known().filter(|own| !own.is_ascii() && rest.starts_with(own));
-            let longest = begins.max_by_key(|own| own.len());
+            let begins = known().filter(|part| !part.is_ascii() && rest.starts_with(part));
+            let longest = begins.max_by_key(|part| part.len());
             let length = longest.map_or(first.len_utf8(), str::len);
             found.extend(longest);
             rest = &rest[length..];
         }
         return if found.is_empty() { vec![word] } else { found };
     }
-    let is_part = |own: &&str| own.len() >= LEAST_PART && own.is_ascii();
-    let first =
-        (known().filter(is_part).filter(|own| word.starts_with(own))).max_by_key(|own| own.len());
+    let is_part = |part: &&str| part.len() >= LEAST_PART && part.is_ascii();
+    let first = (known()
+        .filter(is_part)
+        .filter(|part| word.starts_with(part)))
+    .max_by_key(|part| part.len());
     let last =
-        (known().filter(is_part).filter(|own| word.ends_with(own))).max_by_key(|own| own.len());
+        (known().filter(is_part).filter(|part| word.ends_with(part))).max_by_key(|part| part.len());
     match (first, last) {
         (Some(first), Some(last)) if first.len() + last.len() <= word.len() => vec![first, last],
         // A time is named alone: "timeout" is none.
@@ -515,23 +517,23 @@ fn without_accents(word: &str) -> String {
 }
 
 /// Separates the unit at the end of a name. A unit per time is removed as well, without unit.
-fn unit<'a>(own: &[&'a str]) -> (Vec<&'a str>, Option<&'static str>) {
+fn unit<'a>(words: &[&'a str]) -> (Vec<&'a str>, Option<&'static str>) {
     let known = |word: &str| {
         UNITS
             .iter()
-            .find(|(own, _)| *own == word)
+            .find(|(known, _)| *known == word)
             .map(|(_, unit)| *unit)
     };
-    let without = |count: usize| own[..own.len() - count].to_vec();
-    match own {
+    let without = |count: usize| words[..words.len() - count].to_vec();
+    match words {
         [.., "n", "m"] => (without(2), Some("N·m")),
         [.., "mn", "m"] => (without(2), Some("mN·m")),
         [.., length, "per", "s" | "sec" | "min"] if known(length).is_some() => (without(3), None),
         [.., length, "s" | "sec" | "min"] if known(length).is_some() => (without(2), None),
-        [.., "rads" | "degs" | "rpm"] => (own.to_vec(), None),
+        [.., "rads" | "degs" | "rpm"] => (words.to_vec(), None),
         [.., last] => match known(last) {
             Some(unit) => (without(1), Some(unit)),
-            None => (own.to_vec(), None),
+            None => (words.to_vec(), None),
         },
         [] => (Vec::new(), None),
     }

@@ -154,7 +154,7 @@ fn by_unit(
     let mut all = Vec::new();
     for unit in units {
         let names: Vec<String> = (places.iter().zip(&conversion.units))
-            .filter(|(_, own)| **own == unit)
+            .filter(|(_, other)| **other == unit)
             .map(|(place, _)| name_at(survey, *place))
             .collect();
         let why = if all.is_empty() { why } else { "" };

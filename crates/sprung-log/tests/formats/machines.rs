@@ -15,10 +15,10 @@ fn timed_log_of(folder: &Path, experiment: &str) -> (Vec<Vec<f64>>, Timing) {
     let experiment = read("experiment.toml", experiment, &[], &mut no_files).unwrap();
     let log = experiment.log.as_ref().unwrap();
     let channels = Channels::new(&experiment.robot, log).unwrap();
-    let (folder, own) = (folder.to_owned(), log.file.clone().unwrap()[0].path.clone());
+    let (folder, path) = (folder.to_owned(), log.file.clone().unwrap()[0].path.clone());
     let mut reader = move |other: Option<&Path>| -> std::io::Result<Box<dyn Input>> {
         Ok(Box::new(std::fs::File::open(
-            folder.join(other.unwrap_or(&own)),
+            folder.join(other.unwrap_or(&path)),
         )?))
     };
     let mut source = LogSource::files("log", &mut reader);
@@ -27,8 +27,8 @@ fn timed_log_of(folder: &Path, experiment: &str) -> (Vec<Vec<f64>>, Timing) {
     let mut all = vec![Vec::new(); 1 + channels.all.len()];
     while reader.read(&mut block).unwrap() {
         all[0].extend_from_slice(&block.time);
-        for (own, values) in all[1..].iter_mut().zip(&block.values) {
-            own.extend_from_slice(values);
+        for (column, values) in all[1..].iter_mut().zip(&block.values) {
+            column.extend_from_slice(values);
         }
     }
     (all, reader.timing())

@@ -60,8 +60,8 @@ fn fitted(times: &[f64], values: &[f64], degree: usize, at: f64) -> f64 {
         let pivot = normal[i].clone();
         for row in &mut normal[i + 1..] {
             let factor = row[i] / pivot[i];
-            for (own, above) in row.iter_mut().zip(&pivot) {
-                *own -= factor * above;
+            for (value, above) in row.iter_mut().zip(&pivot) {
+                *value -= factor * above;
             }
         }
     }
@@ -152,8 +152,10 @@ fn positions_and_velocities_by_method() {
         };
         for (clock, times) in clocks() {
             let samples: Vec<(f64, f64)> = times.iter().map(|&t| (t, t)).collect();
-            let own = found(csv(&samples, cells), "sampling = \"as-stamped\"\n").unwrap();
-            let ours = errors(&own.columns[0], &own.columns[1], |t| truth(t)[0]);
+            let as_stamped = found(csv(&samples, cells), "sampling = \"as-stamped\"\n").unwrap();
+            let ours = errors(&as_stamped.columns[0], &as_stamped.columns[1], |t| {
+                truth(t)[0]
+            });
             let values: Vec<f64> = times.iter().map(|&t| cells(t)[0]).collect();
             let even: Vec<f64> = (0..SAMPLES).map(|k| PERIOD * f64::from(k)).collect();
             let mut rows = vec![("taken as even", errors(&even, &values, |t| truth(t)[0]))];
@@ -213,8 +215,8 @@ fn held_torques_keep_their_mean() {
             all[5] = torque(t);
             all
         };
-        let own = found(csv(&samples, of), "sampling = \"as-stamped\"\n").unwrap();
-        let period = own.timing.period;
+        let as_stamped = found(csv(&samples, of), "sampling = \"as-stamped\"\n").unwrap();
+        let period = as_stamped.timing.period;
         let held = |at: f64| torque(times[times.partition_point(|t| *t <= at).max(1) - 1]);
         let mean = |at: f64| {
             (0..200)
@@ -223,9 +225,9 @@ fn held_torques_keep_their_mean() {
                 / 200.0
         };
         let mut squares = [0.0_f64; 2];
-        let inner = 10..own.columns[0].len() - 10;
+        let inner = 10..as_stamped.columns[0].len() - 10;
         for k in inner.clone() {
-            let (at, found) = (own.columns[0][k], own.columns[6][k]);
+            let (at, found) = (as_stamped.columns[0][k], as_stamped.columns[6][k]);
             squares[0] += (held(at) - mean(at)).powi(2);
             squares[1] += (found - mean(at)).powi(2);
         }

@@ -34,9 +34,9 @@ pub(crate) enum Files {
 
 /// A file that `make_fixtures.py` wrote: of the repository, or of the folder `SPRUNG_TEST_FORMATS`.
 pub(crate) fn fixture(name: &str) -> PathBuf {
-    let own = || Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats/fixtures");
+    let fixtures = || Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats/fixtures");
     let other = std::env::var_os("SPRUNG_TEST_FORMATS").map(PathBuf::from);
-    other.unwrap_or_else(own).join(name)
+    other.unwrap_or_else(fixtures).join(name)
 }
 
 pub(crate) fn experiment(log: &str) -> Result<Experiment, String> {
@@ -87,9 +87,9 @@ pub(crate) fn read_window(
     channels: &Channels,
     window: Window,
 ) -> Result<Found, LogError> {
-    let (files, own) = (files.clone(), PathBuf::from(file));
+    let (files, path) = (files.clone(), PathBuf::from(file));
     let mut reader = move |other: Option<&Path>| -> std::io::Result<Box<dyn Input>> {
-        let name = other.unwrap_or(&own).to_str().unwrap().to_owned();
+        let name = other.unwrap_or(&path).to_str().unwrap().to_owned();
         match &files {
             Files::Fixtures => open(&fixture(&name)),
             Files::Folder(folder) => open(&folder.join(&name)),
@@ -117,8 +117,8 @@ pub(crate) fn read_source(
     while log.read(&mut block)? {
         gaps.extend(block.gaps.iter().map(|gap| all[0].len() + gap));
         all[0].extend_from_slice(&block.time);
-        for (own, values) in all[1..].iter_mut().zip(&block.values) {
-            own.extend_from_slice(values);
+        for (column, values) in all[1..].iter_mut().zip(&block.values) {
+            column.extend_from_slice(values);
         }
     }
     Ok(Found {

@@ -43,7 +43,7 @@ impl WholeRobot<'_> {
     /// joints whose torques have the right scale or are in a finding.
     pub(super) fn torque_scales(&self) -> (Vec<Finding>, Vec<usize>) {
         let limit = INACCURATE_FACTOR.ln();
-        let all = || self.scales.iter().map(|own| own.scale.ln());
+        let all = || self.scales.iter().map(|body| body.scale.ln());
         let outside = all().all(|log| log > limit) || all().all(|log| log < -limit);
         if !self.scales.is_empty() && outside {
             let every: Vec<&BodyScale> = self.scales.iter().collect();
@@ -54,12 +54,12 @@ impl WholeRobot<'_> {
             return (vec![finding], self.moving.to_vec());
         }
         let (mut findings, mut known) = (Vec::new(), Vec::new());
-        for own in &self.scales {
-            if own.scale.ln().abs() < limit {
-                known.push(own.joint);
-            } else if let Some(explanation) = self.explanation(&[own]) {
-                findings.push(self.scale_of_one(own, &explanation));
-                known.push(own.joint);
+        for body in &self.scales {
+            if body.scale.ln().abs() < limit {
+                known.push(body.joint);
+            } else if let Some(explanation) = self.explanation(&[body]) {
+                findings.push(self.scale_of_one(body, &explanation));
+                known.push(body.joint);
             }
         }
         (findings, known)
@@ -67,11 +67,11 @@ impl WholeRobot<'_> {
 
     /// Returns the mistake that explains the scales of some joints best, if one agrees with them.
     fn explanation(&self, scales: &[&BodyScale]) -> Option<Explanation> {
-        let joints: Vec<usize> = scales.iter().map(|own| own.joint).collect();
+        let joints: Vec<usize> = scales.iter().map(|body| body.joint).collect();
         (explanations(self.context, &joints).into_iter())
             .filter_map(|explanation| {
                 let off: Vec<f64> = (scales.iter().zip(&explanation.factors))
-                    .map(|(own, factor)| (own.scale / factor).ln())
+                    .map(|(body, factor)| (body.scale / factor).ln())
                     .collect();
                 let mean = off.iter().sum::<f64>() / off.len() as f64;
                 // The factors of one torque are far apart, so inaccurate bodies do not confuse them.
@@ -84,8 +84,8 @@ impl WholeRobot<'_> {
     }
 
     /// Finding: a unit or a side of the gearbox explains the scale of the torque of one joint.
-    fn scale_of_one(&self, own: &BodyScale, explanation: &Explanation) -> Finding {
-        let column = (self.context).column(&[Quantity::MotorTorque], own.joint);
+    fn scale_of_one(&self, body: &BodyScale, explanation: &Explanation) -> Finding {
+        let column = (self.context).column(&[Quantity::MotorTorque], body.joint);
         let line = &explanation.line;
         Finding::new(
             Severity::Warning,
@@ -93,26 +93,26 @@ impl WholeRobot<'_> {
             format!(
                 "{}: the torque of the log is {} times that of the nominal bodies of the links, although the \
                  torques of other joints agree. {}, which makes this factor {}",
-                self.context.name(own.joint),
-                rounded(own.scale),
+                self.context.name(body.joint),
+                rounded(body.scale),
                 explanation.cause,
                 rounded(explanation.factors[0])
             ),
             &format!("set {line} in [log] if unit or side of this column differ from the others"),
         )
-        .seen(self.context.file, column, own.scale, "")
+        .seen(self.context.file, column, body.scale, "")
         .mended_by(explanation.table, line)
     }
 
     fn scale_words(&self) -> String {
         let words: Vec<String> = (self.scales.iter())
-            .map(|own| format!("{} {}", self.context.name(own.joint), rounded(own.scale)))
+            .map(|body| format!("{} {}", self.context.name(body.joint), rounded(body.scale)))
             .collect();
         words.join(", ")
     }
 
     fn torque_column(&self) -> &str {
-        let joint = self.scales.first().map_or(0, |own| own.joint);
+        let joint = self.scales.first().map_or(0, |body| body.joint);
         self.context.column(&[Quantity::MotorTorque], joint)
     }
 

@@ -250,8 +250,8 @@ impl Search<'_> {
             delays[joint.torque] += joint.at + by;
         }
         let reading = self.reading.with_delays(&delays);
-        let own: Vec<usize> = joints.iter().map(|joint| joint.number).collect();
-        let fits = fit_rows(self.excerpt, &reading, &own);
+        let numbers: Vec<usize> = joints.iter().map(|joint| joint.number).collect();
+        let fits = fit_rows(self.excerpt, &reading, &numbers);
         fits.map_or_else(
             || vec![f64::NAN; joints.len()],
             |fits| {

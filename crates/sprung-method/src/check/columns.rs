@@ -206,31 +206,33 @@ impl CheckContext<'_> {
             let found = estimate_delays(excerpt, self.reading, &[channel])?.pop()?;
             (found.found && found.with.plausible).then_some(found)
         };
-        let residual = |own: &DelayEstimate| own.with.relative_residual;
+        let residual = |estimate: &DelayEstimate| estimate.with.relative_residual;
         let by_delay = [link, motor, torque]
             .into_iter()
             .filter_map(|i| late(self.excerpt, i));
         let before = fit.relative_residual();
-        let least = by_delay.map(|own| residual(&own)).fold(before, f64::min);
+        let least = by_delay
+            .map(|estimate| residual(&estimate))
+            .fold(before, f64::min);
         let turned = [link, motor]
             .into_iter()
             .filter_map(|i| late(&self.excerpt.scaled(i, -1.0), i));
-        let own = (turned.filter(|own| residual(own) < BETTER_RESIDUAL_SHARE * least))
+        let best = (turned.filter(|estimate| residual(estimate) < BETTER_RESIDUAL_SHARE * least))
             .min_by(|a, b| residual(a).total_cmp(&residual(b)))?;
-        let (column, delay) = (&channels.all[own.channel].column, own.delay);
+        let (column, delay) = (&channels.all[best.channel].column, best.delay);
         let lines =
             format!("sign = {{ \"{column}\" = -1 }}\ndelay_s = {{ \"{column}\" = \"estimate\" }}");
         let text = format!(
             "{}: \"{column}\" has the wrong direction and was recorded {delay:.3} s late (standard error {:.3} s): with both \
              the motor row leaves {:.1} % of the torque unexplained instead of {:.1} %, and every parameter is positive",
             self.name(joint),
-            own.standard_error,
-            100.0 * residual(&own),
+            best.standard_error,
+            100.0 * residual(&best),
             100.0 * before
         );
         let remedy = format!("set in [log] {}", lines.replace('\n', " and "));
         let finding = Finding::new(Severity::Error, "opposite-signs", text, &remedy);
-        Some((finding.seen(self.file, column, residual(&own), "")).mended_by("[log]", &lines))
+        Some((finding.seen(self.file, column, residual(&best), "")).mended_by("[log]", &lines))
     }
 
     /// Returns the ratio by which the motor position of a joint moves too far by the motor row, with the
@@ -250,10 +252,10 @@ impl CheckContext<'_> {
         let least = |a: &(f64, MotorRowFit), b: &(f64, MotorRowFit)| {
             a.1.relative_residual.total_cmp(&b.1.relative_residual)
         };
-        let own = &channels.all[motor];
-        let given = own.gear_ratio.map(f64::abs);
+        let channel = &channels.all[motor];
+        let given = channel.gear_ratio.map(f64::abs);
         // Readings before the gearbox are divided by the given ratio already.
-        let divided = if own.before_gear {
+        let divided = if channel.before_gear {
             given.unwrap_or(1.0)
         } else {
             1.0

@@ -58,8 +58,9 @@ impl WholeRobot<'_> {
             gain(&self.given_left, &certain.left)
         };
         let geared = self.geared();
-        let of_gears =
-            (geared.as_ref()).map_or(f64::NEG_INFINITY, |own| gain(&self.given_left, &own.left));
+        let of_gears = (geared.as_ref()).map_or(f64::NEG_INFINITY, |geared| {
+            gain(&self.given_left, &geared.left)
+        });
         let is_equal = (of_gears - degrees).abs() < SAME_GAIN;
         let by_equations = match geared {
             Some(geared) if of_gears > degrees => Some(self.by_gears(&geared, is_equal)),
@@ -280,8 +281,8 @@ impl WholeRobot<'_> {
             Some(value / parameter.nominal?).filter(|_| changes)
         });
         let of_bodies = (self.scales.iter())
-            .filter(|own| own.joint == joint)
-            .map(|own| own.scale);
+            .filter(|body| body.joint == joint)
+            .map(|body| body.scale);
         let logarithms: Vec<f64> = (of_joint.chain(of_bodies))
             .filter(|ratio| ratio.is_finite() && *ratio > 0.0)
             .map(f64::ln)

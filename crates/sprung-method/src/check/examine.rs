@@ -105,7 +105,7 @@ pub fn examine(prepared: &Prepared, logs: &[OfLog]) -> Examination {
                 let again = |found: &Finding| {
                     (examined.findings.iter()).any(|other| {
                         let same = other.code == found.code
-                            || [other, found].iter().all(|own| is_about_scale(own));
+                            || [other, found].iter().all(|finding| is_about_scale(finding));
                         same && same_joint(found, other, channels)
                     })
                 };
@@ -172,13 +172,13 @@ fn is_of_scale(findings: &[Finding], channels: &Channels, joint: usize) -> bool 
 /// Returns whether a column of a joint has an error; findings from the joint's equations would be
 /// consequences of it.
 fn is_wrong(findings: &[Finding], channels: &Channels, joint: usize) -> bool {
-    let own = |column: &str| {
+    let is_of_joint = |column: &str| {
         (channels.all.iter()).any(|channel| channel.joint == joint && channel.column == column)
     };
     (findings.iter())
         .filter(|finding| finding.severity == Severity::Error)
         .filter_map(|finding| finding.evidence.as_ref()?.column.as_ref())
-        .any(|column| own(column))
+        .any(|column| is_of_joint(column))
 }
 
 /// Returns whether two findings are about columns of one joint.

@@ -38,10 +38,11 @@ pub(super) fn one_frequency(reading: &Reading, excerpt: &Excerpt, file: &str) ->
         .filter_map(|joint| channels.telling(Signal::Motor, joint))
         .map(|channel| differences(excerpt, channel))
         .collect();
-    let largest = (velocities.iter().map(|own| variance(own))).fold(0.0, f64::max);
-    let moving = (velocities.iter())
-        .filter(|own| variance(own) > HARDLY_MOVES.powi(2) * largest && own.len() > 2 * TERMS);
-    let found: Option<Vec<f64>> = moving.map(|own| periods(own)).collect();
+    let largest = (velocities.iter().map(|velocity| variance(velocity))).fold(0.0, f64::max);
+    let moving = (velocities.iter()).filter(|velocity| {
+        variance(velocity) > HARDLY_MOVES.powi(2) * largest && velocity.len() > 2 * TERMS
+    });
+    let found: Option<Vec<f64>> = moving.map(|velocity| periods(velocity)).collect();
     let found = found.filter(|found| !found.is_empty())?;
     let hertz = |periods: &f64| periods / excerpt.duration();
     let least = found.iter().map(hertz).fold(f64::INFINITY, f64::min);
@@ -113,10 +114,10 @@ fn unexplained(values: &[f64], periods: f64) -> f64 {
         let terms = [1.0, sin, cos, 2.0 * sin * cos, cos * cos - sin * sin];
         let value = value - mean;
         squares += value * value;
-        for (i, own) in terms.iter().enumerate() {
-            right[i] += own * value;
+        for (i, term) in terms.iter().enumerate() {
+            right[i] += term * value;
             for (j, other) in terms.iter().enumerate() {
-                normal[i * TERMS + j] += own * other;
+                normal[i * TERMS + j] += term * other;
             }
         }
     }

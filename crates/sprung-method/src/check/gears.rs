@@ -56,7 +56,7 @@ impl WholeRobot<'_> {
                 })
             })
             .max_by(|a, b| {
-                let gain = |own: &Geared| gain(&self.given_left, &own.left);
+                let gain = |geared: &Geared| gain(&self.given_left, &geared.left);
                 gain(a).total_cmp(&gain(b))
             })
     }

@@ -217,14 +217,17 @@ impl CheckContext<'_> {
         let few = self.compared(fits, &[&doubtful[..], &tested.unequal].concat());
         findings.extend(self.scales_of_motors(&tested.unequal, &few));
         let winners = self.winners(&few, &doubtful, shares);
-        let (swaps, own): (Vec<Winner>, Vec<Winner>) =
+        let (swaps, others): (Vec<Winner>, Vec<Winner>) =
             (winners.into_iter()).partition(|won| matches!(won.best.meaning, Meaning::Swapped(_)));
         let mut reported: Vec<usize> = Vec::new();
-        self.tell(&own, &few, &mut reported, findings);
+        self.tell(&others, &few, &mut reported, findings);
         let by_sensors = self.torque_sensors(moving, findings);
         reported.extend(&by_sensors);
         // Friction of a torque of another scale is small beside that of the sensor, so its sign is open.
-        let rescaled = if findings.iter().any(|own| own.code == "torque-scale") {
+        let rescaled = if findings
+            .iter()
+            .any(|finding| finding.code == "torque-scale")
+        {
             by_sensors
         } else {
             Vec::new()
@@ -384,17 +387,21 @@ impl CheckContext<'_> {
             return None;
         }
         let torque = self.column(&[Quantity::MotorTorque], joint);
-        let off = |own: &Explanation| (middle / own.factors[0]).ln().abs();
+        let off = |explanation: &Explanation| (middle / explanation.factors[0]).ln().abs();
         let mut possible = explanations(self, &[joint]);
-        possible.retain(|own| off(own) < NEAR_SCALE.ln());
+        possible.retain(|explanation| off(explanation) < NEAR_SCALE.ln());
         possible.sort_by(|a, b| off(a).total_cmp(&off(b)));
         let likely = if possible.is_empty() {
             "It may have another unit, be of the other side of the gearbox, or hold raw counts"
                 .to_owned()
         } else {
-            let words = possible
-                .iter()
-                .map(|own| format!("{} (factor {})", own.cause, rounded(own.factors[0])));
+            let words = possible.iter().map(|explanation| {
+                format!(
+                    "{} (factor {})",
+                    explanation.cause,
+                    rounded(explanation.factors[0])
+                )
+            });
             words.collect::<Vec<String>>().join("; or: ")
         };
         Some(
@@ -413,7 +420,7 @@ impl CheckContext<'_> {
             .seen(self.file, torque, middle, ""),
         )
         .map(|finding| match possible.first() {
-            Some(own) => finding.mended_by(own.table, &own.line),
+            Some(explanation) => finding.mended_by(explanation.table, &explanation.line),
             None => finding,
         })
     }

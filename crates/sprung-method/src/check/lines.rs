@@ -53,12 +53,12 @@ impl CheckContext<'_> {
             .filter_map(|(key, _)| {
                 let of_kind = |channels| {
                     let all = columns(channels, key.quantity);
-                    let is_own = |joint| {
-                        let own = self.reading.model().kind(joint);
-                        key.kind.is_none_or(|kind| kind == own)
+                    let has_kind = |joint| {
+                        let joint_kind = self.reading.model().kind(joint);
+                        key.kind.is_none_or(|kind| kind == joint_kind)
                     };
-                    let own = all.into_iter().filter(|(joint, _)| is_own(*joint));
-                    own.collect::<Vec<_>>()
+                    let kept = all.into_iter().filter(|(joint, _)| has_kind(*joint));
+                    kept.collect::<Vec<_>>()
                 };
                 let (now, before) = (of_kind(channels), of_kind(self.reading.channels()));
                 (now != before).then(|| format!("{} = {}", key.name, list(&now)))

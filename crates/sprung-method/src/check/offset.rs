@@ -30,9 +30,9 @@ impl CheckContext<'_> {
     pub(super) fn offsets(&self) -> Vec<Option<Offset>> {
         let model = self.reading.model();
         let nothing = || (0..model.joint_count()).map(|_| None).collect();
-        let own = (0..model.joint_count())
+        let has_preload = (0..model.joint_count())
             .any(|joint| model.index(JointParameter::Preload, joint).is_some());
-        let with = if own {
+        let with = if has_preload {
             model.clone()
         } else {
             let mut experiment = self.experiment.clone();

@@ -42,9 +42,11 @@ impl Change {
         match self {
             Self::Swapped(group, one, two) => trial.swapped(*group, *one, *two),
             Self::Reversed(joint) => Some(trial.reversed(*joint)),
-            Self::Scaled(joint, own) => Some(trial.with_torque(*joint, own.factors[0].recip())),
-            Self::AllScaled(own) => {
-                let factors = joints.iter().zip(&own.factors);
+            Self::Scaled(joint, explanation) => {
+                Some(trial.with_torque(*joint, explanation.factors[0].recip()))
+            }
+            Self::AllScaled(explanation) => {
+                let factors = joints.iter().zip(&explanation.factors);
                 Some(factors.fold(trial.clone(), |trial, (&joint, factor)| {
                     trial.with_torque(joint, factor.recip())
                 }))
@@ -77,7 +79,7 @@ impl WholeRobot<'_> {
     pub(super) fn bodies_are_strange(&self) -> bool {
         self.has_bodies
             && (self.moving.iter().zip(&self.without)).any(|(joint, without)| {
-                let is_determined = self.scales.iter().any(|own| own.joint == *joint);
+                let is_determined = self.scales.iter().any(|body| body.joint == *joint);
                 *without > MATTERING_BODIES && !is_determined
             })
     }
@@ -105,13 +107,13 @@ impl WholeRobot<'_> {
         while changes.len() < joints && root_mean_square(&left) > WELL_EXPLAINED {
             let mut tried = self.tried(&trial, &left);
             tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-            let Some(most) = tried.first().map(|own| own.gain) else {
+            let Some(most) = tried.first().map(|best| best.gain) else {
                 break;
             };
-            tried.retain(|own| own.gain > most - SAME_GAIN);
+            tried.retain(|attempt| attempt.gain > most - SAME_GAIN);
             // Torques of one joint too large look like those of the others too small.
             if let Change::Scaled(..) = tried[0].change {
-                let off = |own: &Tried| self.off_nominal(&own.change, fits);
+                let off = |attempt: &Tried| self.off_nominal(&attempt.change, fits);
                 tried.sort_by(|a, b| off(a).total_cmp(&off(b)));
             }
             let mut tried = tried.into_iter();
@@ -121,7 +123,7 @@ impl WholeRobot<'_> {
             if best.gain <= 0.0 || !is_certain(&left, &best.left) {
                 break;
             }
-            equal = tried.map(|own| own.change).collect();
+            equal = tried.map(|attempt| attempt.change).collect();
             changes.push(best.change);
             (trial, left) = (best.trial, best.left);
         }
@@ -153,9 +155,9 @@ impl WholeRobot<'_> {
         let Change::Scaled(joint, explanation) = change else {
             return f64::INFINITY;
         };
-        let off = self.moving.iter().filter_map(|&own| {
-            let ratio = self.over_nominal(own, &fits[own])?;
-            let factor = if own == *joint {
+        let off = self.moving.iter().filter_map(|&moving_joint| {
+            let ratio = self.over_nominal(moving_joint, &fits[moving_joint])?;
+            let factor = if moving_joint == *joint {
                 explanation.factors[0]
             } else {
                 1.0
@@ -189,13 +191,17 @@ impl WholeRobot<'_> {
             for two in (one + 1..joints).filter(|&two| kind(one) == kind(two)) {
                 all.extend(Group::ALL.map(|group| Change::Swapped(group, one, two)));
             }
-            let own = explanations(self.context, &[one]);
-            all.extend(own.into_iter().map(|own| Change::Scaled(one, own)));
+            let explanations = explanations(self.context, &[one]);
+            all.extend(
+                explanations
+                    .into_iter()
+                    .map(|explanation| Change::Scaled(one, explanation)),
+            );
         }
         // The same factor in all joints changes no residual.
-        let differs = |own: &Explanation| {
-            let first = own.factors[0];
-            (own.factors.iter()).any(|factor| (factor / first).ln().abs() > f64::EPSILON)
+        let differs = |explanation: &Explanation| {
+            let first = explanation.factors[0];
+            (explanation.factors.iter()).any(|factor| (factor / first).ln().abs() > f64::EPSILON)
         };
         let of_all = explanations(self.context, self.moving);
         all.extend(of_all.into_iter().filter(differs).map(Change::AllScaled));
@@ -215,7 +221,9 @@ impl WholeRobot<'_> {
             Change::Reversed(joint) => {
                 format!("Reversing all columns of {}", self.context.name(*joint))
             }
-            Change::Scaled(_, own) | Change::AllScaled(own) => format!("The line {}", own.line),
+            Change::Scaled(_, explanation) | Change::AllScaled(explanation) => {
+                format!("The line {}", explanation.line)
+            }
         }
     }
 
@@ -307,9 +315,9 @@ impl WholeRobot<'_> {
 
     /// Findings: the torque of a joint has another unit or is of the other side of the gearbox.
     fn scales_of_torques(&self, changes: &[Change], left: &[f64]) -> Vec<Finding> {
-        let finding = |joint: usize, own: &Explanation| {
+        let finding = |joint: usize, explanation: &Explanation| {
             let column = self.context.column(&[Quantity::MotorTorque], joint);
-            let factor = own.factors[0];
+            let factor = explanation.factors[0];
             let (size, times) = if factor > 1.0 {
                 ("large", factor)
             } else {
@@ -326,16 +334,16 @@ impl WholeRobot<'_> {
                     rounded(times),
                     percent(left),
                     percent(&self.given_left),
-                    own.cause
+                    explanation.cause
                 ),
-                &format!("set {} in [log], or give the column its unit", own.line),
+                &format!("set {} in [log], or give the column its unit", explanation.line),
             )
             .seen(self.context.file, column, factor, "")
-            .mended_by(own.table, &own.line)
+            .mended_by(explanation.table, &explanation.line)
         };
         (changes.iter())
             .filter_map(|change| match change {
-                Change::Scaled(joint, own) => Some(finding(*joint, own)),
+                Change::Scaled(joint, explanation) => Some(finding(*joint, explanation)),
                 Change::Swapped(..) | Change::Reversed(_) | Change::AllScaled(_) => None,
             })
             .collect()

@@ -40,7 +40,9 @@ fn read(
         segments.take(&block);
         let done = before + log.timing().recorded;
         // Later logs are assumed to be as long as this one.
-        let expected = log.expected().map(|own| before + own * (1 + later as u64));
+        let expected = log
+            .expected()
+            .map(|samples| before + samples * (1 + later as u64));
         progress.tell(Phase::Reading, done, expected)?;
         more = log.read(&mut block)?;
     }

@@ -69,8 +69,12 @@ impl CheckContext<'_> {
         rivals.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         let mut winners: Vec<Winner> = Vec::new();
         for rival in rivals {
-            let shared = (winners.iter_mut())
-                .find(|won| won.best.joints.iter().any(|own| rival.joints.contains(own)));
+            let shared = (winners.iter_mut()).find(|won| {
+                won.best
+                    .joints
+                    .iter()
+                    .any(|joint| rival.joints.contains(joint))
+            });
             match shared {
                 Some(won) => {
                     let is_equal =
@@ -110,14 +114,14 @@ impl CheckContext<'_> {
                 ),
             ];
             rivals.extend((single.into_iter()).filter_map(|(meaning, now)| {
-                Some(rival(meaning, &[one], fits, now?)).filter(|own| own.is_better(fits))
+                Some(rival(meaning, &[one], fits, now?)).filter(|rival| rival.is_better(fits))
             }));
             for &two in &doubtful[k + 1..] {
                 rivals.extend(Quantity::all().filter_map(|quantity| {
                     let swapped = channels.swapped(quantity, one, two)?;
                     let now = self.with(&swapped, &[one, two])?;
                     Some(rival(Meaning::Swapped(quantity), &[one, two], fits, now))
-                        .filter(|own| own.is_better(fits))
+                        .filter(|rival| rival.is_better(fits))
                 }));
             }
         }

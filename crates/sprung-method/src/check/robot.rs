@@ -61,7 +61,7 @@ impl<'a> WholeRobot<'a> {
         let all = model
             .nominal_bodies()
             .map(|bodies| rows.scales(model, &bodies));
-        let is_determined = |own: &BodyScale| own.is_determined(context.independent);
+        let is_determined = |body: &BodyScale| body.is_determined(context.independent);
         Some(Self {
             has_bodies: all.is_some(),
             together: rows.together(model)?,

@@ -34,9 +34,9 @@ pub fn check(
     let prepared = prepare(experiment, model, sources, progress)?;
     let figures = read_all(prepared.reading(), sources, progress)?;
     let mut found = examine(&prepared, &OfLog::of_each(&prepared, &figures));
-    for (joint, own) in found.joints.iter_mut().enumerate() {
+    for (joint, found_joint) in found.joints.iter_mut().enumerate() {
         let line = (figures.first()).and_then(|first| first.summary.line(joint));
-        own.slope = line.map(|line| line.slope);
+        found_joint.slope = line.map(|line| line.slope);
     }
     found.findings.extend(prepared.findings());
     found.findings.extend(springs(&prepared));

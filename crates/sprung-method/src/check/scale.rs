@@ -122,8 +122,9 @@ pub(super) fn explanations(context: &CheckContext<'_>, joints: &[usize]) -> Vec<
             table: "[log]",
             line: String::new(),
         }));
-        for own in &mut found {
-            (own.table, own.line) = ("[log]", gain_line(context, *joint, own.factors[0]));
+        for explanation in &mut found {
+            (explanation.table, explanation.line) =
+                ("[log]", gain_line(context, *joint, explanation.factors[0]));
         }
     }
     found

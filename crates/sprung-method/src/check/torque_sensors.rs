@@ -114,7 +114,7 @@ impl CheckContext<'_> {
         let (whole, samples) = (system.whole()?, system.samples() as f64);
         (joints.iter().zip(&rows).zip(&whole))
             .map(|((&joint, &row), factor)| {
-                let own = model.row_columns(row).len();
+                let count = model.row_columns(row).len();
                 let squares = |width: usize| {
                     let columns: Vec<usize> = (0..width).collect();
                     let known: Vec<Option<f64>> = (0..factor.unknowns())
@@ -130,11 +130,11 @@ impl CheckContext<'_> {
                     let squares: f64 = residual.iter().map(|r| r * r).sum();
                     Some((solution, squares))
                 };
-                let (_, before) = squares(own)?;
-                let (solution, after) = squares(own + joints.len())?;
+                let (_, before) = squares(count)?;
+                let (solution, after) = squares(count + joints.len())?;
                 let error =
                     |at: usize| (after * solution.inverse[(at, at)] / self.independent).sqrt();
-                let size = factor.column_norm(own);
+                let size = factor.column_norm(count);
                 let offset = model
                     .index(JointParameter::TorqueOffset, joint)
                     .and_then(|index| {
@@ -143,11 +143,11 @@ impl CheckContext<'_> {
                     });
                 Some(SensorFit {
                     joint,
-                    inverse_gain: (1.0 + solution.x[own], error(own)),
+                    inverse_gain: (1.0 + solution.x[count], error(count)),
                     offset,
                     others: (sensors(joint).enumerate().skip(1))
                         .map(|(place, other)| {
-                            let at = own + place;
+                            let at = count + place;
                             let share = factor.column_norm(at) / size;
                             (other, solution.x[at], error(at), share)
                         })
@@ -217,8 +217,8 @@ impl CheckContext<'_> {
         if joints.len() != self.reading.model().joint_count() || !fits.iter().all(is_far) {
             return None;
         }
-        let own = (explanations(self, &joints).into_iter()).find(|own| {
-            (fits.iter().zip(&own.factors))
+        let explanation = (explanations(self, &joints).into_iter()).find(|explanation| {
+            (fits.iter().zip(&explanation.factors))
                 .all(|(fit, factor)| (fit.inverse_gain.0 / factor).ln().abs() < SAME_SCALE.ln())
         })?;
         let factors: Vec<String> = (fits.iter())
@@ -233,12 +233,12 @@ impl CheckContext<'_> {
                     "the motor torques do not match the joint torque sensors (motor torque over what the \
                      sensors ask for: {}). {}",
                     factors.join(", "),
-                    own.cause
+                    explanation.cause
                 ),
-                &format!("set {} in {}", own.line, own.table),
+                &format!("set {} in {}", explanation.line, explanation.table),
             )
             .seen(self.file, column, first.inverse_gain.0, "")
-            .mended_by(own.table, &own.line),
+            .mended_by(explanation.table, &explanation.line),
         )
     }
 
@@ -250,9 +250,9 @@ impl CheckContext<'_> {
         }
         let motor = self.column(&[Quantity::MotorTorque], fit.joint);
         let sensor = self.column(&[Quantity::JointTorque], fit.joint);
-        let off = |own: &Explanation| (inverse / own.factors[0]).ln().abs();
-        let own = (explanations(self, &[fit.joint]).into_iter())
-            .filter(|own| off(own) < SAME_SCALE.ln())
+        let off = |explanation: &Explanation| (inverse / explanation.factors[0]).ln().abs();
+        let explanation = (explanations(self, &[fit.joint]).into_iter())
+            .filter(|explanation| off(explanation) < SAME_SCALE.ln())
             .min_by(|a, b| off(a).total_cmp(&off(b)));
         let is_gear = inverse < GEARS.0.recip() && inverse > GEARS.1.recip();
         let joint = self.experiment.robot.joint.get(fit.joint);
@@ -264,10 +264,12 @@ impl CheckContext<'_> {
                 rounded(inverse.recip())
             )
         });
-        let cause = match (&own, gear) {
-            (Some(own), None) => own.cause.clone(),
+        let cause = match (&explanation, gear) {
+            (Some(explanation), None) => explanation.cause.clone(),
             (None, Some(gear)) => gear,
-            (Some(own), Some(gear)) => format!("{gear}; or: {} ({})", own.cause, own.line),
+            (Some(explanation), Some(gear)) => {
+                format!("{gear}; or: {} ({})", explanation.cause, explanation.line)
+            }
             (None, None) => return None,
         };
         let finding = Finding::new(
@@ -283,8 +285,8 @@ impl CheckContext<'_> {
         )
         .seen(self.file, motor, inverse, "");
         // Without the gear ratio two causes remain, and the line of one would be wrong for the other.
-        Some(match own.filter(|_| !is_open) {
-            Some(own) => finding.mended_by(own.table, &own.line),
+        Some(match explanation.filter(|_| !is_open) {
+            Some(explanation) => finding.mended_by(explanation.table, &explanation.line),
             None => finding,
         })
     }

@@ -43,21 +43,21 @@ pub(super) fn runs_disagree(
             continue;
         }
         done.push(estimator);
-        let own: Vec<usize> = (0..compared.len())
+        let indices: Vec<usize> = (0..compared.len())
             .filter(|&i| compared[i].estimator == estimator)
             .collect();
         let tests: Vec<AgreementTest<'_>> = (parameters.iter())
-            .filter_map(|parameter| test(parameter, &own))
+            .filter_map(|parameter| test(parameter, &indices))
             .collect();
         tested += tests.len();
-        findings.extend(of_estimator(estimator, &own, compared, &tests));
+        findings.extend(of_estimator(estimator, &indices, compared, &tests));
     }
     (tested, findings)
 }
 
 fn of_estimator(
     estimator: &str,
-    own: &[usize],
+    indices: &[usize],
     compared: &[ComparedResult],
     tests: &[AgreementTest<'_>],
 ) -> Option<Finding> {
@@ -73,9 +73,9 @@ fn of_estimator(
     if apart.len() > PARAMETERS_IN_TEXT {
         texts.push(format!("and {} more", apart.len() - PARAMETERS_IN_TEXT));
     }
-    let same_settings = own
+    let same_settings = indices
         .iter()
-        .all(|&i| compared[i].settings.agree(&compared[own[0]].settings));
+        .all(|&i| compared[i].settings.agree(&compared[indices[0]].settings));
     let remedy = if same_settings {
         "parameters that change with the controller's gains, the speed or the load show an effect that \
          the model lacks (a torque delay, a friction law, play, another inertia); validate each result \
@@ -91,7 +91,7 @@ fn of_estimator(
             format!(
                 "{} results of {estimator} differ by more than their intervals allow in {} of {} \
                  parameters: {}",
-                own.len(),
+                indices.len(),
                 apart.len(),
                 tests.len(),
                 texts.join("; ")
@@ -119,8 +119,8 @@ fn describe(apart: &AgreementTest<'_>) -> String {
     )
 }
 
-fn test<'a>(parameter: &'a ComparedParameter, own: &[usize]) -> Option<AgreementTest<'a>> {
-    let values: Vec<(f64, f64)> = (own.iter())
+fn test<'a>(parameter: &'a ComparedParameter, indices: &[usize]) -> Option<AgreementTest<'a>> {
+    let values: Vec<(f64, f64)> = (indices.iter())
         .filter_map(|&i| estimate(parameter.values[i].as_ref()?))
         .collect();
     let between = between_parts(&values)?;
@@ -180,11 +180,11 @@ mod tests {
         const COMPARISONS: usize = 4000;
         const PARAMETERS: usize = 15;
         let mut rng = ChaCha8Rng::seed_from_u64(1);
-        let own: Vec<usize> = (0..truth.len()).collect();
+        let indices: Vec<usize> = (0..truth.len()).collect();
         let alarms = (0..COMPARISONS).filter(|_| {
             (0..PARAMETERS).any(|name| {
                 let parameter = parameter(&mut rng, name, truth);
-                let apart = test(&parameter, &own).unwrap();
+                let apart = test(&parameter, &indices).unwrap();
                 apart.probability < SIGNIFICANCE / PARAMETERS as f64
             })
         });

@@ -23,27 +23,27 @@ pub(super) fn combined(
         }
     }
     let of = |estimator: &&str| {
-        let own: Vec<usize> = (0..results.len())
+        let indices: Vec<usize> = (0..results.len())
             .filter(|&i| compared[i].estimator == **estimator)
             .collect();
-        let different = own.iter().enumerate().all(|(at, &i)| {
-            (own[..at].iter()).all(|&j| are_of_different_logs(results[i].0, results[j].0))
+        let different = indices.iter().enumerate().all(|(at, &i)| {
+            (indices[..at].iter()).all(|&j| are_of_different_logs(results[i].0, results[j].0))
         });
-        let own: Vec<usize> = own.into_iter().filter(|_| different).collect();
-        let first = results[*own.first()?].1;
+        let indices: Vec<usize> = indices.into_iter().filter(|_| different).collect();
+        let first = results[*indices.first()?].1;
         let parameters: Vec<CombinedParameter> = (first.parameters.iter())
             .filter_map(|parameter| {
                 let same = |&i: &usize| {
                     let mut all = results[i].1.parameters.iter();
                     all.find(|p| p.name == parameter.name && p.unit == parameter.unit)
                 };
-                let estimates: Vec<&ParameterEstimate> = own.iter().filter_map(same).collect();
+                let estimates: Vec<&ParameterEstimate> = indices.iter().filter_map(same).collect();
                 combine(&estimates)
             })
             .collect();
         (!parameters.is_empty()).then(|| CombinedResult {
             estimator: (*estimator).to_owned(),
-            results: own.iter().map(|&i| compared[i].label.clone()).collect(),
+            results: indices.iter().map(|&i| compared[i].label.clone()).collect(),
             parameters,
         })
     };
@@ -69,12 +69,13 @@ pub(super) fn are_of_different_logs(one: &Identification, other: &Identification
 /// independent and becomes `√(Σ w² e²) / Σ w`. If the results differ beyond their errors, the deviation
 /// between them is the third part, as for several logs of one identification.
 fn combine(estimates: &[&ParameterEstimate]) -> Option<CombinedParameter> {
-    let own: Vec<(f64, f64, f64)> = estimates.iter().filter_map(|p| with_error(p)).collect();
-    let values: Vec<(f64, f64)> = own.iter().map(|(x, s, _)| (*x, *s)).collect();
+    let with_errors: Vec<(f64, f64, f64)> =
+        estimates.iter().filter_map(|p| with_error(p)).collect();
+    let values: Vec<(f64, f64)> = with_errors.iter().map(|(x, s, _)| (*x, *s)).collect();
     let between = between_parts(&values)?;
-    let weights: Vec<f64> = own.iter().map(|(_, s, _)| s.powi(-2)).collect();
+    let weights: Vec<f64> = with_errors.iter().map(|(_, s, _)| s.powi(-2)).collect();
     let sum: f64 = weights.iter().sum();
-    let each = || own.iter().zip(&weights);
+    let each = || with_errors.iter().zip(&weights);
     let independent: f64 = each()
         .map(|((_, s, b), w)| w * w * (s * s - b * b).max(0.0))
         .sum();
@@ -92,7 +93,7 @@ fn combine(estimates: &[&ParameterEstimate]) -> Option<CombinedParameter> {
     Some(CombinedParameter {
         name: first.name.clone(),
         unit: first.unit.clone(),
-        results: own.len(),
+        results: with_errors.len(),
         value,
         standard_error: error,
         ci95: [value - half, value + half],
@@ -203,9 +204,9 @@ mod tests {
                 let bias = 0.1 * normal();
                 let all: Vec<ParameterEstimate> = (0..6)
                     .map(|run| {
-                        let own = 0.1 * f64::from(1 + run % 3);
-                        let value = 5.0 + bias + change * normal() + own * normal();
-                        estimate(value, own.hypot(0.1), 0.1)
+                        let independent_error = 0.1 * f64::from(1 + run % 3);
+                        let value = 5.0 + bias + change * normal() + independent_error * normal();
+                        estimate(value, independent_error.hypot(0.1), 0.1)
                     })
                     .collect();
                 let found = combined(&all).unwrap();

@@ -30,58 +30,61 @@ pub(super) fn drifts(
         }
     }
     let of = |estimator: &&str| {
-        let own: Vec<usize> = (0..compared.len())
+        let indices: Vec<usize> = (0..compared.len())
             .filter(|&i| compared[i].estimator == **estimator)
             .collect();
-        let different = own.iter().enumerate().all(|(at, &i)| {
-            (own[..at].iter()).all(|&j| are_of_different_logs(results[i].0, results[j].0))
+        let different = indices.iter().enumerate().all(|(at, &i)| {
+            (indices[..at].iter()).all(|&j| are_of_different_logs(results[i].0, results[j].0))
         });
-        (different && own.len() >= FEWEST_RUNS)
-            .then(|| of_estimator(&own, compared, results, parameters))
+        (different && indices.len() >= FEWEST_RUNS)
+            .then(|| of_estimator(&indices, compared, results, parameters))
             .filter(|drift| !drift.parameters.is_empty())
     };
     estimators.iter().filter_map(of).collect()
 }
 
 fn of_estimator(
-    own: &[usize],
+    indices: &[usize],
     compared: &[ComparedResult],
     results: &[OneResult<'_>],
     parameters: &[ComparedParameter],
 ) -> Drift {
-    let dates: Option<Vec<f64>> = own.iter().map(|&i| compared[i].date_s).collect();
+    let dates: Option<Vec<f64>> = indices.iter().map(|&i| compared[i].date_s).collect();
     // Runs at one time, as simulated ones may be, have only the order in which they were given.
     let dates = dates.filter(|dates| dates.windows(2).any(|pair| pair[0] < pair[1]));
     let times: Vec<f64> = match &dates {
         Some(dates) => (dates.iter())
             .map(|date| (date - dates[0]) / SECONDS_PER_DAY)
             .collect(),
-        None => (1..=own.len()).map(|run| run as f64).collect(),
+        None => (1..=indices.len()).map(|run| run as f64).collect(),
     };
     let tested = parameters.iter().filter_map(|parameter| {
-        let runs: Vec<(f64, f64, f64)> = (own.iter().zip(&times))
+        let runs: Vec<(f64, f64, f64)> = (indices.iter().zip(&times))
             .filter_map(|(&i, &time)| {
                 let mut all = results[i].1.parameters.iter();
                 let same = all.find(|p| p.name == parameter.name && p.unit == parameter.unit);
                 let (value, error, bias) = with_error(same?)?;
                 // A bias that all runs share moves the line and does not turn it.
-                let own = (error * error - bias * bias).max(0.0).sqrt();
-                Some((time, value, own.max(LEAST_OWN_PART * error)))
+                let independent_error = (error * error - bias * bias).max(0.0).sqrt();
+                Some((time, value, independent_error.max(LEAST_OWN_PART * error)))
             })
             .collect();
         let found = trend(&runs)?;
         Some(parameter_drift(parameter, &runs, &found, dates.is_some()))
     });
     let mut tested: Vec<ParameterDrift> = tested.collect();
-    let probabilities: Vec<f64> = tested.iter().map(|own| own.probability).collect();
-    for (own, adjusted) in tested.iter_mut().zip(adjusted(&probabilities)) {
-        own.adjusted_probability = adjusted;
-        own.drifts = adjusted < SIGNIFICANCE;
+    let probabilities: Vec<f64> = tested
+        .iter()
+        .map(|parameter| parameter.probability)
+        .collect();
+    for (parameter, adjusted) in tested.iter_mut().zip(adjusted(&probabilities)) {
+        parameter.adjusted_probability = adjusted;
+        parameter.drifts = adjusted < SIGNIFICANCE;
     }
-    let undated = own.iter().find(|&&i| compared[i].date_s.is_none());
+    let undated = indices.iter().find(|&&i| compared[i].date_s.is_none());
     Drift {
-        estimator: compared[own[0]].estimator.clone(),
-        results: own.iter().map(|&i| compared[i].label.clone()).collect(),
+        estimator: compared[indices[0]].estimator.clone(),
+        results: indices.iter().map(|&i| compared[i].label.clone()).collect(),
         times,
         time_unit: if dates.is_some() { "d" } else { "run" }.to_owned(),
         from_date_s: dates.map(|dates| dates[0]),
@@ -125,27 +128,29 @@ fn parameter_drift(
 /// Reports each parameter that drifts, by the estimator with the most certain change.
 pub(super) fn drift_findings(drifts: &[Drift]) -> Vec<Finding> {
     let drifting: Vec<(&Drift, &ParameterDrift)> = (drifts.iter())
-        .flat_map(|drift| drift.drifting().map(move |own| (drift, own)))
+        .flat_map(|drift| drift.drifting().map(move |parameter| (drift, parameter)))
         .collect();
     let mut findings: Vec<Finding> = Vec::new();
-    for (_, own) in &drifting {
+    for (_, parameter) in &drifting {
         if findings
             .iter()
-            .any(|finding| finding.parameters.contains(&own.name))
+            .any(|finding| finding.parameters.contains(&parameter.name))
         {
             continue;
         }
-        let all = drifting.iter().filter(|(_, other)| other.name == own.name);
+        let all = drifting
+            .iter()
+            .filter(|(_, other)| other.name == parameter.name);
         let clearest =
             all.min_by(|(_, a), (_, b)| a.adjusted_probability.total_cmp(&b.adjusted_probability));
-        findings.extend(clearest.map(|(drift, own)| finding(drift, own)));
+        findings.extend(clearest.map(|(drift, parameter)| finding(drift, parameter)));
     }
     findings
 }
 
-fn finding(drift: &Drift, own: &ParameterDrift) -> Finding {
-    let per_day = match own.change_per_day {
-        Some(change) => format!(", {change:+.2e} {} per day", own.unit),
+fn finding(drift: &Drift, parameter: &ParameterDrift) -> Finding {
+    let per_day = match parameter.change_per_day {
+        Some(change) => format!(", {change:+.2e} {} per day", parameter.unit),
         None => String::new(),
     };
     Finding::new(
@@ -154,15 +159,15 @@ fn finding(drift: &Drift, own: &ParameterDrift) -> Finding {
         format!(
             "{} drifts by {} over {} (results of {}{per_day}); without drift, a line through the runs would change as \
              much with a probability of {:.1e}, adjusted for {} tested parameters",
-            short(&own.name),
-            own.in_words(),
+            short(&parameter.name),
+            parameter.in_words(),
             drift.runs(),
             drift.estimator,
-            own.adjusted_probability,
+            parameter.adjusted_probability,
             drift.parameters.len(),
         ),
         "look for wear, temperature, lubrication or load that changed with the runs, and use the values of the last run; if \
          the temperature changed, log it as a covariate",
     )
-    .about([own.name.clone()])
+    .about([parameter.name.clone()])
 }

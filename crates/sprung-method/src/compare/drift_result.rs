@@ -67,7 +67,7 @@ pub struct ParameterDrift {
 impl Drift {
     /// Returns the parameters that drift.
     pub fn drifting(&self) -> impl Iterator<Item = &ParameterDrift> {
-        self.parameters.iter().filter(|own| own.drifts)
+        self.parameters.iter().filter(|parameter| parameter.drifts)
     }
 
     /// Returns the results and their order in words: `10 runs from 2026-01-05 to 2026-02-01`.
@@ -91,7 +91,7 @@ impl Drift {
             None => String::new(),
         };
         let drifting: Vec<String> = (self.drifting())
-            .map(|own| format!("{} {}", short(&own.name), own.in_words()))
+            .map(|parameter| format!("{} {}", short(&parameter.name), parameter.in_words()))
             .collect();
         let (tested, estimator, runs) = (self.parameters.len(), &self.estimator, self.runs());
         if drifting.is_empty() {

@@ -242,16 +242,16 @@ fn laws(identification: &Identification) -> Vec<String> {
 /// Reports that the results have different models, with the way to one model.
 fn different_laws(compared: &[ComparedResult]) -> Option<Finding> {
     let first = compared.first()?;
-    if compared.iter().all(|own| own.laws == first.laws) {
+    if compared.iter().all(|result| result.laws == first.laws) {
         return None;
     }
     let mut union: Vec<&str> = (compared.iter())
-        .flat_map(|own| own.laws.iter().map(String::as_str))
+        .flat_map(|result| result.laws.iter().map(String::as_str))
         .collect();
     union.sort_unstable();
     union.dedup();
     let mut files: Vec<String> = (compared.iter())
-        .map(|own| format!("--laws-from {}", own.file))
+        .map(|result| format!("--laws-from {}", result.file))
         .collect();
     files.dedup();
     Some(Finding::new(

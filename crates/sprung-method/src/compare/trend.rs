@@ -39,9 +39,9 @@ pub(super) fn trend(runs: &[(f64, f64, f64)]) -> Option<Trend> {
         return None;
     }
     let (begin, end) = (runs.first()?.0, runs.last()?.0);
-    let own = Line::through(runs, 0.0)?;
-    let scale = own.weights * freedom as f64 / n as f64;
-    let variance = ((own.misfit - freedom as f64) / scale).max(0.0);
+    let fitted = Line::through(runs, 0.0)?;
+    let scale = fitted.weights * freedom as f64 / n as f64;
+    let variance = ((fitted.misfit - freedom as f64) / scale).max(0.0);
     let line = Line::through(runs, variance)?;
     let factor = (line.misfit / freedom as f64).max(1.0);
     let slope_error = (factor / line.spread).sqrt();
@@ -190,8 +190,8 @@ mod tests {
     fn equal_errors_give_the_common_line() {
         // Least squares by hand: middle 1.5, slope 2, residuals ±0.1.
         let at = |time: f64, value: f64| (time, value, 1e-3);
-        let own = [at(0.0, 1.1), at(1.0, 2.9), at(2.0, 4.9), at(3.0, 7.1)];
-        let found = trend(&own).unwrap();
+        let runs = [at(0.0, 1.1), at(1.0, 2.9), at(2.0, 4.9), at(3.0, 7.1)];
+        let found = trend(&runs).unwrap();
         assert!((found.first - 1.0).abs() < 1e-9 && (found.change - 6.0).abs() < 1e-9);
         // The error of the slope by the residuals is √(0.04 / 2 / 5).
         let error = 3.0 * 0.004_f64.sqrt();
@@ -209,12 +209,12 @@ mod tests {
     #[test]
     fn few_runs_and_runs_at_one_time_have_no_trend() {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
-        let mut own = runs(&mut rng, -5.0, 0.0);
-        assert_eq!(trend(&own[..3]), None);
-        for run in &mut own {
+        let mut runs = runs(&mut rng, -5.0, 0.0);
+        assert_eq!(trend(&runs[..3]), None);
+        for run in &mut runs {
             run.0 = 3.0;
         }
-        assert_eq!(trend(&own), None);
+        assert_eq!(trend(&runs), None);
         assert_eq!(trend(&[]), None);
     }
 

@@ -85,7 +85,7 @@ pub(super) fn feedback(
             let highest = held.iter().copied().fold(0.0, f64::max);
             let other = if highest > 0.0 { highest } else { RIGID_HZ };
             (held.into_iter())
-                .map(|own| if own > 0.0 { own } else { other })
+                .map(|frequency| if frequency > 0.0 { frequency } else { other })
                 .collect()
         }
         [one] => vec![*one; n],
@@ -107,10 +107,10 @@ pub(super) fn feedback(
 /// Returns the pose in which the identified robot has the largest inertias.
 fn heaviest(task: &ControlTask<'_>) -> usize {
     let inertia = |q: &Vec<f64>| {
-        let own = linear(task.model, task.theta, q)?;
+        let linear = linear(task.model, task.theta, q)?;
         Some(
             (0..task.model.joint_count())
-                .map(|i| own.mass[(i, i)].ln())
+                .map(|i| linear.mass[(i, i)].ln())
                 .sum::<f64>(),
         )
     };
@@ -127,8 +127,8 @@ impl Search<'_, '_> {
         let mut reductions = 0;
         let largest = loop {
             let broke = match self.at(factor) {
-                Tried::Kept(own) => match self.first_broken(&own, Robots::Drawn) {
-                    None => break own,
+                Tried::Kept(controller) => match self.first_broken(&controller, Robots::Drawn) {
+                    None => break controller,
                     Some(what) => what,
                 },
                 Tried::Broken(what) => what,
@@ -147,7 +147,11 @@ impl Search<'_, '_> {
             )
         });
         let base = self.base.clone();
-        let hz = |factor: f64| base.iter().map(|own| factor * own).collect::<Vec<f64>>();
+        let hz = |factor: f64| {
+            base.iter()
+                .map(|bandwidth| factor * bandwidth)
+                .collect::<Vec<f64>>()
+        };
         let bandwidth = |used: f64| Bandwidth {
             used_hz: hz(used),
             largest_hz: hz(factor),
@@ -194,7 +198,7 @@ impl Search<'_, '_> {
                 let middle = (low * high).sqrt();
                 match self.at(middle) {
                     Tried::Kept(_) => low = middle,
-                    Tried::Broken(own) => (high, what) = (middle, own),
+                    Tried::Broken(reason) => (high, what) = (middle, reason),
                 }
             }
             return Ok((low, Some(what)));
@@ -209,7 +213,11 @@ impl Search<'_, '_> {
         let task = self.task;
         let aim = Aim {
             feedback: task.settings.feedback,
-            bandwidth_hz: self.base.iter().map(|own| factor * own).collect(),
+            bandwidth_hz: self
+                .base
+                .iter()
+                .map(|bandwidth| factor * bandwidth)
+                .collect(),
             damping: task.settings.damping,
         };
         let coupled = self.centres.iter().map(|centre| {
@@ -222,9 +230,9 @@ impl Search<'_, '_> {
         let all: Vec<Vec<Vec<f64>>> = coupled.chain(alone).flatten().collect();
         let mut first = None;
         for gain in all {
-            let own = task.feedback(gain, self.speed);
-            match self.first_broken(&own, Robots::Identified) {
-                None => return Tried::Kept(own),
+            let controller = task.feedback(gain, self.speed);
+            match self.first_broken(&controller, Robots::Identified) {
+                None => return Tried::Kept(controller),
                 Some(what) => {
                     first.get_or_insert(what);
                 }
@@ -245,25 +253,26 @@ impl Search<'_, '_> {
                 .map(|from| from..(from + BLOCK).min(cases.len())),
         );
         for block in blocks {
-            let own = cases.get(block.clone()).unwrap_or_default();
-            let all = stabilities(self.task, controller, own);
-            let broken = all.iter().position(|own| {
-                own.as_ref()
-                    .is_none_or(|own| !keeps(own, self.task.settings))
+            let block_cases = cases.get(block.clone()).unwrap_or_default();
+            let all = stabilities(self.task, controller, block_cases);
+            let broken = all.iter().position(|stability| {
+                stability
+                    .as_ref()
+                    .is_none_or(|stability| !keeps(stability, self.task.settings))
             });
             if let Some(k) = broken {
-                let case = own[k];
+                let case = block_cases[k];
                 cases.swap(0, block.start + k);
                 return Some(match &all[k] {
                     None => "no robot has these values".to_owned(),
-                    Some(own) => self.words(own, &case),
+                    Some(stability) => self.words(stability, &case),
                 });
             }
         }
         None
     }
 
-    fn words(&self, own: &Stability, case: &Case<'_>) -> String {
+    fn words(&self, stability: &Stability, case: &Case<'_>) -> String {
         let pose: Vec<String> = (self.task.poses[case.pose].iter())
             .map(|q| format!("{q:.2}"))
             .collect();
@@ -273,28 +282,29 @@ impl Search<'_, '_> {
             format!(" of robot {} of the posterior", case.robot)
         };
         let pose = format!("in the pose [{}] rad{whose}", pose.join(", "));
-        let light = (own.vibrations.iter()).min_by(|a, b| a.damping.total_cmp(&b.damping));
+        let light = (stability.vibrations.iter()).min_by(|a, b| a.damping.total_cmp(&b.damping));
         let resonance = light.map_or_else(String::new, |pole| {
             format!(
                 "; its least damped vibration has {:.3} Hz and the damping ratio {:.2}",
                 pole.hz, pole.damping
             )
         });
-        if own.growth_per_s.is_some() {
+        if stability.growth_per_s.is_some() {
             return format!("{pose} the loop is unstable{resonance}");
         }
         let settings = self.task.settings;
-        let lacking = own.margins.iter().zip(self.task.model.joints());
+        let lacking = stability.margins.iter().zip(self.task.model.joints());
         let broken = lacking.flat_map(|(margin, joint)| {
             let gain = (margin.gain_db, settings.gain_margin_db, "gain", " dB");
             let phase = (margin.phase_deg, settings.phase_margin_deg, "phase", "°");
-            [gain, phase]
-                .map(|(own, least, what, unit)| (own / least, own, least, what, unit, joint))
+            [gain, phase].map(|(margin, least, what, unit)| {
+                (margin / least, margin, least, what, unit, joint)
+            })
         });
         let worst = broken.min_by(|a, b| a.0.total_cmp(&b.0));
-        worst.map_or(pose.clone(), |(_, own, least, what, unit, joint)| {
+        worst.map_or(pose.clone(), |(_, margin, least, what, unit, joint)| {
             format!(
-                "{pose} the loop of {joint} keeps a {what} margin of {own:.1}{unit}, less than {least}{unit}{resonance}"
+                "{pose} the loop of {joint} keeps a {what} margin of {margin:.1}{unit}, less than {least}{unit}{resonance}"
             )
         })
     }

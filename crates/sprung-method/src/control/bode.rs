@@ -25,7 +25,7 @@ pub(super) fn loop_curves(task: &ControlTask<'_>, controller: &Controller) -> Ve
         .collect();
     let law = Law::of(controller, n);
     let robots: Vec<&[f64]> = std::iter::once(&task.theta[..])
-        .chain(task.draws.iter().take(ROBOTS).map(|own| &own[..]))
+        .chain(task.draws.iter().take(ROBOTS).map(|draw| &draw[..]))
         .collect();
     let all: Vec<Vec<Vec<c64>>> = (robots.par_iter())
         .filter_map(|theta| {
@@ -37,13 +37,17 @@ pub(super) fn loop_curves(task: &ControlTask<'_>, controller: &Controller) -> Ve
     (0..n)
         .map(|joint| {
             let gains: Vec<Vec<f64>> = (all.iter())
-                .map(|own| {
-                    own.iter()
+                .map(|response| {
+                    response
+                        .iter()
                         .map(|at| 20.0 * at[joint].norm().log10())
                         .collect()
                 })
                 .collect();
-            let phases: Vec<Vec<f64>> = all.iter().map(|own| unwrapped(own, joint)).collect();
+            let phases: Vec<Vec<f64>> = all
+                .iter()
+                .map(|response| unwrapped(response, joint))
+                .collect();
             let band = |all: &[Vec<f64>]| {
                 let all: Vec<&[f64]> = all.iter().map(Vec::as_slice).collect();
                 Banded::of(&all)
@@ -59,9 +63,10 @@ pub(super) fn loop_curves(task: &ControlTask<'_>, controller: &Controller) -> Ve
 }
 
 /// Returns the phase without jumps, degrees; at the lowest frequency it is between -360 and 0.
-fn unwrapped(own: &[Vec<c64>], joint: usize) -> Vec<f64> {
+fn unwrapped(response: &[Vec<c64>], joint: usize) -> Vec<f64> {
     let mut last: Option<f64> = None;
-    own.iter()
+    response
+        .iter()
         .map(|at| {
             let phase = at[joint].im.atan2(at[joint].re).to_degrees();
             let near = match last {

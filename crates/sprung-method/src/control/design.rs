@@ -65,25 +65,26 @@ pub fn design_control(
 ) -> Result<Controlled, ControlRefusal> {
     progress.tell(Phase::Designing, 0, Some(3))?;
     let speed = compensation_speed(task);
-    let (controller, bandwidth) = if let Some(own) = task.declared.filter(|_| task.is_declared()) {
-        (own.clone(), None)
-    } else {
-        let found = feedback(task, speed)?;
-        (found.controller, Some(found.bandwidth))
-    };
+    let (controller, bandwidth) =
+        if let Some(declared) = task.declared.filter(|_| task.is_declared()) {
+            (declared.clone(), None)
+        } else {
+            let found = feedback(task, speed)?;
+            (found.controller, Some(found.bandwidth))
+        };
     progress.tell(Phase::Designing, 1, Some(3))?;
     let cases = [identified(task), drawn(task)].concat();
     let seen = look(task, &controller, &cases);
     let growing = seen
         .iter()
-        .find_map(|own| Some((own, own.stability.growth_per_s?)));
-    if let Some((own, rate)) = growing {
+        .find_map(|view| Some((view, view.stability.growth_per_s?)));
+    if let Some((view, rate)) = growing {
         return Err(ControlRefusal::Unstable {
-            pose_rad: task.poses[own.pose].clone(),
+            pose_rad: task.poses[view.pose].clone(),
             time_s: 1.0 / rate,
         });
     }
-    if seen.iter().all(|own| own.robot != 0) {
+    if seen.iter().all(|view| view.robot != 0) {
         return Err(ControlRefusal::Impossible);
     }
     progress.tell(Phase::Designing, 2, Some(3))?;
@@ -91,11 +92,16 @@ pub fn design_control(
     let has_feedforward = controller.kind == ControllerKind::StateFeedback;
     let shaper = shaper(task, has_feedforward, &seen, &mut assumed)?;
     let impulses: Vec<[f64; 2]> = (shaper.iter())
-        .flat_map(|own| own.impulses.iter().map(|own| [own.time_s, own.amplitude]))
+        .flat_map(|shaper| {
+            shaper
+                .impulses
+                .iter()
+                .map(|impulse| [impulse.time_s, impulse.amplitude])
+        })
         .collect();
     let lowest = vibrations
         .iter()
-        .find(|own| own.motors == Motors::Controlled);
+        .find(|vibration| vibration.motors == Motors::Controlled);
     let mut pictures = ControlPictures {
         loops: loop_curves(task, &controller),
         poles: poles(&seen),
@@ -104,7 +110,7 @@ pub fn design_control(
     let designed = Designed {
         controller: &controller,
         shaper: &impulses,
-        lowest_hz: lowest.map(|own| own.all.hz),
+        lowest_hz: lowest.map(|lowest| lowest.all.hz),
     };
     let proof = prove(task, designed, &mut pictures, progress)?;
     let design = ControlDesign {
@@ -117,7 +123,7 @@ pub fn design_control(
         controller: written(task, &controller, impulses),
         bandwidth,
         loops: loops(task, &seen),
-        least_damping: least(&seen, |own| own.stability.least_damping),
+        least_damping: least(&seen, |view| view.stability.least_damping),
         poses: task.poses.to_vec(),
         draws: task.draws.len(),
         vibrations,
@@ -135,22 +141,25 @@ fn compensation_speed(task: &ControlTask<'_>) -> Option<f64> {
     if !task.model.robot().terms.iter().any(is_friction) {
         return None;
     }
-    if let Some(own) = task.settings.friction_compensation_speed_rad_per_s {
-        return (own > 0.0).then_some(own);
+    if let Some(speed) = task.settings.friction_compensation_speed_rad_per_s {
+        return (speed > 0.0).then_some(speed);
     }
     let Some(reference) = task.reference else {
         return Some(SPEED);
     };
     let motion = Trajectory::new(reference, task.model);
     let n = task.model.joint_count();
-    let (mut own, mut squares) = (vec![[0.0; 5]; n], vec![0.0; n]);
+    let (mut states, mut squares) = (vec![[0.0; 5]; n], vec![0.0; n]);
     for k in 0..SAMPLES {
-        motion.at(task.twin.duration_s * k as f64 / SAMPLES as f64, &mut own);
-        for (sum, own) in squares.iter_mut().zip(&own) {
-            *sum += own[1] * own[1] / SAMPLES as f64;
+        motion.at(
+            task.twin.duration_s * k as f64 / SAMPLES as f64,
+            &mut states,
+        );
+        for (sum, state) in squares.iter_mut().zip(&states) {
+            *sum += state[1] * state[1] / SAMPLES as f64;
         }
     }
-    let moving = squares.into_iter().filter(|own| *own > 0.0);
+    let moving = squares.into_iter().filter(|square| *square > 0.0);
     let slowest = moving.map(f64::sqrt).fold(f64::INFINITY, f64::min);
     Some(if slowest.is_finite() {
         SPEED_PART * slowest
@@ -193,16 +202,16 @@ fn shaper(
         part: 0.95,
         period: task.period,
     };
-    let own = design_shaper(&regions, &settings)?;
-    if !own.reached {
+    let design = design_shaper(&regions, &settings)?;
+    if !design.reached {
         assumed.push(format!(
             "no shaper leaves at most {:.0} % of the vibration in all poses; the shaper of the design leaves {:.1} %. A shaper for \
              the poses of one path leaves less: give path in [control]",
             100.0 * LARGEST_RESIDUAL,
-            own.largest_percent
+            design.largest_percent
         ));
     }
-    Ok(Some(own))
+    Ok(Some(design))
 }
 
 /// Way of a link on its spring, rad (m), whose torque dry friction of the motor holds if the motor sticks.
@@ -223,13 +232,13 @@ fn sticks(task: &ControlTask<'_>, joint: usize) -> bool {
 fn poles(seen: &[Seen]) -> Vec<(f64, f64, bool)> {
     let springs = seen
         .iter()
-        .flat_map(|own| own.springs.iter().flatten().flatten());
+        .flat_map(|view| view.springs.iter().flatten().flatten());
     let highest = springs.map(|[hz, _]| SHOWN * hz).fold(0.0, f64::max);
     (seen.iter())
-        .flat_map(|own| {
-            let poles = own.stability.vibrations.iter();
+        .flat_map(|view| {
+            let poles = view.stability.vibrations.iter();
             let shown = poles.filter(move |pole| highest <= 0.0 || pole.hz <= highest);
-            shown.map(|pole| (pole.hz, pole.damping, own.robot == 0))
+            shown.map(|pole| (pole.hz, pole.damping, view.robot == 0))
         })
         .collect()
 }
@@ -237,7 +246,7 @@ fn poles(seen: &[Seen]) -> Vec<(f64, f64, bool)> {
 fn least(seen: &[Seen], value: impl Fn(&Seen) -> f64) -> WithDraws {
     let over = |all: &mut dyn Iterator<Item = &Seen>| all.map(&value).fold(f64::INFINITY, f64::min);
     WithDraws {
-        identified: over(&mut seen.iter().filter(|own| own.robot == 0)),
+        identified: over(&mut seen.iter().filter(|view| view.robot == 0)),
         worst: over(&mut seen.iter()),
     }
 }
@@ -245,8 +254,8 @@ fn least(seen: &[Seen], value: impl Fn(&Seen) -> f64) -> WithDraws {
 fn loops(task: &ControlTask<'_>, seen: &[Seen]) -> Vec<LoopMargins> {
     (task.model.joints().iter().enumerate())
         .map(|(joint, name)| {
-            let gain = least(seen, |own| own.stability.margins[joint].gain_db);
-            let crossover = seen.iter().find(|own| own.robot == 0);
+            let gain = least(seen, |view| view.stability.margins[joint].gain_db);
+            let crossover = seen.iter().find(|view| view.robot == 0);
             LoopMargins {
                 joint: name.clone(),
                 gain_db: gain.worst.is_finite().then_some(WithDraws {
@@ -258,9 +267,10 @@ fn loops(task: &ControlTask<'_>, seen: &[Seen]) -> Vec<LoopMargins> {
                     },
                     ..gain
                 }),
-                phase_deg: least(seen, |own| own.stability.margins[joint].phase_deg),
-                crossover_hz: crossover
-                    .map_or(0.0, |own| own.stability.margins[joint].crossover_hz),
+                phase_deg: least(seen, |view| view.stability.margins[joint].phase_deg),
+                crossover_hz: crossover.map_or(0.0, |crossover| {
+                    crossover.stability.margins[joint].crossover_hz
+                }),
             }
         })
         .collect()

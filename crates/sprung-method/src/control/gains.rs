@@ -43,19 +43,19 @@ impl Joint {
             .map(|link| {
                 let motor = robot.motor_coordinate(link);
                 let is_flexible = motor != link;
-                let own = |matrix: &Mat<f64>, at: usize| matrix[(at, at)];
+                let diagonal = |matrix: &Mat<f64>, at: usize| matrix[(at, at)];
                 Self {
                     link,
                     motor,
-                    carried: own(&linear.mass, link),
+                    carried: diagonal(&linear.mass, link),
                     rotor: if is_flexible {
-                        own(&linear.mass, motor)
+                        diagonal(&linear.mass, motor)
                     } else {
                         0.0
                     },
-                    friction: own(&linear.damping, link)
+                    friction: diagonal(&linear.damping, link)
                         + if is_flexible {
-                            own(&linear.damping, motor)
+                            diagonal(&linear.damping, motor)
                         } else {
                             0.0
                         },
@@ -77,7 +77,7 @@ impl Joint {
 /// Returns the natural frequency of each link on its spring while all motors are held, Hz; 0 for a rigid joint. \[n\]
 pub(super) fn held_hz(model: &Model, linear: &Linear) -> Vec<f64> {
     (Joint::all(model, linear).iter())
-        .map(|own| (own.stiffness / own.carried).max(0.0).sqrt() / TAU)
+        .map(|joint| (joint.stiffness / joint.carried).max(0.0).sqrt() / TAU)
         .collect()
 }
 
@@ -135,7 +135,7 @@ pub(super) fn of_joints(
         });
         let last = alone.mass.nrows() - 1;
         let plant = Sampled::of(&alone, &[last], &[0, last], period);
-        let own = Joint {
+        let joint = Joint {
             link: 0,
             motor: last,
             ..*joint
@@ -144,7 +144,7 @@ pub(super) fn of_joints(
             bandwidth_hz: vec![aim.bandwidth_hz[i]],
             ..aim.clone()
         };
-        let found = quadratic(&[own], &plant, &aim)?;
+        let found = quadratic(&[joint], &plant, &aim)?;
         for order in 0..4 {
             all[i][order * n + i] = found[0][order];
         }

@@ -98,11 +98,11 @@ pub(super) fn look(
 }
 
 /// Returns whether a loop keeps its margins.
-pub(super) fn keeps(own: &Stability, settings: &Control) -> bool {
-    let margins = own.margins.iter().all(|own| {
-        own.gain_db >= settings.gain_margin_db && own.phase_deg >= settings.phase_margin_deg
+pub(super) fn keeps(stability: &Stability, settings: &Control) -> bool {
+    let margins = stability.margins.iter().all(|margin| {
+        margin.gain_db >= settings.gain_margin_db && margin.phase_deg >= settings.phase_margin_deg
     });
-    own.growth_per_s.is_none() && margins
+    stability.growth_per_s.is_none() && margins
 }
 
 /// Returns the vibration of the spring of each joint with motors free and with motors held.

@@ -85,42 +85,48 @@ pub fn stability(
     let law = Law::of(controller, model.joint_count());
     let poles = plant.poles(&law)?;
     let nyquist = 0.5 / period;
-    let rates: Vec<c64> = poles.iter().filter_map(|own| plant.rate(*own)).collect();
+    let rates: Vec<c64> = poles.iter().filter_map(|pole| plant.rate(*pole)).collect();
     let growth = rates
         .iter()
-        .map(|own| own.re)
+        .map(|rate| rate.re)
         .fold(f64::NEG_INFINITY, f64::max);
     let vibrating: Vec<c64> = (rates.into_iter())
-        .filter(|own| own.im > REAL * own.norm() && own.norm() < BELOW * TAU * nyquist)
+        .filter(|rate| rate.im > REAL * rate.norm() && rate.norm() < BELOW * TAU * nyquist)
         .collect();
     let mut frequencies: Vec<f64> = (0..=STEPS)
         .map(|k| nyquist * LOWEST.powf(1.0 - k as f64 / STEPS as f64))
         .collect();
-    for own in vibrating.iter().filter(|own| -own.re < BROAD * own.norm()) {
-        let width = own.re.abs() / TAU;
-        frequencies.extend(ABOUT.map(|part| own.im / TAU + part * width));
+    for rate in vibrating
+        .iter()
+        .filter(|rate| -rate.re < BROAD * rate.norm())
+    {
+        let width = rate.re.abs() / TAU;
+        frequencies.extend(ABOUT.map(|part| rate.im / TAU + part * width));
     }
-    frequencies.retain(|own| *own > 0.0 && *own < nyquist);
+    frequencies.retain(|frequency| *frequency > 0.0 && *frequency < nyquist);
     frequencies.sort_by(f64::total_cmp);
     let open: Vec<Vec<c64>> = (frequencies.iter())
         .map(|hz| plant.loops(&law, *hz))
         .collect();
     let margins = (0..model.joint_count())
         .map(|joint| {
-            let own: Vec<c64> = open.iter().map(|loops| loops[joint]).collect();
-            margins(&frequencies, &own)
+            let response: Vec<c64> = open.iter().map(|loops| loops[joint]).collect();
+            margins(&frequencies, &response)
         })
         .collect();
     let mut vibrations: Vec<LoopPole> = (vibrating.iter())
-        .map(|own| LoopPole {
-            hz: own.norm() / TAU,
-            damping: -own.re / own.norm(),
+        .map(|rate| LoopPole {
+            hz: rate.norm() / TAU,
+            damping: -rate.re / rate.norm(),
         })
         .collect();
     vibrations.sort_by(|a, b| a.hz.total_cmp(&b.hz));
     Some(Stability {
         growth_per_s: (growth * period > GROWS).then_some(growth),
-        least_damping: vibrations.iter().map(|own| own.damping).fold(1.0, f64::min),
+        least_damping: vibrations
+            .iter()
+            .map(|vibration| vibration.damping)
+            .fold(1.0, f64::min),
         margins,
         vibrations,
     })
@@ -128,7 +134,7 @@ pub fn stability(
 
 /// Returns the margins of an open loop at rising frequencies.
 fn margins(frequencies: &[f64], open: &[c64]) -> Margins {
-    let mut own = Margins {
+    let mut margins = Margins {
         gain_db: f64::INFINITY,
         phase_deg: 180.0,
         crossover_hz: 0.0,
@@ -139,7 +145,7 @@ fn margins(frequencies: &[f64], open: &[c64]) -> Margins {
             let part = before.im / (before.im - after.im);
             let real = before.re + part * (after.re - before.re);
             if real < 0.0 {
-                own.gain_db = own.gain_db.min((20.0 * (-real).log10()).abs());
+                margins.gain_db = margins.gain_db.min((20.0 * (-real).log10()).abs());
             }
         }
         let [first, second] = [before.norm().ln(), after.norm().ln()];
@@ -147,11 +153,11 @@ fn margins(frequencies: &[f64], open: &[c64]) -> Margins {
             let part = first / (first - second);
             let at = before + (after - before) * part;
             let phase = PI - at.im.atan2(at.re).abs();
-            own.phase_deg = own.phase_deg.min(phase.to_degrees());
+            margins.phase_deg = margins.phase_deg.min(phase.to_degrees());
             if first >= 0.0 {
-                own.crossover_hz = hz[0] + part * (hz[1] - hz[0]);
+                margins.crossover_hz = hz[0] + part * (hz[1] - hz[0]);
             }
         }
     }
-    own
+    margins
 }

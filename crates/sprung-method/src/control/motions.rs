@@ -137,7 +137,7 @@ impl<'t, 'a> Plan<'t, 'a> {
             .checked_sub(1)
             .map_or(task.theta, |draw| &task.draws[draw]);
         let pose = &task.poses[robot % task.poses.len()];
-        let own = self.designed.controller;
+        let designed_controller = self.designed.controller;
         let tracking = |controller: &Controller| -> Result<Option<Run>, ControlRefusal> {
             let Some(reference) = task.reference else {
                 return Ok(None);
@@ -148,12 +148,12 @@ impl<'t, 'a> Plan<'t, 'a> {
             let run = self.run(theta, controller, start, &motion, duration, Kind::Reference)?;
             Ok(Some(run))
         };
-        let designed = tracking(own)?;
+        let designed = tracking(designed_controller)?;
         if let Some(run) = &designed {
             self.check_torques(run, Kind::Reference)?;
         }
         let declared = match task.declared.filter(|_| robot == 0 && !task.is_declared()) {
-            Some(own) => tracking(own).ok().flatten(),
+            Some(declared) => tracking(declared).ok().flatten(),
             None => None,
         };
         let moved = |way: f64, duration: f64, shaper: &[[f64; 2]]| {
@@ -175,7 +175,7 @@ impl<'t, 'a> Plan<'t, 'a> {
             let motion = motion.shaped(shaper.to_vec());
             let time = duration + self.delay + self.hold;
             let start = self.resting(pose);
-            self.run(theta, own, start, &motion, time, Kind::Move)
+            self.run(theta, designed_controller, start, &motion, time, Kind::Move)
         };
         let unshaped = moved(1.0, self.duration, &[])?;
         let shaped = moved(1.0, self.duration, self.designed.shaper)?;
@@ -261,7 +261,8 @@ impl<'t, 'a> Plan<'t, 'a> {
                 motion: kind.words(),
             })?;
             motion.at(sample.time, &mut desired);
-            run.wanted.push(desired.iter().map(|own| own[0]).collect());
+            run.wanted
+                .push(desired.iter().map(|state| state[0]).collect());
             let [q, _, _] = sample.motion;
             run.links.push(q);
             if sample.time >= kind.settles() {
@@ -289,7 +290,7 @@ impl<'t, 'a> Plan<'t, 'a> {
         let window =
             ((self.period / self.task.period) as usize).clamp(1, (looked.len() / 2).max(1));
         let of_joint = |joint: usize| {
-            let mut sum: f64 = looked.iter().take(window).map(|own| own[joint]).sum();
+            let mut sum: f64 = looked.iter().take(window).map(|row| row[joint]).sum();
             let mut largest = 0.0_f64;
             for k in 0..looked.len().saturating_sub(window) {
                 let middle = looked[k + window / 2][joint];
@@ -313,6 +314,6 @@ impl<'t, 'a> Plan<'t, 'a> {
         let all = self.amplitudes(run, [1.0 - REST, 1.0]);
         all.iter()
             .zip(&self.way)
-            .any(|(own, way)| *own > RESTS * way)
+            .any(|(amplitude, way)| *amplitude > RESTS * way)
     }
 }

@@ -15,9 +15,9 @@ impl Banded {
     /// Returns the band of curves of equal length; the first is that of the identified robot.
     #[must_use]
     pub(super) fn of(curves: &[&[f64]]) -> Self {
-        let identified = curves.first().map_or_else(Vec::new, |own| own.to_vec());
+        let identified = curves.first().map_or_else(Vec::new, |curve| curve.to_vec());
         let at = |k: usize, start: f64, pick: fn(f64, f64) -> f64| {
-            curves.iter().map(|own| own[k]).fold(start, pick)
+            curves.iter().map(|curve| curve[k]).fold(start, pick)
         };
         let all = 0..identified.len();
         Self {

@@ -37,8 +37,8 @@ pub(super) fn prove(
             .into_par_iter()
             .map(|robot| plan.of(robot))
             .collect();
-        for own in block {
-            robots.push(own?);
+        for robot in block {
+            robots.push(robot?);
         }
     }
     let worst = |value: &dyn Fn(&Robot) -> f64| WithDraws {
@@ -53,31 +53,34 @@ pub(super) fn prove(
                 Tracking {
                     joint: task.model.joints()[joint].clone(),
                     declared_rad: of(&robots[0].declared),
-                    designed_rad: worst(&|own| of(&own.designed).unwrap_or(0.0)),
+                    designed_rad: worst(&|robot| of(&robot.designed).unwrap_or(0.0)),
                 }
             })
             .collect(),
     };
     let vibration = |run: &Run| plan.vibration(run);
     let shortest = plan.way.iter().copied().fold(f64::INFINITY, f64::min);
-    let percent = |own: &Robot| {
-        let [shaped, unshaped] = [&own.shaped, &own.unshaped].map(vibration);
+    let percent = |robot: &Robot| {
+        let [shaped, unshaped] = [&robot.shaped, &robot.unshaped].map(vibration);
         (unshaped > RESTS * shortest).then(|| 100.0 * shaped / unshaped)
     };
     let moves = Moves {
         duration_s: plan.duration,
         way_rad: plan.way.clone(),
-        unshaped_rad: worst(&|own| vibration(&own.unshaped)),
-        shaped_rad: worst(&|own| vibration(&own.shaped)),
+        unshaped_rad: worst(&|robot| vibration(&robot.unshaped)),
+        shaped_rad: worst(&|robot| vibration(&robot.shaped)),
         largest_percent: robots.iter().filter_map(percent).max_by(f64::total_cmp),
         limit_cycles: robots
             .iter()
-            .filter(|own| plan.goes_on(&own.shaped))
+            .filter(|robot| plan.goes_on(&robot.shaped))
             .count(),
     };
-    let has_limit = task.torque_limits.iter().any(|own| own.is_finite());
-    let torques = robots.iter().flat_map(|own| {
-        let runs = own.designed.iter().chain([&own.unshaped, &own.shaped]);
+    let has_limit = task.torque_limits.iter().any(|limit| limit.is_finite());
+    let torques = robots.iter().flat_map(|robot| {
+        let runs = robot
+            .designed
+            .iter()
+            .chain([&robot.unshaped, &robot.shaped]);
         runs.flat_map(|run| run.torque.iter().copied())
     });
     let torque_percent = has_limit.then(|| 100.0 * torques.fold(0.0, f64::max));
@@ -144,7 +147,7 @@ fn draw(
         };
     // Distances from the end along the way, because robots start in different poses.
     let from_end = |run: &Run, k: usize, joint: usize| {
-        let at = |own: Option<&Vec<f64>>| own.map_or(0.0, |own| own[joint]);
+        let at = |sample: Option<&Vec<f64>>| sample.map_or(0.0, |sample| sample[joint]);
         let (start, rest) = (at(run.links.first()), at(run.links.last()));
         (run.links[k][joint] - rest) * (rest - start).signum()
     };
@@ -154,9 +157,9 @@ fn draw(
         0,
         curves(
             &[
-                ("without shaper", &|own| Some(&own.unshaped)),
-                ("with shaper", &|own| {
-                    Some(&own.shaped).filter(|_| is_shaped)
+                ("without shaper", &|robot| Some(&robot.unshaped)),
+                ("with shaper", &|robot| {
+                    Some(&robot.shaped).filter(|_| is_shaped)
                 }),
             ],
             0,
@@ -168,9 +171,9 @@ fn draw(
         0,
         curves(
             &[
-                ("without shaper", &|own| Some(&own.steps[0])),
-                ("with shaper", &|own| {
-                    Some(&own.steps[1]).filter(|_| is_shaped)
+                ("without shaper", &|robot| Some(&robot.steps[0])),
+                ("with shaper", &|robot| {
+                    Some(&robot.steps[1]).filter(|_| is_shaped)
                 }),
             ],
             0,
@@ -185,8 +188,8 @@ fn draw(
             skipped,
             curves(
                 &[
-                    ("designed", &|own| own.designed.as_ref()),
-                    ("[controller]", &|own| own.declared.as_ref()),
+                    ("designed", &|robot| robot.designed.as_ref()),
+                    ("[controller]", &|robot| robot.declared.as_ref()),
                 ],
                 skipped,
                 &error,

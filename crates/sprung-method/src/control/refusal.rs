@@ -74,6 +74,6 @@ pub enum ControlRefusal {
 }
 
 fn numbers(all: &[f64]) -> String {
-    let all: Vec<String> = all.iter().map(|own| format!("{own:.3}")).collect();
+    let all: Vec<String> = all.iter().map(|value| format!("{value:.3}")).collect();
     all.join(", ")
 }

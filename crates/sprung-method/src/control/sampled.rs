@@ -26,7 +26,7 @@ impl Law {
     #[must_use]
     pub(super) fn of(controller: &Controller, n: usize) -> Self {
         let [p1, p2] = controller.velocity_window;
-        let mut own = Self {
+        let mut law = Self {
             position: Mat::zeros(n, 2 * n),
             velocity: Mat::zeros(n, 2 * n),
             averages: [p1 + 1, p2 + 1],
@@ -34,20 +34,20 @@ impl Law {
         match controller.kind {
             ControllerKind::Pd => {
                 for i in 0..n {
-                    own.position[(i, n + i)] = controller.kp_nm_per_rad[i];
-                    own.velocity[(i, n + i)] = controller.kd_nms_per_rad[i];
+                    law.position[(i, n + i)] = controller.kp_nm_per_rad[i];
+                    law.velocity[(i, n + i)] = controller.kd_nms_per_rad[i];
                 }
             }
             ControllerKind::StateFeedback => {
                 for (i, row) in controller.gain.iter().enumerate() {
                     for k in 0..2 * n {
-                        own.position[(i, k)] = row[k];
-                        own.velocity[(i, k)] = row[2 * n + k];
+                        law.position[(i, k)] = row[k];
+                        law.velocity[(i, k)] = row[2 * n + k];
                     }
                 }
             }
         }
-        own
+        law
     }
 
     /// Returns the gain of the velocity estimator at z, 1/s.
@@ -154,8 +154,8 @@ impl Sampled {
     fn response(&self, z: c64) -> Mat<c64> {
         let size = self.transition.nrows();
         let matrix = Mat::from_fn(size, size, |i, j| {
-            let own = c64::new(-self.transition[(i, j)], 0.0);
-            if i == j { own + z } else { own }
+            let entry = c64::new(-self.transition[(i, j)], 0.0);
+            if i == j { entry + z } else { entry }
         });
         let n = self.input.ncols();
         let input = Mat::from_fn(size, n, |i, k| c64::new(self.input[(i, k)], 0.0));
@@ -213,8 +213,8 @@ impl Sampled {
         let mut torque = Mat::<f64>::zeros(n, whole);
         for i in 0..n {
             for k in 0..2 * n {
-                let own = law.position[(i, k)] + law.velocity[(i, k)] * weight(0);
-                torque[(i, self.outputs[k])] -= own;
+                let gain = law.position[(i, k)] + law.velocity[(i, k)] * weight(0);
+                torque[(i, self.outputs[k])] -= gain;
             }
             for age in 1..=lags {
                 for (place, &k) in used.iter().enumerate() {
@@ -225,12 +225,12 @@ impl Sampled {
         let driven = &self.input * &torque;
         for i in 0..size {
             for j in 0..whole {
-                let own = if j < size {
+                let transition = if j < size {
                     self.transition[(i, j)]
                 } else {
                     0.0
                 };
-                matrix[(i, j)] = own + driven[(i, j)];
+                matrix[(i, j)] = transition + driven[(i, j)];
             }
         }
         for (place, &k) in used.iter().enumerate() {
@@ -241,7 +241,7 @@ impl Sampled {
         }
         let all = matrix.eigenvalues().ok()?;
         all.iter()
-            .all(|own| own.re.is_finite() && own.im.is_finite())
+            .all(|pole| pole.re.is_finite() && pole.im.is_finite())
             .then_some(all)
     }
 

@@ -18,8 +18,8 @@ const STEPS: i32 = 8;
 const HELD: f64 = 0.95;
 
 /// Returns the light vibrations of a loop, from the lowest frequency.
-fn light(own: &Seen) -> impl Iterator<Item = Point> {
-    (own.stability.vibrations.iter())
+fn light(view: &Seen) -> impl Iterator<Item = Point> {
+    (view.stability.vibrations.iter())
         .filter(|pole| pole.damping < LIGHT)
         .map(|pole| [pole.hz, pole.damping])
 }
@@ -30,14 +30,18 @@ pub(super) fn vibrations(model: &Model, all: &[Seen], poses: usize) -> Vec<Vibra
     for (motors, index) in [(Motors::Free, 0), (Motors::Held, 1)] {
         for (joint, name) in model.joints().iter().enumerate() {
             let points: Vec<_> = (all.iter())
-                .map(|own| (own, own.springs[index][joint]))
+                .map(|view| (view, view.springs[index][joint]))
                 .collect();
             found.extend(over(motors, name.clone(), &points, poses));
         }
     }
-    let most = all.iter().map(|own| light(own).count()).max().unwrap_or(0);
+    let most = all
+        .iter()
+        .map(|view| light(view).count())
+        .max()
+        .unwrap_or(0);
     for k in 0..most {
-        let points: Vec<_> = all.iter().map(|own| (own, light(own).nth(k))).collect();
+        let points: Vec<_> = all.iter().map(|view| (view, light(view).nth(k))).collect();
         let name = format!("vibration {}", k + 1);
         found.extend(over(Motors::Controlled, name, &points, poses));
     }
@@ -52,12 +56,15 @@ pub(super) fn vibrations(model: &Model, all: &[Seen], poses: usize) -> Vec<Vibra
 /// - `sticking`: whether dry friction holds the motor of each joint, \[n\].
 pub(super) fn regions(all: &[Seen], most: usize, sticking: &[bool]) -> Vec<Vec<shaper::Mode>> {
     let mut regions: Vec<Vec<Point>> = (0..most)
-        .map(|k| all.iter().filter_map(|own| light(own).nth(k)).collect())
+        .map(|k| all.iter().filter_map(|view| light(view).nth(k)).collect())
         .take_while(|region: &Vec<_>| !region.is_empty())
         .collect();
     let middles: Vec<f64> = regions.iter().map(|region| middle_hz(region)).collect();
     for joint in (0..sticking.len()).filter(|&joint| sticking[joint]) {
-        let held: Vec<Point> = all.iter().filter_map(|own| own.springs[1][joint]).collect();
+        let held: Vec<Point> = all
+            .iter()
+            .filter_map(|view| view.springs[1][joint])
+            .collect();
         let away = |k: &usize| (middles[*k] / middle_hz(&held)).ln().abs();
         let nearest = (0..regions.len()).min_by(|a, b| away(a).total_cmp(&away(b)));
         if let Some(nearest) = nearest.filter(|_| !held.is_empty()) {
@@ -75,12 +82,12 @@ pub(super) fn regions(all: &[Seen], most: usize, sticking: &[bool]) -> Vec<Vec<s
 pub(super) fn measured_regions(all: &[MeasuredMode], most: usize) -> Vec<Vec<shaper::Mode>> {
     let mut sorted = all.to_vec();
     sorted.sort_by(|a, b| a.hz.total_cmp(&b.hz));
-    let region = |own: &MeasuredMode| {
+    let region = |mode: &MeasuredMode| {
         (-STEPS..=STEPS)
             .flat_map(|k| {
                 let sigmas = NORMAL_95 * f64::from(k) / f64::from(STEPS);
-                let hz = own.hz + sigmas * own.standard_error_hz;
-                [0.5, 1.0, 2.0].map(|part| (hz, (part * own.damping).min(0.9)))
+                let hz = mode.hz + sigmas * mode.standard_error_hz;
+                [0.5, 1.0, 2.0].map(|part| (hz, (part * mode.damping).min(0.9)))
             })
             .filter_map(|(hz, damping)| shaper::Mode::from_hz(hz, damping).ok())
             .collect()
@@ -102,33 +109,33 @@ fn over(
     poses: usize,
 ) -> Option<Vibration> {
     let identified: Vec<Point> = (points.iter())
-        .filter(|(own, _)| own.robot == 0)
+        .filter(|(view, _)| view.robot == 0)
         .filter_map(|(_, point)| *point)
         .collect();
     let every: Vec<Point> = points.iter().filter_map(|(_, point)| *point).collect();
     let middle = |which: usize, all: &[Point]| {
-        let mut all: Vec<f64> = all.iter().map(|own| own[which]).collect();
+        let mut all: Vec<f64> = all.iter().map(|point| point[which]).collect();
         quantile(&mut all, 0.5)
     };
     if identified.is_empty() {
         return None;
     }
     let at = |pose: usize| {
-        let mut own = points
+        let mut at_pose = points
             .iter()
-            .filter(|(own, _)| own.robot == 0 && own.pose == pose);
-        own.find_map(|(_, point)| *point)
+            .filter(|(view, _)| view.robot == 0 && view.pose == pose);
+        at_pose.find_map(|(_, point)| *point)
     };
     // Robots are drawn in few poses each, so all poses share the relative deviations from the identified robot.
     let deviations: Vec<Point> = (points.iter())
-        .filter(|(own, _)| own.robot != 0)
-        .filter_map(|(own, point)| {
-            let ([hz, damping], [of, beside]) = ((*point)?, at(own.pose)?);
+        .filter(|(view, _)| view.robot != 0)
+        .filter_map(|(view, point)| {
+            let ([hz, damping], [of, beside]) = ((*point)?, at(view.pose)?);
             Some([hz / of, damping / beside])
         })
         .collect();
     let ends = |which: usize, all: &[Point]| {
-        let mut all: Vec<f64> = all.iter().map(|own| own[which]).collect();
+        let mut all: Vec<f64> = all.iter().map(|point| point[which]).collect();
         [0.5 * (1.0 - HELD), 0.5 * (1.0 + HELD)].map(|part| quantile(&mut all, part))
     };
     let of_pose = |pose: usize| {
@@ -137,7 +144,7 @@ fn over(
             if deviations.is_empty() {
                 [value; 2]
             } else {
-                ends(which, &deviations).map(|own| own * value)
+                ends(which, &deviations).map(|end| end * value)
             }
         };
         Some(Mode {

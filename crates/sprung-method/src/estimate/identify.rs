@@ -57,8 +57,8 @@ pub fn identify_and_tell(
 ) -> Result<Identified, IdentifyError> {
     let clock = Stopwatch::start();
     let mut logs = Logs::new(sources);
-    let ready = make_ready(experiment, model, logs.own, progress)?;
-    let read = pass(&ready, logs.own, progress)?;
+    let ready = make_ready(experiment, model, logs.of_robot, progress)?;
+    let read = pass(&ready, logs.of_robot, progress)?;
     conclude(
         &ready,
         &read,
@@ -109,11 +109,11 @@ pub(super) fn conclude(
     match refine(&basis, logs, progress)? {
         Refined::Estimates(estimates) => describe(&basis, estimates, progress),
         Refined::Retimed(mut retiming) => {
-            let (retimed, is_same) = ready.retimed(&retiming, logs.own, progress)?;
+            let (retimed, is_same) = ready.retimed(&retiming, logs.of_robot, progress)?;
             if !is_same {
                 retiming.forget_end();
             }
-            let read = pass(&retimed, logs.own, progress)?;
+            let read = pass(&retimed, logs.of_robot, progress)?;
             let timing = (clock, Timing::Found(&retiming));
             conclude(&retimed, &read, logs, timing, progress, first)
         }

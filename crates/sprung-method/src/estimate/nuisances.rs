@@ -30,8 +30,8 @@ pub(super) fn sharpness_columns(
     let of_side = |side: Side| {
         let kind = JointParameter::Friction(side, Law::Coulomb);
         model.index(kind, joint)?;
-        let own = (terms.iter()).filter(|term| term.joint == joint && term.what == kind);
-        Some(own.map(|term| Probe::Term(*term, shape)).collect())
+        let of_kind = (terms.iter()).filter(|term| term.joint == joint && term.what == kind);
+        Some(of_kind.map(|term| Probe::Term(*term, shape)).collect())
     };
     [Side::Motor, Side::Link]
         .into_iter()

@@ -45,10 +45,10 @@ impl Approach {
         if ends.iter().all(|[from, to]| (from - to).abs() < 1e-9) {
             return Ok(None);
         }
-        for (joint, own) in bounds.joints.iter().enumerate() {
+        for (joint, joint_bounds) in bounds.joints.iter().enumerate() {
             for value in ends[joint] {
-                let part = own.orders[0].place(value).abs();
-                if own.orders[0].is_limited() && part > 1.0 {
+                let part = joint_bounds.orders[0].place(value).abs();
+                if joint_bounds.orders[0].is_limited() && part > 1.0 {
                     return Err(Broken {
                         what: Limited::Position,
                         joint,
@@ -61,9 +61,9 @@ impl Approach {
             }
         }
         let mut shortest: f64 = 1.0;
-        for (own, [from, to]) in bounds.joints.iter().zip(&ends) {
+        for (joint_bounds, [from, to]) in bounds.joints.iter().zip(&ends) {
             for (order, largest) in LARGEST.iter().enumerate().take(4).skip(1) {
-                let interval = own.orders[order];
+                let interval = joint_bounds.orders[order];
                 if interval.is_limited() {
                     let size = largest * (to - from).abs() / interval.half;
                     shortest = shortest.max(size.powf(1.0 / order as f64));
@@ -72,12 +72,12 @@ impl Approach {
         }
         let mut last = None;
         for longer in LONGER {
-            let own = Self {
+            let approach = Self {
                 ends: ends.clone(),
                 duration: (shortest * longer * 1e3).ceil() / 1e3,
             };
-            match certify_followed(&own, robot, bounds, kinematics) {
-                Ok(_) => return Ok(Some(own)),
+            match certify_followed(&approach, robot, bounds, kinematics) {
+                Ok(_) => return Ok(Some(approach)),
                 Err(broken) => last = Some(broken),
             }
         }

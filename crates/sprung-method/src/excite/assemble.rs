@@ -40,7 +40,8 @@ pub(super) fn problem(
             let size = |multiple: usize| {
                 let rate = rate * multiple as f64;
                 let limits = orders.iter().enumerate();
-                let by_limits = limits.map(|(order, own)| own.half / rate.powi(order as i32));
+                let by_limits =
+                    limits.map(|(order, interval)| interval.half / rate.powi(order as i32));
                 by_limits.fold(1.0 / multiple as f64, f64::min)
             };
             let sizes: Vec<f64> = harmonics.iter().map(|&multiple| size(multiple)).collect();
@@ -66,7 +67,7 @@ pub(super) fn problem(
     let lines = ((top * period).ceil() as usize + 1).clamp(8, MOST_LINES.max(2 * most * length));
     let samples = (5 * lines / 2).max(16 * most * length).next_multiple_of(2);
     let free = (model.parameters().iter())
-        .filter(|own| own.fixed.is_none())
+        .filter(|parameter| parameter.fixed.is_none())
         .count();
     let chosen = if task.chosen.is_empty() {
         (0..free).collect()
@@ -82,11 +83,11 @@ pub(super) fn problem(
     let scenarios = (draws(task).into_iter())
         .map(|theta| {
             let grid = (samples, period, lines);
-            let own = Weighting::new(model, &theta, task.errors, &poses, grid, repeats);
-            let known = task.known.map(|own| &own.0);
+            let weighting = Weighting::new(model, &theta, task.errors, &poses, grid, repeats);
+            let known = task.known.map(|information| &information.0);
             Scenario {
                 follows: follows(task, frequencies, &speeds, &theta, (samples, period)),
-                weighting: own.with_known(known, &scales),
+                weighting: weighting.with_known(known, &scales),
                 theta,
             }
         })

@@ -241,7 +241,9 @@ impl Bounds {
         let part = |what: Limited| parts[what as usize];
         Self {
             joints: (self.joints.iter())
-                .map(|own| own.map(|what, interval| interval.narrowed(part(what))))
+                .map(|joint_bounds| {
+                    joint_bounds.map(|what, interval| interval.narrowed(part(what)))
+                })
                 .collect(),
             tool_speed: self.tool_speed.narrowed(part(Limited::ToolSpeed)),
             floor: (self.floor).map(|floor| floor + (1.0 - part(Limited::Height)) * FLOOR_MARGIN),

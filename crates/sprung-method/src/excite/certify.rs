@@ -33,9 +33,9 @@ pub(super) fn certify_reference(series: &Series, bounds: &Bounds) -> Result<Vec<
     let mut peaks = Peaks::default();
     let most = series.harmonics.last().copied().unwrap_or(1);
     let pieces = 16 * most;
-    for (joint, own) in bounds.joints.iter().enumerate() {
+    for (joint, joint_bounds) in bounds.joints.iter().enumerate() {
         for (order, what) in ORDERS_LIMITED.into_iter().enumerate() {
-            let interval = own.orders[order];
+            let interval = joint_bounds.orders[order];
             if !interval.is_limited() {
                 continue;
             }
@@ -128,11 +128,11 @@ pub(super) fn certify_followed(
         let middle = from + half;
         let mut motion = [0, 1, 2].map(|_| vec![Enclosure::ZERO; n]);
         for joint in 0..n {
-            let own = path.at(joint, middle);
+            let orders = path.at(joint, middle);
             for (order, motion) in motion.iter_mut().enumerate() {
                 let slack = half * path.bound(joint, order as i32 + 2);
-                let rate = own[order + 1];
-                motion[joint] = Enclosure::new(own[order], [rate - slack, rate + slack], half);
+                let rate = orders[order + 1];
+                motion[joint] = Enclosure::new(orders[order], [rate - slack, rate + slack], half);
             }
         }
         let found = torques.places(&motion, bounds, kinematics);
@@ -157,12 +157,12 @@ pub(super) fn certify_followed(
             is_decided &= bound <= 1.0 && bound <= known.max(0.5) + FINE;
         }
         if is_decided || length < SHORTEST {
-            for own in &found {
-                peaks.note(own.what, own.joint, own.bound, middle);
+            for place in &found {
+                peaks.note(place.what, place.joint, place.bound, middle);
             }
         } else {
-            for own in &found {
-                peaks.note(own.what, own.joint, own.now, middle);
+            for place in &found {
+                peaks.note(place.what, place.joint, place.now, middle);
             }
             open.push([middle, half]);
             open.push([from, half]);
@@ -230,12 +230,12 @@ impl Torques {
             }
         };
         let (motor, link) = self.of(motion);
-        for (joint, own) in bounds.joints.iter().enumerate() {
+        for (joint, joint_bounds) in bounds.joints.iter().enumerate() {
             let torque = motor[joint];
             decide(
                 Limited::Torque,
                 joint,
-                own.torque,
+                joint_bounds.torque,
                 torque.range(),
                 torque.middle(),
             );
@@ -243,14 +243,20 @@ impl Torques {
             decide(
                 Limited::TorqueRate,
                 joint,
-                own.torque_rate,
+                joint_bounds.torque_rate,
                 [fastest; 2],
                 fastest,
             );
             if let Some(stiffness) = self.stiffness[joint] {
                 let deflection = link[joint] * (1.0 / stiffness);
                 let (range, middle) = (deflection.range(), deflection.middle());
-                decide(Limited::Deflection, joint, own.deflection, range, middle);
+                decide(
+                    Limited::Deflection,
+                    joint,
+                    joint_bounds.deflection,
+                    range,
+                    middle,
+                );
             }
         }
         let Some(kinematics) = kinematics else {
@@ -292,8 +298,8 @@ impl Torques {
         let mut motor = vec![Enclosure::ZERO; n];
         let rates = |rates: &[Enclosure], joint: usize| {
             (rates.iter().enumerate())
-                .map(|(k, own)| *own * robot.ratio(joint, k))
-                .fold(Enclosure::ZERO, |sum, own| sum + own)
+                .map(|(k, rate)| *rate * robot.ratio(joint, k))
+                .fold(Enclosure::ZERO, |sum, rate| sum + rate)
         };
         let mut carried = self.link.clone();
         for term in robot.terms {
@@ -307,11 +313,11 @@ impl Torques {
             };
             let inertia = term.momentum(1.0);
             let torque = term.rest(&drive, &robot.shapes[joint]) + rates(ddq, joint) * inertia;
-            let own = torque * self.theta[term.column];
+            let contribution = torque * self.theta[term.column];
             let at = robot.joint_of(term.row);
-            motor[at] = motor[at] + own;
+            motor[at] = motor[at] + contribution;
             if term.row < n && self.stiffness[at].is_some() {
-                carried[at] = carried[at] + own;
+                carried[at] = carried[at] + contribution;
             }
         }
         for (motor, link) in motor.iter_mut().zip(&self.link) {

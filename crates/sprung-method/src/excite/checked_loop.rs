@@ -63,10 +63,10 @@ pub(super) fn check_loop(
         let time = plant.time();
         let tau = plant.command(time, &state.q, &state.phi);
         let mut seen: Vec<(Limited, usize, Interval, f64)> = Vec::new();
-        for (joint, own) in bounds.joints.iter().enumerate() {
-            let [position, velocity, ..] = own.orders;
+        for (joint, joint_bounds) in bounds.joints.iter().enumerate() {
+            let [position, velocity, ..] = joint_bounds.orders;
             // Between samples a position moves by at most half a period of its velocity beyond its neighbours.
-            let beyond = 0.125 * period * period * accelerations(own);
+            let beyond = 0.125 * period * period * accelerations(joint_bounds);
             let mut see = |what, interval, value: f64| seen.push((what, joint, interval, value));
             for value in [state.q[joint], state.phi[joint]] {
                 see(
@@ -78,16 +78,16 @@ pub(super) fn check_loop(
             for value in [state.dq[joint], state.dphi[joint]] {
                 see(Limited::Velocity, velocity, value);
             }
-            see(Limited::Torque, own.torque, tau[joint]);
+            see(Limited::Torque, joint_bounds.torque, tau[joint]);
             see(
                 Limited::Deflection,
-                own.deflection,
+                joint_bounds.deflection,
                 state.phi[joint] - state.q[joint],
             );
             if let Some(before) = &before {
                 see(
                     Limited::TorqueRate,
-                    own.torque_rate,
+                    joint_bounds.torque_rate,
                     (tau[joint] - before[joint]) / period,
                 );
             }
@@ -122,8 +122,8 @@ pub(super) fn check_loop(
     Ok((peaks.0, record))
 }
 
-fn accelerations(own: &JointBounds) -> f64 {
-    let limit = own.orders[2];
+fn accelerations(joint_bounds: &JointBounds) -> f64 {
+    let limit = joint_bounds.orders[2];
     if limit.is_limited() { limit.half } else { 0.0 }
 }
 

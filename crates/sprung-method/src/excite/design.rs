@@ -73,15 +73,15 @@ pub(super) fn design(
         }
         !stopped.load(Ordering::Relaxed)
     };
-    let run = |own: &mut Problem, x: &[f64], steps: usize, barriers: &[f64]| {
+    let run = |problem: &mut Problem, x: &[f64], steps: usize, barriers: &[f64]| {
         let steps = if stopped.load(Ordering::Relaxed) {
             0
         } else {
             steps
         };
-        let found = search(own, x, steps, barriers, &mut |_| go_on());
+        let found = search(problem, x, steps, barriers, &mut |_| go_on());
         found.ok_or_else(|| {
-            let no = worst(own, x);
+            let no = worst(problem, x);
             // Within the limits no value means that the loop has no motion.
             if no.place < 1.0 {
                 NoPose {
@@ -96,21 +96,21 @@ pub(super) fn design(
     let begun: Vec<Result<Found, NoPose>> = (0..starts)
         .into_par_iter()
         .map(|start| {
-            let mut own = problem.clone();
+            let mut problem = problem.clone();
             let x = match from {
                 Some(series) => {
-                    let x = own.free(series);
-                    inside(&mut own, &x, series)
+                    let x = problem.free(series);
+                    inside(&mut problem, &x, series)
                 }
-                None => random_start(&mut own, seed_of(settings.seed, start)),
+                None => random_start(&mut problem, seed_of(settings.seed, start)),
             }?;
-            run(&mut own, &x, first, &BARRIERS[..1])
+            run(&mut problem, &x, first, &BARRIERS[..1])
         })
         .collect();
     let mut good: Vec<Found> = Vec::new();
     let mut last = None;
-    for own in begun {
-        match own {
+    for result in begun {
+        match result {
             Ok(found) => good.push(found),
             Err(no) => last = Some(no),
         }
@@ -123,22 +123,22 @@ pub(super) fn design(
     };
     let gone_on: Vec<Found> = (good.par_iter().take(GO_ON))
         .map(|begun| {
-            let mut own = problem.clone();
-            match run(&mut own, &begun.x, settings.steps - first, barriers) {
+            let mut problem = problem.clone();
+            match run(&mut problem, &begun.x, settings.steps - first, barriers) {
                 Ok(found) if found.objective < begun.objective => found,
                 Ok(_) | Err(_) => begun.clone(),
             }
         })
         .collect();
-    for (own, found) in good.iter_mut().zip(gone_on) {
-        *own = found;
+    for (start, found) in good.iter_mut().zip(gone_on) {
+        *start = found;
     }
     good.sort_by(|a, b| a.objective.total_cmp(&b.objective));
     match (good.first(), last) {
         (Some(best), _) => Ok(Designed {
             series: problem.series(&best.x),
             objective: best.objective,
-            of_starts: good.iter().map(|own| own.objective).collect(),
+            of_starts: good.iter().map(|start| start.objective).collect(),
         }),
         (None, Some(no)) => Err(no),
         (None, None) => Err(NoPose {
@@ -160,7 +160,7 @@ pub fn information(
         .model
         .parameters()
         .iter()
-        .filter(|own| own.fixed.is_none());
+        .filter(|parameter| parameter.fixed.is_none());
     Information(matrix(task, frequencies, series)?).of_first(free.count())
 }
 
@@ -177,5 +177,5 @@ fn matrix(task: &Task<'_>, frequencies: &Frequencies, series: &Series) -> Option
 pub fn value_of(task: &Task<'_>, frequencies: &Frequencies, series: &Series) -> Option<f64> {
     let problem = problem(task, frequencies, &[1.0; Limited::ALL.len()]);
     let matrix = matrix(task, frequencies, series)?;
-    judge(problem.objective, &matrix, &problem.scales, &problem.chosen).map(|own| own.value)
+    judge(problem.objective, &matrix, &problem.scales, &problem.chosen).map(|judged| judged.value)
 }

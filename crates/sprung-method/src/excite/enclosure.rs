@@ -27,13 +27,13 @@ pub(super) struct Enclosure {
 impl Enclosure {
     /// - `middle`: value in the middle; `rate`: all derivatives by time; `half`: half the length of the interval, s.
     pub(super) fn new(middle: f64, rate: [f64; 2], half: f64) -> Self {
-        let own = Self {
+        let enclosure = Self {
             middle,
             range: [f64::NEG_INFINITY, f64::INFINITY],
             rate,
             half,
         };
-        own.tightened()
+        enclosure.tightened()
     }
 
     /// Returns the largest absolute value.

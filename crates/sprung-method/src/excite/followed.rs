@@ -34,13 +34,13 @@ impl Followed {
         let n = coefficients.len();
         let samples = self.waves[0].nrows();
         let given = Mat::from_fn(coefficients[0].len(), n, |i, j| coefficients[j][i]);
-        let signals: Vec<Mat<f64>> = self.waves.iter().map(|own| own * &given).collect();
+        let signals: Vec<Mat<f64>> = self.waves.iter().map(|wave| wave * &given).collect();
         let model = self.physics.model.clone();
         let count = model.robot().entries;
         let mut at = vec![MotionAt::zero(n); samples];
         let mut entries = vec![0.0; count];
         let mut deflection = Mat::zeros(samples, n);
-        let mut own = vec![0.0; n];
+        let mut deflections = vec![0.0; n];
         for (t, at) in at.iter_mut().enumerate() {
             for (order, signal) in signals.iter().enumerate() {
                 for joint in 0..n {
@@ -50,8 +50,8 @@ impl Followed {
             }
             if self.derivative.is_some() {
                 self.physics.entries(at, &mut entries);
-                self.physics.deflections(&entries, &mut own);
-                for (joint, x) in own.iter().enumerate() {
+                self.physics.deflections(&entries, &mut deflections);
+                for (joint, x) in deflections.iter().enumerate() {
                     deflection[(t, joint)] = *x;
                 }
             }
@@ -59,9 +59,9 @@ impl Followed {
         if let Some([once, twice]) = &self.derivative {
             let all = [deflection.clone(), once * &deflection, twice * &deflection];
             for (t, at) in at.iter_mut().enumerate() {
-                for (order, own) in all.iter().enumerate() {
+                for (order, signal) in all.iter().enumerate() {
                     for joint in 0..n {
-                        at.motor[order][joint] += own[(t, joint)];
+                        at.motor[order][joint] += signal[(t, joint)];
                     }
                 }
             }
@@ -87,30 +87,31 @@ impl Followed {
     pub(super) fn pull(&mut self, moved: &Moved, mut by: ByMotion) -> Vec<Vec<f64>> {
         let (samples, n) = (moved.at.len(), moved.at[0].link[0].len());
         let count = moved.entries.ncols();
-        for (t, own) in by.at.iter_mut().enumerate() {
+        for (t, motion) in by.at.iter_mut().enumerate() {
             let weights = (0..count).map(|entry| by.entries[(t, entry)]);
-            self.physics.pull(&moved.at[t], weights, own);
+            self.physics.pull(&moved.at[t], weights, motion);
             for order in 0..3 {
                 for joint in 0..n {
-                    own.link[order][joint] += own.motor[order][joint];
+                    motion.link[order][joint] += motion.motor[order][joint];
                 }
             }
         }
         if let Some([once, twice]) = &self.derivative {
             let of = |order: usize| Mat::from_fn(samples, n, |t, j| by.at[t].motor[order][j]);
             let sum = of(0) + once.transpose() * of(1) + twice.transpose() * of(2);
-            let mut own = vec![0.0; n];
+            let mut by_deflections = vec![0.0; n];
             for (t, by) in by.at.iter_mut().enumerate() {
-                for (joint, x) in own.iter_mut().enumerate() {
+                for (joint, x) in by_deflections.iter_mut().enumerate() {
                     *x = sum[(t, joint)];
                 }
-                self.physics.pull_deflections(&moved.at[t], &own, by);
+                self.physics
+                    .pull_deflections(&moved.at[t], &by_deflections, by);
             }
         }
         let mut sum = Mat::zeros(self.waves[0].ncols(), n);
         for (order, waves) in self.waves.iter().enumerate() {
-            let own = Mat::from_fn(samples, n, |t, j| by.at[t].link[order][j]);
-            sum += waves.transpose() * own;
+            let derivatives = Mat::from_fn(samples, n, |t, j| by.at[t].link[order][j]);
+            sum += waves.transpose() * derivatives;
         }
         (0..n)
             .map(|joint| (0..sum.nrows()).map(|i| sum[(i, joint)]).collect())

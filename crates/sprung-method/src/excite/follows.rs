@@ -19,16 +19,16 @@ impl Follows {
     /// - `coefficients`: of the series, \[n × (1 + 2 harmonics)\].
     pub(super) fn run(&mut self, coefficients: &[Vec<f64>]) -> Option<Moved> {
         match self {
-            Self::Exactly(own) => Some(own.run(coefficients)),
-            Self::Loop(own) => own.run(coefficients),
+            Self::Exactly(followed) => Some(followed.run(coefficients)),
+            Self::Loop(simulated) => simulated.run(coefficients),
         }
     }
 
     /// Returns the derivatives by the coefficients.
     pub(super) fn pull(&mut self, moved: &Moved, by: ByMotion) -> Vec<Vec<f64>> {
         match self {
-            Self::Exactly(own) => own.pull(moved, by),
-            Self::Loop(own) => own.pull(moved, &by),
+            Self::Exactly(followed) => followed.pull(moved, by),
+            Self::Loop(simulated) => simulated.pull(moved, &by),
         }
     }
 }

@@ -27,10 +27,10 @@ impl Series {
     /// Writes the position of a joint and its first four derivatives, rad (m), rad/s (m/s), ….
     #[must_use]
     pub fn at(&self, joint: usize, time: f64) -> [f64; ORDERS] {
-        let own = &self.joints[joint];
+        let coefficients = &self.joints[joint];
         let mut all = [0.0; ORDERS];
-        all[0] = own[0];
-        for (pair, &multiple) in own[1..].chunks(2).zip(&self.harmonics) {
+        all[0] = coefficients[0];
+        for (pair, &multiple) in coefficients[1..].chunks(2).zip(&self.harmonics) {
             let rate = self.rate * multiple as f64;
             let (sin, cos) = (rate * time).sin_cos();
             let mut waves = [[sin, cos], [cos, -sin]];
@@ -56,15 +56,15 @@ impl Series {
     /// A sentence if the reference has no sines, or frequencies that are no multiples of one frequency.
     pub fn of_reference(reference: &Reference, model: &Model) -> Result<Self, String> {
         let lowest = (reference.sines.iter())
-            .map(|own| own.frequency_hz)
+            .map(|sine| sine.frequency_hz)
             .min_by(f64::total_cmp)
-            .filter(|own| *own > 0.0 && own.is_finite())
+            .filter(|frequency| *frequency > 0.0 && frequency.is_finite())
             .ok_or("[controller.reference] has no sines with frequencies above zero")?;
-        let multiple = |base: f64, own: &Sine| (own.frequency_hz / base).round() as usize;
+        let multiple = |base: f64, sine: &Sine| (sine.frequency_hz / base).round() as usize;
         let fits = |base: f64| {
-            (reference.sines.iter()).all(|own| {
-                let multiple = multiple(base, own);
-                let off = own.frequency_hz / base - multiple as f64;
+            (reference.sines.iter()).all(|sine| {
+                let multiple = multiple(base, sine);
+                let off = sine.frequency_hz / base - multiple as f64;
                 multiple <= MOST_MULTIPLE && off.abs() < 1e-8 * multiple as f64
             })
         };
@@ -78,7 +78,7 @@ impl Series {
                 )
             })?;
         let mut harmonics: Vec<usize> = (reference.sines.iter())
-            .map(|own| multiple(base, own))
+            .map(|sine| multiple(base, sine))
             .collect();
         harmonics.sort_unstable();
         harmonics.dedup();
@@ -86,19 +86,20 @@ impl Series {
         let mut joints: Vec<Vec<f64>> = (0..names.len())
             .map(|joint| {
                 let centre = match model.kind(joint) {
-                    JointKind::Revolute => {
-                        reference.centre_deg.get(joint).map(|own| own.to_radians())
-                    }
+                    JointKind::Revolute => reference
+                        .centre_deg
+                        .get(joint)
+                        .map(|degrees| degrees.to_radians()),
                     JointKind::Prismatic => reference.centre_m.get(joint).copied(),
                 };
-                let mut own = vec![0.0; 1 + 2 * harmonics.len()];
-                own[0] = centre.unwrap_or(0.0);
-                own
+                let mut coefficients = vec![0.0; 1 + 2 * harmonics.len()];
+                coefficients[0] = centre.unwrap_or(0.0);
+                coefficients
             })
             .collect();
         for sine in &reference.sines {
             // The check of the description refuses other names.
-            let Some(joint) = names.iter().position(|own| *own == sine.joint) else {
+            let Some(joint) = names.iter().position(|name| *name == sine.joint) else {
                 continue;
             };
             let amplitude = match model.kind(joint) {
@@ -106,7 +107,7 @@ impl Series {
                 JointKind::Prismatic => sine.amplitude_m,
             };
             let multiple = multiple(base, sine);
-            let place = harmonics.partition_point(|own| *own < multiple);
+            let place = harmonics.partition_point(|harmonic| *harmonic < multiple);
             let (sin, cos) = sine.phase_deg.to_radians().sin_cos();
             joints[joint][1 + 2 * place] += amplitude * cos;
             joints[joint][2 + 2 * place] += amplitude * sin;
@@ -138,24 +139,24 @@ impl Series {
     /// Returns the series with all amplitudes times a factor. The motion still begins at the same position.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
-        let mut own = self.clone();
-        for joint in &mut own.joints {
+        let mut series = self.clone();
+        for joint in &mut series.joints {
             let cosines: f64 = joint[1..].iter().skip(1).step_by(2).sum();
             for amplitude in &mut joint[1..] {
                 *amplitude *= factor;
             }
             joint[0] += (1.0 - factor) * cosines;
         }
-        own
+        series
     }
 
     /// Returns the series as the reference of a controller.
     #[must_use]
     pub fn reference(&self, model: &Model) -> Reference {
         let mut sines = Vec::new();
-        for (joint, own) in self.joints.iter().enumerate() {
+        for (joint, coefficients) in self.joints.iter().enumerate() {
             let turns = model.kind(joint) == JointKind::Revolute;
-            for (pair, &multiple) in own[1..].chunks(2).zip(&self.harmonics) {
+            for (pair, &multiple) in coefficients[1..].chunks(2).zip(&self.harmonics) {
                 let amplitude = pair[0].hypot(pair[1]);
                 if amplitude == 0.0 {
                     continue;
@@ -174,16 +175,16 @@ impl Series {
         Reference {
             sines,
             centre_deg: (joints.clone())
-                .map(|(joint, own)| {
+                .map(|(joint, coefficients)| {
                     if turns(joint) {
-                        own[0].to_degrees()
+                        coefficients[0].to_degrees()
                     } else {
                         0.0
                     }
                 })
                 .collect(),
             centre_m: joints
-                .map(|(joint, own)| if turns(joint) { 0.0 } else { own[0] })
+                .map(|(joint, coefficients)| if turns(joint) { 0.0 } else { coefficients[0] })
                 .collect(),
         }
     }
@@ -231,8 +232,8 @@ impl Basis {
     pub(super) fn coefficients(&self, free: &[f64]) -> Vec<f64> {
         let mut sum = vec![0.0; self.functions[0].len()];
         for (x, function) in free.iter().zip(&self.functions) {
-            for (sum, own) in sum.iter_mut().zip(function) {
-                *sum += x * own;
+            for (sum, value) in sum.iter_mut().zip(function) {
+                *sum += x * value;
             }
         }
         sum
@@ -243,7 +244,13 @@ impl Basis {
     pub(super) fn pull(&self, by_coefficients: &[f64]) -> Vec<f64> {
         let functions = self.functions.iter();
         functions
-            .map(|own| own.iter().zip(by_coefficients).map(|(f, g)| f * g).sum())
+            .map(|function| {
+                function
+                    .iter()
+                    .zip(by_coefficients)
+                    .map(|(f, g)| f * g)
+                    .sum()
+            })
             .collect()
     }
 
@@ -283,9 +290,9 @@ fn complement(w: &[f64]) -> Vec<Vec<f64>> {
             } else {
                 0.0
             };
-            let mut own: Vec<f64> = v.iter().map(|x| -factor * x).collect();
-            own[axis] += 1.0;
-            own
+            let mut column: Vec<f64> = v.iter().map(|x| -factor * x).collect();
+            column[axis] += 1.0;
+            column
         })
         .collect()
 }

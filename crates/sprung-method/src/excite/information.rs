@@ -55,33 +55,33 @@ impl Weighting {
         let mut all = whiteners(model, theta, errors, poses, &rates);
         // Both signs of a frequency count; a sum over samples is an integral over the sampling period.
         let sample = duration / samples as f64;
-        for (k, own) in all.iter_mut().enumerate() {
+        for (k, whitener) in all.iter_mut().enumerate() {
             let count: f64 = if k == 0 { 1.0 } else { 2.0 };
-            *own *= faer::Scale(sample * (count * repeats / duration).sqrt());
+            *whitener *= faer::Scale(sample * (count * repeats / duration).sqrt());
         }
         let parameters = model.parameters().iter().enumerate();
         let free: Vec<usize> = parameters
-            .filter(|(_, own)| own.fixed.is_none())
+            .filter(|(_, parameter)| parameter.fixed.is_none())
             .map(|(index, _)| index)
             .collect();
         let mut places = vec![(0, None); model.robot().entries];
         for row in 0..rows {
             let columns = model.equation_columns(row).iter();
             for (entry, column) in model.equation_entries(row).zip(columns) {
-                places[entry] = (row, free.iter().position(|own| own == column));
+                places[entry] = (row, free.iter().position(|other| other == column));
             }
         }
         let mut nuisances = Vec::new();
         let mut levels = Vec::new();
         for joint in (0..model.joint_count()).filter(|&joint| model.is_flexible(joint)) {
-            let own = model.index(JointParameter::Preload, joint);
-            let is_free = own.is_some_and(|index| free.contains(&index));
+            let preload = model.index(JointParameter::Preload, joint);
+            let is_free = preload.is_some_and(|index| free.contains(&index));
             let stiffness = model.index(JointParameter::Stiffness, joint);
             if let (false, Some(stiffness)) = (is_free, stiffness) {
                 let k = theta[stiffness];
                 let sum = samples as f64;
                 nuisances.push([(joint, -k * sum), (model.torque_row(joint), k * sum)]);
-                levels.push(errors.steps.iter().map(|own| own[joint]).sum::<f64>());
+                levels.push(errors.steps.iter().map(|step| step[joint]).sum::<f64>());
             }
         }
         let count = free.len() + nuisances.len();
@@ -111,10 +111,10 @@ impl Weighting {
         for (i, scale) in scales.iter().enumerate() {
             self.known[(i, i)] += (UNKNOWN * scale).powi(-2);
         }
-        if let Some(own) = information {
-            for i in 0..own.nrows() {
-                for j in 0..own.ncols() {
-                    self.known[(i, j)] += own[(i, j)];
+        if let Some(information) = information {
+            for i in 0..information.nrows() {
+                for j in 0..information.ncols() {
+                    self.known[(i, j)] += information[(i, j)];
                 }
             }
         }
@@ -134,23 +134,23 @@ impl Weighting {
         let count = self.known.nrows();
         let spectra = &self.transform * entries;
         let mut weighted = Mat::zeros(2 * rows * lines, count);
-        let mut own = Mat::zeros(2 * rows, count);
+        let mut line_columns = Mat::zeros(2 * rows, count);
         for (k, whitener) in self.whiteners.iter().enumerate() {
-            own.fill(0.0);
+            line_columns.fill(0.0);
             for (entry, &(row, place)) in self.places.iter().enumerate() {
                 if let Some(place) = place {
-                    own[(row, place)] += spectra[(k, entry)];
-                    own[(rows + row, place)] += spectra[(lines + k, entry)];
+                    line_columns[(row, place)] += spectra[(k, entry)];
+                    line_columns[(rows + row, place)] += spectra[(lines + k, entry)];
                 }
             }
             if k == 0 {
                 for (index, nuisance) in self.nuisances.iter().enumerate() {
                     for &(row, value) in nuisance {
-                        own[(row, self.free.len() + index)] += value;
+                        line_columns[(row, self.free.len() + index)] += value;
                     }
                 }
             }
-            let turned = whitener * &own;
+            let turned = whitener * &line_columns;
             (weighted.as_mut())
                 .subrows_mut(2 * rows * k, 2 * rows)
                 .copy_from(&turned);
@@ -167,8 +167,8 @@ impl Weighting {
         let by_weighted = (&columns.weighted * by_matrix) * faer::Scale(2.0);
         let mut by_spectra = Mat::zeros(2 * lines, self.places.len());
         for (k, whitener) in self.whiteners.iter().enumerate() {
-            let own = by_weighted.as_ref().subrows(2 * rows * k, 2 * rows);
-            let by_columns = whitener.transpose() * own;
+            let by_rows = by_weighted.as_ref().subrows(2 * rows * k, 2 * rows);
+            let by_columns = whitener.transpose() * by_rows;
             for (entry, &(row, place)) in self.places.iter().enumerate() {
                 if let Some(place) = place {
                     by_spectra[(k, entry)] = by_columns[(row, place)];

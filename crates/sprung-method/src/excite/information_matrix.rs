@@ -41,14 +41,16 @@ impl Information {
     /// determine these parameters.
     #[must_use]
     pub fn condition_number(&self, places: &[usize]) -> f64 {
-        condition(&self.0, places).map_or(f64::INFINITY, |own| own.value.exp())
+        condition(&self.0, places).map_or(f64::INFINITY, |judged| judged.value.exp())
     }
 
     /// Returns the standard errors; infinite if the information does not determine all parameters.
     #[must_use]
     pub fn standard_errors(&self) -> Vec<f64> {
         match inverse(&self.0) {
-            Some(own) => (0..own.nrows()).map(|i| own[(i, i)].sqrt()).collect(),
+            Some(inverse) => (0..inverse.nrows())
+                .map(|i| inverse[(i, i)].sqrt())
+                .collect(),
             None => vec![f64::INFINITY; self.0.nrows()],
         }
     }

@@ -40,9 +40,9 @@ pub(super) struct Peaks(pub(super) Vec<Kept>);
 
 impl Peaks {
     pub(super) fn note(&mut self, what: Limited, joint: usize, part: f64, time_s: f64) {
-        match (self.0.iter_mut()).find(|own| own.what == what && own.joint == joint) {
-            Some(own) if own.part >= part => {}
-            Some(own) => (own.part, own.time_s) = (part, time_s),
+        match (self.0.iter_mut()).find(|kept| kept.what == what && kept.joint == joint) {
+            Some(kept) if kept.part >= part => {}
+            Some(kept) => (kept.part, kept.time_s) = (part, time_s),
             None => self.0.push(Kept {
                 what,
                 joint,
@@ -54,17 +54,17 @@ impl Peaks {
 
     /// Keeps the larger part of each limit.
     pub(super) fn join(&mut self, more: Vec<Kept>) {
-        for own in more {
-            self.note(own.what, own.joint, own.part, own.time_s);
+        for kept in more {
+            self.note(kept.what, kept.joint, kept.part, kept.time_s);
         }
     }
 
     pub(super) fn part(&self, what: Limited, joint: usize) -> f64 {
-        let own = self
+        let kept = self
             .0
             .iter()
-            .find(|own| own.what == what && own.joint == joint);
-        own.map_or(0.0, |own| own.part)
+            .find(|kept| kept.what == what && kept.joint == joint);
+        kept.map_or(0.0, |kept| kept.part)
     }
 }
 

@@ -92,10 +92,10 @@ impl Kinematics {
             let along = out(&axes, &joint.axis.map(S::constant));
             let mut velocity = plus(&parent.velocity, &cross(&parent.turning, &arm));
             let mut turning = parent.turning;
-            let own = along.map(|x| x * dq);
+            let joint_rate = along.map(|x| x * dq);
             match joint.kind {
-                JointKind::Revolute => turning = plus(&turning, &own),
-                JointKind::Prismatic => velocity = plus(&velocity, &own),
+                JointKind::Revolute => turning = plus(&turning, &joint_rate),
+                JointKind::Prismatic => velocity = plus(&velocity, &joint_rate),
             }
             frames.push(Frame {
                 axes,

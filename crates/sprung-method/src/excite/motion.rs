@@ -33,10 +33,10 @@ pub(super) fn waves(rate: f64, harmonics: &[usize], orders: usize, times: &[f64]
     let count = 1 + 2 * harmonics.len();
     (0..orders)
         .map(|order| {
-            let mut own = Mat::zeros(times.len(), count);
+            let mut wave = Mat::zeros(times.len(), count);
             for (t, &time) in times.iter().enumerate() {
                 if order == 0 {
-                    own[(t, 0)] = 1.0;
+                    wave[(t, 0)] = 1.0;
                 }
                 for (k, &multiple) in harmonics.iter().enumerate() {
                     let rate = rate * multiple as f64;
@@ -48,11 +48,11 @@ pub(super) fn waves(rate: f64, harmonics: &[usize], orders: usize, times: &[f64]
                         _ => (-cos, sin),
                     };
                     let scale = rate.powi(order as i32);
-                    own[(t, 1 + 2 * k)] = scale * a;
-                    own[(t, 2 + 2 * k)] = scale * b;
+                    wave[(t, 1 + 2 * k)] = scale * a;
+                    wave[(t, 2 + 2 * k)] = scale * b;
                 }
             }
-            own
+            wave
         })
         .collect()
 }
@@ -66,8 +66,8 @@ pub(super) fn fill_torque(
     let model = &physics.model;
     for row in 0..model.coordinates() {
         let columns = model.equation_columns(row).iter();
-        let own = &entries[model.equation_entries(row)];
-        let sum: f64 = (own.iter().zip(columns))
+        let row_entries = &entries[model.equation_entries(row)];
+        let sum: f64 = (row_entries.iter().zip(columns))
             .map(|(entry, &column)| entry * physics.theta[column])
             .sum();
         write(row, sum);

@@ -88,11 +88,11 @@ pub(super) fn whiteners(
                 Err(_) => Mat::identity(rows, rows),
             };
             Mat::from_fn(2 * rows, 2 * rows, |i, j| {
-                let own = inverse[(i % rows, j % rows)] / scale[j % rows];
+                let entry = inverse[(i % rows, j % rows)] / scale[j % rows];
                 match (i < rows, j < rows) {
-                    (true, true) | (false, false) => own.re,
-                    (true, false) => -own.im,
-                    (false, true) => own.im,
+                    (true, true) | (false, false) => entry.re,
+                    (true, false) => -entry.im,
+                    (false, true) => entry.im,
                 }
             })
         })
@@ -108,13 +108,13 @@ pub(super) fn mean_mass(model: &Model, theta: &[f64], poses: &[Vec<f64>]) -> Mat
     };
     let mut scratch = Scratch::new(model.joint_count());
     let mut sum = Mat::zeros(rows, rows);
-    let mut own = vec![0.0; rows * rows];
+    let mut mass = vec![0.0; rows * rows];
     for q in poses {
         let computed = model
             .robot()
-            .mass_matrix(&values, q, &mut scratch.workspace(), &mut own);
+            .mass_matrix(&values, q, &mut scratch.workspace(), &mut mass);
         if computed.is_ok() {
-            sum += Mat::from_fn(rows, rows, |i, j| own[i * rows + j] / poses.len() as f64);
+            sum += Mat::from_fn(rows, rows, |i, j| mass[i * rows + j] / poses.len() as f64);
         }
     }
     sum

@@ -37,11 +37,11 @@ pub(super) fn judge(
     match objective {
         Objective::DOptimal => {
             // The determinant of the covariance of the chosen parameters.
-            let own = Mat::from_fn(chosen.len(), chosen.len(), |i, j| {
+            let covariance = Mat::from_fn(chosen.len(), chosen.len(), |i, j| {
                 inverse[(chosen[i], chosen[j])]
             });
-            let back = self::inverse(&own)?;
-            let log = log_determinant(&own)?;
+            let back = self::inverse(&covariance)?;
+            let log = log_determinant(&covariance)?;
             let p = chosen.len() as f64;
             // d log det(E' A E) = tr(back E' dA E), with dA = -A dI A.
             let part = Mat::from_fn(count, chosen.len(), |i, j| inverse[(i, chosen[j])]);
@@ -101,8 +101,8 @@ pub(super) fn condition(matrix: &Mat<f64>, chosen: &[usize]) -> Option<Judged> {
     if !(0..p).all(|i| (0..p).all(|j| scaled[(i, j)].is_finite())) {
         return None;
     }
-    let own = scaled.self_adjoint_eigen(Side::Lower).ok()?;
-    let (values, vectors) = (own.S(), own.U());
+    let decomposition = scaled.self_adjoint_eigen(Side::Lower).ok()?;
+    let (values, vectors) = (decomposition.S(), decomposition.U());
     let (least, most) = (values[0], values[p - 1]);
     if least <= 0.0 {
         return None;
@@ -156,7 +156,10 @@ fn log_determinant(matrix: &Mat<f64>) -> Option<f64> {
 fn factors(matrix: &Mat<f64>) -> Option<(Vec<f64>, Vec<f64>)> {
     let p = matrix.nrows();
     let length: Vec<f64> = (0..p).map(|i| matrix[(i, i)].sqrt()).collect();
-    if length.iter().any(|own| !(own.is_finite() && *own > 0.0)) {
+    if length
+        .iter()
+        .any(|value| !(value.is_finite() && *value > 0.0))
+    {
         return None;
     }
     let mut scaled = vec![0.0; p * p];

@@ -28,8 +28,8 @@ impl MotionAt {
     }
 
     pub(super) fn clear(&mut self) {
-        for own in self.link.iter_mut().chain(&mut self.motor) {
-            own.fill(0.0);
+        for values in self.link.iter_mut().chain(&mut self.motor) {
+            values.fill(0.0);
         }
     }
 
@@ -134,8 +134,8 @@ impl Physics {
         weights: impl Iterator<Item = f64>,
         out: &mut MotionAt,
     ) {
-        for (own, weight) in self.weights.iter_mut().zip(weights) {
-            *own = weight;
+        for (target, weight) in self.weights.iter_mut().zip(weights) {
+            *target = weight;
         }
         self.pull_weights(at, out);
     }

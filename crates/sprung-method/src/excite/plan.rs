@@ -139,8 +139,8 @@ pub fn certify(
     for theta in possible_values(task) {
         if is_rigid && task.controller.is_none() {
             let robot = (model, theta.as_slice());
-            let own = certify_followed(series, robot, task.bounds, task.kinematics)?;
-            certified.join(own);
+            let followed = certify_followed(series, robot, task.bounds, task.kinematics)?;
+            certified.join(followed);
         }
         let robot = (model, &theta);
         let (kept, simulation) =
@@ -156,10 +156,11 @@ pub fn certify(
 /// A motion needs an end in each joint: limits of torque, or of position and of velocity or acceleration.
 #[must_use]
 pub fn missing_limit(bounds: &Bounds, has_loop: bool) -> Option<(usize, Vec<Limited>)> {
-    for (joint, own) in bounds.joints.iter().enumerate() {
-        let [position, velocity, acceleration, _] = own.orders;
+    for (joint, joint_bounds) in bounds.joints.iter().enumerate() {
+        let [position, velocity, acceleration, _] = joint_bounds.orders;
         let is_slow = velocity.is_limited() || acceleration.is_limited();
-        let has_force = own.torque.is_limited() || has_loop && own.deflection.is_limited();
+        let has_force =
+            joint_bounds.torque.is_limited() || has_loop && joint_bounds.deflection.is_limited();
         if !(is_slow && (position.is_limited() || has_force)) && !(has_force && has_loop) {
             let mut missing = Vec::new();
             if !position.is_limited() {

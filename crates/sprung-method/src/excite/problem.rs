@@ -163,9 +163,9 @@ impl Problem {
         let mut first = 0;
         (self.bases.iter())
             .map(|basis| {
-                let own = basis.coefficients(&x[first..first + basis.count()]);
+                let coefficients = basis.coefficients(&x[first..first + basis.count()]);
                 first += basis.count();
-                own
+                coefficients
             })
             .collect()
     }
@@ -173,19 +173,21 @@ impl Problem {
     /// Returns the free numbers of a series.
     pub(super) fn free(&self, series: &Series) -> Vec<f64> {
         let pairs = self.bases.iter().zip(&series.joints);
-        pairs.flat_map(|(basis, own)| basis.free(own)).collect()
+        pairs
+            .flat_map(|(basis, coefficients)| basis.free(coefficients))
+            .collect()
     }
 
     /// Returns the largest place of each limited quantity of each joint; `None` if the loop runs away.
     pub(super) fn peaks(&mut self, x: &[f64]) -> Option<Vec<Peak>> {
         let mut peaks: Vec<Peak> = Vec::new();
         let mut note = |what, joint, place: f64, time| {
-            let own = peaks
+            let peak = peaks
                 .iter_mut()
-                .find(|own| own.what == what && own.joint == joint);
-            match own {
-                Some(own) if own.place.abs() < place.abs() => {
-                    (own.place, own.time) = (place, time);
+                .find(|peak| peak.what == what && peak.joint == joint);
+            match peak {
+                Some(peak) if peak.place.abs() < place.abs() => {
+                    (peak.place, peak.time) = (place, time);
                 }
                 Some(_) => {}
                 None => peaks.push(Peak {
@@ -200,13 +202,13 @@ impl Problem {
         let mut first = 0;
         for (joint, rows) in self.reference.iter().enumerate() {
             let count = self.bases[joint].count();
-            let own = &x[first..first + count];
+            let coefficients = &x[first..first + count];
             first += count;
             for (order, (rows, what)) in rows.iter().zip(ORDERS).enumerate() {
                 let interval = self.bounds.joints[joint].orders[order];
                 if interval.is_limited() {
                     for t in 0..rows.nrows() {
-                        let value: f64 = (0..count).map(|k| rows[(t, k)] * own[k]).sum();
+                        let value: f64 = (0..count).map(|k| rows[(t, k)] * coefficients[k]).sum();
                         let time = period * t as f64 / rows.nrows() as f64;
                         note(what, joint, interval.place(value), time);
                     }
@@ -398,8 +400,11 @@ impl Problem {
         }
         let pulled = scenario.follows.pull(&moved, by);
         let mut first = 0;
-        for (basis, own) in self.bases.iter().zip(&pulled) {
-            for (sum, by) in value.by_motion[first..].iter_mut().zip(basis.pull(own)) {
+        for (basis, gradient) in self.bases.iter().zip(&pulled) {
+            for (sum, by) in value.by_motion[first..]
+                .iter_mut()
+                .zip(basis.pull(gradient))
+            {
                 *sum += by;
             }
             first += basis.count();
@@ -437,11 +442,11 @@ impl Problem {
             }
             Limited::Position | Limited::Velocity => {
                 let order = usize::from(seen.what == Limited::Velocity);
-                let own = &mut by.at[t];
+                let motion = &mut by.at[t];
                 let side = if seen.on == Part::Link {
-                    &mut own.link
+                    &mut motion.link
                 } else {
-                    &mut own.motor
+                    &mut motion.motor
                 };
                 side[order][joint] += slope;
             }
@@ -496,7 +501,7 @@ impl Problem {
         let mut first = 0;
         for (joint, rows) in self.reference.iter().enumerate() {
             let count = self.bases[joint].count();
-            let own = faer::ColRef::from_slice(&x[first..first + count]);
+            let coefficients = faer::ColRef::from_slice(&x[first..first + count]);
             first += count;
             let mut gradient = faer::Col::<f64>::zeros(count);
             let mut bend = Mat::<f64>::zeros(count, count);
@@ -507,7 +512,7 @@ impl Problem {
                 }
                 let samples = rows.nrows();
                 let weight = barrier / samples as f64;
-                let signal = rows * own;
+                let signal = rows * coefficients;
                 let mut slopes = faer::Col::zeros(samples);
                 let mut roots = rows.clone();
                 for t in 0..samples {

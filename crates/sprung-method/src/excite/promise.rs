@@ -30,11 +30,11 @@ pub fn promise(
     let errors = information.standard_errors();
     let least = scales(model, theta, bounds);
     let parameters = model.parameters().iter().zip(theta);
-    (parameters.filter(|(own, _)| own.fixed.is_none()))
+    (parameters.filter(|(parameter, _)| parameter.fixed.is_none()))
         .zip(errors.iter().zip(least))
-        .map(|((own, &value), (&standard_error, scale))| Promised {
-            name: own.name.clone(),
-            unit: own.unit.to_owned(),
+        .map(|((parameter, &value), (&standard_error, scale))| Promised {
+            name: parameter.name.clone(),
+            unit: parameter.unit.to_owned(),
             value,
             standard_error,
             relative_percent: (value != 0.0).then(|| 100.0 * standard_error / value.abs()),
@@ -60,7 +60,7 @@ pub fn add_cures(
     experiment: &Experiment,
     values: &BTreeMap<String, f64>,
 ) {
-    if promise.iter().all(|own| own.is_determined) {
+    if promise.iter().all(|promised| promised.is_determined) {
         return;
     }
     let Some(now) = information(task, frequencies, series) else {
@@ -79,7 +79,7 @@ pub fn add_cures(
         information(task, frequencies, &series.scaled(LARGER)),
     );
     let of_rate = |factor: f64| {
-        let own = Frequencies {
+        let frequencies = Frequencies {
             rate: frequencies.rate * factor,
             ..frequencies.clone()
         };
@@ -87,24 +87,24 @@ pub fn add_cures(
             rate: series.rate * factor,
             ..series.clone()
         };
-        information(task, &own, &series)
+        information(task, &frequencies, &series)
     };
     add("the same motion at half the speed".to_owned(), of_rate(0.5));
     add("the same motion 1.5 times as fast".to_owned(), of_rate(1.5));
     if let Some(change) = tilted(task, (frequencies, series), experiment, values) {
         changes.push(change);
     }
-    for (place, own) in promise
+    for (place, promised) in promise
         .iter_mut()
         .enumerate()
-        .filter(|(_, own)| !own.is_determined)
+        .filter(|(_, promised)| !promised.is_determined)
     {
         let gain = |change: &Change| {
             let error = change.errors.get(place).copied().flatten();
             error.map_or(0.0, |error| now[place] / error)
         };
         let best = (changes.iter()).max_by(|a, b| gain(a).total_cmp(&gain(b)));
-        own.cure = Some(match best {
+        promised.cure = Some(match best {
             Some(change) if gain(change) > WORTH => format!(
                 "with {} its standard error falls by a factor of {:.1}",
                 change.words,
@@ -131,28 +131,28 @@ fn tilted(
     experiment.robot.gravity_m_per_s2 = Some([x, cos * y - sin * z, sin * y + cos * z]);
     let model = Model::new(&experiment).ok()?;
     let theta = model.theta(values).or_else(|_| model.nominal()).ok()?;
-    let own = Task {
+    let tilted_task = Task {
         model: &model,
         theta: &theta,
         known: None,
         chosen: &[],
         ..task.clone()
     };
-    let errors = information(&own, frequencies, series)?.standard_errors();
+    let errors = information(&tilted_task, frequencies, series)?.standard_errors();
     let free: Vec<&str> = (model.parameters().iter())
-        .filter(|own| own.fixed.is_none())
-        .map(|own| own.name.as_str())
+        .filter(|parameter| parameter.fixed.is_none())
+        .map(|parameter| parameter.name.as_str())
         .collect();
     let of = |name: &str| {
         free.iter()
-            .position(|own| *own == name)
+            .position(|other| *other == name)
             .map(|place| errors[place])
     };
     Some(Change {
         words: format!("a base tilted by {:.0}°", TILT.to_degrees()),
         errors: (task.model.parameters().iter())
-            .filter(|own| own.fixed.is_none())
-            .map(|own| of(&own.name))
+            .filter(|parameter| parameter.fixed.is_none())
+            .map(|parameter| of(&parameter.name))
             .collect(),
     })
 }
@@ -166,8 +166,8 @@ pub fn more(
     others: &[(&str, &Information)],
 ) -> Vec<More> {
     let now = information.standard_errors();
-    let of = |what: &str, own: &Information| {
-        let errors = own.standard_errors();
+    let of = |what: &str, information: &Information| {
+        let errors = information.standard_errors();
         let logs = errors.iter().zip(&now).map(|(then, now)| (then / now).ln());
         let mean = logs.sum::<f64>() / now.len().max(1) as f64;
         More {
@@ -182,6 +182,6 @@ pub fn more(
         of("the motion twice", &information.times(2.0)),
         of("the motion four times", &information.times(4.0)),
     ];
-    all.extend((others.iter()).map(|(what, own)| of(what, &information.with(own))));
+    all.extend((others.iter()).map(|(what, added)| of(what, &information.with(added))));
     all
 }

@@ -190,6 +190,8 @@ pub struct Skeleton {
 impl Excitation {
     /// Returns the parameters that the motion does not determine.
     pub fn undetermined(&self) -> impl Iterator<Item = &Promised> {
-        self.promise.iter().filter(|own| !own.is_determined)
+        self.promise
+            .iter()
+            .filter(|promised| !promised.is_determined)
     }
 }

@@ -141,13 +141,13 @@ impl Learnt {
         let mut matrix = self.matrix.clone();
         let mut first = 0;
         for bend in &value.bend {
-            let own = (bend.len() as f64).sqrt().round() as usize;
-            for i in 0..own {
-                for k in 0..own {
-                    matrix[(first + i) * count + first + k] += bend[i * own + k];
+            let size = (bend.len() as f64).sqrt().round() as usize;
+            for i in 0..size {
+                for k in 0..size {
+                    matrix[(first + i) * count + first + k] += bend[i * size + k];
                 }
             }
-            first += own;
+            first += size;
         }
         for i in 0..count {
             matrix[i * count + i] += 1e-9;

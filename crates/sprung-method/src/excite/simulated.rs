@@ -173,7 +173,7 @@ impl Simulated {
         let mut at = Vec::with_capacity(self.samples);
         let mut entries = Mat::zeros(self.samples, count);
         let mut torque = Mat::zeros(self.samples, rows);
-        let mut own = vec![0.0; count];
+        let mut sample_entries = vec![0.0; count];
         for k in 0..steps {
             self.stages(k, &x, &mut instant, &mut stages);
             for [state, _] in &stages {
@@ -186,11 +186,13 @@ impl Simulated {
                     instant.link[2][joint] = stages[0][1][rows + joint];
                     instant.motor[2][joint] = stages[0][1][rows + model.torque_row(joint)];
                 }
-                self.physics.entries(&instant, &mut own);
-                for (entry, x) in own.iter().enumerate() {
+                self.physics.entries(&instant, &mut sample_entries);
+                for (entry, x) in sample_entries.iter().enumerate() {
                     entries[(t, entry)] = *x;
                 }
-                fill_torque(&self.physics, &own, |row, sum| torque[(t, row)] = sum);
+                fill_torque(&self.physics, &sample_entries, |row, sum| {
+                    torque[(t, row)] = sum
+                });
                 at.push(instant.clone());
             }
             for (i, x) in x.iter_mut().enumerate() {
@@ -217,7 +219,7 @@ impl Simulated {
         let count = moved.entries.ncols();
         let mut out = [0, 1].map(|order: usize| Mat::zeros(self.waves[order].nrows(), n));
         let mut instant = MotionAt::zero(n);
-        let mut own = MotionAt::zero(n);
+        let mut motion = MotionAt::zero(n);
         let mut adjoint = vec![0.0; 2 * rows];
         let [mut back, mut sum, mut by_rate] = [0, 1, 2].map(|_| vec![0.0; 2 * rows]);
         for k in (0..self.every * self.samples).rev() {
@@ -247,21 +249,21 @@ impl Simulated {
             std::mem::swap(&mut adjoint, &mut sum);
             if k % self.every == 0 {
                 let t = k / self.every;
-                own.clear();
+                motion.clear();
                 let weights = (0..count).map(|entry| by.entries[(t, entry)]);
-                self.physics.pull(&moved.at[t], weights, &mut own);
+                self.physics.pull(&moved.at[t], weights, &mut motion);
                 for order in 0..3 {
                     for joint in 0..n {
-                        own.link[order][joint] += by.at[t].link[order][joint];
-                        own.motor[order][joint] += by.at[t].motor[order][joint];
+                        motion.link[order][joint] += by.at[t].link[order][joint];
+                        motion.motor[order][joint] += by.at[t].motor[order][joint];
                     }
                 }
                 // Accelerations follow from the state as in the first stage.
                 by_rate.fill(0.0);
                 for joint in 0..n {
                     let motor = model.torque_row(joint);
-                    by_rate[rows + joint] += own.link[2][joint];
-                    by_rate[rows + motor] += own.motor[2][joint];
+                    by_rate[rows + joint] += motion.link[2][joint];
+                    by_rate[rows + motor] += motion.motor[2][joint];
                 }
                 self.back(2 * k, state(0), &by_rate, &mut instant, &mut back, &mut out);
                 for (adjoint, back) in adjoint.iter_mut().zip(&back) {
@@ -270,8 +272,8 @@ impl Simulated {
                 for joint in 0..n {
                     let motor = model.torque_row(joint);
                     for order in 0..2 {
-                        adjoint[order * rows + joint] += own.link[order][joint];
-                        adjoint[order * rows + motor] += own.motor[order][joint];
+                        adjoint[order * rows + joint] += motion.link[order][joint];
+                        adjoint[order * rows + motor] += motion.motor[order][joint];
                     }
                 }
             }

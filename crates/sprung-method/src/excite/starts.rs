@@ -61,7 +61,7 @@ fn largest(problem: &mut Problem, x: &[f64]) -> f64 {
     problem.peaks(x).map_or(f64::INFINITY, |peaks| {
         peaks
             .iter()
-            .fold(0.0, |most, own| most.max(own.place.abs()))
+            .fold(0.0, |most, peak| most.max(peak.place.abs()))
     })
 }
 
@@ -192,7 +192,7 @@ fn pose(problem: &mut Problem, rng: &mut ChaCha8Rng) -> Result<Vec<f64>, NoPose>
         if place < GOOD {
             return Ok(x);
         }
-        if best.as_ref().is_none_or(|(own, _)| place < *own) {
+        if best.as_ref().is_none_or(|(least, _)| place < *least) {
             best = Some((place, x));
         }
     }

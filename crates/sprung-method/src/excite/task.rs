@@ -65,8 +65,8 @@ impl Frequencies {
         let resonances = Fastest::of(task.model, task.theta).resonances;
         let most = (MOST_FREE / n / 2).max(3);
         let wanted = settings.harmonics.unwrap_or_else(|| {
-            let by_limits = (task.bounds.joints.iter()).filter_map(|own| {
-                let [_, velocity, acceleration, _] = own.orders;
+            let by_limits = (task.bounds.joints.iter()).filter_map(|joint_bounds| {
+                let [_, velocity, acceleration, _] = joint_bounds.orders;
                 (velocity.is_limited() && acceleration.is_limited())
                     .then(|| 2.0 * acceleration.half / velocity.half / TAU)
             });
@@ -81,7 +81,7 @@ impl Frequencies {
                 let middle = (hz / base).round() as usize;
                 harmonics.extend([middle.saturating_sub(1), middle, middle + 1]);
             }
-            harmonics.retain(|own| (1..=MOST_MULTIPLE).contains(own));
+            harmonics.retain(|harmonic| (1..=MOST_MULTIPLE).contains(harmonic));
             harmonics.sort_unstable();
             harmonics.dedup();
         }
@@ -103,8 +103,8 @@ impl Frequencies {
 /// one with the same unit; torques of zero, such as offsets, to a part of the largest torque of their joint.
 #[must_use]
 pub fn scales(model: &Model, theta: &[f64], bounds: &Bounds) -> Vec<f64> {
-    let torque = |own: &Parameter, value: f64| match own.joint {
-        Some((_, joint)) if value == 0.0 && own.unit == "N·m" => {
+    let torque = |parameter: &Parameter, value: f64| match parameter.joint {
+        Some((_, joint)) if value == 0.0 && parameter.unit == "N·m" => {
             let limit = bounds.joints[joint].torque;
             if limit.is_limited() {
                 SMALL_PART * limit.half
@@ -116,13 +116,13 @@ pub fn scales(model: &Model, theta: &[f64], bounds: &Bounds) -> Vec<f64> {
     };
     let all: Vec<_> = model.parameters().iter().zip(theta).collect();
     let largest = |unit: &str| {
-        (all.iter().filter(|(own, _)| own.unit == unit))
+        (all.iter().filter(|(parameter, _)| parameter.unit == unit))
             .fold(0.0, |most: f64, (_, value)| most.max(value.abs()))
     };
     (all.iter())
-        .filter(|(own, _)| own.fixed.is_none())
-        .map(|(own, value)| {
-            let least = (SMALL_PART * largest(own.unit)).max(torque(own, **value));
+        .filter(|(parameter, _)| parameter.fixed.is_none())
+        .map(|(parameter, value)| {
+            let least = (SMALL_PART * largest(parameter.unit)).max(torque(parameter, **value));
             let scale = value.abs().max(least);
             if scale > 0.0 { scale } else { 1.0 }
         })
@@ -146,11 +146,13 @@ pub(super) fn draws(task: &Task<'_>) -> Vec<Vec<f64>> {
             let of_masses = factor();
             let parameters = task.model.parameters().iter().zip(task.theta);
             parameters
-                .map(|(own, value)| match (own.fixed, own.joint) {
-                    (Some(_), _) => *value,
-                    (None, None) => value * of_masses,
-                    (None, Some(_)) => value * factor(),
-                })
+                .map(
+                    |(parameter, value)| match (parameter.fixed, parameter.joint) {
+                        (Some(_), _) => *value,
+                        (None, None) => value * of_masses,
+                        (None, Some(_)) => value * factor(),
+                    },
+                )
                 .collect()
         })
         .collect()
@@ -166,7 +168,11 @@ pub(super) fn possible_values(task: &Task<'_>) -> Vec<Vec<f64>> {
     if task.settings.value_error > 0.0 {
         all.insert(0, task.theta.to_vec());
     }
-    if task.uncertainties.iter().all(|own| *own == 0.0) {
+    if task
+        .uncertainties
+        .iter()
+        .all(|uncertainty| *uncertainty == 0.0)
+    {
         return all;
     }
     let mut rng = ChaCha8Rng::seed_from_u64(task.settings.seed ^ 0x5e5e);

@@ -19,7 +19,7 @@ use rand_chacha::ChaCha8Rng;
 use std::collections::BTreeMap;
 
 fn demo_experiment(more: &[&str]) -> Experiment {
-    let more: Vec<String> = more.iter().map(|&own| own.to_owned()).collect();
+    let more: Vec<String> = more.iter().map(|&line| line.to_owned()).collect();
     read("demo", demo::EXPERIMENT, &more, &mut no_files).unwrap()
 }
 
@@ -144,14 +144,14 @@ fn a_certificate_holds_on_a_grid_and_names_what_breaks() {
         )
         .unwrap();
         let kept = certify_reference(&found.series, task.bounds).unwrap();
-        for own in &kept {
-            let order = ORDERS.iter().position(|what| *what == own.what).unwrap();
-            let interval = task.bounds.joints[own.joint].of(own.what);
+        for limit in &kept {
+            let order = ORDERS.iter().position(|what| *what == limit.what).unwrap();
+            let interval = task.bounds.joints[limit.joint].of(limit.what);
             let most = (0..20_000)
-                .map(|t| found.series.at(own.joint, 5e-4 * f64::from(t))[order])
+                .map(|t| found.series.at(limit.joint, 5e-4 * f64::from(t))[order])
                 .fold(0.0, |most: f64, x| most.max(interval.place(x).abs()));
-            assert!(most <= own.part + 1e-9, "{own:?} {most}");
-            assert!(own.part <= most + 0.01, "{own:?} {most}");
+            assert!(most <= limit.part + 1e-9, "{limit:?} {most}");
+            assert!(limit.part <= most + 0.01, "{limit:?} {most}");
         }
         let larger = found.series.scaled(4.0);
         let broken = certify_reference(&larger, task.bounds).unwrap_err();
@@ -183,9 +183,9 @@ fn an_approach_begins_and_ends_at_rest_within_the_limits() {
         assert!(end[1..4].iter().all(|x| x.abs() < 1e-9), "{end:?}");
         for t in 0..1000 {
             let at = way.at(joint, way.duration * f64::from(t) / 1000.0);
-            let own = &bounds.joints[joint].orders;
+            let orders = &bounds.joints[joint].orders;
             assert!(
-                (0..3).all(|order| own[order].place(at[order]).abs() <= 1.0),
+                (0..3).all(|order| orders[order].place(at[order]).abs() <= 1.0),
                 "{t}: {at:?}"
             );
         }

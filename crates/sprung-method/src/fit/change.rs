@@ -41,20 +41,20 @@ pub(crate) fn steps_along(
     let along = |factors: Vec<Triangle>| -> Vec<Triangle> {
         (factors.iter().enumerate())
             .map(|(row, factor)| {
-                let own = |theta: &[f64], rhs: f64| -> Vec<f64> {
+                let with_rhs = |theta: &[f64], rhs: f64| -> Vec<f64> {
                     let of_row = model.row_columns(row).iter().map(|&c| theta[c]);
                     of_row.chain([rhs]).collect()
                 };
                 let moved: Vec<Vec<f64>> = (directions.iter())
                     .map(|direction| match direction {
-                        Direction::Parameters(change) => own(change, 0.0),
+                        Direction::Parameters(change) => with_rhs(change, 0.0),
                         Direction::Torque(other) => {
                             let zero = vec![0.0; theta.len()];
-                            own(&zero, if *other == row { -1.0 } else { 0.0 })
+                            with_rhs(&zero, if *other == row { -1.0 } else { 0.0 })
                         }
                     })
                     .collect();
-                (factor.along(&own(theta, -1.0), &moved)).scaled(1.0 / scales[row])
+                (factor.along(&with_rhs(theta, -1.0), &moved)).scaled(1.0 / scales[row])
             })
             .collect()
     };

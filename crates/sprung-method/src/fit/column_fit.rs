@@ -12,7 +12,7 @@ pub(crate) struct ColumnFit {
     /// of the filters: few stretches of a slow motion may agree by chance.
     pub(crate) standard_error: f64,
     /// Squared length of the first column beyond what the other columns explain, over the squared length of the column.
-    pub(crate) own_share: f64,
+    pub(crate) unexplained_share: f64,
     /// Student's quantile for this number of stretches over that of the normal distribution.
     pub(crate) few_stretches: f64,
 }
@@ -31,32 +31,36 @@ impl ColumnFit {
     ) -> Option<Self> {
         let width = stretches.first()?.unknowns() + 1;
         let unit = |column: usize, value: f64| -> Vec<f64> {
-            let mut own = vec![0.0; width];
-            own[column] = value;
-            own
+            let mut vector = vec![0.0; width];
+            vector[column] = value;
+            vector
         };
         let directions: Vec<Vec<f64>> = by.iter().map(|&column| unit(column, 1.0)).collect();
         let at = unit(of, -1.0);
-        let own: Vec<Vec<Triangle>> = (stretches.iter())
+        let triangles: Vec<Vec<Triangle>> = (stretches.iter())
             .map(|factor| vec![factor.along(&at, &directions)])
             .collect();
-        let whole = Triangle::merge(own.iter().flatten())?;
+        let whole = Triangle::merge(triangles.iter().flatten())?;
         let columns: Vec<usize> = (0..by.len()).collect();
         let part = SystemPart {
             columns: &columns,
             factor: &whole,
         };
         let solution = solve(&[part], by.len())?;
-        let errors = scatter(&influences(&solution, std::slice::from_ref(&columns), &own));
+        let errors = scatter(&influences(
+            &solution,
+            std::slice::from_ref(&columns),
+            &triangles,
+        ));
         let squares: f64 = whole.residual(&solution.x).iter().map(|r| r * r).sum();
         let of_residuals = (squares * solution.inverse[(0, 0)] * memory).sqrt();
         let error = errors[0].max(of_residuals);
         let is_known = *solution.identifiable.first()? && error.is_finite() && error > 0.0;
         is_known.then(|| Self {
             value: solution.x[0],
-            own_share: (solution.inverse[(0, 0)] * whole.column_norm(0).powi(2)).recip(),
+            unexplained_share: (solution.inverse[(0, 0)] * whole.column_norm(0).powi(2)).recip(),
             standard_error: error,
-            few_stretches: student_95(own.len().saturating_sub(1)) / student_95(usize::MAX),
+            few_stretches: student_95(triangles.len().saturating_sub(1)) / student_95(usize::MAX),
         })
     }
 }
@@ -93,7 +97,7 @@ mod tests {
         assert!((0.5..2.0).contains(&ratio), "{ratio}");
         assert!((found.few_stretches - 2.131 / 1.96).abs() < 0.01);
         // The constants explain the mean: 7² of 7² + 20²/2.
-        assert!((found.own_share - 200.0 / 249.0).abs() < 0.02);
+        assert!((found.unexplained_share - 200.0 / 249.0).abs() < 0.02);
     }
 
     #[test]

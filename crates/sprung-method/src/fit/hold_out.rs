@@ -12,14 +12,14 @@ const REGRESSION_ACCURACY: f64 = 0.005;
 
 /// Returns a residual in the filtered torque over that of a reference, up to the accuracy of the
 /// filtered regression. Both are relative to the torque.
-pub(crate) fn over_reference(own: f64, reference: f64) -> f64 {
-    own / reference.hypot(REGRESSION_ACCURACY)
+pub(crate) fn over_reference(residual: f64, reference: f64) -> f64 {
+    residual / reference.hypot(REGRESSION_ACCURACY)
 }
 
 /// Returns whether a residual in the filtered torque is smaller than another by more than the accuracy
 /// of the filtered regression. Both are relative to the torque.
-pub(crate) fn is_clearly_below(own: f64, other: f64) -> bool {
-    other.powi(2) - own.powi(2) > REGRESSION_ACCURACY.powi(2)
+pub(crate) fn is_clearly_below(residual: f64, other: f64) -> bool {
+    other.powi(2) - residual.powi(2) > REGRESSION_ACCURACY.powi(2)
 }
 
 /// Consecutive parts of a reduced system, for fits without a part and for the residual of a part.

@@ -170,15 +170,15 @@ pub(crate) fn row_weights(model: &Model, system: &System, theta: &[f64]) -> Vec<
     let largest = residuals.iter().map(|row| row.0).fold(0.0, f64::max);
     let n = model.joint_count();
     (residuals.iter().enumerate())
-        .map(|(row, (own, right))| {
+        .map(|(row, (residual, right))| {
             let has_scale = *right > 0.0 || row >= n;
-            let own = if has_scale {
-                *own
+            let residual = if has_scale {
+                *residual
             } else {
                 residuals[model.torque_row(row)].0
             };
             if largest > 0.0 {
-                own.max(LEAST_RESIDUAL * largest).recip()
+                residual.max(LEAST_RESIDUAL * largest).recip()
             } else {
                 1.0
             }
@@ -192,15 +192,15 @@ fn moves(free: &Free, stacked: &Mat<f64>) -> Vec<Vec<f64>> {
     let scale = ((count - 1.0) / count).max(0.0).sqrt();
     let by_group: Vec<Theta> = (0..stacked.ncols())
         .map(|g| {
-            let own: Vec<f64> = (0..stacked.nrows())
+            let movement: Vec<f64> = (0..stacked.nrows())
                 .map(|i| scale * stacked[(i, g)])
                 .collect();
-            free.whole(&own, |_| 0.0)
+            free.whole(&movement, |_| 0.0)
         })
         .collect();
     let parameters = 0..by_group.first().map_or(0, Vec::len);
     parameters
-        .map(|i| by_group.iter().map(|own| own[i]).collect())
+        .map(|i| by_group.iter().map(|group| group[i]).collect())
         .collect()
 }
 

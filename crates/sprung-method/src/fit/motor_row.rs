@@ -68,8 +68,8 @@ pub(super) fn motor_row(
         factor: &whole[row],
     };
     let solution = solve(&[part], unknowns.len())?;
-    let own: Vec<Vec<Triangle>> = groups.iter().map(|g| vec![g[row].clone()]).collect();
-    let alone = influences(&solution, std::slice::from_ref(&local), &own);
+    let row_factors: Vec<Vec<Triangle>> = groups.iter().map(|g| vec![g[row].clone()]).collect();
+    let alone = influences(&solution, std::slice::from_ref(&local), &row_factors);
     let more = Mat::from_fn(unknowns.len(), groups.len(), |i, g| {
         stacked[(unknowns[i], g)] - alone[(i, g)]
     });

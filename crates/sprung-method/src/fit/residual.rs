@@ -62,11 +62,11 @@ pub fn torques(model: &Model, system: &System, theta: &[f64]) -> Vec<TorqueOf> {
     for (row, factor) in system.whole().unwrap_or_default().iter().enumerate() {
         let columns = model.row_columns(row);
         let scale = 1.0 / system.weight(row).max(1.0).sqrt();
-        let own: Vec<f64> = (columns.iter().enumerate())
+        let sizes: Vec<f64> = (columns.iter().enumerate())
             .map(|(j, &column)| scale * factor.column_norm(j) * theta[column].abs())
             .collect();
-        let largest = own.iter().copied().fold(0.0, f64::max);
-        for (&column, rms) in columns.iter().zip(own) {
+        let largest = sizes.iter().copied().fold(0.0, f64::max);
+        for (&column, rms) in columns.iter().zip(sizes) {
             let torque = &mut torques[column];
             torque.over_residual = torque.over_residual.max(rms / residuals[row].0);
             if rms > torque.rms {

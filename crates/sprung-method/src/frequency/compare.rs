@@ -105,8 +105,8 @@ pub(crate) fn frequency_response(
         spectra: &spectra,
     };
     let joints = (springs.iter().zip(&expected))
-        .map(|(spring, own)| {
-            let features = (own.iter())
+        .map(|(spring, of_spring)| {
+            let features = (of_spring.iter())
                 .map(|expected| {
                     let frequency = ModelFrequency::new(expected, &linear, &at_poses, &moved);
                     frequency.feature(expected, log.pole(spring.joint, expected))
@@ -150,7 +150,7 @@ fn expected(linear: &Linear, springs: &[Spring]) -> Vec<Vec<Expected>> {
     ] {
         let view = linear.of(&free);
         let modes = Mode::all(&view);
-        let place = |coordinate: usize| free.iter().position(|own| *own == coordinate);
+        let place = |coordinate: usize| free.iter().position(|other| *other == coordinate);
         let shares: Vec<Vec<f64>> = (springs.iter())
             .map(|spring| {
                 let ends = (place(spring.motor), place(spring.joint).unwrap_or(0));
@@ -159,8 +159,8 @@ fn expected(linear: &Linear, springs: &[Spring]) -> Vec<Vec<Expected>> {
                     .collect()
             })
             .collect();
-        for (own, mode) in all.iter_mut().zip(assigned(&shares)) {
-            own.extend(mode.map(|mode| Expected {
+        for (of_spring, mode) in all.iter_mut().zip(assigned(&shares)) {
+            of_spring.extend(mode.map(|mode| Expected {
                 kind,
                 mode: modes[mode].clone(),
                 free: free.clone(),
@@ -186,7 +186,7 @@ impl Moved {
         let count = moves.iter().map(Vec::len).max().unwrap_or(0);
         let after = |k: usize| {
             let step = (theta.iter().zip(moves))
-                .map(|(value, own)| value + own.get(k).copied().unwrap_or_default())
+                .map(|(value, movement)| value + movement.get(k).copied().unwrap_or_default())
                 .collect::<Vec<f64>>();
             Linear::new(model, &step, &point.friction, &point.mean)
         };
@@ -205,11 +205,11 @@ struct ModelFrequency {
 impl ModelFrequency {
     fn new(expected: &Expected, linear: &Linear, at_poses: &[Linear], moved: &Moved) -> Self {
         let view = |linear: &Linear| linear.of(&expected.free);
-        let own = view(linear);
+        let reference = view(linear);
         let hz = expected.mode.hz();
         let before = view(&moved.before);
         let change = |from: &Linear, to: &Linear| expected.mode.change(from, &view(to));
-        let over_poses = (at_poses.iter().map(|other| hz + change(&own, other)))
+        let over_poses = (at_poses.iter().map(|other| hz + change(&reference, other)))
             .fold([hz, hz], |[low, high], hz| [low.min(hz), high.max(hz)]);
         let squares: f64 = (moved.after.iter())
             .map(|after| (after.as_ref()).map_or(hz, |after| change(&before, after)))
@@ -248,8 +248,8 @@ impl OfLog<'_> {
     /// Returns the pole of the log near that of the model, or why the log does not show it. If the window about the
     /// vibration of the model shows no peak, windows beside it are tried.
     fn pole(&self, joint: usize, expected: &Expected) -> Result<Pole, Unseen> {
-        let [own, beside @ ..] = CENTRES;
-        self.pole_about(joint, expected, own).or_else(|unseen| {
+        let [centre, beside @ ..] = CENTRES;
+        self.pole_about(joint, expected, centre).or_else(|unseen| {
             let mut others = beside.into_iter().filter(|_| unseen == Unseen::NoPeak);
             (others.find_map(|by| self.pole_about(joint, expected, by).ok())).ok_or(unseen)
         })
@@ -279,8 +279,9 @@ impl OfLog<'_> {
         let frequencies = &spectra.hz[lines.clone()];
         // Accelerations: without the factor 1/ω² the response beside a pole is nearly constant.
         let acceleration = |position: &Vec<c64>| -> Vec<c64> {
-            let own = position[lines.clone()].iter().zip(frequencies);
-            own.map(|(x, hz)| *x * imaginary(*hz) * imaginary(*hz))
+            let pairs = position[lines.clone()].iter().zip(frequencies);
+            pairs
+                .map(|(x, hz)| *x * imaginary(*hz) * imaginary(*hz))
                 .collect()
         };
         let motors: Vec<Vec<c64>> = spectra.motor.iter().map(acceleration).collect();
@@ -300,7 +301,7 @@ impl OfLog<'_> {
                     return Err(Unseen::DryFriction);
                 }
                 let torques = spectra.torque.iter();
-                let inputs: Vec<&[c64]> = torques.map(|own| &own[lines.clone()]).collect();
+                let inputs: Vec<&[c64]> = torques.map(|torque| &torque[lines.clone()]).collect();
                 [pole(&motors[joint], inputs.clone()), pole(&link, inputs)]
                     .into_iter()
                     .flatten()
@@ -373,25 +374,31 @@ fn curves(
     }
     for (line, of_log) in lines.into_iter().zip(of_log) {
         let hz = spectra.hz[line];
-        let own: Mat<c64> = linear.response(imaginary(hz), &[spring.motor]);
+        let responses: Mat<c64> = linear.response(imaginary(hz), &[spring.motor]);
         response.frequency_hz.push(rounded(hz));
         for (curves, coordinate, k) in [
             (&mut response.motor, spring.motor, 0),
             (&mut response.link, spring.joint, 1),
         ] {
-            let value = own[(coordinate, 0)];
+            let value = responses[(coordinate, 0)];
             curves.model_magnitude.push(rounded(value.norm()));
             curves
                 .model_phase_deg
                 .push(rounded(value.arg().to_degrees()));
             let known = of_log
                 .map(|both| both[k])
-                .filter(|own| own.error < LARGEST_RELATIVE_ERROR * own.value.norm());
-            let of = |value: &dyn Fn(Estimate) -> f64| known.map(|own| rounded(value(own)));
-            curves.log_magnitude.push(of(&|own| own.value.norm()));
-            (curves.log_relative_error).push(of(&|own| own.error / own.value.norm()));
-            (curves.log_phase_deg).push(of(&|own| own.value.arg().to_degrees()));
-            curves.log_coherence.push(of(&|own| own.coherence));
+                .filter(|estimate| estimate.error < LARGEST_RELATIVE_ERROR * estimate.value.norm());
+            let of =
+                |value: &dyn Fn(Estimate) -> f64| known.map(|estimate| rounded(value(estimate)));
+            curves
+                .log_magnitude
+                .push(of(&|estimate| estimate.value.norm()));
+            (curves.log_relative_error)
+                .push(of(&|estimate| estimate.error / estimate.value.norm()));
+            (curves.log_phase_deg).push(of(&|estimate| estimate.value.arg().to_degrees()));
+            curves
+                .log_coherence
+                .push(of(&|estimate| estimate.coherence));
         }
     }
     response
@@ -402,7 +409,10 @@ fn lines(spectra: &Spectra, features: &[Feature]) -> Vec<usize> {
     let (Some(first), Some(last)) = (spectra.hz.first(), spectra.hz.last()) else {
         return Vec::new();
     };
-    let highest = features.iter().map(|own| own.model_hz).fold(0.0, f64::max);
+    let highest = features
+        .iter()
+        .map(|feature| feature.model_hz)
+        .fold(0.0, f64::max);
     let to = if highest > 0.0 {
         last.min(HIGHEST_OVER_FEATURES * highest)
     } else {

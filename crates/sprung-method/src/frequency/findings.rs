@@ -14,21 +14,21 @@ pub(crate) fn resonances_disagree(response: &FrequencyResponse, file: &str) -> O
     let mut found = Vec::new();
     let mut first = None;
     let mut parameters = Vec::new();
-    for own in &response.joints {
-        for feature in &own.features {
+    for joint in &response.joints {
+        for feature in &joint.features {
             let Some((hz, error)) = disagrees(feature) else {
                 continue;
             };
             found.push(format!(
                 "{} of {}: {hz:.3} ± {:.3} Hz by the log, {:.3} ± {:.3} Hz by the model",
                 feature.kind.word(),
-                own.joint,
+                joint.joint,
                 2.0 * error,
                 feature.model_hz,
                 2.0 * feature.model_standard_error_hz,
             ));
             first.get_or_insert(hz);
-            parameters.push(format!("{}.stiffness", own.joint));
+            parameters.push(format!("{}.stiffness", joint.joint));
         }
     }
     parameters.dedup();

@@ -259,13 +259,13 @@ impl Linear {
     pub(super) fn mean(all: &[Self]) -> Option<Self> {
         let rows = all.first()?.mass.nrows();
         let mean = |matrix: fn(&Self) -> &Mat<f64>| {
-            let sum = |i, j| all.iter().map(|own| matrix(own)[(i, j)]).sum::<f64>();
+            let sum = |i, j| all.iter().map(|linear| matrix(linear)[(i, j)]).sum::<f64>();
             Mat::from_fn(rows, rows, |i, j| sum(i, j) / all.len() as f64)
         };
         Some(Self {
-            mass: mean(|own| &own.mass),
-            damping: mean(|own| &own.damping),
-            stiffness: mean(|own| &own.stiffness),
+            mass: mean(|linear| &linear.mass),
+            damping: mean(|linear| &linear.damping),
+            stiffness: mean(|linear| &linear.stiffness),
         })
     }
 

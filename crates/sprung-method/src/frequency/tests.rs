@@ -158,7 +158,7 @@ fn a_minute_of_multisine_gives_vibrations_within_half_a_percent_and_intervals_th
         amplitude_deg: 0.05,
     };
     let errors: Vec<(f64, f64)> = (features(&multisine, 4).iter())
-        .flat_map(|(_, features)| features.iter().map(|own| errors(own).unwrap()))
+        .flat_map(|(_, features)| features.iter().map(|feature| errors(feature).unwrap()))
         .collect();
     assert_eq!(errors.len(), 16);
     let worst = errors.iter().map(|(off, _)| off.abs()).fold(0.0, f64::max);
@@ -231,5 +231,8 @@ fn a_slow_motion_shows_no_vibration() {
     let found = frequency_response(&record, &identified);
     let joints = found.iter().flat_map(|found| &found.joints);
     let mut features = joints.flat_map(|joint| &joint.features);
-    assert!(features.all(|own| own.log_hz.is_none()), "{found:?}");
+    assert!(
+        features.all(|feature| feature.log_hz.is_none()),
+        "{found:?}"
+    );
 }

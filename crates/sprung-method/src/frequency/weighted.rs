@@ -144,8 +144,8 @@ impl Factored<'_> {
             let mut spread = vec![ZERO; self.sizes.len()];
             (self.regression.rows())
                 .map(|(row, weight)| {
-                    for (own, x) in spread.iter_mut().zip(row) {
-                        *own = x.conj();
+                    for (entry, x) in spread.iter_mut().zip(row) {
+                        *entry = x.conj();
                     }
                     self.apply_lower(&mut spread);
                     weight * spread.iter().map(c64::norm_sqr).sum::<f64>()

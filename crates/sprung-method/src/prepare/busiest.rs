@@ -62,13 +62,13 @@ fn jerks(whole: &LogBlock, channels: &Channels, step: usize) -> Vec<f64> {
         let Some(channel) = channels.telling(Signal::Motor, joint) else {
             continue;
         };
-        let own: Vec<f64> = (whole.values[channel].windows(3 * step + 1))
+        let squares: Vec<f64> = (whole.values[channel].windows(3 * step + 1))
             .map(|w| (w[3 * step] - 3.0 * w[2 * step] + 3.0 * w[step] - w[0]).powi(2))
             .collect();
-        let mean = own.iter().sum::<f64>() / own.len().max(1) as f64;
+        let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
         if mean > 0.0 {
-            for (sum, own) in sums.iter_mut().zip(&own) {
-                *sum += own / mean;
+            for (sum, square) in sums.iter_mut().zip(&squares) {
+                *sum += square / mean;
             }
         }
     }

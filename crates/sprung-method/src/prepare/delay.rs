@@ -49,8 +49,8 @@ pub(crate) fn estimate_delays(
     let joint = |i: usize| reading.channels().all[i].joint;
     let mut turns: Vec<Vec<usize>> = Vec::new();
     for &channel in wanted {
-        let turn =
-            (turns.iter_mut()).find(|turn| turn.iter().all(|&own| joint(own) != joint(channel)));
+        let turn = (turns.iter_mut())
+            .find(|turn| turn.iter().all(|&other| joint(other) != joint(channel)));
         match turn {
             Some(turn) => turn.push(channel),
             None => turns.push(vec![channel]),
@@ -62,16 +62,16 @@ pub(crate) fn estimate_delays(
     for _ in 0..rounds {
         found.clear();
         for turn in &turns {
-            let own = estimate_in_turn(excerpt, &reading, turn)?;
+            let estimates = estimate_in_turn(excerpt, &reading, turn)?;
             let mut delays = reading.delays().to_vec();
-            for estimate in &own {
+            for estimate in &estimates {
                 delays[estimate.channel] = if estimate.found { estimate.delay } else { 0.0 };
             }
             reading = reading.with_delays(&delays);
-            found.extend(own);
+            found.extend(estimates);
         }
     }
-    found.sort_by_key(|own| own.channel);
+    found.sort_by_key(|estimate| estimate.channel);
     Some(found)
 }
 

@@ -281,8 +281,9 @@ impl Delays {
         excerpt: &Excerpt,
     ) {
         for estimate in &mut self.estimates {
-            let own = |delay: &&DelayByLikelihood| delay.channel == estimate.search.channel;
-            estimate.likelihood = refined.iter().find(own).copied();
+            let is_of_channel =
+                |delay: &&DelayByLikelihood| delay.channel == estimate.search.channel;
+            estimate.likelihood = refined.iter().find(is_of_channel).copied();
             if estimate.likelihood.is_some() {
                 estimate.used = Origin::Likelihood;
             }
@@ -351,9 +352,11 @@ impl Delays {
 fn joint_without_reference(channels: &Channels, joints: usize) -> Option<usize> {
     let is_covariate = |signal: Signal| matches!(signal, Signal::Covariate(_));
     (0..joints).find(|&joint| {
-        let own = (channels.all.iter())
-            .filter(|own| own.joint == joint && !is_covariate(own.quantity.signal()));
-        let is_open: Vec<bool> = own.map(|own| own.delay == Some(Delay::Estimate)).collect();
+        let of_joint = (channels.all.iter())
+            .filter(|channel| channel.joint == joint && !is_covariate(channel.quantity.signal()));
+        let is_open: Vec<bool> = of_joint
+            .map(|channel| channel.delay == Some(Delay::Estimate))
+            .collect();
         !is_open.is_empty() && is_open.iter().all(|open| *open)
     })
 }

@@ -107,16 +107,16 @@ impl Excerpt {
 
     /// Returns the excerpt with the channels of another description that has no further ones.
     #[must_use]
-    pub(super) fn with_channels(&self, own: &Channels, wanted: &Channels) -> Self {
-        if own.all.len() == wanted.all.len() {
+    pub(super) fn with_channels(&self, channels: &Channels, wanted: &Channels) -> Self {
+        if channels.all.len() == wanted.all.len() {
             return self.clone();
         }
         let place = |channel: &Channel| {
-            let same = |own: &&Channel| {
-                (own.quantity, own.joint, &own.column)
+            let same = |other: &&Channel| {
+                (other.quantity, other.joint, &other.column)
                     == (channel.quantity, channel.joint, &channel.column)
             };
-            own.all.iter().position(|own| same(&own))
+            channels.all.iter().position(|other| same(&other))
         };
         let places: Vec<usize> = wanted.all.iter().filter_map(place).collect();
         let mut fewer = self.clone();

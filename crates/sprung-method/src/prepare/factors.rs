@@ -178,8 +178,8 @@ pub fn find_factors<'a>(
     if !open.is_empty() {
         let reading = reading_while_open(&now, model, &settled, &beginning, &file)?;
         for channel in open {
-            let own = gain(&now, &reading, &beginning, channel);
-            found.gains.push(own.map_err(FactorError::NotTold)?);
+            let gain = gain(&now, &reading, &beginning, channel);
+            found.gains.push(gain.map_err(FactorError::NotTold)?);
         }
         found.write_into(&mut now);
     }

@@ -58,15 +58,15 @@ fn of_position(
     channel: usize,
 ) -> Result<FoundGain, String> {
     let channels = reading.channels();
-    let own = &channels.all[channel];
-    let name = &reading.model().joints()[own.joint];
+    let source = &channels.all[channel];
+    let name = &reading.model().joints()[source.joint];
     let undetermined = |why: String| {
         format!(
             "the gain of \"{}\" cannot be estimated: {why}; give it as a number in gain",
-            own.column
+            source.column
         )
     };
-    let other = match own.quantity {
+    let other = match source.quantity {
         Quantity::LinkPosition => Quantity::MotorPosition,
         Quantity::MotorPosition => Quantity::LinkPosition,
         Quantity::JointTorque => {
@@ -87,7 +87,7 @@ fn of_position(
             )));
         }
     };
-    let Some(other) = channels.index(other, own.joint) else {
+    let Some(other) = channels.index(other, source.joint) else {
         return Err(undetermined(format!(
             "{name} has no other position to compare with, and all parameters scale with the gain"
         )));
@@ -110,7 +110,7 @@ fn of_position(
         reading: with_offset.as_ref().unwrap_or(reading),
         excerpt,
         channel,
-        joint: own.joint,
+        joint: source.joint,
     };
     let about = spread(excerpt, other) / spread(excerpt, channel);
     if !(about.is_finite() && about > 0.0) {
@@ -125,7 +125,7 @@ fn of_position(
         )));
     };
     Ok(FoundGain {
-        column: own.column.clone(),
+        column: source.column.clone(),
         value,
         standard_error,
         because: format!(
@@ -202,14 +202,14 @@ impl Search<'_> {
 
 /// Finds the gain of a torque: known parameters over the values that the logged torque gives.
 fn of_torque(reading: &Reading, excerpt: &Excerpt, channel: usize) -> Result<FoundGain, String> {
-    let (own, model) = (&reading.channels().all[channel], reading.model());
-    let name = &model.joints()[own.joint];
-    let fits = fit_rows(excerpt, reading, &[own.joint]);
+    let (source, model) = (&reading.channels().all[channel], reading.model());
+    let name = &model.joints()[source.joint];
+    let fits = fit_rows(excerpt, reading, &[source.joint]);
     let fit = fits.as_ref().and_then(|fits| fits.first());
     let number = independent(excerpt, reading);
     let known = fit.map_or_else(Vec::new, |fit| fit.beside_fixed(model, number));
     if known.is_empty() {
-        let parameter = model.index(JointParameter::RotorInertia, own.joint);
+        let parameter = model.index(JointParameter::RotorInertia, source.joint);
         let example = parameter.map_or_else(
             || format!("{name}.rotor_inertia"),
             |index| model.parameters()[index].name.clone(),
@@ -218,7 +218,7 @@ fn of_torque(reading: &Reading, excerpt: &Excerpt, channel: usize) -> Result<Fou
             "the gain of \"{}\" cannot be estimated: all parameters of {name} scale with it, and no \
              parameter in the equation of its torque is known; give a parameter as a number, as in \
              fixed = {{ \"{example}\" = 0.02 }} under [robot], or give the gain",
-            own.column
+            source.column
         ));
     }
     let gains: Vec<(f64, f64)> = (known.iter())
@@ -233,12 +233,12 @@ fn of_torque(reading: &Reading, excerpt: &Excerpt, channel: usize) -> Result<Fou
             "the gain of \"{}\" cannot be estimated: {} would make it {value:.3} (standard error \
              {standard_error:.3}); check that the known value and the sign are right, log a motion with more \
              of its torque, or give the gain as a number",
-            own.column,
+            source.column,
             names.join(" and ")
         ));
     }
     Ok(FoundGain {
-        column: own.column.clone(),
+        column: source.column.clone(),
         value,
         standard_error,
         because: format!(

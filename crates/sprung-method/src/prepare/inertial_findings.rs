@@ -43,16 +43,16 @@ const MUCH_BETTER: f64 = 0.5;
 /// - `file`: name of the log.
 pub(crate) fn inertial_findings(reading: &Reading, excerpt: &Excerpt, file: &str) -> Vec<Finding> {
     let (channels, joints) = (reading.channels(), reading.model().joints());
-    let Some(own) = &channels.inertial else {
+    let Some(sensors) = &channels.inertial else {
         return Vec::new();
     };
-    (own.all.iter())
+    (sensors.all.iter())
         .flat_map(|sensor| {
             let about = About {
                 reading,
                 excerpt,
                 channels,
-                kind: own.kind,
+                kind: sensors.kind,
                 sensor,
                 file,
                 name: &joints[sensor.joint],
@@ -189,15 +189,18 @@ impl About<'_> {
             let channels = mounted(self.channels, &scaled);
             held_out(&scaled, &self.reading.with_channels(channels))
         };
-        let own = error(1.0)?;
+        let unscaled = error(1.0)?;
         let unit = self.kind.other_unit();
         let factors = [-1.0, unit.size].into_iter();
         let (factor, other) = factors
             .filter_map(|factor| Some((factor, error(factor)?)))
             .filter(|(factor, other)| *factor < 0.0 || *other < self.kind.largest_error_of_unit())
-            .filter(|(_, other)| over_reference(*other, own) < MUCH_BETTER)
+            .filter(|(_, other)| over_reference(*other, unscaled) < MUCH_BETTER)
             .min_by(|a, b| a.1.total_cmp(&b.1))?;
-        let errors = format!("leaves {:.1} % of the torques unexplained", 100.0 * own);
+        let errors = format!(
+            "leaves {:.1} % of the torques unexplained",
+            100.0 * unscaled
+        );
         let with = format!("{:.1} %", 100.0 * other);
         Some(if factor < 0.0 {
             self.reversed(&format!("{errors}, with the other sign {with}"), -1.0)
@@ -312,17 +315,17 @@ impl About<'_> {
     /// Finding: the link position diverges with the corner of the filter.
     fn low_corner(&self) -> Option<Finding> {
         let code = self.kind.corner_code()?;
-        let own = (self.channels.instruments).row_filter(self.sensor.joint)?;
+        let filter = (self.channels.instruments).row_filter(self.sensor.joint)?;
         let least = (self.channels.inertial.as_ref()?).least_corner(self.sensor);
-        let [own, least] = [own.corner, least].map(|corner| corner / TAU);
+        let [corner, least] = [filter.corner, least].map(|corner| corner / TAU);
         let needed = (10.0 * least).ceil() / 10.0;
-        (own < least).then(|| {
+        (corner < least).then(|| {
             Finding::new(
                 Severity::Error,
                 code,
                 format!(
                     "{}: gravity acts across the axis of the joint, so the reading of the {} ({}) also changes \
-                     with the link position. With a corner of {own:.2} Hz this position diverges; \
+                     with the link position. With a corner of {corner:.2} Hz this position diverges; \
                      {needed:.1} Hz is enough",
                     self.name,
                     self.kind.word(),
@@ -330,7 +333,7 @@ impl About<'_> {
                 ),
                 &format!("set {} = {needed:.1} in [log]", self.kind.corner_key()),
             )
-            .seen(self.file, self.column(0), own, "Hz")
+            .seen(self.file, self.column(0), corner, "Hz")
         })
     }
 
@@ -394,7 +397,7 @@ pub(super) fn about_stiffnesses(reading: &Reading, excerpt: &Excerpt) -> Vec<Fin
         return Vec::new();
     };
     let word = sensors.kind.word();
-    let joints = sensors.all.iter().map(|own| own.joint);
+    let joints = sensors.all.iter().map(|sensor| sensor.joint);
     let fitted = (excerpt.smoothed(reading))
         .and_then(|signals| signals.thinned(reading).reduce(reading))
         .and_then(|system| fit(model, &system, reading.memory()));
@@ -406,8 +409,8 @@ pub(super) fn about_stiffnesses(reading: &Reading, excerpt: &Excerpt) -> Vec<Fin
         };
         parameters.push(model.parameters()[index].name.clone());
         let name = &model.joints()[joint];
-        let share = (fitted.as_ref()).filter(|own| own.identifiable[index]);
-        let share = share.map(|own| own.standard_error[index] / own.theta[index]);
+        let share = (fitted.as_ref()).filter(|fitted| fitted.identifiable[index]);
+        let share = share.map(|fitted| fitted.standard_error[index] / fitted.theta[index]);
         match share.filter(|share| (0.0..OPEN_STIFFNESS).contains(share)) {
             _ if noise
                 .get(joint)
@@ -459,12 +462,15 @@ pub(super) fn about_stiffnesses(reading: &Reading, excerpt: &Excerpt) -> Vec<Fin
 fn noise_shares(reading: &Reading, excerpt: &Excerpt) -> Vec<f64> {
     let mut shares = vec![0.0; reading.model().joint_count()];
     let channels = reading.channels();
-    let (Some(own), Some(signals)) = (&channels.inertial, excerpt.smoothed(reading)) else {
+    let (Some(sensors), Some(signals)) = (&channels.inertial, excerpt.smoothed(reading)) else {
         return shares;
     };
     let levels: Vec<[f64; 3]> = (0..shares.len())
         .map(|joint| {
-            let of = own.of(joint).map(|own| own.channels).unwrap_or_default();
+            let of = sensors
+                .of(joint)
+                .map(|sensor| sensor.channels)
+                .unwrap_or_default();
             of.map(|channel| {
                 channel.map_or(0.0, |i| {
                     white_noise(&excerpt.channel(i).collect::<Vec<f64>>())
@@ -472,7 +478,7 @@ fn noise_shares(reading: &Reading, excerpt: &Excerpt) -> Vec<f64> {
             })
         })
         .collect();
-    for sensor in &own.all {
+    for sensor in &sensors.all {
         let joint = sensor.joint;
         let Some(filter) = channels.instruments.row_filter(joint) else {
             continue;
@@ -484,7 +490,7 @@ fn noise_shares(reading: &Reading, excerpt: &Excerpt) -> Vec<f64> {
                 count += 1.0;
             }
         }
-        let noise = own.position_variance(sensor, &levels, (filter.corner, excerpt.period()));
+        let noise = sensors.position_variance(sensor, &levels, (filter.corner, excerpt.period()));
         shares[joint] = noise / (squares / f64::max(count, 1.0)).max(f64::MIN_POSITIVE);
     }
     shares

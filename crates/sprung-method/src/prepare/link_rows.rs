@@ -71,10 +71,10 @@ impl LinkRows {
         }
         let rows = (joints.iter())
             .filter_map(|&joint| {
-                let own: Vec<Option<f64>> = (model.row_columns(joint).iter())
+                let known_values: Vec<Option<f64>> = (model.row_columns(joint).iter())
                     .map(|&column| known[column])
                     .collect();
-                let factor = whole[joint].with_known(&own);
+                let factor = whole[joint].with_known(&known_values);
                 let size = factor.rhs_norm();
                 (size > 0.0 && size.is_finite()).then(|| LinkRow {
                     joint,
@@ -99,8 +99,8 @@ impl LinkRows {
             .collect();
         let x = solve(&parts, model.parameters().len())?.x;
         let left = |row: &LinkRow| {
-            let own: Vec<f64> = row.columns.iter().map(|&column| x[column]).collect();
-            length(&row.factor.residual(&own))
+            let values: Vec<f64> = row.columns.iter().map(|&column| x[column]).collect();
+            length(&row.factor.residual(&values))
         };
         Some(self.rows.iter().map(left).collect())
     }
@@ -115,8 +115,8 @@ impl LinkRows {
     /// Returns the part of each right-hand side that friction and rotor alone leave unexplained.
     pub(crate) fn without_bodies(&self, model: &Model) -> Vec<f64> {
         let left = |row: &LinkRow| {
-            let own = row.reduced(model, None);
-            alone(&own).map_or(f64::NAN, |x| length(&own.residual(&x)))
+            let reduced = row.reduced(model, None);
+            alone(&reduced).map_or(f64::NAN, |x| length(&reduced.residual(&x)))
         };
         self.rows.iter().map(left).collect()
     }
@@ -157,7 +157,7 @@ impl LinkRow {
         };
         let rotor = model.rotor_in_links(self.joint);
         let of_rotor = |column: usize| -> f64 {
-            (rotor.iter().filter(|(own, _)| *own == column))
+            (rotor.iter().filter(|(other, _)| *other == column))
                 .map(|(_, share)| share)
                 .sum()
         };
@@ -180,18 +180,18 @@ impl LinkRow {
     }
 
     fn scale(&self, model: &Model, nominal: &[f64]) -> Option<BodyScale> {
-        let own = self.reduced(model, Some(nominal));
-        let unknowns: Vec<usize> = (0..own.unknowns()).collect();
+        let reduced = self.reduced(model, Some(nominal));
+        let unknowns: Vec<usize> = (0..reduced.unknowns()).collect();
         let part = SystemPart {
             columns: &unknowns,
-            factor: &own,
+            factor: &reduced,
         };
         let solution = solve(&[part], unknowns.len())?;
         let last = unknowns.len() - 1;
-        let left = length(&own.residual(&solution.x));
+        let left = length(&reduced.residual(&solution.x));
         let scale = solution.x[last];
         // This entry is the length of the last column without the part that the others explain.
-        let without = left.hypot(own.entry(last, last) * scale);
+        let without = left.hypot(reduced.entry(last, last) * scale);
         Some(BodyScale {
             joint: self.joint,
             scale,

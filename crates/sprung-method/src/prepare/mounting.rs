@@ -41,12 +41,12 @@ pub(super) struct Compared {
 #[must_use]
 pub(super) fn mounted(channels: &Channels, excerpt: &Excerpt) -> Channels {
     let mut mounted = channels.clone();
-    let Some(own) = &mut mounted.inertial else {
+    let Some(sensors) = &mut mounted.inertial else {
         return mounted;
     };
-    match own.kind {
-        Inertial::Gyroscope => mount_gyroscopes(channels, &mut own.all, excerpt),
-        Inertial::Accelerometer => mount_accelerometers(channels, own, excerpt),
+    match sensors.kind {
+        Inertial::Gyroscope => mount_gyroscopes(channels, &mut sensors.all, excerpt),
+        Inertial::Accelerometer => mount_accelerometers(channels, sensors, excerpt),
     }
     mounted
 }
@@ -82,7 +82,7 @@ fn compare_gyroscope(
     sensor: &InertialSensor,
     excerpt: &Excerpt,
 ) -> Option<Compared> {
-    let own = channels.inertial.as_ref()?;
+    let sensors = channels.inertial.as_ref()?;
     let window = ((WINDOW_S / excerpt.period()).round() as usize).max(1);
     let duration = window as f64 * excerpt.period();
     // No acceleration is needed.
@@ -105,9 +105,9 @@ fn compare_gyroscope(
             let rates: Vec<f64> = (before.iter().zip(&after))
                 .map(|(a, b)| (b - a) / duration)
                 .collect();
-            compared.predicted.push(own.in_link(
+            compared.predicted.push(sensors.in_link(
                 sensor,
-                &own.motions([&middle, &rates, &still])[sensor.joint],
+                &sensors.motions([&middle, &rates, &still])[sensor.joint],
             ));
             compared.readings.push(sensor.channels.map(|channel| {
                 let values = channel.map_or(&[][..], |i| &block.values[i][at..=at + window]);
@@ -127,11 +127,11 @@ fn compare_accelerometer(
     sensor: &InertialSensor,
     excerpt: &Excerpt,
 ) -> Option<Compared> {
-    let own = channels.inertial.as_ref()?;
+    let sensors = channels.inertial.as_ref()?;
     let windows = windows(channels, sensor, excerpt);
     let predicted = windows.iter().map(|window| {
         // Only what its axes feel.
-        let exact = masked(sensor, own.reading(sensor, &window.motion));
+        let exact = masked(sensor, sensors.reading(sensor, &window.motion));
         times(&sensor.mounting, &exact)
     });
     Some(Compared {
@@ -159,7 +159,7 @@ pub(super) fn windows(
     sensor: &InertialSensor,
     excerpt: &Excerpt,
 ) -> Vec<Window> {
-    let Some(own) = &channels.inertial else {
+    let Some(sensors) = &channels.inertial else {
         return Vec::new();
     };
     let window = ((WINDOW_S / excerpt.period()).round() as usize).max(1);
@@ -178,7 +178,7 @@ pub(super) fn windows(
                 for i in 0..=sensor.joint {
                     let rate = (p2[i] - p0[i]) / (2.0 * duration);
                     let acceleration = (p2[i] - 2.0 * p1[i] + p0[i]) / (duration * duration);
-                    links.push(own.next(&links, [p1[i], rate, acceleration]));
+                    links.push(sensors.next(&links, [p1[i], rate, acceleration]));
                 }
                 let reading = sensor.channels.map(|channel| {
                     channel.map_or(0.0, |i| {
@@ -197,34 +197,34 @@ pub(super) fn windows(
     all
 }
 
-fn mount_accelerometers(channels: &Channels, own: &mut InertialSensors, excerpt: &Excerpt) {
-    for i in 0..own.all.len() {
-        let windows = windows(channels, &own.all[i], excerpt);
+fn mount_accelerometers(channels: &Channels, sensors: &mut InertialSensors, excerpt: &Excerpt) {
+    for i in 0..sensors.all.len() {
+        let windows = windows(channels, &sensors.all[i], excerpt);
         if windows.len() < MIN_WINDOWS {
             continue;
         }
-        if !own.all[i].is_mounted {
-            fit_windows(own, i, &windows);
+        if !sensors.all[i].is_mounted {
+            fit_windows(sensors, i, &windows);
         }
-        own.all[i].bias = mean_residual(own, &own.all[i], &windows);
+        sensors.all[i].bias = mean_residual(sensors, &sensors.all[i], &windows);
     }
 }
 
 /// Gives a sensor the mounting with the least sum of squares.
-pub(super) fn fit_windows(own: &mut InertialSensors, i: usize, windows: &[Window]) {
+pub(super) fn fit_windows(sensors: &mut InertialSensors, i: usize, windows: &[Window]) {
     let starts = rotations().into_iter().map(|mounting| {
         let start = InertialSensor {
             mounting,
             position: [0.0; 3],
-            ..own.all[i].clone()
+            ..sensors.all[i].clone()
         };
-        placed(own, start, windows)
+        placed(sensors, start, windows)
     });
     let best = starts.min_by(|a, b| a.1.total_cmp(&b.1));
     if let Some((best, _)) = best {
-        own.all[i] = best;
+        sensors.all[i] = best;
     }
-    let sensor = &mut own.all[i];
+    let sensor = &mut sensors.all[i];
     let mut axes = (0..3).filter(|&axis| sensor.channels[axis].is_some());
     if let (Some(axis), None) = (axes.next(), axes.next()) {
         // Along its only axis the place matters by the squared velocity alone, so noise decides it.
@@ -236,17 +236,20 @@ pub(super) fn fit_windows(own: &mut InertialSensors, i: usize, windows: &[Window
 
 /// Returns the mean reading that the motion does not explain.
 pub(super) fn mean_residual(
-    own: &InertialSensors,
+    sensors: &InertialSensors,
     sensor: &InertialSensor,
     windows: &[Window],
 ) -> Vector {
-    let rest: Vec<Vector> = windows.iter().map(|w| residual(own, sensor, w)).collect();
+    let rest: Vec<Vector> = windows
+        .iter()
+        .map(|w| residual(sensors, sensor, w))
+        .collect();
     mean(&rest)
 }
 
 /// Returns the reading that an accelerometer's mounting leaves.
-fn residual(own: &InertialSensors, sensor: &InertialSensor, window: &Window) -> Vector {
-    let exact = own.reading(sensor, &window.motion);
+fn residual(sensors: &InertialSensors, sensor: &InertialSensor, window: &Window) -> Vector {
+    let exact = sensors.reading(sensor, &window.motion);
     masked(sensor, minus(&window.reading, &exact))
 }
 
@@ -261,12 +264,15 @@ const DIFFERENCE: f64 = 1e-5;
 
 /// Returns the mounting that leaves the least sum of squares near a start, and this sum.
 fn placed(
-    own: &InertialSensors,
+    sensors: &InertialSensors,
     start: InertialSensor,
     windows: &[Window],
 ) -> (InertialSensor, f64) {
     let residuals = |sensor: &InertialSensor| -> Vec<f64> {
-        let all: Vec<Vector> = windows.iter().map(|w| residual(own, sensor, w)).collect();
+        let all: Vec<Vector> = windows
+            .iter()
+            .map(|w| residual(sensors, sensor, w))
+            .collect();
         let mean = mean(&all);
         all.iter().flat_map(|r| minus(r, &mean)).collect()
     };
@@ -292,12 +298,12 @@ fn placed(
         for _ in 0..8 {
             // Directions that the motion does not show stay where they are.
             let damped = Mat::from_fn(UNKNOWNS, UNKNOWNS, |i, j| {
-                let own = if i == j {
+                let ridge = if i == j {
                     damping * size + f64::MIN_POSITIVE
                 } else {
                     0.0
                 };
-                matrix[(i, j)] + own
+                matrix[(i, j)] + ridge
             });
             let step = {
                 use faer::linalg::solvers::Solve;
@@ -450,16 +456,16 @@ impl Compared {
     ///
     /// - `mounting`: of the sensor.
     pub(super) fn fit(&self, mounting: &[Vector; 3]) -> (f64, f64) {
-        let (mut both, mut own, mut all) = (0.0, 0.0, 0.0);
+        let (mut both, mut predicted, mut all) = (0.0, 0.0, 0.0);
         for (y, w) in self.centred() {
             let turned = times(mounting, &y);
             both += dot(&turned, &w);
-            own += dot(&turned, &turned);
+            predicted += dot(&turned, &turned);
             all += dot(&w, &w);
         }
         let scale = both / all;
         // Of the reading over its scale.
-        let left = 1.0 - both * both / (own * all);
+        let left = 1.0 - both * both / (predicted * all);
         (scale, left)
     }
 

@@ -56,8 +56,11 @@ const MAX_STIFFNESS_ERROR: f64 = 0.05;
 pub(super) fn with_mountings(reading: &Reading, excerpt: &Excerpt) -> Reading {
     let found = by_equations(reading, excerpt).unwrap_or_else(|| {
         let mut channels = reading.channels().clone();
-        let sensors = channels.inertial.iter_mut().flat_map(|own| &mut own.all);
-        sensors.for_each(|own| own.stiffness_error = None);
+        let sensors = channels
+            .inertial
+            .iter_mut()
+            .flat_map(|inertial| &mut inertial.all);
+        sensors.for_each(|sensor| sensor.stiffness_error = None);
         channels
     });
     reading.with_channels(found)
@@ -65,8 +68,8 @@ pub(super) fn with_mountings(reading: &Reading, excerpt: &Excerpt) -> Reading {
 
 fn by_equations(reading: &Reading, excerpt: &Excerpt) -> Option<Channels> {
     let (channels, model) = (reading.channels(), reading.model());
-    let own = channels.inertial.as_ref()?;
-    let open: Vec<Open> = (own.all.iter().enumerate())
+    let sensors = channels.inertial.as_ref()?;
+    let open: Vec<Open> = (sensors.all.iter().enumerate())
         .filter(|(_, sensor)| !sensor.is_mounted)
         .map(|(index, sensor)| Open {
             index,
@@ -74,8 +77,8 @@ fn by_equations(reading: &Reading, excerpt: &Excerpt) -> Option<Channels> {
             windows: windows(channels, sensor, excerpt),
         })
         .collect();
-    let has_motion = open.iter().all(|own| !own.windows.is_empty());
-    if own.kind != Inertial::Accelerometer || open.is_empty() || !has_motion {
+    let has_motion = open.iter().all(|mounting| !mounting.windows.is_empty());
+    if sensors.kind != Inertial::Accelerometer || open.is_empty() || !has_motion {
         return None;
     }
     let mut search = Search {
@@ -132,7 +135,7 @@ impl Search<'_> {
             let joint = self.open[i].joint;
             self.rows = vec![self.model().torque_row(joint)];
             let sensors = channels.inertial.as_ref()?;
-            if sensors.all.iter().any(|own| own.joint < joint)
+            if sensors.all.iter().any(|sensor| sensor.joint < joint)
                 && let Some(followed) = self.followed(&channels, joint)
             {
                 let index = self.open[i].index;
@@ -195,15 +198,15 @@ impl Search<'_> {
             ..=SCANS_PER_POWER * SCAN.end)
             .filter_map(|k| {
                 let mut tried = channels.clone();
-                let own = &mut tried.inertial.as_mut()?.all[self.open[open].index];
+                let sensor = &mut tried.inertial.as_mut()?.all[self.open[open].index];
                 let factor = (f64::from(k) / f64::from(SCANS_PER_POWER)).exp2();
-                own.position = own.position.map(|x| factor * x);
+                sensor.position = sensor.position.map(|x| factor * x);
                 let tried = self.moved(&tried, &vec![0.0; self.unknowns()]);
                 Some((squares(&tried).unwrap_or(f64::INFINITY), tried))
             })
             .collect();
         let is_least = |k: usize| {
-            let at = |k: usize| tried.get(k).map_or(f64::INFINITY, |own| own.0);
+            let at = |k: usize| tried.get(k).map_or(f64::INFINITY, |candidate| candidate.0);
             at(k) < at(k + 1) && k.checked_sub(1).is_none_or(|before| at(k) <= at(before))
         };
         let least = (0..tried.len())
@@ -226,12 +229,12 @@ impl Search<'_> {
     /// Returns the channels with mountings moved by a step, and their biases.
     fn moved(&self, channels: &Channels, step: &[f64]) -> Channels {
         let mut channels = channels.clone();
-        if let Some(own) = &mut channels.inertial {
+        if let Some(sensors) = &mut channels.inertial {
             for (open, step) in self.open.iter().zip(step.chunks(UNKNOWNS)) {
                 let step: [f64; UNKNOWNS] = std::array::from_fn(|k| step[k]);
-                own.all[open.index] = moved(&own.all[open.index], &step);
-                let bias = mean_residual(own, &own.all[open.index], &open.windows);
-                own.all[open.index].bias = bias;
+                sensors.all[open.index] = moved(&sensors.all[open.index], &step);
+                let bias = mean_residual(sensors, &sensors.all[open.index], &open.windows);
+                sensors.all[open.index].bias = bias;
             }
         }
         channels
@@ -262,8 +265,8 @@ impl Search<'_> {
     }
 
     fn theta(&self, solution: &Solution) -> Theta {
-        let own = &solution.x[..self.free.unknowns.len()];
-        self.free.whole(own, |value| value)
+        let unknowns = &solution.x[..self.free.unknowns.len()];
+        self.free.whole(unknowns, |value| value)
     }
 
     /// Returns the residuals of all rows, sample by sample.
@@ -336,7 +339,7 @@ impl Search<'_> {
                 .map(|k| {
                     let line = &linear.lines[row][k];
                     let (entries, rhs) = line.split_at(line.len() - 1);
-                    let slopes = linear.slopes.iter().map(|own| own[row][k]);
+                    let slopes = linear.slopes.iter().map(|slope| slope[row][k]);
                     let all = entries.iter().copied().chain(slopes);
                     all.chain(rhs.iter().copied()).map(|x| weight * x).collect()
                 })
@@ -359,14 +362,14 @@ impl Search<'_> {
             // Neighbouring samples depend on each other.
             let scale = (samples as f64 / independent(self.excerpt, self.reading)).sqrt();
             let keep = |i: usize| -> Vec<f64> {
-                let own = |j: usize| {
+                let prior_entry = |j: usize| {
                     if i == j {
                         scale / WIDTHS[i % UNKNOWNS]
                     } else {
                         0.0
                     }
                 };
-                (0..=count).map(own).collect()
+                (0..=count).map(prior_entry).collect()
             };
             factors.push(Triangle::of_lines(
                 &(0..count).map(keep).collect::<Vec<_>>(),

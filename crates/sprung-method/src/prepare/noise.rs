@@ -103,8 +103,8 @@ pub(crate) fn velocity_noise(
             | Measures::Covariate(_) => {}
         }
     }
-    for (from_motor, own) in from_motor.iter_mut().zip(channels.instruments.iter()) {
-        *from_motor |= own.link_position() == LinkPosition::ByTorque;
+    for (from_motor, instrument) in from_motor.iter_mut().zip(channels.instruments.iter()) {
+        *from_motor |= instrument.link_position() == LinkPosition::ByTorque;
     }
     // Link positions that are measured relative to the motor contain the motor's noise too.
     for joint in (0..n).filter(|&joint| from_motor[joint]) {

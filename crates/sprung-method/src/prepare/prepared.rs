@@ -326,8 +326,8 @@ impl Prepared {
         }
         let model = velocities
             .iter()
-            .fold(self.reading.model().clone(), |model, own| {
-                model.with_stribeck(own.joint, own.velocity)
+            .fold(self.reading.model().clone(), |model, velocity| {
+                model.with_stribeck(velocity.joint, velocity.velocity)
             });
         let reading = self.reading.with_model(model);
         let errors = held_out(&self.excerpt, &self.reading).zip(held_out(&self.excerpt, &reading));
@@ -336,10 +336,11 @@ impl Prepared {
         {
             return self;
         }
-        for own in velocities {
-            let finding = by_likelihood(reading.model(), own);
-            self.about_stribeck.retain(|(joint, _)| *joint != own.joint);
-            self.about_stribeck.push((own.joint, finding));
+        for velocity in velocities {
+            let finding = by_likelihood(reading.model(), velocity);
+            self.about_stribeck
+                .retain(|(joint, _)| *joint != velocity.joint);
+            self.about_stribeck.push((velocity.joint, finding));
         }
         self.reading = reading;
         self
@@ -347,9 +348,9 @@ impl Prepared {
 
     /// Returns whether a joint has this Stribeck velocity.
     #[must_use]
-    pub(crate) fn uses(&self, own: &VelocityByLikelihood) -> bool {
-        let used = self.reading.model().stribeck_velocity(own.joint);
-        (used - own.velocity).abs() <= f64::EPSILON * own.velocity
+    pub(crate) fn uses(&self, velocity: &VelocityByLikelihood) -> bool {
+        let used = self.reading.model().stribeck_velocity(velocity.joint);
+        (used - velocity.velocity).abs() <= f64::EPSILON * velocity.velocity
     }
 
     /// Adds the weights of samples that the settings request, and sweeps the cut-off of the

@@ -28,8 +28,8 @@ pub(super) fn signs(
     let channels = reading.channels();
     let joints = reading.model().joint_count();
     let open = |joint: usize| {
-        let own = move |&i: &usize| channels.all[i].joint == joint && channels.all[i].open_sign;
-        (0..channels.all.len()).filter(own)
+        let is_open = move |&i: &usize| channels.all[i].joint == joint && channels.all[i].open_sign;
+        (0..channels.all.len()).filter(is_open)
     };
     for joint in 0..joints {
         let all = channels.all.iter().filter(|c| c.joint == joint).count();
@@ -145,17 +145,19 @@ fn decide(
 fn with_open_delays(excerpt: &Excerpt, reading: &Reading, rows: &[usize]) -> Reading {
     let all = reading.channels().all.iter().enumerate();
     let open: Vec<usize> = all
-        .filter(|(_, own)| own.delay == Some(Delay::Estimate) && rows.contains(&own.joint))
+        .filter(|(_, channel)| {
+            channel.delay == Some(Delay::Estimate) && rows.contains(&channel.joint)
+        })
         .map(|(i, _)| i)
         .collect();
     let mut delays = reading.delays().to_vec();
     if !open.is_empty() {
-        for own in (estimate_delays(excerpt, reading, &open)
+        for estimate in (estimate_delays(excerpt, reading, &open)
             .into_iter()
             .flatten())
-        .filter(|own| own.found)
+        .filter(|estimate| estimate.found)
         {
-            delays[own.channel] = own.delay;
+            delays[estimate.channel] = estimate.delay;
         }
     }
     reading.with_delays(&delays)

@@ -102,9 +102,9 @@ pub(super) fn find_springs(reading: &Reading, excerpt: &Excerpt) -> (Reading, Ve
         }
     }
     let fitted = last.filter(|_| !without_link.is_empty());
-    let fitted = fitted.and_then(|(own, system)| {
-        let about = own.model().springs()?.clone();
-        Some((fit(own.model(), &system, own.memory())?, about))
+    let fitted = fitted.and_then(|(reading, system)| {
+        let about = reading.model().springs()?.clone();
+        Some((fit(reading.model(), &system, reading.memory())?, about))
     });
     // A refinement starts from the first values.
     let is_refined = (reading.settings().estimator).contains(&Estimator::PredictionError);
@@ -145,9 +145,9 @@ fn least_stiffness(about: f64, (stiffness, error): (f64, f64)) -> Option<f64> {
 }
 
 fn reduced(reading: &Reading, excerpt: &Excerpt, theta: &Theta) -> Option<(Reading, System)> {
-    let own = reading.with_springs(theta);
-    let system = (excerpt.smoothed(&own)?.thinned(reading)).reduce(&own)?;
-    Some((own, system))
+    let with_springs = reading.with_springs(theta);
+    let system = (excerpt.smoothed(&with_springs)?.thinned(reading)).reduce(&with_springs)?;
+    Some((with_springs, system))
 }
 
 /// Returns a finding that the log leaves stiffnesses open.

@@ -58,7 +58,7 @@ impl CutoffAt {
     /// jackknife over the parts; zero if it cannot be formed.
     pub(crate) fn change_by_chance(&self, other: &Self, parameter: usize) -> f64 {
         let differences: Vec<f64> = (self.thetas.iter().zip(&other.thetas))
-            .map(|(own, other)| own[parameter] - other[parameter])
+            .map(|(theta, other)| theta[parameter] - other[parameter])
             .collect();
         student_95(differences.len().saturating_sub(1)) * jackknife(&differences)
     }
@@ -66,13 +66,13 @@ impl CutoffAt {
     /// Returns whether the held-out residual exceeds another one by what matters and by more than chance: by the scatter of
     /// the ratio of both without each part in turn.
     fn is_worse_than(&self, other: &Self) -> bool {
-        let (Some(own), Some(least)) = (self.held_out, other.held_out) else {
+        let (Some(held_out), Some(least)) = (self.held_out, other.held_out) else {
             return true;
         };
         let ratios: Vec<f64> = (self.without_each.iter().zip(&other.without_each))
-            .map(|(own, least)| own / least)
+            .map(|(held_out, least)| held_out / least)
             .collect();
-        own / least - 1.0 > SMALL_EXCESS.max(BY_CHANCE * jackknife(&ratios))
+        held_out / least - 1.0 > SMALL_EXCESS.max(BY_CHANCE * jackknife(&ratios))
     }
 }
 
@@ -134,11 +134,14 @@ fn estimate(reading: &Reading, excerpt: &Excerpt, cutoff_hz: f64) -> Option<Cuto
     let model = &reading.model().with_known_changes(&none);
     // The noise of a velocity grows with the power 1.5 of the cut-off.
     let noise = (cutoff_hz / reading.position_cutoff_hz()).powf(1.5);
-    let mut own = reading.with_position_cutoff(cutoff_hz);
+    let mut filtered = reading.with_position_cutoff(cutoff_hz);
     if let Some(weights) = reading.weights() {
-        own = own.with_weights(weights.clone().with_noise(noise));
+        filtered = filtered.with_weights(weights.clone().with_noise(noise));
     }
-    let system = excerpt.smoothed(&own)?.thinned(reading).reduce(&own)?;
+    let system = excerpt
+        .smoothed(&filtered)?
+        .thinned(reading)
+        .reduce(&filtered)?;
     let hold_out = HoldOut::new(model, &system, HOLD_OUT_PARTS);
     let theta = hold_out.fit_determined()?;
     let thetas: Option<Vec<Theta>> = hold_out.fits_without_each().into_iter().collect();
@@ -148,7 +151,7 @@ fn estimate(reading: &Reading, excerpt: &Excerpt, cutoff_hz: f64) -> Option<Cuto
         .collect();
     let without = |left_out: Option<usize>| {
         let kept = (missed.iter().enumerate()).filter(|(part, _)| Some(*part) != left_out);
-        let sum = kept.fold(Missed::default(), |sum, (_, own)| sum.with(own));
+        let sum = kept.fold(Missed::default(), |sum, (_, missed)| sum.with(missed));
         sum.of_torque_rows()
     };
     Some(CutoffAt {

@@ -61,8 +61,10 @@ pub(super) fn torque_side(
         );
     };
     let moving: Vec<usize> = (channels.iter().enumerate())
-        .filter(|(i, own)| own.quantity == Quantity::MotorPosition && excerpt.deviation(*i) > 0.0)
-        .map(|(_, own)| own.joint)
+        .filter(|(i, channel)| {
+            channel.quantity == Quantity::MotorPosition && excerpt.deviation(*i) > 0.0
+        })
+        .map(|(_, channel)| channel.joint)
         .collect();
     let independent = independent(excerpt, reading);
     let rows = (model.joints_without_link().is_empty())
@@ -70,9 +72,9 @@ pub(super) fn torque_side(
         .flatten();
     let scales: Vec<(f64, f64)> = (rows.iter())
         .flat_map(|rows| rows.scales(model, &bodies))
-        .filter(|own| own.is_determined(independent))
-        .filter(|own| open.iter().any(|(_, channel)| channel.joint == own.joint))
-        .map(|own| (own.scale, own.scale * joints[own.joint].ratio().abs()))
+        .filter(|body| body.is_determined(independent))
+        .filter(|body| open.iter().any(|(_, channel)| channel.joint == body.joint))
+        .map(|body| (body.scale, body.scale * joints[body.joint].ratio().abs()))
         .collect();
     if scales.is_empty() {
         return not_told(
@@ -81,12 +83,12 @@ pub(super) fn torque_side(
     }
     let agrees = |scale: f64| scale.ln().abs() < INACCURATE_FACTOR.ln();
     let shown = |of: fn(&(f64, f64)) -> f64| {
-        let all: Vec<String> = scales.iter().map(|own| rounded(of(own))).collect();
+        let all: Vec<String> = scales.iter().map(|scale| rounded(of(scale))).collect();
         all.join(", ")
     };
-    let [output, motor] = [|own: &(f64, f64)| own.0, |own: &(f64, f64)| own.1];
+    let [output, motor] = [|scale: &(f64, f64)| scale.0, |scale: &(f64, f64)| scale.1];
     let (side, with, without) = match [output, motor]
-        .map(|of| scales.iter().all(|own| agrees(of(own))))
+        .map(|of| scales.iter().all(|scale| agrees(of(scale))))
     {
         [true, false] => (Side::Output, shown(output), shown(motor)),
         [false, true] => (Side::Motor, shown(motor), shown(output)),

@@ -272,13 +272,15 @@ impl Aligner {
 
     /// Completes the covariates of samples from `before` on, and takes their references from them.
     fn relate_covariates(&self, before: usize, out: &mut RawBlock) {
-        for own in &self.channels.covariates {
-            let at = place(own.joint, own.covariate);
-            let source = (self.channels.of_covariate(own.covariate, own.joint))
-                .map(|channel| self.channels.all[channel].joint);
+        for covariate in &self.channels.covariates {
+            let at = place(covariate.joint, covariate.covariate);
+            let source = (self
+                .channels
+                .of_covariate(covariate.covariate, covariate.joint))
+            .map(|channel| self.channels.all[channel].joint);
             match source {
-                Some(joint) if joint != own.joint => {
-                    let shared = out.excess[place(joint, own.covariate)][before..].to_vec();
+                Some(joint) if joint != covariate.joint => {
+                    let shared = out.excess[place(joint, covariate.covariate)][before..].to_vec();
                     out.excess[at].extend(shared);
                 }
                 Some(_) => {}
@@ -288,10 +290,10 @@ impl Aligner {
                 }
             }
         }
-        for own in &self.channels.covariates {
-            let column = &mut out.excess[place(own.joint, own.covariate)];
+        for covariate in &self.channels.covariates {
+            let column = &mut out.excess[place(covariate.joint, covariate.covariate)];
             for value in column.iter_mut().skip(before) {
-                *value -= own.reference;
+                *value -= covariate.reference;
             }
         }
     }

@@ -35,16 +35,16 @@ pub(super) struct Deflections {
 impl Deflections {
     /// - `period`: T, s.
     pub(super) fn new(channels: &Channels, period: f64) -> Self {
-        let sensors = channels.inertial.iter().flat_map(|own| &own.all);
+        let sensors = channels.inertial.iter().flat_map(|inertial| &inertial.all);
         let filters: Vec<HighPass> = sensors
-            .filter_map(|own| channels.instruments.row_filter(own.joint))
+            .filter_map(|sensor| channels.instruments.row_filter(sensor.joint))
             .map(|kind| HighPass::new(&kind, period))
             .collect();
         Self {
             by_rate: vec![DeflectionByRate::default(); filters.len()],
             by_acceleration: (0..channels.instruments.joint_count())
                 .map(|joint| channels.instruments.row_filter(joint))
-                .map(|own| own.map(|own| LinkByAcceleration::new(&own, period)))
+                .map(|filter| filter.map(|filter| LinkByAcceleration::new(&filter, period)))
                 .collect(),
             period,
             filters,
@@ -64,16 +64,16 @@ impl Deflections {
 
     fn by_rates(&mut self, sensors: &InertialSensors, before: usize, out: &mut RawBlock) {
         let states = self.by_rate.iter_mut().zip(&self.filters);
-        for (own, (state, filter)) in sensors.all.iter().zip(states) {
-            let (weights, bias) = sensors.rate(own);
+        for (sensor, (state, filter)) in sensors.all.iter().zip(states) {
+            let (weights, bias) = sensors.rate(sensor);
             for k in before..out.time.len() {
                 let sum: f64 = (weights.iter())
                     .map(|&(place, weight)| weight * out.inertial[place][k])
                     .sum();
-                let (phi, rate) = (out.phi[own.joint][k], sum - bias);
+                let (phi, rate) = (out.phi[sensor.joint][k], sum - bias);
                 let deflection = state.process(filter, phi, rate);
-                out.q[own.joint].push(phi - deflection);
-                out.rate[own.joint].push(rate);
+                out.q[sensor.joint].push(phi - deflection);
+                out.rate[sensor.joint].push(rate);
             }
         }
     }
@@ -85,9 +85,9 @@ impl Deflections {
             let mut links: Vec<LinkMotion> = Vec::with_capacity(self.by_acceleration.len());
             for (joint, state) in self.by_acceleration.iter_mut().enumerate() {
                 let phi = out.phi[joint][k];
-                let own = sensors.all.iter().position(|own| own.joint == joint);
-                let own = own.map(|i| (&sensors.all[i], &self.filters[i]));
-                let Some(((own, filter), state)) = own.zip(state.as_mut()) else {
+                let index = sensors.all.iter().position(|sensor| sensor.joint == joint);
+                let instrument = index.map(|i| (&sensors.all[i], &self.filters[i]));
+                let Some(((sensor, filter), state)) = instrument.zip(state.as_mut()) else {
                     // No link above carries a sensor.
                     links.push(sensors.next(&links, [phi, 0.0, 0.0]));
                     continue;
@@ -97,7 +97,7 @@ impl Deflections {
                     (column.and_then(|column| column.get(k)).copied()).unwrap_or_default()
                 });
                 let [q, dq] = state.predicted(phi, self.period);
-                let ddq = sensors.acceleration(own, &links, [q, dq], &reading);
+                let ddq = sensors.acceleration(sensor, &links, [q, dq], &reading);
                 links.push(sensors.next(&links, [q, dq, ddq]));
                 state.process(filter, phi, ddq);
                 out.q[joint].push(state.q);
@@ -226,7 +226,7 @@ mod tests {
             },
             period,
         );
-        let mut own = DeflectionByRate::default();
+        let mut by_rate = DeflectionByRate::default();
         let mut exact = [Stage::default(); 2];
         let mut worst = 0.0_f64;
         for k in 0..20_000_u64 {
@@ -235,7 +235,7 @@ mod tests {
             let q = (2.0 * t).sin();
             // The rate has a bias of 0.02 rad/s.
             let rate = 2.0 * (2.0 * t).cos() + 0.02;
-            let found = own.process(&filter, q + deflection, rate);
+            let found = by_rate.process(&filter, q + deflection, rate);
             let expected = filter.process(&mut exact, deflection);
             if k > 2 * filter.settling() {
                 worst = worst.max((found - expected).abs());
@@ -253,7 +253,7 @@ mod tests {
             settling_time_constants: 9.0,
         };
         let filter = HighPass::new(&row, period);
-        let mut own = LinkByAcceleration::new(&row, period);
+        let mut link = LinkByAcceleration::new(&row, period);
         let mut exact = [Stage::default(); 3];
         let mut worst = [0.0_f64; 2];
         for k in 0..60_000_u64 {
@@ -261,11 +261,11 @@ mod tests {
             let deflection = 0.05 * (7.0 * t).sin();
             let (q, dq) = ((2.0 * t).sin(), 2.0 * (2.0 * t).cos());
             // The acceleration has a bias of 0.5 rad/s².
-            own.process(&filter, q + deflection, -4.0 * (2.0 * t).sin() + 0.5);
+            link.process(&filter, q + deflection, -4.0 * (2.0 * t).sin() + 0.5);
             let high = filter.process(&mut exact, deflection);
             if k > 10 * filter.settling() {
-                worst[0] = worst[0].max((own.q - (q + deflection - high)).abs());
-                worst[1] = worst[1].max((own.dq - dq).abs());
+                worst[0] = worst[0].max((link.q - (q + deflection - high)).abs());
+                worst[1] = worst[1].max((link.dq - dq).abs());
             }
         }
         // Errors of the integration; the velocity has a tenth of the deflection's rate,

@@ -90,7 +90,11 @@ impl SignalBlock {
             phi: of_joints(&self.phi),
             dphi: of_joints(&self.dphi),
             tau: self.tau.iter().map(means).collect(),
-            spring: self.spring.iter().map(|own| centred(own, count)).collect(),
+            spring: self
+                .spring
+                .iter()
+                .map(|spring| centred(spring, count))
+                .collect(),
             excess: of_joints(&self.excess),
         }
     }
@@ -129,8 +133,8 @@ fn centred(values: &[f64], count: usize) -> Vec<f64> {
         .map(|group| {
             let at = group * count;
             let reach = (count / 2).min(at).min(values.len() - 1 - at);
-            let own = &values[at - reach..=at + reach];
-            own.iter().sum::<f64>() / own.len() as f64
+            let window = &values[at - reach..=at + reach];
+            window.iter().sum::<f64>() / window.len() as f64
         })
         .collect()
 }
@@ -235,11 +239,11 @@ impl Smoother {
     pub(crate) fn push(&mut self, samples: &RawBlock, out: &mut SignalBlock) {
         (self.time).extend(samples.time.iter().map(|time| time + samples.later));
         let held = (self.tau.iter_mut()).chain(&mut self.excess);
-        for (own, column) in held.zip(samples.tau.iter().chain(&samples.excess)) {
-            own.extend_from_slice(column);
+        for (buffer, column) in held.zip(samples.tau.iter().chain(&samples.excess)) {
+            buffer.extend_from_slice(column);
         }
-        for (own, spring) in self.spring.iter_mut().zip(&samples.spring) {
-            own.extend_from_slice(spring);
+        for (buffer, spring) in self.spring.iter_mut().zip(&samples.spring) {
+            buffer.extend_from_slice(spring);
         }
         let links = self.flexible.iter().map(|&joint| &samples.q[joint]);
         let inputs: Vec<&Vec<f64>> = samples.phi.iter().chain(links).collect();
@@ -247,8 +251,9 @@ impl Smoother {
             column.filter.push(input, &mut column.filtered);
         });
         if !samples.is_empty() {
-            let has =
-                |all: &[Vec<f64>], joint: usize| all.get(joint).is_some_and(|own| !own.is_empty());
+            let has = |all: &[Vec<f64>], joint: usize| {
+                all.get(joint).is_some_and(|values| !values.is_empty())
+            };
             self.rates.retain(|(joint, _)| has(&samples.rate, *joint));
             (self.accelerations).retain(|(joint, _)| has(&samples.acceleration, *joint));
         }
@@ -329,9 +334,9 @@ impl Smoother {
         let excesses = self.excess.iter_mut().zip(&mut out.excess);
         let held = torques.chain(springs).chain(excesses);
         // Joints without torque sensor or covariate have empty columns.
-        for (own, column) in held.filter(|(own, _)| !own.is_empty()) {
-            column.extend_from_slice(&own[kept..][..ready]);
-            own.drain(..ready);
+        for (buffer, column) in held.filter(|(buffer, _)| !buffer.is_empty()) {
+            column.extend_from_slice(&buffer[kept..][..ready]);
+            buffer.drain(..ready);
         }
         let dropped = self.to_drop.min(ready);
         self.to_drop -= dropped;

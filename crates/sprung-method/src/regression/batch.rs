@@ -78,13 +78,13 @@ impl Batch {
             let of_batch = &bounds[first * self.rows..(first + count) * self.rows];
             self.bounds.extend_from_slice(of_batch);
         }
-        for (own, tau) in self.tau.iter_mut().zip(&signals.tau) {
-            own.clear();
-            own.extend_from_slice(&tau[first..first + count]);
+        for (column, tau) in self.tau.iter_mut().zip(&signals.tau) {
+            column.clear();
+            column.extend_from_slice(&tau[first..first + count]);
         }
-        for (own, spring) in self.spring.iter_mut().zip(&signals.spring) {
-            own.clear();
-            own.extend_from_slice(spring.get(first..first + count).unwrap_or_default());
+        for (column, spring) in self.spring.iter_mut().zip(&signals.spring) {
+            column.clear();
+            column.extend_from_slice(spring.get(first..first + count).unwrap_or_default());
         }
         let part = THREAD_SAMPLES * self.entries;
         let momentum = self.momentum.par_chunks_mut(part);
@@ -152,8 +152,8 @@ fn state_at<'m>(signals: &SignalBlock, k: usize, memory: &'m mut [f64]) -> State
         memory[2 * n + joint] = signals.phi[joint][k];
         memory[3 * n + joint] = signals.dphi[joint][k];
     }
-    for (own, column) in memory[4 * n..].iter_mut().zip(&signals.excess) {
-        *own = column.get(k).copied().unwrap_or(0.0);
+    for (value, column) in memory[4 * n..].iter_mut().zip(&signals.excess) {
+        *value = column.get(k).copied().unwrap_or(0.0);
     }
     let (link, motor) = memory.split_at(2 * n);
     State {

@@ -132,17 +132,17 @@ impl Evaluator {
             self.torques.fill(f64::NAN);
         }
         for &joint in &self.accelerated {
-            let own = self.model.row_entries(joint);
-            momentum[own.clone()].fill(0.0);
-            rest[own.clone()].copy_from_slice(&self.torques[own]);
+            let range = self.model.row_entries(joint);
+            momentum[range.clone()].fill(0.0);
+            rest[range.clone()].copy_from_slice(&self.torques[range]);
         }
     }
 
     /// Writes the entries of the stiffnesses that place links without encoder: the derivatives of the
     /// rows' momenta and torques by each stiffness, as differences.
     fn deflections(&mut self, state: &State<'_>, momentum: &mut [f64], rest: &mut [f64]) {
-        for own in self.model.deflection_entries() {
-            (momentum[own.entry], rest[own.entry]) = (0.0, 0.0);
+        for deflection in self.model.deflection_entries() {
+            (momentum[deflection.entry], rest[deflection.entry]) = (0.0, 0.0);
         }
         let Some(theta) = self.model.springs().cloned() else {
             return;
@@ -176,10 +176,12 @@ impl Evaluator {
             }
             let after = self.row_sums(&theta, &moved, &moved_rest);
             let step = STIFFNESS_STEP * stiffness;
-            for own in self.model.deflection_entries() {
-                if own.joint == joint {
-                    momentum[own.entry] = (after[own.row][0] - before[own.row][0]) / step;
-                    rest[own.entry] = (after[own.row][1] - before[own.row][1]) / step;
+            for deflection in self.model.deflection_entries() {
+                if deflection.joint == joint {
+                    momentum[deflection.entry] =
+                        (after[deflection.row][0] - before[deflection.row][0]) / step;
+                    rest[deflection.entry] =
+                        (after[deflection.row][1] - before[deflection.row][1]) / step;
                 }
             }
         }
@@ -193,10 +195,10 @@ impl Evaluator {
         (0..self.model.joint_count())
             .map(|row| {
                 let entries = self.model.row_entries(row);
-                let own = entries.start..entries.end - count;
+                let range = entries.start..entries.end - count;
                 let columns = self.model.row_columns(row);
                 let product = |all: &[f64]| -> f64 {
-                    (all[own.clone()].iter().zip(columns))
+                    (all[range.clone()].iter().zip(columns))
                         .map(|(entry, &column)| entry * theta[column])
                         .sum()
                 };

@@ -178,11 +178,11 @@ impl Pair {
         let height = vectors[0].len() * S::F64_LANES;
         let mut rest = columns;
         let columns: [&mut [S::f64s]; N] = std::array::from_fn(|_| {
-            let (own, behind) = std::mem::take(&mut rest).split_at_mut(stride);
+            let (column, behind) = std::mem::take(&mut rest).split_at_mut(stride);
             rest = behind;
-            S::as_mut_simd_f64s(&mut own[..height]).0
+            S::as_mut_simd_f64s(&mut column[..height]).0
         });
-        let along = products(simd, vectors, columns.each_ref().map(|own| &**own));
+        let along = products(simd, vectors, columns.each_ref().map(|column| &**column));
         let steps: [[f64; 2]; N] = std::array::from_fn(|k| {
             let at = place(self.row, column + k);
             let first = self.taus[0] * (factor[at] + along[k][0]);
@@ -203,8 +203,8 @@ impl Pair {
     reason = "only code inlined into the dispatch uses wide vectors"
 )]
 #[inline(always)]
-fn normalized<S: Simd>(simd: S, own: &mut [S::f64s], diagonal: &mut f64) -> f64 {
-    let squares = products(simd, [&*own], [&*own])[0][0];
+fn normalized<S: Simd>(simd: S, column: &mut [S::f64s], diagonal: &mut f64) -> f64 {
+    let squares = products(simd, [&*column], [&*column])[0][0];
     if squares == 0.0 {
         return 0.0;
     }
@@ -212,7 +212,7 @@ fn normalized<S: Simd>(simd: S, own: &mut [S::f64s], diagonal: &mut f64) -> f64 
     let length = (before * before + squares).sqrt();
     *diagonal = if before > 0.0 { -length } else { length };
     let scale = simd.splat_f64s(1.0 / (before - *diagonal));
-    for entry in own {
+    for entry in column {
         *entry = simd.mul_f64s(*entry, scale);
     }
     (*diagonal - before) / *diagonal
@@ -233,7 +233,7 @@ fn subtract<S: Simd, const M: usize, const N: usize>(
     let count = vectors[0].len();
     let vectors = vectors.map(|vector| &vector[..count]);
     let mut columns = columns.map(|column| &mut column[..count]);
-    let steps = steps.map(|own| own.map(|step| simd.splat_f64s(step)));
+    let steps = steps.map(|row| row.map(|step| simd.splat_f64s(step)));
     for i in 0..count {
         let at = vectors.map(|vector| vector[i]);
         for (column, steps) in columns.iter_mut().zip(&steps) {
@@ -267,7 +267,7 @@ fn products<S: Simd, const M: usize, const N: usize>(
             }
         }
     }
-    sums.map(|own| own.map(|sum| simd.reduce_sum_f64s(sum)))
+    sums.map(|row| row.map(|sum| simd.reduce_sum_f64s(sum)))
 }
 
 #[cfg(test)]
@@ -326,8 +326,8 @@ mod tests {
             let later = factor_of(50..90, width);
             let mut triangle = RowBlock::zeros(width, width);
             for j in 0..width {
-                let own = &later[place(0, j)..=place(j, j)];
-                triangle.column_mut(j)[..=j].copy_from_slice(own);
+                let column = &later[place(0, j)..=place(j, j)];
+                triangle.column_mut(j)[..=j].copy_from_slice(column);
             }
             let mut merged = factor_of(0..50, width);
             triangle.fold_triangle_into(&mut merged);

@@ -132,9 +132,9 @@ pub(crate) fn read_through<O: Observer>(
             .map(|_| observer.of_one_log().filter(|_| count > 1))
             .collect();
         let Some(observers) = observers else {
-            let own = (first, &mut sources[0]);
+            let numbered = (first, &mut sources[0]);
             let end = read.end();
-            let log = read_log(reading, own, (count, end), observer, &shared)?;
+            let log = read_log(reading, numbered, (count, end), observer, &shared)?;
             read.add(log, end.is_some());
             continue;
         };
@@ -143,17 +143,17 @@ pub(crate) fn read_through<O: Observer>(
             .enumerate()
             .with_max_len(1)
             .map(|(at, (source, mut observer))| {
-                let own = (first + at, source);
-                let read = read_log(reading, own, (count, None), &mut observer, &shared);
+                let numbered = (first + at, source);
+                let read = read_log(reading, numbered, (count, None), &mut observer, &shared);
                 if read.is_err() {
                     shared.failed.fetch_min(first + at, Ordering::Relaxed);
                 }
                 (read, observer)
             })
             .collect();
-        for (log, own) in logs {
+        for (log, observed) in logs {
             read.add(log?, false);
-            observer.join(own);
+            observer.join(observed);
         }
     }
     Ok(read.passed(reading))
@@ -202,7 +202,7 @@ impl AllRead {
 
 /// Reads one log and reduces it.
 ///
-/// - `own`: its index and its source.
+/// - `(index, source)`: its index and its source.
 /// - `(count, end)`: the number of logs, and the end of the log before, s, which it follows; `None` to
 ///   keep the times of the log.
 fn read_log(

@@ -24,7 +24,10 @@ impl<'de> Deserialize<'de> for Packed {
         let numbers = numbers.ok_or_else(|| D::Error::custom("a text is not base64 of numbers"))?;
         let (numbers, _) = numbers.as_chunks::<8>();
         Ok(Self(
-            numbers.iter().map(|own| f64::from_le_bytes(*own)).collect(),
+            numbers
+                .iter()
+                .map(|bytes| f64::from_le_bytes(*bytes))
+                .collect(),
         ))
     }
 }
@@ -68,8 +71,8 @@ fn decoded(text: &str) -> Option<Vec<u8>> {
             };
             bits = bits << 6 | u32::from(value);
         }
-        let [_, own @ ..] = bits.to_be_bytes();
-        bytes.extend(&own[..chunk.len() - 1]);
+        let [_, octets @ ..] = bits.to_be_bytes();
+        bytes.extend(&octets[..chunk.len() - 1]);
     }
     Some(bytes)
 }

@@ -325,7 +325,7 @@ pub(crate) fn reduce_signals(
     empty: Reduction,
 ) -> Result<Option<System>, PassError> {
     let settings = reading.settings();
-    let samples: u64 = stretches.iter().map(|own| own.len() as u64).sum();
+    let samples: u64 = stretches.iter().map(|stretch| stretch.len() as u64).sum();
     let mut reduction = empty.weighted(reading.weights()).with_samples(samples);
     for stretch in stretches {
         reduction.restart();

@@ -164,7 +164,7 @@ impl Reading {
         let acting = |period| self.channels.acting_delays(&self.delays, period);
         let changes = acting(of_log).into_iter().zip(acting(period));
         let delays: Vec<f64> = (self.delays.iter().zip(changes))
-            .map(|(delay, (own, longer))| delay + (own - longer))
+            .map(|(delay, (shorter, longer))| delay + (shorter - longer))
             .collect();
         self.with_delays(&delays)
     }

@@ -118,24 +118,26 @@ struct RowReduction {
 impl RowReduction {
     fn new(model: &Model, row: usize, probes: &[Probe]) -> Self {
         let entries = model.row_entries(row);
-        let own: Vec<usize> = (0..probes.len())
+        let indices: Vec<usize> = (0..probes.len())
             .filter(|&i| probes[i].row() == row)
             .collect();
-        let width = entries.len() + own.len();
+        let width = entries.len() + indices.len();
         Self {
             rhs: model.right_hand_side(row),
             known: model.known_deflections(row),
             bank: FilterBank::new(vec![0.0; bank_len(entries.len())]),
-            probe_bank: FilterBank::new(vec![0.0; bank_len(own.len())]),
-            probed: vec![0.0; own.len()],
-            no_momentum: vec![0.0; own.len()],
-            torque_rate: (own.iter()).position(|&i| matches!(probes[i], Probe::TorqueRate { .. })),
+            probe_bank: FilterBank::new(vec![0.0; bank_len(indices.len())]),
+            probed: vec![0.0; indices.len()],
+            no_momentum: vec![0.0; indices.len()],
+            torque_rate: (indices.iter())
+                .position(|&i| matches!(probes[i], Probe::TorqueRate { .. })),
             last_rhs: 0.0,
-            probes: own,
+            probes: indices,
             width,
             torque_memory: FilterState::default(),
             spring_memory: FilterState::default(),
-            high_pass: (model.high_pass(row)).map(|own| RowHighPass::new(own, width + 1)),
+            high_pass: (model.high_pass(row))
+                .map(|high_pass| RowHighPass::new(high_pass, width + 1)),
             weights: None,
             weight_memory: FilterState::default(),
             bound_memory: FilterState::default(),
@@ -162,8 +164,8 @@ impl RowReduction {
 
     fn restart(&mut self) {
         self.bank.restart();
-        if let Some(own) = &mut self.high_pass {
-            own.restart();
+        if let Some(high_pass) = &mut self.high_pass {
+            high_pass.restart();
         }
         self.probe_bank.restart();
         self.last_rhs = 0.0;
@@ -215,35 +217,37 @@ impl RowReduction {
 
     /// Filters the samples of a batch and folds them into the factors.
     fn take(&mut self, pairs: &Pairs, batch: &Batch) {
-        let (width, own_width) = (self.width, self.entries.len());
+        let (width, row_width) = (self.width, self.entries.len());
         let all = batch.entries;
         let samples = batch.momentum.chunks(all).zip(batch.rest.chunks(all));
         for (k, (momentum, rest)) in samples.enumerate() {
             let weight = self.weigh(pairs, batch, k);
             let mut rhs = self.right_hand_side(pairs, batch, k);
-            let own = self.entries.clone();
-            let filtered = (self.bank).process(&pairs.entries, &momentum[own.clone()], &rest[own]);
+            let range = self.entries.clone();
+            let filtered =
+                (self.bank).process(&pairs.entries, &momentum[range.clone()], &rest[range]);
             rhs += (self.known.iter())
                 .map(|&(place, value)| filtered[place] * value)
                 .sum::<f64>();
             let row = &mut self.tile[self.in_tile * (width + 1)..][..=width];
-            row[..own_width].copy_from_slice(filtered);
+            row[..row_width].copy_from_slice(filtered);
             if !self.probes.is_empty() {
                 let first = k * batch.probes.len();
-                for (own, probe) in self.probed.iter_mut().zip(&self.probes) {
-                    *own = batch.probed[first + probe];
+                for (value, probe) in self.probed.iter_mut().zip(&self.probes) {
+                    *value = batch.probed[first + probe];
                 }
                 let bank = &mut self.probe_bank;
                 let filtered = bank.process(&pairs.entries, &self.no_momentum, &self.probed);
-                row[own_width..width].copy_from_slice(filtered);
+                row[row_width..width].copy_from_slice(filtered);
                 if let Some(at) = self.torque_rate {
-                    row[own_width + at] = (rhs - self.last_rhs) / pairs.period;
+                    row[row_width + at] = (rhs - self.last_rhs) / pairs.period;
                     self.last_rhs = rhs;
                 }
             }
             let carried = row.iter().zip(&self.carried);
             row[width] = rhs - carried.map(|(entry, by)| entry * by).sum::<f64>();
-            let counts = (self.high_pass.as_mut()).is_none_or(|own| own.process(row, pairs.period));
+            let counts = (self.high_pass.as_mut())
+                .is_none_or(|high_pass| high_pass.process(row, pairs.period));
             if counts {
                 self.weight += weight * weight;
             }

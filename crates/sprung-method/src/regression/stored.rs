@@ -58,7 +58,9 @@ impl StoredSystem {
             at_rest: system.at_rest,
             rows: (system.rows.iter())
                 .map(|row| {
-                    let entries = row.iter().flat_map(|own| own.entries().iter().copied());
+                    let entries = row
+                        .iter()
+                        .flat_map(|factor| factor.entries().iter().copied());
                     Packed(entries.collect())
                 })
                 .collect(),
@@ -82,7 +84,7 @@ impl StoredSystem {
         let (count, samples) = (self.ends.0.len(), self.kept.time.0.len());
         let of_rows = |all: &[Packed], length: &dyn Fn(usize) -> usize| {
             all.len() == widths.len()
-                && (all.iter().zip(&widths)).all(|(own, width)| own.0.len() == length(*width))
+                && (all.iter().zip(&widths)).all(|(packed, width)| packed.0.len() == length(*width))
         };
         let lists = |all: &[Packed]| of_rows(all, &|_| samples) || of_rows(all, &|_| 0);
         let fits = of_rows(&self.rows, &|width| count * place(0, width))
@@ -94,13 +96,13 @@ impl StoredSystem {
             && self.stretch.is_power_of_two()
             && self.kept.stride.is_power_of_two()
             && count > 0;
-        let lines = |all: &[Packed]| all.iter().map(|own| own.0.clone()).collect();
+        let lines = |all: &[Packed]| all.iter().map(|packed| packed.0.clone()).collect();
         fits.then(|| System {
             rows: (self.rows.iter().zip(&widths))
                 .map(|(row, &width)| {
                     let factors = row.0.chunks(place(0, width));
                     factors
-                        .map(|own| Triangle::of_columns(width, own))
+                        .map(|columns| Triangle::of_columns(width, columns))
                         .collect()
                 })
                 .collect(),

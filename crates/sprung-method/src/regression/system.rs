@@ -61,13 +61,13 @@ impl Kept {
             next.thin();
         }
         self.time.extend(next.time.iter().map(|time| time + later));
-        for (own, next) in self.rows.iter_mut().zip(next.rows) {
-            own.extend(next);
+        for (row, next) in self.rows.iter_mut().zip(next.rows) {
+            row.extend(next);
         }
-        for (own, next) in (self.variance.iter_mut().zip(next.variance))
+        for (variance, next) in (self.variance.iter_mut().zip(next.variance))
             .chain(self.bound.iter_mut().zip(next.bound))
         {
-            own.extend(next);
+            variance.extend(next);
         }
         while self.time.len() > KEPT_SAMPLES {
             self.thin();
@@ -186,19 +186,19 @@ impl System {
             next.coarsen();
         }
         let before = self.ends.len();
-        for (own, next) in self.rows.iter_mut().zip(next.rows) {
-            own.extend(next);
+        for (row, next) in self.rows.iter_mut().zip(next.rows) {
+            row.extend(next);
         }
         self.ends.extend(next.ends.iter().map(|end| end + later));
         self.logs.extend(next.logs.iter().map(|end| before + end));
         while self.ends.len() > self.max_stretches.max(self.logs.len()) {
             self.coarsen();
         }
-        for (own, next) in self.weights.iter_mut().zip(next.weights) {
-            *own += next;
+        for (weight, next) in self.weights.iter_mut().zip(next.weights) {
+            *weight += next;
         }
-        for (own, next) in self.at_rest.iter_mut().zip(next.at_rest) {
-            *own += next;
+        for (count, next) in self.at_rest.iter_mut().zip(next.at_rest) {
+            *count += next;
         }
         self.samples += next.samples;
         self.kept.append(next.kept, later);
@@ -232,9 +232,9 @@ impl System {
             .flat_map(|log| joined_in_pairs(&self.ends[log.clone()], |_, end| *end))
             .collect();
         let mut count = 0;
-        for (own, log) in self.logs.iter_mut().zip(&logs) {
+        for (entry, log) in self.logs.iter_mut().zip(&logs) {
             count += log.len().div_ceil(2);
-            *own = count;
+            *entry = count;
         }
         self.stretch *= 2;
     }

@@ -46,8 +46,8 @@ impl Triangle {
     pub(super) fn add(&mut self, other: &Self) {
         let mut block = RowBlock::zeros(self.width, self.width);
         for column in 0..self.width {
-            let own = &other.r[place(0, column)..=place(column, column)];
-            block.column_mut(column)[..=column].copy_from_slice(own);
+            let entries = &other.r[place(0, column)..=place(column, column)];
+            block.column_mut(column)[..=column].copy_from_slice(entries);
         }
         block.fold_triangle_into(&mut self.r);
     }
@@ -62,8 +62,8 @@ impl Triangle {
     ) -> Self {
         let mut block = RowBlock::zeros(rows, width);
         for column in 0..width {
-            for (row, own) in block.column_mut(column)[..rows].iter_mut().enumerate() {
-                *own = entry(row, column);
+            for (row, value) in block.column_mut(column)[..rows].iter_mut().enumerate() {
+                *value = entry(row, column);
             }
         }
         let mut all = Self::zero(width);
@@ -137,12 +137,12 @@ impl Triangle {
         let residual = self.residual(x);
         let value = x[unknown];
         let slope = |i: usize, j: usize| {
-            let own = if j == unknown {
+            let correction = if j == unknown {
                 residual[i] / value
             } else {
                 0.0
             };
-            (self.entry(i, j) - own) / value
+            (self.entry(i, j) - correction) / value
         };
         Self::of_entries(m + 1, m + 1, |i, j| {
             if j < m {

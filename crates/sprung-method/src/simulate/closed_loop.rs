@@ -402,19 +402,19 @@ mod tests {
         controller.feedforward = Feedforward::Identified;
         controller.friction_compensation_speed_rad_per_s = speed;
         let reference = Trajectory::new(&controller.reference, &model);
-        let mut own = ClosedLoop::new(&model, &theta, &controller, PERIOD, None).unwrap();
+        let mut closed_loop = ClosedLoop::new(&model, &theta, &controller, PERIOD, None).unwrap();
         let mut desired = [[0.0; 5]; 2];
         let mut worst = [0.0_f64; 2];
         for _ in 0..samples {
-            let (time, state) = (own.time(), own.state());
-            let tau = own.command(time, &state.q, &state.phi);
+            let (time, state) = (closed_loop.time(), closed_loop.state());
+            let tau = closed_loop.command(time, &state.q, &state.phi);
             reference.at(time, &mut desired);
             if time > 0.75 * PERIOD * f64::from(samples) {
                 for (worst, (q, desired)) in worst.iter_mut().zip(state.q.iter().zip(desired)) {
                     *worst = worst.max((q - desired[0]).abs());
                 }
             }
-            own.advance(&tau).unwrap();
+            closed_loop.advance(&tau).unwrap();
         }
         worst
     }

@@ -96,19 +96,19 @@ impl Dynamics {
 
     /// Returns a state in which the motors of rigid joints move with their links.
     fn coupled(&self, state: &JointState) -> JointState {
-        let mut own = state.clone();
+        let mut state = state.clone();
         for i in (0..self.joints()).filter(|i| !self.model.is_flexible(*i)) {
-            (own.phi[i], own.dphi[i]) = (own.q[i], own.dq[i]);
+            (state.phi[i], state.dphi[i]) = (state.q[i], state.dq[i]);
         }
-        own
+        state
     }
 
     /// Returns the acceleration of each coordinate.
     fn of_coordinates(&self, accelerations: &Accelerations) -> Vec<f64> {
-        let mut own = accelerations.ddq.clone();
+        let mut values = accelerations.ddq.clone();
         let flexible = (0..self.joints()).filter(|i| self.model.is_flexible(*i));
-        own.extend(flexible.map(|i| accelerations.ddphi[i]));
-        own
+        values.extend(flexible.map(|i| accelerations.ddphi[i]));
+        values
     }
 
     /// Computes the regressor of the equations of motion, \[coordinates × parameters\], row by row:
@@ -207,11 +207,11 @@ impl Dynamics {
 
     fn links(&self, q: &[f64], dq: &[f64], heavy: bool) -> Vec<f64> {
         let robot = self.model.robot();
-        let own = robot.links.chain;
+        let whole = robot.links.chain;
         let chain = if heavy {
-            own
+            whole
         } else {
-            Chain::checked(own.joints(), [0.0; 3], own.motions())
+            Chain::checked(whole.joints(), [0.0; 3], whole.motions())
         };
         let n = self.joints();
         let mut torques = vec![0.0; n];
@@ -238,7 +238,9 @@ impl Dynamics {
         let of = |side: Side| {
             self.drives(state, |what, _| match what {
                 JointParameter::BackEmf | JointParameter::TorqueOffset => side == Side::Motor,
-                JointParameter::Friction(own, _) | JointParameter::Change(own, ..) => own == side,
+                JointParameter::Friction(other, _) | JointParameter::Change(other, ..) => {
+                    other == side
+                }
                 JointParameter::RotorInertia
                 | JointParameter::Stiffness
                 | JointParameter::CubicStiffness
@@ -302,7 +304,7 @@ impl Dynamics {
         };
         let robot = self.model.robot();
         let mut torque = vec![0.0; rows];
-        let mut own = vec![f64::NAN; rows];
+        let mut accelerations = vec![f64::NAN; rows];
         let given = Torques {
             motor: &torques.motor,
             link: Some(&torques.link),
@@ -311,14 +313,22 @@ impl Dynamics {
         let computed = robot
             .coordinate_torques(&given, &mut torque)
             .and_then(|()| {
-                robot.acceleration(&values, &state.view(), &torque, &mut workspace, &mut own)
+                robot.acceleration(
+                    &values,
+                    &state.view(),
+                    &torque,
+                    &mut workspace,
+                    &mut accelerations,
+                )
             });
         if computed.is_err() {
-            own.fill(f64::NAN);
+            accelerations.fill(f64::NAN);
         }
         Accelerations {
-            ddq: own[..n].to_vec(),
-            ddphi: (0..n).map(|i| own[self.model.torque_row(i)]).collect(),
+            ddq: accelerations[..n].to_vec(),
+            ddphi: (0..n)
+                .map(|i| accelerations[self.model.torque_row(i)])
+                .collect(),
         }
     }
 

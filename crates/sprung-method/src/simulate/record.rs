@@ -80,13 +80,14 @@ pub fn record(
     }
     let mut twin = Twin::new(setup)?;
     let sensors = channels.inertial.as_ref();
-    let mut sensors = sensors.map(|own| InertialSensorsOfTwin::new(own, setup.settings));
+    let mut sensors = sensors.map(|sensors| InertialSensorsOfTwin::new(sensors, setup.settings));
     let mut log = LogWriter::new(write, channels)?;
     let samples = (setup.settings.duration_s / period).round().max(1.0) as u64;
     for k in 1..=samples {
         let sample = twin.sample()?;
         let [q, dq, ddq] = &sample.motion;
-        let readings = (sensors.as_mut()).map_or_else(Vec::new, |own| own.read([q, dq, ddq]));
+        let readings =
+            (sensors.as_mut()).map_or_else(Vec::new, |sensors| sensors.read([q, dq, ddq]));
         log.write(
             sample.time,
             [&sample.q, &sample.phi],

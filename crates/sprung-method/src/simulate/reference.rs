@@ -45,7 +45,7 @@ impl Move {
         let mut rate = 1.0;
         for (order, part) in part.iter_mut().enumerate() {
             for (k, factor) in REST_TO_REST.iter().enumerate() {
-                let falling: f64 = (0..order).map(|own| (5 + k - own) as f64).product();
+                let falling: f64 = (0..order).map(|step| (5 + k - step) as f64).product();
                 *part += factor * falling * x.powi((5 + k - order) as i32);
             }
             *part *= rate;
@@ -138,7 +138,7 @@ impl Trajectory {
             (1..3).all(|order| first[order].abs() <= AT_REST * most[order])
         };
         if first.iter().zip(&most).all(rests) {
-            first.iter().map(|own| own[0]).collect()
+            first.iter().map(|state| state[0]).collect()
         } else {
             self.centre.clone()
         }
@@ -151,34 +151,34 @@ impl Trajectory {
             return self.unshaped(time, all);
         }
         let start = self.start();
-        let mut own = vec![[0.0; 5]; all.len()];
+        let mut states = vec![[0.0; 5]; all.len()];
         all.fill([0.0; 5]);
         for [delay, part] in &self.shaper {
             if time < *delay {
-                for (own, start) in own.iter_mut().zip(&start) {
-                    *own = [*start, 0.0, 0.0, 0.0, 0.0];
+                for (state, start) in states.iter_mut().zip(&start) {
+                    *state = [*start, 0.0, 0.0, 0.0, 0.0];
                 }
             } else {
-                self.unshaped(time - delay, &mut own);
+                self.unshaped(time - delay, &mut states);
             }
-            for (sum, own) in all.iter_mut().zip(&own) {
-                for (sum, own) in sum.iter_mut().zip(own) {
-                    *sum += part * own;
+            for (sum, state) in all.iter_mut().zip(&states) {
+                for (sum, value) in sum.iter_mut().zip(state) {
+                    *sum += part * value;
                 }
             }
         }
     }
 
     fn unshaped(&self, time: f64, all: &mut [[f64; 5]]) {
-        for (own, centre) in all.iter_mut().zip(&self.centre) {
-            *own = [*centre, 0.0, 0.0, 0.0, 0.0];
+        for (state, centre) in all.iter_mut().zip(&self.centre) {
+            *state = [*centre, 0.0, 0.0, 0.0, 0.0];
         }
         if let Some(to) = &self.to {
             let part = to.part(time);
             let ways = to.ends[0].iter().zip(&to.ends[1]);
-            for (own, (from, end)) in all.iter_mut().zip(ways) {
-                for (own, part) in own.iter_mut().zip(part) {
-                    *own += (end - from) * part;
+            for (state, (from, end)) in all.iter_mut().zip(ways) {
+                for (value, part) in state.iter_mut().zip(part) {
+                    *value += (end - from) * part;
                 }
             }
         }

@@ -103,9 +103,9 @@ impl<'a> InertialSensorsOfTwin<'a> {
     pub(super) fn read(&mut self, motion: [&[f64]; 3]) -> Vec<[f64; 3]> {
         let motions: Vec<LinkMotion> = self.sensors.motions(motion);
         let mut all = vec![[0.0; 3]; motions.len()];
-        for own in &self.sensors.all {
-            let joint = own.joint;
-            let exact = self.sensors.reading(own, &motions[joint]);
+        for sensor in &self.sensors.all {
+            let joint = sensor.joint;
+            let exact = self.sensors.reading(sensor, &motions[joint]);
             let errors = self.sensors.kind.errors(self.settings, joint);
             all[joint] = exact.map(|exact| {
                 let noise = errors.noise * self.rng.sample::<f64, _>(StandardNormal);

@@ -151,8 +151,8 @@ impl Candidate {
         let Some(mut theta) = self.theta.clone() else {
             return;
         };
-        for (own, by) in theta.iter_mut().zip(carried.unwrap_or_default()) {
-            *own += by;
+        for (value, by) in theta.iter_mut().zip(carried.unwrap_or_default()) {
+            *value += by;
         }
         match ClosedLoop::new(&self.model, &theta, controller, period, Some((q, phi))) {
             Ok(plant) => self.plant = Some(plant),
@@ -258,7 +258,7 @@ impl Candidate {
         let Some(theta) = &self.theta else {
             return Vec::new();
         };
-        let promised = |joint: &str| self.promise.iter().find(|own| own.joint == joint);
+        let promised = |joint: &str| self.promise.iter().find(|promise| promise.joint == joint);
         (predictions(&self.model, system, theta).iter())
             .map(|measured| JointProof::new(measured, promised(&measured.joint)))
             .collect()

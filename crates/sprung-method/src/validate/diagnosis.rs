@@ -190,7 +190,9 @@ fn unknowns(model: &Model, theta: &[f64], kind: &Kind) -> Vec<Unknown> {
             Some((JointParameter::Friction(..), joint)) => one.is_none_or(|one| one == joint),
             _ => false,
         }),
-        Kind::Stiffness(joint) => those(&|own| own == Some((JointParameter::Stiffness, joint))),
+        Kind::Stiffness(joint) => {
+            those(&|parameter| parameter == Some((JointParameter::Stiffness, joint)))
+        }
         Kind::Payload(None) => those(&|joint| joint.is_none()),
         Kind::Payload(Some(joint)) => (0..BODY)
             .map(|k| {

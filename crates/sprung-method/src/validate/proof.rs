@@ -162,10 +162,10 @@ pub(crate) fn worst(proofs: &[JointProof]) -> Option<QuantityProof<'_>> {
 
 /// Returns the promised error on a log with another size of the quantity.
 ///
-/// - `own`: the quantity on this log; `before`: on the logs of the promise; `error`: promised there.
-fn scaled(own: f64, before: f64, error: f64) -> f64 {
-    let growth = if before > 0.0 { own / before } else { 1.0 };
-    (error * growth.max(1.0)).max(SMALLEST_PROMISE * own)
+/// - `value`: the quantity on this log; `before`: on the logs of the promise; `error`: promised there.
+fn scaled(value: f64, before: f64, error: f64) -> f64 {
+    let growth = if before > 0.0 { value / before } else { 1.0 };
+    (error * growth.max(1.0)).max(SMALLEST_PROMISE * value)
 }
 
 fn ratio(error: Option<f64>, promised: Option<f64>) -> Option<f64> {

@@ -308,20 +308,20 @@ fn channel_delays(
 
 /// Checks that the mountings of all sensors are known.
 fn refuse_open_mountings(reading: &Reading) -> Result<(), LogError> {
-    let Some(own) = &reading.channels().inertial else {
+    let Some(sensors) = &reading.channels().inertial else {
         return Ok(());
     };
-    let open = own
+    let open = sensors
         .all
         .iter()
-        .find(|sensor| sensor.needs_mounting(own.kind));
+        .find(|sensor| sensor.needs_mounting(sensors.kind));
     open.map_or(Ok(()), |sensor| {
         Err(LogError::Implausible {
             message: format!(
                 "{}: the {} has no given mounting, and this log does not determine it; give {}",
                 reading.model().joints()[sensor.joint],
-                own.kind.word(),
-                own.kind.mounting_keys()
+                sensors.kind.word(),
+                sensors.kind.mounting_keys()
             ),
         })
     })

@@ -228,10 +228,10 @@ fn row_view(row: &Row, table: &Table, places: &[Option<usize>]) -> Value {
         .map(|(column, text)| {
             let numeric = table.columns.get(column).is_some_and(|c| c.numeric);
             let most = places.get(column).copied().flatten();
-            let own = decimals(text);
-            let pad = most.zip(own).map_or(0, |(most, own)| most - own);
+            let digits = decimals(text);
+            let pad = most.zip(digits).map_or(0, |(most, digits)| most - digits);
             // A number without decimal point also needs space for the point.
-            let whole = pad > 0 && own == Some(0);
+            let whole = pad > 0 && digits == Some(0);
             let short = shortened(text).filter(|_| column == 0);
             context! {
                 title => short.as_ref().map(|_| text),

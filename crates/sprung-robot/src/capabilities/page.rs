@@ -102,8 +102,12 @@ fn refusals(page: &mut String) -> std::fmt::Result {
                 continue;
             }
             told.push(reason);
-            let own = |task: &Task| answers[task.place()] == Answer::Refused(reason);
-            let tasks: Vec<String> = Task::ALL.into_iter().filter(own).map(heading).collect();
+            let is_refused = |task: &Task| answers[task.place()] == Answer::Refused(reason);
+            let tasks: Vec<String> = Task::ALL
+                .into_iter()
+                .filter(is_refused)
+                .map(heading)
+                .collect();
             writeln!(
                 page,
                 "| `{}` | {} | {} | {} | {} |",

@@ -294,8 +294,8 @@ pub fn refuse(feature: Feature, of: &str, task: Task) -> Result<(), NotSupported
 ///
 /// [`NotSupported`] if the table refuses them.
 pub(crate) fn together(one: Feature, of: &str, other: Feature) -> Result<(), NotSupported> {
-    let is_own = |pair: &&Pair| pair.one == one && pair.other == other;
-    match PAIRS.iter().find(is_own) {
+    let is_pair = |pair: &&Pair| pair.one == one && pair.other == other;
+    match PAIRS.iter().find(is_pair) {
         None => Ok(()),
         Some(pair) => Err(refusal(
             one,

@@ -23,7 +23,7 @@ pub(super) fn check_control(control: &Control, robot: &Robot) -> Result<(), Faul
             ),
         );
     }
-    let positive = (bandwidth.iter().map(|own| ("bandwidth_hz", Some(*own)))).chain([
+    let positive = (bandwidth.iter().map(|value| ("bandwidth_hz", Some(*value)))).chain([
         ("damping", Some(control.damping)),
         ("period_s", control.period_s),
     ]);

@@ -15,7 +15,7 @@ fn springs_from_motor(file: &ExperimentFile) -> Result<(), Fault> {
     if !file.identify.springs_from_motor {
         return Ok(());
     }
-    let refused = |own: NotSupported| refused(&["identify", "springs_from_motor"], &own);
+    let refused = |reason: NotSupported| refused(&["identify", "springs_from_motor"], &reason);
     let excluded = Feature::SpringsFromMotor;
     if let Some(joint) = file.robot.joint.iter().find(|joint| joint.is_flexible()) {
         together(Feature::FlexibleJoint, &joint.name, excluded).map_err(refused)?;

@@ -45,14 +45,14 @@ pub(super) fn check_inertial(log: &Log, path: &[&str], robot: &Robot) -> Result<
             "the log",
             Feature::of_sensor(other),
         )
-        .map_err(|own| refused(&at, &own))?;
+        .map_err(|reason| refused(&at, &reason))?;
     }
     for (i, joint) in robot.joint.iter().enumerate() {
         if Instrument::of(i, log, robot).shows_constant_deflections() {
             continue;
         }
         let gives = |signal| Key::gives(signal, i, log, robot);
-        let quantity = |own| log.given().any(|(key, _)| key.quantity == own);
+        let quantity = |wanted| log.given().any(|(key, _)| key.quantity == wanted);
         let laws = joint.link_laws().iter().chain(joint.motor_laws());
         let has_load = laws
             .into_iter()
@@ -75,7 +75,7 @@ pub(super) fn check_inertial(log: &Log, path: &[&str], robot: &Robot) -> Result<
         ] {
             if has {
                 together(Feature::of_sensor(sensor), &joint.name, other)
-                    .map_err(|own| refused(&at, &own))?;
+                    .map_err(|reason| refused(&at, &reason))?;
             }
         }
     }
@@ -100,7 +100,7 @@ pub(super) fn check_estimators(
 ) -> Result<(), Fault> {
     for &estimator in &settings.estimator {
         refuse_task(robot, log, Task::Identify(estimator))
-            .map_err(|own| refused(&["identify", "estimator"], &own))?;
+            .map_err(|reason| refused(&["identify", "estimator"], &reason))?;
     }
     Ok(())
 }

@@ -367,13 +367,13 @@ pub(crate) fn check_overlay(
             ),
         ));
     }
-    let own = over.given().next().is_some();
+    let has_columns = over.given().next().is_some();
     let of_columns = |log: &Log| {
         let listed = log.file.as_ref().map_or(0, Vec::len);
         log.files().nth(listed).cloned()
     };
     match log.and_then(of_columns) {
-        Some(other) if over.file.is_some() && !own => Err(fault(
+        Some(other) if over.file.is_some() && !has_columns => Err(fault(
             &[path, &["file"]].concat(),
             format!(
                 "{} holds columns of [log], which belong to its recording; name the columns of this log \

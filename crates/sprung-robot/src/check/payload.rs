@@ -37,7 +37,7 @@ pub(super) fn check_payloads(file: &ExperimentFile) -> Result<(), Fault> {
             return of_robot(part, path, what);
         }
         for (other, _) in others.into_iter().filter(|(_, has)| *has) {
-            together(feature, &name, other).map_err(|own| refused(path, &own))?;
+            together(feature, &name, other).map_err(|reason| refused(path, &reason))?;
         }
     }
     // The estimator of servos is another one.
@@ -45,16 +45,16 @@ pub(super) fn check_payloads(file: &ExperimentFile) -> Result<(), Fault> {
     for (feature, name) in loaded {
         for &estimator in &file.identify.estimator {
             refuse(feature, &name, Task::Identify(estimator))
-                .map_err(|own| refused(&["identify", "estimator"], &own))?;
+                .map_err(|reason| refused(&["identify", "estimator"], &reason))?;
         }
     }
     for (feature, name) in of_runs.filter_map(payload_feature) {
-        refuse(feature, &name, Task::Validate).map_err(|own| refused(&["validate"], &own))?;
+        refuse(feature, &name, Task::Validate).map_err(|reason| refused(&["validate"], &reason))?;
     }
     let is_unknown = |part: &FilePart| {
         part.payload
             .as_ref()
-            .is_some_and(|own| own.mass_kg.is_none())
+            .is_some_and(|payload| payload.mass_kg.is_none())
     };
     if let Some(part) = parts().next().filter(|_| parts().all(is_unknown)) {
         return of_robot(

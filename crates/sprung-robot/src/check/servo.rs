@@ -24,7 +24,7 @@ pub(super) fn check_servo(file: &ExperimentFile) -> Result<(), Fault> {
     let (joint, index) = (&joints[at], at.to_string());
     let path = ["robot", "joint", &index, "servo"];
     let with = |other: Feature, path: &[&str]| {
-        together(Feature::Servo, &joint.name, other).map_err(|own| refused(path, &own))
+        together(Feature::Servo, &joint.name, other).map_err(|reason| refused(path, &reason))
     };
     if joints.len() > 1 {
         with(Feature::SeveralJoints, &path)?;

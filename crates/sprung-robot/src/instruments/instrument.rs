@@ -69,7 +69,7 @@ impl Instrument {
         let is_deflection =
             (keys.next()).is_some_and(|key| key.quantity == Quantity::LinkDeflection);
         let inertial = (Inertial::ALL.into_iter())
-            .find(|own| (Axis::ALL.into_iter()).any(|axis| has(Signal::Inertial(*own, axis))));
+            .find(|kind| (Axis::ALL.into_iter()).any(|axis| has(Signal::Inertial(*kind, axis))));
         match (inertial, has(Signal::Spring), has(Signal::Link)) {
             (Some(sensor), ..) => Self::Inertial(sensor),
             (None, true, true) => Self::TorqueAndLink,
@@ -181,8 +181,8 @@ impl Instrumentation {
         };
         let joints = 0..robot.joint.len();
         let joints = joints.map(|joint| Instrument::of(joint, log, robot));
-        let mut own = Self::of(joints.collect());
-        for (filter, joint) in own.filters.iter_mut().zip(&own.joints) {
+        let mut instruments = Self::of(joints.collect());
+        for (filter, joint) in instruments.filters.iter_mut().zip(&instruments.joints) {
             *filter = joint.inertial().map(|sensor| {
                 let corner = sensor.given_corner_hz(log);
                 RowFilter {
@@ -192,7 +192,7 @@ impl Instrumentation {
                 }
             });
         }
-        own
+        instruments
     }
 
     /// Returns instruments without filters.
@@ -221,7 +221,7 @@ impl Instrumentation {
     #[must_use]
     pub fn has_measured_springs(&self) -> bool {
         self.iter()
-            .any(|own| own.spring_torque() == SpringTorque::Measured)
+            .any(|instrument| instrument.spring_torque() == SpringTorque::Measured)
     }
 
     /// Returns the instruments, joint by joint.

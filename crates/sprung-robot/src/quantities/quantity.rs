@@ -293,7 +293,7 @@ impl Quantity {
             Measures::RightHandSide(Row::Spring) => spring,
             Measures::RightHandSide(Row::Link) | Measures::Target | Measures::Switch => 0.0,
             Measures::Motion(_, axis) => motion[axis as usize],
-            Measures::Covariate(own) => covariate(own),
+            Measures::Covariate(measured) => covariate(measured),
         }
     }
 }
@@ -384,8 +384,8 @@ mod tests {
             Quantity::MotorTarget => 5,
             Quantity::DriveOn => 6,
             Quantity::Inertial(sensor, axis) => 7 + 3 * sensor as usize + axis as usize,
-            Quantity::Covariate(own) => {
-                let at = IN_COLUMNS.iter().position(|one| *one == own);
+            Quantity::Covariate(covariate) => {
+                let at = IN_COLUMNS.iter().position(|one| *one == covariate);
                 7 + 3 * Inertial::ALL.len() + at.unwrap()
             }
         };
@@ -398,8 +398,8 @@ mod tests {
             Signal::Torque => 2,
             Signal::Spring => 3,
             Signal::Inertial(sensor, axis) => 4 + 3 * sensor as usize + axis as usize,
-            Signal::Covariate(own) => {
-                let at = IN_COLUMNS.iter().position(|one| *one == own);
+            Signal::Covariate(covariate) => {
+                let at = IN_COLUMNS.iter().position(|one| *one == covariate);
                 4 + 3 * Inertial::ALL.len() + at.unwrap()
             }
             // The signals of servos alone.
@@ -414,7 +414,9 @@ mod tests {
         // Each quantity gives a signal of one of the lists, under a key.
         for quantity in Quantity::all() {
             let signal = quantity.signal();
-            assert!(Signal::all().any(|own| own == signal) || Signal::OF_SERVO.contains(&signal));
+            assert!(
+                Signal::all().any(|other| other == signal) || Signal::OF_SERVO.contains(&signal)
+            );
             assert!(
                 KEYS.iter().any(|key| key.quantity == quantity),
                 "{quantity:?}"

@@ -31,8 +31,9 @@ pub(super) fn of_gripper(joint: &UrdfJoint, urdf: &Urdf) -> Option<String> {
         .lower
         .zip(joint.upper)
         .map(|(lower, upper)| upper - lower);
-    let turns = |own: &UrdfJoint| own.kind == JointKind::Revolute;
-    let is_short = joint.kind == JointKind::Prismatic && stroke.is_some_and(|own| own < STROKE);
+    let turns = |other: &UrdfJoint| other.kind == JointKind::Revolute;
+    let is_short =
+        joint.kind == JointKind::Prismatic && stroke.is_some_and(|stroke| stroke < STROKE);
     (is_short && urdf.movable().iter().any(turns))
         .then(|| "because it slides less than 60 mm".to_owned())
 }

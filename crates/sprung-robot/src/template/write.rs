@@ -170,10 +170,10 @@ fn joints(text: &mut String, robot: &Start) {
     for (joint, chosen) in &blocks {
         text.push('\n');
         let lines = chosen.iter().flat_map(|chosen| &chosen.lines);
-        let own: Vec<&ChosenLine> = lines
+        let separate: Vec<&ChosenLine> = lines
             .filter(|line| common(&blocks, &line.key).is_none())
             .collect();
-        joint.write(text, &robot.kinematics, &own);
+        joint.write(text, &robot.kinematics, &separate);
     }
 }
 
@@ -245,7 +245,7 @@ impl Joint {
 fn common<'a>(blocks: &[(&Joint, Option<&'a ChosenJoint>)], key: &str) -> Option<&'a ChosenLine> {
     let mut lines = blocks.iter().map(|(_, chosen)| chosen.as_ref()?.line(key));
     let first = lines.next()??;
-    lines.all(|own| own == Some(first)).then_some(first)
+    lines.all(|line| line == Some(first)).then_some(first)
 }
 
 /// Writes the keys of all joints.
@@ -333,8 +333,8 @@ fn chosen_line(text: &mut String, chosen: &ChosenLine) {
 fn wrapped(text: &mut String, sentences: &str) {
     let mut width = WIDTH;
     for word in format!("{sentences}.").split_whitespace() {
-        let own = word.chars().count();
-        if width + 1 + own > WIDTH {
+        let length = word.chars().count();
+        if width + 1 + length > WIDTH {
             if !text.is_empty() && !text.ends_with('\n') {
                 text.push('\n');
             }
@@ -343,7 +343,7 @@ fn wrapped(text: &mut String, sentences: &str) {
         }
         text.push(' ');
         text.push_str(word);
-        width += 1 + own;
+        width += 1 + length;
     }
     text.push('\n');
 }

@@ -114,24 +114,24 @@ fn geometry(element: &Element<'_, '_>) -> Result<Geometry, UrdfError> {
         "geometry",
         "<geometry><box size=\"0.1 0.1 0.4\"/></geometry>",
     )?;
-    let form = if let Some(own) = geometry.child("mesh")? {
+    let form = if let Some(mesh) = geometry.child("mesh")? {
         Form::Mesh {
-            file: own.needed("filename")?.trim().to_owned(),
-            scale: own.triple("scale")?.unwrap_or([1.0; 3]),
+            file: mesh.needed("filename")?.trim().to_owned(),
+            scale: mesh.triple("scale")?.unwrap_or([1.0; 3]),
         }
-    } else if let Some(own) = geometry.child("cylinder")? {
-        let (radius, length) = (own.number("radius")?, own.number("length")?);
+    } else if let Some(cylinder) = geometry.child("cylinder")? {
+        let (radius, length) = (cylinder.number("radius")?, cylinder.number("length")?);
         Form::Cylinder { radius, length }
-    } else if let Some(own) = geometry.child("sphere")? {
-        let radius = own.number("radius")?;
+    } else if let Some(sphere) = geometry.child("sphere")? {
+        let radius = sphere.number("radius")?;
         Form::Sphere { radius }
-    } else if let Some(own) = geometry.child("capsule")? {
-        let (radius, length) = (own.number("radius")?, own.number("length")?);
+    } else if let Some(capsule) = geometry.child("capsule")? {
+        let (radius, length) = (capsule.number("radius")?, capsule.number("length")?);
         Form::Capsule { radius, length }
     } else {
-        let own = geometry.needed_child("box", "<box size=\"0.1 0.1 0.4\"/>")?;
-        own.needed("size")?;
-        Form::Box(own.triple("size")?.unwrap_or_default())
+        let cuboid = geometry.needed_child("box", "<box size=\"0.1 0.1 0.4\"/>")?;
+        cuboid.needed("size")?;
+        Form::Box(cuboid.triple("size")?.unwrap_or_default())
     };
     Ok(Geometry { placement, form })
 }

@@ -16,8 +16,8 @@ const AHEAD: usize = 64 << 10;
 /// What is wrong with the file, as the end of a sentence.
 pub(super) fn corners(mut bytes: Vec<u8>) -> Result<Vec<[f64; 3]>, String> {
     let count = (bytes.get(80..HEAD))
-        .and_then(|own| own.try_into().ok())
-        .map(|own| u64::from(u32::from_le_bytes(own)));
+        .and_then(|bytes| bytes.try_into().ok())
+        .map(|bytes| u64::from(u32::from_le_bytes(bytes)));
     let expected = count.map(|count| HEAD as u64 + TRIANGLE as u64 * count);
     let is_ascii = bytes.starts_with(b"solid") && expected != Some(bytes.len() as u64);
     if is_ascii {
@@ -99,9 +99,9 @@ pub(super) mod tests {
             .into_iter()
             .flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
         halves
-            .map(|own| stl_io::Triangle {
+            .map(|half| stl_io::Triangle {
                 normal: stl_io::Normal::new([0.0; 3]),
-                vertices: own.map(corner),
+                vertices: half.map(corner),
             })
             .collect()
     }
@@ -113,8 +113,8 @@ pub(super) mod tests {
     }
 
     pub(crate) fn ascii(least: [f32; 3], largest: [f32; 3]) -> Vec<u8> {
-        let facets = triangles(least, largest).into_iter().map(|own| {
-            let corners = own
+        let facets = triangles(least, largest).into_iter().map(|triangle| {
+            let corners = triangle
                 .vertices
                 .map(|v| format!("vertex {} {} {}\n", v[0], v[1], v[2]));
             format!(

@@ -50,12 +50,12 @@ impl Urdf {
             let Some(carrier) = seat.carrier else {
                 continue;
             };
-            for own in &link.geometry {
+            for element in &link.geometry {
                 let Ok(all) = &mut points[carrier] else { break };
-                match of_geometry(&link.name, own, longest, open) {
-                    Ok((geometry, own)) => {
+                match of_geometry(&link.name, element, longest, open) {
+                    Ok((geometry, corners)) => {
                         let placement = seat.placement.then(&geometry.placement);
-                        all.extend(own.iter().map(|point| placement.point(point)));
+                        all.extend(corners.iter().map(|point| placement.point(point)));
                     }
                     Err(fault) => points[carrier] = Err(fault),
                 }
@@ -108,7 +108,7 @@ fn of_geometry<'a>(
             let corners = outermost(&of_mesh(link, file, open)?);
             let points = corners
                 .iter()
-                .map(|own| std::array::from_fn(|i| scale[i] * own[i]));
+                .map(|corner| std::array::from_fn(|i| scale[i] * corner[i]));
             (
                 points.collect(),
                 format!("mesh {file}"),
@@ -125,7 +125,7 @@ fn of_geometry<'a>(
             let along = |fold: fn(f64, f64) -> f64, start| {
                 points
                     .iter()
-                    .map(|own: &Vector| own[axis])
+                    .map(|point: &Vector| point[axis])
                     .fold(start, fold)
             };
             along(f64::max, f64::NEG_INFINITY) - along(f64::min, f64::INFINITY)
@@ -194,17 +194,20 @@ mod tests {
         let hull = found.as_ref().unwrap().hull;
         for axis in 0..3 {
             assert!((hull.centre[axis] - centre[axis]).abs() < 1e-3, "{hull:?}");
-            let own = hull.shape[axis][axis].sqrt();
-            assert!((own - half[axis]).abs() < 0.01 * half[axis], "{own}");
+            let semi_axis = hull.shape[axis][axis].sqrt();
+            assert!(
+                (semi_axis - half[axis]).abs() < 0.01 * half[axis],
+                "{semi_axis}"
+            );
         }
     }
 
     #[test]
     fn hulls_of_box_cylinder_and_sphere_are_those_of_formulas() {
         let root = 3_f64.sqrt();
-        let own = form("collision", "xyz='0.2 0 0'", "<box size='0.4 0.1 0.2'/>");
+        let collision = form("collision", "xyz='0.2 0 0'", "<box size='0.4 0.1 0.2'/>");
         // The collision counts; the visual would have another form.
-        let upper = own + &form("visual", "", "<sphere radius='1'/>");
+        let upper = collision + &form("visual", "", "<sphere radius='1'/>");
         let fore = form(
             "visual",
             "xyz='0 0.1 0'",

@@ -45,12 +45,12 @@ impl Urdf {
     pub fn carried(&self, moving: &[&str]) -> Result<Vec<CarriedBody>, UrdfError> {
         let chosen = choose(self, moving)?;
         let (_, seats) = seats(self, &chosen);
-        let own: Vec<usize> = (chosen.iter())
+        let children: Vec<usize> = (chosen.iter())
             .map(|(at, _)| self.joints[*at].child)
             .collect();
         let bodies = self.links.iter().zip(seats).enumerate();
         Ok(bodies
-            .filter(|(at, _)| !own.contains(at))
+            .filter(|(at, _)| !children.contains(at))
             .filter_map(|(_, (link, seat))| {
                 Some(CarriedBody {
                     link: link.name.clone(),

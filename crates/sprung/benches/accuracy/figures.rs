@@ -71,11 +71,11 @@ impl Runs<'_> {
         (self.truth.iter().enumerate())
             .map(|(index, (name, truth))| {
                 let errors = self.results.iter().map(|result| self.errors(result)[index]);
-                let own = self
+                let estimates = self
                     .results
                     .iter()
                     .filter_map(|result| result.parameter(name));
-                let inside = (own.clone()).filter(|p| {
+                let inside = (estimates.clone()).filter(|p| {
                     p.ci95
                         .is_some_and(|[low, high]| low <= *truth && *truth <= high)
                 });
@@ -84,7 +84,7 @@ impl Runs<'_> {
                     Some(_) => f64::NAN,
                     None => inside.count() as f64,
                 };
-                let standard = own.filter_map(|p| p.standard_error);
+                let standard = estimates.filter_map(|p| p.standard_error);
                 let bounds: Option<Vec<f64>> = self
                     .bounds
                     .iter()

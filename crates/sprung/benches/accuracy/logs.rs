@@ -169,7 +169,7 @@ impl Other {
             let bound = information_bound(&experiment, &model, truth, &mut [source]);
             bound
                 .expect("the log is right")
-                .map(|own| own.standard_errors())
+                .map(|bound| bound.standard_errors())
         })
     }
 

@@ -183,7 +183,7 @@ fn bound(demo: &Demo, settings: &Simulate, log: &[u8]) -> Option<Vec<f64>> {
         let bound = information_bound(&demo.experiment, &demo.model, truth, &mut [source]);
         bound
             .expect("the log is right")
-            .map(|own| own.standard_errors())
+            .map(|bound| bound.standard_errors())
     })
 }
 

@@ -122,8 +122,9 @@ fn named<'l>(name: &str, laws: impl Iterator<Item = &'l LawsByHoldOut>) {
             let joints = made().filter(|rung| rung.of == of && rung.law == law);
             *count += usize::from(joints.count() == 2);
         }
-        let is_own = |of: &str, law: &str| LAWS.iter().any(|own| (own.1, own.2) == (of, law));
-        for rung in made().filter(|rung| !is_own(&rung.of, &rung.law)) {
+        let is_known =
+            |of: &str, law: &str| LAWS.iter().any(|known| (known.1, known.2) == (of, law));
+        for rung in made().filter(|rung| !is_known(&rung.of, &rung.law)) {
             *others
                 .entry(format!("{} {}", rung.joint, rung.words()))
                 .or_default() += 1;

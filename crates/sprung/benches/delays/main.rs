@@ -164,8 +164,9 @@ fn told(demo: &Demo, log: &Table, column: usize) -> Result<f64, String> {
         .map(|finding| finding.text.as_str())
         .collect();
     let refined = result.refined().ok_or_else(|| format!("{codes:?}"))?;
-    let own = refined.delays.iter().find(|delay| delay.column == name);
-    own.map(|delay| delay.delay_s)
+    let found = refined.delays.iter().find(|delay| delay.column == name);
+    found
+        .map(|delay| delay.delay_s)
         .ok_or_else(|| format!("{codes:?}"))
 }
 

@@ -46,22 +46,22 @@ impl Arm {
     fn urdf(&self) -> String {
         let list = |v: &[f64; 3]| format!("{} {} {}", v[0], v[1], v[2]);
         let mut text = "<robot name='arm'><link name='base'/>".to_owned();
-        for (k, own) in self.links.iter().enumerate() {
-            let inertia = 0.4 * own.mass * own.radius * own.radius;
+        for (k, link) in self.links.iter().enumerate() {
+            let inertia = 0.4 * link.mass * link.radius * link.radius;
             write!(text, "<link name='l{k}'><inertial><origin xyz='{}'/><mass value='{}'/><inertia ixx='{inertia}' iyy='{inertia}' \
                  izz='{inertia}' ixy='0' ixz='0' iyz='0'/></inertial></link>\
                  <joint name='j{k}' type='revolute'><parent link='{}'/><child link='l{k}'/><origin xyz='{}' rpy='{}'/>\
                  <axis xyz='{}'/><limit lower='{}' upper='{}' effort='{}' velocity='{}'/></joint>",
-                list(&own.centre),
-                own.mass,
+                list(&link.centre),
+                link.mass,
                 if k == 0 { "base".to_owned() } else { format!("l{}", k - 1) },
-                list(&own.xyz),
-                list(&own.rpy),
-                list(&own.axis),
-                own.range[0],
-                own.range[1],
-                own.torque,
-                own.velocity
+                list(&link.xyz),
+                list(&link.rpy),
+                list(&link.axis),
+                link.range[0],
+                link.range[1],
+                link.torque,
+                link.velocity
             ).expect("text");
         }
         text.push_str("</robot>");
@@ -86,14 +86,14 @@ impl Arm {
 
     fn experiment(&self) -> String {
         let mut text = "format = 1\n[robot]\nname = \"arm\"\nurdf = \"arm.urdf\"\n".to_owned();
-        for (k, own) in self.links.iter().enumerate() {
-            let (transmission, spring) = match own.stiffness {
+        for (k, link) in self.links.iter().enumerate() {
+            let (transmission, spring) = match link.stiffness {
                 None => ("rigid", String::new()),
                 Some(stiffness) => ("flexible", format!(", stiffness = {stiffness}")),
             };
             write!(text, "[[robot.joint]]\nname = \"j{k}\"\ntransmission = \"{transmission}\"\nlimits = {{ acceleration_rad_per_s2 = {}, \
                  jerk_rad_per_s3 = {} }}\nnominal = {{ rotor_inertia = {}, motor_viscous = {}, motor_coulomb = {}{spring} }}\n",
-                own.acceleration, own.jerk, own.rotor, own.viscous, own.coulomb
+                link.acceleration, link.jerk, link.rotor, link.viscous, link.coulomb
             ).expect("text");
         }
         text
@@ -146,29 +146,29 @@ fn broken(arm: &Arm, session: &Session, found: &Excited) -> Option<String> {
     let dense = [format!("excite.period_s={}", 0.1 * PERIOD_S)];
     let dense = arm.session_with(&dense, &super::reference(session, found));
     let dense = match super::judged(&dense) {
-        Ok(own) => own,
+        Ok(judged) => judged,
         Err(error) => return Some(error.to_string()),
     };
-    let own = &found.trajectory;
+    let trajectory = &found.trajectory;
     for (joint, link) in arm.links.iter().enumerate() {
         let most = |list: &[f64]| list.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
-        let position = &own.position[joint];
+        let position = &trajectory.position[joint];
         if position
             .iter()
             .any(|q| !(link.range[0]..=link.range[1]).contains(q))
         {
             return Some(format!("position of j{joint}"));
         }
-        if most(&own.velocity[joint]) > link.velocity {
+        if most(&trajectory.velocity[joint]) > link.velocity {
             return Some(format!("velocity of j{joint}"));
         }
-        if most(&own.acceleration[joint]) > link.acceleration {
+        if most(&trajectory.acceleration[joint]) > link.acceleration {
             return Some(format!("acceleration of j{joint}"));
         }
-        let steps = own.acceleration[joint]
+        let steps = trajectory.acceleration[joint]
             .windows(2)
-            .map(|own| (own[1] - own[0]).abs());
-        let jerk = steps.fold(0.0, f64::max) / (own.time_s[1] - own.time_s[0]);
+            .map(|pair| (pair[1] - pair[0]).abs());
+        let jerk = steps.fold(0.0, f64::max) / (trajectory.time_s[1] - trajectory.time_s[0]);
         if jerk > 1.001 * link.jerk {
             return Some(format!("jerk of j{joint}: {jerk} {}", link.jerk));
         }
@@ -208,7 +208,7 @@ pub(crate) fn run(first: u64, count: u64) {
                 let feasible = (0..200).into_par_iter().any(|k| {
                     let session = arm.session(&[format!("excite.seed={}", 7000 + k)]);
                     excite(&session, ExciteMethod::Random, None)
-                        .is_ok_and(|own| own.excitation.is_certified)
+                        .is_ok_and(|excited| excited.excitation.is_certified)
                 });
                 if feasible {
                     wrong += 1;

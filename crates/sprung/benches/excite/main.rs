@@ -20,7 +20,7 @@ use sprung_method::excite::Excited;
 
 fn main() {
     let words: Vec<String> = std::env::args().collect();
-    let has = |word: &str| words.iter().any(|own| own == word);
+    let has = |word: &str| words.iter().any(|other| other == word);
     if !has("--bench") {
         println!("cargo bench -p sprung --bench excite -- two-joints prints a table");
         return;
@@ -44,12 +44,12 @@ fn main() {
 
 /// Returns the word after a word.
 fn after<'a>(words: &'a [String], word: &str) -> Option<&'a String> {
-    words.iter().skip_while(|own| *own != word).nth(1)
+    words.iter().skip_while(|other| *other != word).nth(1)
 }
 
 /// Returns the number after a word.
 fn number(words: &[String], word: &str, usual: u64) -> u64 {
-    let given = after(words, word).map(|own| own.parse().expect("a number follows"));
+    let given = after(words, word).map(|text| text.parse().expect("a number follows"));
     given.unwrap_or(usual)
 }
 
@@ -65,12 +65,12 @@ pub(crate) fn session(text: &str, set: &[String], file: &str) -> Session {
 pub(crate) fn session_with(text: &str, set: &[String], file: &str, reference: &str) -> Session {
     let (file, reference) = (file.to_owned(), reference.to_owned());
     let open = move |path: &Path| {
-        let own = if path.ends_with(REFERENCE) {
+        let content = if path.ends_with(REFERENCE) {
             &reference
         } else {
             &file
         };
-        Ok(Box::new(Cursor::new(own.clone().into_bytes())) as Box<dyn Input>)
+        Ok(Box::new(Cursor::new(content.clone().into_bytes())) as Box<dyn Input>)
     };
     Session::read("bench", text, set, open).expect("the experiment is right")
 }
@@ -108,7 +108,7 @@ pub(crate) fn excite(
 /// Returns the standard errors of a promise.
 pub(crate) fn errors(excited: &Excited) -> Vec<f64> {
     let all = excited.excitation.promise.iter();
-    all.map(|own| own.standard_error).collect()
+    all.map(|promised| promised.standard_error).collect()
 }
 
 /// Returns the geometric mean of ratios.

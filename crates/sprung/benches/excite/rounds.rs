@@ -26,8 +26,8 @@ pub(crate) fn run(robots: u64) {
     let truth = truth();
     // Judges a motion on the true robot.
     let of_truth = |reference: &str| -> Excited {
-        let own = session_with(demo::EXPERIMENT, &with(&truth), demo::TRUTH, reference);
-        judged(&own).expect("a judged motion")
+        let session = session_with(demo::EXPERIMENT, &with(&truth), demo::TRUTH, reference);
+        judged(&session).expect("a judged motion")
     };
     let known = session(demo::EXPERIMENT, &with(&truth), demo::TRUTH);
     let best = excite(&known, ExciteMethod::Optimal, None).expect("a motion");
@@ -41,12 +41,12 @@ pub(crate) fn run(robots: u64) {
         let wrong: Vec<(String, f64)> = (truth.iter())
             .map(|(name, value)| {
                 let of_joint = factor();
-                let own = if name.starts_with("link") {
+                let factor = if name.starts_with("link") {
                     of_links
                 } else {
                     of_joint
                 };
-                (name.clone(), own * value)
+                (name.clone(), factor * value)
             })
             .collect();
         let mut set = with(&wrong);
@@ -63,7 +63,7 @@ pub(crate) fn run(robots: u64) {
         let unknown = session(demo::EXPERIMENT, &with(&wrong), demo::TRUTH);
         let second =
             excite(&unknown, ExciteMethod::Optimal, Some(&values)).expect("a second motion");
-        let used = |own: &Excited| own.excitation.limits[0].used_percent;
+        let used = |excited: &Excited| excited.excitation.limits[0].used_percent;
         let (first, second) = (of_truth(&first), of_truth(&reference(&unknown, &second)));
         println!(
             "{seed}: standard errors of the first motion {:.2}, of the second {:.3} times those of the design with true values; \

@@ -82,7 +82,7 @@ pub(crate) fn run(random: u64) {
         let condition = found.excitation.links_condition_number.unwrap_or(f64::NAN);
         Figure::lower("condition", text, condition, "").note();
         Figure::lower("search", "the same: the whole search", time, "s").note();
-        let own = errors(&found);
+        let reference_errors = errors(&found);
         let all: Vec<(f64, f64)> = (0..random)
             .into_par_iter()
             .map(|seed| {
@@ -90,7 +90,7 @@ pub(crate) fn run(random: u64) {
                 let found = excite(&session, ExciteMethod::Random, None).expect("a series");
                 (
                     found.excitation.search.objective,
-                    mean_ratio(&errors(&found), &own),
+                    mean_ratio(&errors(&found), &reference_errors),
                 )
             })
             .collect();

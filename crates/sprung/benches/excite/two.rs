@@ -23,10 +23,10 @@ fn demo_session(set: &[String]) -> Session {
 /// Returns the true values by name.
 pub(crate) fn truth() -> Vec<(String, f64)> {
     let truth: toml::Table = demo::TRUTH.parse().expect("the truth is a table");
-    let number = |own: toml::Value| own.as_float().expect("a number");
+    let number = |value: toml::Value| value.as_float().expect("a number");
     truth
         .into_iter()
-        .map(|(name, own)| (name, number(own)))
+        .map(|(name, value)| (name, number(value)))
         .collect()
 }
 
@@ -36,16 +36,20 @@ pub(crate) fn nominal(values: &[(String, f64)]) -> Vec<String> {
     let mut of_joints = [String::new(), String::new()];
     for (name, value) in values {
         match name.split_once('.') {
-            Some(("joint1", own)) => write!(of_joints[0], "{own}={value},").expect("text"),
-            Some(("joint2", own)) => write!(of_joints[1], "{own}={value},").expect("text"),
+            Some(("joint1", quantity)) => {
+                write!(of_joints[0], "{quantity}={value},").expect("text")
+            }
+            Some(("joint2", quantity)) => {
+                write!(of_joints[1], "{quantity}={value},").expect("text")
+            }
             _ => write!(nominal, "\"{name}\"={value},").expect("text"),
         }
     }
     let mut all = vec![format!("{}}}", nominal.trim_end_matches(','))];
-    for (joint, own) in of_joints.iter().enumerate() {
+    for (joint, values) in of_joints.iter().enumerate() {
         all.push(format!(
             "robot.joint.{joint}.nominal={{{}}}",
-            own.trim_end_matches(',')
+            values.trim_end_matches(',')
         ));
     }
     all
@@ -72,14 +76,14 @@ pub(crate) fn paper_peaks() -> Vec<[f64; 2]> {
 
 /// Returns the largest torques and deflections of a simulated motion, per joint.
 fn peaks(excited: &Excited) -> Vec<[f64; 2]> {
-    let own = &excited.simulation;
+    let simulation = &excited.simulation;
     let largest =
         |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |a: f64, x| a.max(x.abs()));
-    (0..own.link.len())
+    (0..simulation.link.len())
         .map(|joint| {
-            let pairs = own.motor[joint].iter().zip(&own.link[joint]);
+            let pairs = simulation.motor[joint].iter().zip(&simulation.link[joint]);
             [
-                largest(&mut own.torque[joint].iter().copied()),
+                largest(&mut simulation.torque[joint].iter().copied()),
                 largest(&mut pairs.map(|(phi, q)| phi - q)),
             ]
         })
@@ -107,7 +111,7 @@ pub(crate) fn run(runs: u64) {
             ratios[6],
             ratios.iter().fold(f64::INFINITY, |a, b| a.min(*b))
         );
-        let all: Vec<String> = ratios.iter().map(|own| format!("{own:.2}")).collect();
+        let all: Vec<String> = ratios.iter().map(|ratio| format!("{ratio:.2}")).collect();
         println!("  {}", all.join(" "));
         let text = format!(
             "the demo's arm, {words}: standard errors of the paper's reference over those of the designed motion"
@@ -151,8 +155,8 @@ pub(crate) fn identified(text: &str, seed: u64) -> Identified {
         "identify.laws=declared",
     ]
     .map(str::to_owned);
-    let own = session(text, &set, &log);
-    own.identify(&mut Unheard).expect("an estimate")
+    let session = session(text, &set, &log);
+    session.identify(&mut Unheard).expect("an estimate")
 }
 
 /// Compares the spread of refined estimates from simulated logs of a motion with its promise.
@@ -165,7 +169,7 @@ fn spread(session: &Session, found: &Excited, runs: u64) {
             let parameters = &found.identification.results[0].parameters;
             parameters
                 .iter()
-                .map(|own| own.value.unwrap_or(f64::NAN))
+                .map(|parameter| parameter.value.unwrap_or(f64::NAN))
                 .collect()
         })
         .collect();
@@ -179,8 +183,11 @@ fn spread(session: &Session, found: &Excited, runs: u64) {
         },
     ) in found.excitation.promise.iter().enumerate()
     {
-        let mean = estimates.iter().map(|own| own[k]).sum::<f64>() / runs as f64;
-        let square: f64 = estimates.iter().map(|own| (own[k] - mean).powi(2)).sum();
+        let mean = estimates.iter().map(|estimate| estimate[k]).sum::<f64>() / runs as f64;
+        let square: f64 = estimates
+            .iter()
+            .map(|estimate| (estimate[k] - mean).powi(2))
+            .sum();
         let ratio = (square / (runs - 1) as f64).sqrt() / standard_error;
         println!("  {name}: observed over promised spread {ratio:.2}");
         ratios.push(ratio);

@@ -154,13 +154,13 @@ fn delays(demo: &Demo, seeds: u64) {
                 .into_par_iter()
                 .map(|seed| late(demo, &demo.table(2000 + seed, 1.0).delayed(column, samples)))
                 .collect();
-            let own = || found.iter().flatten().filter(|delay| delay.column == name);
-            let errors = own().map(|delay| (1e3 * delay.delay - samples as f64).abs());
+            let of_column = || found.iter().flatten().filter(|delay| delay.column == name);
+            let errors = of_column().map(|delay| (1e3 * delay.delay - samples as f64).abs());
             println!(
                 "  {name:8} {samples:2} ms: error {:.4}, named {}, another {}",
                 errors.fold(0.0, f64::max),
-                own().count(),
-                found.iter().flatten().count() - own().count()
+                of_column().count(),
+                found.iter().flatten().count() - of_column().count()
             );
         }
     }

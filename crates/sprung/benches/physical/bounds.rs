@@ -46,11 +46,12 @@ pub(super) fn bounds(seeds: u32) {
     println!("|---|---|---|---|---|---|");
     let all: Vec<Value> = (1..=seeds).into_par_iter().flat_map(draw).collect();
     for (name, from, to) in GROUPS {
-        let own = || all.iter().filter(|own| (from..to).contains(&own.truth));
-        let count = own().count() as f64;
-        let [with, without] =
-            [0, 1].map(|i| (own().map(|own| own.errors[i].powi(2)).sum::<f64>() / count).sqrt());
-        let holds = [0, 1].map(|i| 100.0 * own().filter(|own| own.holds[i]).count() as f64 / count);
+        let within = || all.iter().filter(|value| (from..to).contains(&value.truth));
+        let count = within().count() as f64;
+        let [with, without] = [0, 1]
+            .map(|i| (within().map(|value| value.errors[i].powi(2)).sum::<f64>() / count).sqrt());
+        let holds =
+            [0, 1].map(|i| 100.0 * within().filter(|value| value.holds[i]).count() as f64 / count);
         println!(
             "| {name} | {count} | {without:.2} | {with:.2} | {:.2} | {:.0} % ({:.0} %) |",
             with / without,
@@ -90,9 +91,10 @@ fn draw(seed: u32) -> Vec<Value> {
         .filter(|(_, parameter)| {
             (parameter.joint).is_some_and(|(kind, _)| kind.is_vital() || kind.is_friction())
         })
-        .filter_map(|((own, truth), _)| {
-            let error = own.error_by_equations()?;
-            let (value, plain, [low, high]) = (own.value?, own.unconstrained?, own.ci95?);
+        .filter_map(|((parameter, truth), _)| {
+            let error = parameter.error_by_equations()?;
+            let (value, plain, [low, high]) =
+                (parameter.value?, parameter.unconstrained?, parameter.ci95?);
             Some(Value {
                 truth: truth / error,
                 errors: [value, plain].map(|value| (value - truth) / error),

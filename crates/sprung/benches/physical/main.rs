@@ -88,13 +88,15 @@ fn bodies(seeds: u32) {
 
 /// Returns the word after an argument.
 fn after(argument: &str) -> Option<String> {
-    std::env::args().skip_while(|own| own != argument).nth(1)
+    std::env::args()
+        .skip_while(|other| other != argument)
+        .nth(1)
 }
 
 /// Returns the number after `--seeds`, 20 without it.
 fn seeds() -> u32 {
     after("--seeds")
-        .and_then(|own| own.parse().ok())
+        .and_then(|text| text.parse().ok())
         .unwrap_or(20)
 }
 
@@ -121,16 +123,21 @@ fn draw(noise: f64, distance: Distance, seed: u32) -> Draw {
         .theta(&known(&model, &values))
         .expect("all values are known");
     let (mut squares, mut all) = ([0.0; 2], 0.0);
-    for ((own, truth), parameter) in result.parameters.iter().zip(&truth).zip(model.parameters()) {
+    for ((estimate, truth), parameter) in
+        result.parameters.iter().zip(&truth).zip(model.parameters())
+    {
         if parameter.joint.is_none() {
-            for (sum, value) in squares.iter_mut().zip([own.unconstrained, own.value]) {
+            for (sum, value) in squares
+                .iter_mut()
+                .zip([estimate.unconstrained, estimate.value])
+            {
                 *sum += (value.unwrap_or(f64::NAN) - truth).powi(2);
             }
             all += truth * truth;
         }
     }
     Draw {
-        errors: squares.map(|own| 100.0 * (own / all).sqrt()),
+        errors: squares.map(|square| 100.0 * (square / all).sqrt()),
     }
 }
 

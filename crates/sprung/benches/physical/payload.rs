@@ -41,32 +41,33 @@ pub(crate) fn payloads(seeds: u32) {
             .collect();
         let of_mass = found
             .iter()
-            .map(|own| (own.parameters[0].value.unwrap_or(f64::NAN) / mass - 1.0).abs());
-        let of_centre = found.iter().map(|own| {
-            let squares = own
+            .map(|result| (result.parameters[0].value.unwrap_or(f64::NAN) / mass - 1.0).abs());
+        let of_centre = found.iter().map(|result| {
+            let squares = result
                 .centre_of_mass_m
                 .iter()
                 .zip(CENTRE)
-                .map(|(a, b)| (a.map_or(f64::NAN, |own| own.0) - b).powi(2));
+                .map(|(a, b)| (a.map_or(f64::NAN, |entry| entry.0) - b).powi(2));
             squares.sum::<f64>().sqrt()
         });
-        let holds = found.iter().map(|own| {
-            let pairs = own.parameters.iter().zip(truth);
+        let holds = found.iter().map(|result| {
+            let pairs = result.parameters.iter().zip(truth);
             pairs
-                .filter(|(own, truth)| {
-                    own.ci95
+                .filter(|(parameter, truth)| {
+                    parameter
+                        .ci95
                         .is_some_and(|ci| ci[0] <= *truth && *truth <= ci[1])
                 })
                 .count()
         });
-        let own_held = holds.sum::<usize>();
-        held += own_held;
+        let held_here = holds.sum::<usize>();
+        held += held_here;
         all += found.len() * truth.len();
         println!(
             "| {mass} kg | {:.2} % | {:.1} mm | {:.0} % |",
             100.0 * of_mass.fold(0.0, f64::max),
             1e3 * of_centre.fold(0.0, f64::max),
-            100.0 * own_held as f64 / (found.len() * truth.len()) as f64
+            100.0 * held_here as f64 / (found.len() * truth.len()) as f64
         );
     }
     println!(
@@ -80,7 +81,7 @@ fn body(mass: f64) -> [f64; 10] {
     let payload = Payload {
         mass_kg: Some(mass),
         com_m: Some(CENTRE),
-        inertia_kg_m2: Some(INERTIA.map(|own| mass * own)),
+        inertia_kg_m2: Some(INERTIA.map(|value| mass * value)),
         ..Payload::default()
     };
     payload.known().expect("the payload is known")
@@ -141,12 +142,12 @@ fn shorten_value(value: &mut Value) {
     match value {
         Value::Table(table) => shorten(table),
         Value::Array(array) => {
-            array.retain(|own| own.get("joint").and_then(Value::as_str) != Some("joint7"));
+            array.retain(|entry| entry.get("joint").and_then(Value::as_str) != Some("joint7"));
             match array.len() {
                 7 => array.truncate(6),
                 28 => {
                     let all = std::mem::take(array).into_iter().enumerate();
-                    array.extend(all.filter(|(i, _)| i % 7 < 6).map(|(_, own)| own));
+                    array.extend(all.filter(|(i, _)| i % 7 < 6).map(|(_, entry)| entry));
                 }
                 _ => {}
             }

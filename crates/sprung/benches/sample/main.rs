@@ -37,7 +37,7 @@ fn main() {
         .expect("the twin is stable");
     print("twin", &twin(log));
     if let Some(path) = sprung_testing::data("franka_panda/experiment.toml") {
-        let overrides = OVERRIDES[1..].iter().map(|own| (*own).to_owned());
+        let overrides = OVERRIDES[1..].iter().map(|line| (*line).to_owned());
         let session = Session::open(&path, &overrides.collect::<Vec<_>>());
         print("Panda", &session.expect("the experiment is right"));
     }
@@ -46,7 +46,7 @@ fn main() {
 /// Returns a session of the twin whose log is in memory.
 fn twin(log: Vec<u8>) -> Session {
     let open = move |path: &Path| -> IoResult<Box<dyn Input>> {
-        let is = |end: &str| path.extension().is_some_and(|own| own == end);
+        let is = |end: &str| path.extension().is_some_and(|extension| extension == end);
         if is("toml") {
             Ok(Box::new(Cursor::new(TRUTH.as_bytes().to_vec())))
         } else if log.is_empty() {
@@ -55,7 +55,7 @@ fn twin(log: Vec<u8>) -> Session {
             Ok(Box::new(Cursor::new(log.clone())))
         }
     };
-    let overrides: Vec<String> = OVERRIDES.iter().map(|own| (*own).to_owned()).collect();
+    let overrides: Vec<String> = OVERRIDES.iter().map(|line| (*line).to_owned()).collect();
     Session::read("experiment.toml", EXPERIMENT, &overrides, open).expect("the twin is right")
 }
 

@@ -74,8 +74,8 @@ fn main() {
                 (parameter.standard_error, true_values.get(&parameter.name))
             {
                 let difference = parameter.value - truth;
-                let own = errors.entry(parameter.name.clone()).or_default();
-                own.push([difference / truth, difference / error]);
+                let pairs = errors.entry(parameter.name.clone()).or_default();
+                pairs.push([difference / truth, difference / error]);
             }
         }
     }
@@ -83,15 +83,18 @@ fn main() {
     println!(
         "parameter                        largest error %   mean error %   intervals with the truth"
     );
-    for (name, own) in &errors {
-        let largest = own.iter().map(|[error, _]| error.abs()).fold(0.0, f64::max);
-        let mean = own.iter().map(|[error, _]| error).sum::<f64>() / own.len() as f64;
-        let kept = own.iter().filter(|[_, ratio]| ratio.abs() < 1.96).count();
+    for (name, pairs) in &errors {
+        let largest = pairs
+            .iter()
+            .map(|[error, _]| error.abs())
+            .fold(0.0, f64::max);
+        let mean = pairs.iter().map(|[error, _]| error).sum::<f64>() / pairs.len() as f64;
+        let kept = pairs.iter().filter(|[_, ratio]| ratio.abs() < 1.96).count();
         println!(
             "{name:32} {:15.1} {:14.2}   {kept} of {}",
             100.0 * largest,
             100.0 * mean,
-            own.len()
+            pairs.len()
         );
         Figure::lower(
             name,

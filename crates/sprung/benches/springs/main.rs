@@ -24,11 +24,11 @@ fn main() {
         .into_par_iter()
         .map(|seed| vibrations(seed).0)
         .collect();
-    for own in all.iter().flatten() {
-        let ([stiffness, of_stiffness], [rotor, of_rotor]) = (own.stiffness, own.rotor);
+    for spring in all.iter().flatten() {
+        let ([stiffness, of_stiffness], [rotor, of_rotor]) = (spring.stiffness, spring.rotor);
         println!(
             "{}: stiffness {:+.2} % ({of_stiffness:+.1}), rotor {:+.2} % ({of_rotor:+.1})",
-            own.joint,
+            spring.joint,
             100.0 * stiffness,
             100.0 * rotor
         );

@@ -98,20 +98,20 @@ pub(crate) fn vibrations(seed: u64) -> (Vec<Errors>, Vec<String>) {
         [value / truth - 1.0, (value - truth) / error]
     };
     let springs = found.springs_from_motor.iter().enumerate();
-    let errors = springs.map(|(joint, own)| Errors {
-        joint: own.joint.clone(),
+    let errors = springs.map(|(joint, spring)| Errors {
+        joint: spring.joint.clone(),
         stiffness: of(
-            own.stiffness,
-            own.stiffness_standard_error,
+            spring.stiffness,
+            spring.stiffness_standard_error,
             STIFFNESS[joint],
         ),
         rotor: of(
-            own.rotor_inertia,
-            own.rotor_inertia_standard_error,
+            spring.rotor_inertia,
+            spring.rotor_inertia_standard_error,
             ROTOR[joint],
         ),
     });
-    let codes = found.findings.iter().map(|own| own.code.clone());
+    let codes = found.findings.iter().map(|finding| finding.code.clone());
     (errors.collect(), codes.collect())
 }
 
@@ -172,8 +172,8 @@ pub(crate) fn identification(
         .expect("the columns are right");
     let mut log = Vec::new();
     record(&setup, &channels, &mut log, &mut Unheard).expect("the twin runs");
-    let own = SETTINGS.replace("link_position_rad = [\"q1\", \"q2\"]\n", "");
-    let (experiment, model) = experiment_of_motors(&own);
+    let settings = SETTINGS.replace("link_position_rad = [\"q1\", \"q2\"]\n", "");
+    let (experiment, model) = experiment_of_motors(&settings);
     with_source(&log, |source| {
         identify(&experiment, &model, &mut [source], &mut Unheard)
             .expect("the log is right")

@@ -25,22 +25,25 @@ fn main() {
     let seeds = seeds();
     let mut all: Vec<Draw> = Vec::new();
     for seed in 1..=seeds {
-        let own = draw(seed, DURATION_S, stiffnesses(seed));
-        let [with, rigid] = own.squares;
+        let draw = draw(seed, DURATION_S, stiffnesses(seed));
+        let [with, rigid] = draw.squares;
         println!(
             "seed {seed}: {} of 7 determined, errors {:.3} times those of rigid joints, {} {}",
-            own.springs.iter().filter(|own| own.value.is_some()).count(),
+            draw.springs
+                .iter()
+                .filter(|spring| spring.value.is_some())
+                .count(),
             (with / rigid).sqrt(),
-            own.identification.results[0].verdict.word(),
-            own.identification.results[0].decision.findings.join(" ")
+            draw.identification.results[0].verdict.word(),
+            draw.identification.results[0].decision.findings.join(" ")
         );
-        all.push(own);
+        all.push(draw);
     }
-    let springs = || all.iter().flat_map(|own| &own.springs);
+    let springs = || all.iter().flat_map(|draw| &draw.springs);
     let count = springs().count();
-    let determined: Vec<&Spring> = springs().filter(|own| own.value.is_some()).collect();
-    let is_absurd = |own: &&&Spring| {
-        let ratio = own.value.map_or(1.0, |value| value / own.truth);
+    let determined: Vec<&Spring> = springs().filter(|spring| spring.value.is_some()).collect();
+    let is_absurd = |spring: &&&Spring| {
+        let ratio = spring.value.map_or(1.0, |value| value / spring.truth);
         !(ABSURD.recip()..ABSURD).contains(&ratio)
     };
     let absurd = determined.iter().filter(is_absurd).count();
@@ -49,9 +52,11 @@ fn main() {
         determined.len()
     );
     let bounds: Vec<(f64, &Spring)> = springs()
-        .filter_map(|own| Some((own.above?, own)))
+        .filter_map(|spring| Some((spring.above?, spring)))
         .collect();
-    let held = bounds.iter().filter(|(above, own)| *above < own.truth);
+    let held = bounds
+        .iter()
+        .filter(|(above, spring)| *above < spring.truth);
     println!(
         "{} of {} lower bounds are below the truth",
         held.count(),
@@ -82,13 +87,13 @@ fn main() {
     );
     let mut ratios: Vec<f64> = bounds
         .iter()
-        .map(|(above, own)| above / own.known)
+        .map(|(above, spring)| above / spring.known)
         .collect();
     ratios.sort_by(f64::total_cmp);
     if let Some(median) = ratios.get(ratios.len() / 2) {
         println!("median of the bound over that of a known model: {median:.2}");
     }
-    let sum = |which: usize| all.iter().map(|own| own.squares[which]).sum::<f64>();
+    let sum = |which: usize| all.iter().map(|draw| draw.squares[which]).sum::<f64>();
     println!(
         "rms error of the other parameters over that with rigid joints: {:.3}",
         (sum(0) / sum(1)).sqrt()

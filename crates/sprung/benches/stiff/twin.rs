@@ -145,14 +145,14 @@ impl Twin {
     pub(crate) fn springs(&self, found: &Identification, log: &[u8]) -> Vec<Spring> {
         let of = |(joint, &truth): (usize, &f64)| {
             let name = &self.model.joints()[joint];
-            let own = found.results[0].parameter(&format!("{name}.stiffness"));
+            let parameter = found.results[0].parameter(&format!("{name}.stiffness"));
             let mut rigid = found.rigid_joints.iter();
             Spring {
                 truth,
-                value: own.and_then(|own| own.value),
+                value: parameter.and_then(|parameter| parameter.value),
                 above: rigid
-                    .find(|own| own.joint == *name)
-                    .map(|own| own.stiffness_above_nm_per_rad),
+                    .find(|joint| joint.joint == *name)
+                    .map(|joint| joint.stiffness_above_nm_per_rad),
                 known: known_bound(joint, truth, log),
             }
         };
@@ -173,12 +173,12 @@ impl Twin {
 pub(crate) fn draw(seed: u64, duration_s: f64, stiffness: [f64; 7]) -> Draw {
     let twin = Twin::new(stiffness, true);
     let log = twin.log(seed, duration_s);
-    let (own, reference) = (twin.identify(&log), twin.rigid(&log));
-    let results = [&own, &reference].map(|found| &found.results[0]);
+    let (identification, reference) = (twin.identify(&log), twin.rigid(&log));
+    let results = [&identification, &reference].map(|found| &found.results[0]);
     Draw {
-        springs: twin.springs(&own, &log),
+        springs: twin.springs(&identification, &log),
         squares: squares(&twin.model, &twin.truth(), results),
-        identification: own,
+        identification,
     }
 }
 
@@ -246,7 +246,7 @@ fn known_bound(joint: usize, truth: f64, log: &[u8]) -> f64 {
     let mut lines = text.lines();
     let name = format!("ts{}", joint + 1);
     let mut head = lines.next().expect("the log has a head").split(',');
-    let at = head.position(|own| own == name);
+    let at = head.position(|other| other == name);
     let at = at.expect("the log has the column");
     let torque = |line: &str| line.split(',').nth(at).map(str::parse);
     let torques: Vec<f64> = lines

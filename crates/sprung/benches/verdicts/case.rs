@@ -50,7 +50,7 @@ pub(crate) struct Case {
 impl Case {
     /// Returns the case of a kind and a seed.
     pub(crate) fn new(kind: Kind, seed: u64) -> Self {
-        let stream = Kind::ALL.iter().position(|own| *own == kind);
+        let stream = Kind::ALL.iter().position(|other| *other == kind);
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(stream.unwrap_or_default() as u64);
         let joints = JOINTS[rng.random_range(0..JOINTS.len())];

@@ -179,7 +179,12 @@ fn truth(case: &Case, result: &EstimateResult) -> Option<Vec<f64>> {
     let of = |model: &Model, values: &[f64], name: &str| {
         model.index_of(name).ok().map(|index| values[index])
     };
-    let names = || result.parameters.iter().map(|own| own.name.as_str());
+    let names = || {
+        result
+            .parameters
+            .iter()
+            .map(|parameter| parameter.name.as_str())
+    };
     let of_robot = |name: &str| of(&case.plant, &case.of_robot, name);
     let of_model = |name: &str| of(&case.model, of_user, name);
     let is_richer = names().any(|name| of_model(name).is_none() && of_robot(name).is_some());
@@ -261,7 +266,7 @@ fn held_out(case: &Case, identified: &Identification) -> Option<Vec<(f64, f64)>>
     let truth = truth.first()?;
     let each = found.iter().take(parameters.sets.len());
     Some(
-        each.map(|own| (over_promise(own), over_truth(own, truth)))
+        each.map(|proofs| (over_promise(proofs), over_truth(proofs, truth)))
             .collect(),
     )
 }
@@ -288,7 +293,7 @@ fn over_truth(proofs: &[JointProof], truth: &[JointProof]) -> f64 {
     }
     let ratios = proofs.iter().zip(truth);
     let squares: f64 = ratios
-        .map(|(own, truth)| (own.torque_error_nm / truth.torque_error_nm).powi(2))
+        .map(|(proof, truth)| (proof.torque_error_nm / truth.torque_error_nm).powi(2))
         .sum();
     (squares / proofs.len() as f64).sqrt()
 }

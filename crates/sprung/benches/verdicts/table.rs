@@ -12,17 +12,17 @@ pub(crate) fn print(estimator: &str, outcomes: &[Outcome]) {
     println!(
         "\n{estimator}: cases, of which refused, unusable, doubtful, good; good and wrong; truly good, of which not good"
     );
-    let own = |kind: Option<Kind>| -> Vec<&Outcome> {
+    let of_kind = |kind: Option<Kind>| -> Vec<&Outcome> {
         (outcomes.iter())
             .filter(|outcome| outcome.estimator == estimator)
             .filter(|outcome| kind.is_none_or(|kind| outcome.kind == kind))
             .collect()
     };
     for kind in Kind::ALL {
-        row(estimator, kind.name(), &own(Some(kind)));
+        row(estimator, kind.name(), &of_kind(Some(kind)));
     }
-    row(estimator, "all", &own(None));
-    let missed = own(None);
+    row(estimator, "all", &of_kind(None));
+    let missed = of_kind(None);
     let missed = missed
         .into_iter()
         .filter(|o| o.is_truly_good() && o.verdict != "good");

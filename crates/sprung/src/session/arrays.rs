@@ -64,20 +64,20 @@ impl Session {
     ) -> Result<(Self, Arrays), SessionError> {
         let mut log = Log::default();
         let mut columns = Vec::new();
-        for own in quantities {
-            self.place(own, &mut log, &mut columns)?;
+        for quantity in quantities {
+            self.place(quantity, &mut log, &mut columns)?;
         }
         Ok((self.with_log(&log)?, Arrays::new(columns)?))
     }
 
     fn place(
         &self,
-        own: QuantityArrays,
+        quantity: QuantityArrays,
         log: &mut Log,
         columns: &mut Vec<(String, Array)>,
     ) -> Result<(), SessionError> {
         let robot = &self.experiment().robot;
-        let QuantityArrays { name, arrays } = own;
+        let QuantityArrays { name, arrays } = quantity;
         let misfit = |joints: &[usize]| SessionError::QuantityColumns {
             name: name.clone(),
             found: arrays.len(),
@@ -122,12 +122,12 @@ impl Session {
             _ => return Err(misfit(&joints)),
         };
         for key in keys {
-            let mut own = key.joints(Joints::ThatHaveIt, robot);
-            if own.is_empty() {
-                own = key.joints(Joints::Rigid, robot);
+            let mut of_key = key.joints(Joints::ThatHaveIt, robot);
+            if of_key.is_empty() {
+                of_key = key.joints(Joints::Rigid, robot);
             }
             let mut named = Vec::new();
-            for joint in own {
+            for joint in of_key {
                 let Some(place) = given.iter().position(|other| *other == joint) else {
                     return Err(misfit(&joints));
                 };
@@ -181,8 +181,8 @@ mod tests {
     fn quantities_become_columns_of_the_log() {
         let session = demo_session();
         assert!(session.is_by_quantity(["t", "q", "phi", "tau"]));
-        let own = session.log_columns();
-        assert!(!session.is_by_quantity(own.iter().map(String::as_str)));
+        let columns = session.log_columns();
+        assert!(!session.is_by_quantity(columns.iter().map(String::as_str)));
         let given = vec![some("t", 1), some("q", 2), some("phi", 2), some("tau", 2)];
         let (session, arrays) = session.with_quantities(given).unwrap();
         assert_eq!(

@@ -39,24 +39,25 @@ pub(super) fn control_code(design: &ControlDesign) -> Result<ControlCode, Contro
     if design.has_payload {
         return Err(ControlError::PayloadInCode);
     }
-    let own = &design.controller;
+    let controller = &design.controller;
     let n = design.joints.len();
     let of = |order: usize| -> Vec<f64> {
         (0..n)
             .map(|i| {
-                own.gain
+                controller
+                    .gain
                     .get(i)
                     .and_then(|row| row.get((2 * order + 1) * n + i))
             })
-            .map(|own| own.copied().unwrap_or(f64::NAN))
+            .map(|value| value.copied().unwrap_or(f64::NAN))
             .collect()
     };
-    let kind = if own.has_feedforward {
+    let kind = if controller.has_feedforward {
         ControllerKind::StateFeedback
     } else {
         ControllerKind::Pd
     };
-    let sequence: Vec<Impulse> = (own.shaper.iter())
+    let sequence: Vec<Impulse> = (controller.shaper.iter())
         .map(|[time, amplitude]| Impulse {
             time: *time,
             amplitude: *amplitude,
@@ -66,13 +67,13 @@ pub(super) fn control_code(design: &ControlDesign) -> Result<ControlCode, Contro
     let count = if sequence.is_empty() {
         0
     } else {
-        sample(&sequence, own.period_s, &mut taps)
+        sample(&sequence, controller.period_s, &mut taps)
             .map_err(|error| ControlError::Shaper(error.to_string()))?
     };
     taps.truncate(count);
     let mut header = vec![format!(
         "Controller: {}, period {} s, designed by {}.",
-        own.feedback, own.period_s, design.generator
+        controller.feedback, controller.period_s, design.generator
     )];
     if design.verdict.as_deref() == Some("unusable") {
         header.push(
@@ -84,16 +85,16 @@ pub(super) fn control_code(design: &ControlDesign) -> Result<ControlCode, Contro
             kind,
             kp_nm_per_rad: of(0),
             kd_nms_per_rad: of(1),
-            gain: own.gain.clone(),
+            gain: controller.gain.clone(),
             feedforward: Feedforward::Identified,
-            friction_compensation_speed_rad_per_s: own.friction_compensation_speed_rad_per_s,
-            velocity_window: own.velocity_window,
+            friction_compensation_speed_rad_per_s: controller.friction_compensation_speed_rad_per_s,
+            velocity_window: controller.velocity_window,
             shaper: Vec::new(),
             reference: Reference::default(),
         },
-        period_s: own.period_s,
-        torque_limits: (own.torque_limits_nm.iter())
-            .map(|own| own.unwrap_or(f64::INFINITY))
+        period_s: controller.period_s,
+        torque_limits: (controller.torque_limits_nm.iter())
+            .map(|limit| limit.unwrap_or(f64::INFINITY))
             .collect(),
         taps,
         header,

@@ -125,12 +125,12 @@ impl ExciteError {
                 time_s: broken.time_s,
                 runs_away: true,
             },
-            Refused::Pose(own) if !own.place.is_finite() => Self::Unstable {
+            Refused::Pose(pose) if !pose.place.is_finite() => Self::Unstable {
                 time_s: duration,
                 runs_away: true,
             },
-            Refused::Pose(own) => Self::Refused(of_pose(own, model, bounds)),
-            Refused::Motion(own) => Self::Refused(of_motion(own, model, bounds)),
+            Refused::Pose(pose) => Self::Refused(of_pose(pose, model, bounds)),
+            Refused::Motion(motion) => Self::Refused(of_motion(motion, model, bounds)),
         }
     }
 
@@ -144,8 +144,8 @@ impl ExciteError {
 
     /// Returns the error of a joint without limits.
     pub(in crate::session) fn no_limit(joint: &str, missing: &[Limited]) -> Self {
-        let words: Vec<&str> = missing.iter().map(|own| own.word()).collect();
-        let key = |own: &Limited| match own {
+        let words: Vec<&str> = missing.iter().map(|limit| limit.word()).collect();
+        let key = |limit: &Limited| match limit {
             Limited::Position => "position_rad = [-1.0, 1.0]".to_owned(),
             other => format!("{} = 1.0", other.key()),
         };
@@ -171,18 +171,18 @@ pub(in crate::session) fn unit(what: Limited, model: &Model, joint: usize) -> St
 /// Factor of a torque at rest with which a motion begins to be possible.
 const ROOM: f64 = 1.06;
 
-fn of_pose(own: &NoPose, model: &Model, bounds: &Bounds) -> String {
-    let name = &model.joints()[own.joint];
-    match own.what {
+fn of_pose(pose: &NoPose, model: &Model, bounds: &Bounds) -> String {
+    let name = &model.joints()[pose.joint];
+    match pose.what {
         Limited::Height => format!(
             "no pose keeps all links and the tool above floor_m = {:.4} m; the best pose found is {:.3} m too low at {name}: \
              lower floor_m by that",
             bounds.floor.unwrap_or_default(),
-            own.place.max(1.0) - 1.0
+            pose.place.max(1.0) - 1.0
         ),
         what => {
-            let limit = bounds.joints[own.joint].of(what);
-            let why = if own.place < 1.0 {
+            let limit = bounds.joints[pose.joint].of(what);
+            let why = if pose.place < 1.0 {
                 "leaves no room for a motion within"
             } else {
                 "keeps"
@@ -191,48 +191,48 @@ fn of_pose(own: &NoPose, model: &Model, bounds: &Bounds) -> String {
                 "no pose {why} the {} of {name} at rest: the best pose found needs {:.0} % of its limit {:.4} {}; raise the \
                  limit to {:.4} {}, or allow other positions",
                 what.word(),
-                100.0 * own.place,
+                100.0 * pose.place,
                 limit.half,
-                unit(what, model, own.joint),
-                limit.half * own.place * ROOM,
-                unit(what, model, own.joint),
+                unit(what, model, pose.joint),
+                limit.half * pose.place * ROOM,
+                unit(what, model, pose.joint),
             )
         }
     }
 }
 
-fn of_motion(own: &Broken, model: &Model, bounds: &Bounds) -> String {
-    let name = &model.joints()[own.joint];
-    if own.what == Limited::Height {
+fn of_motion(broken: &Broken, model: &Model, bounds: &Bounds) -> String {
+    let name = &model.joints()[broken.joint];
+    if broken.what == Limited::Height {
         return format!(
             "no motion that was tried keeps {name} above floor_m = {:.4} m: it is at {:.4} m after {:.3} s; lower floor_m to \
              {:.4} m",
             bounds.floor.unwrap_or_default(),
-            own.value,
-            own.time_s,
-            own.value - 0.001
+            broken.value,
+            broken.time_s,
+            broken.value - 0.001
         );
     }
-    let limit = match own.what {
+    let limit = match broken.what {
         Limited::ToolSpeed => bounds.tool_speed,
-        what => bounds.joints[own.joint].of(what),
+        what => bounds.joints[broken.joint].of(what),
     };
-    let unit = unit(own.what, model, own.joint);
-    if own.what == Limited::Position {
+    let unit = unit(broken.what, model, broken.joint);
+    if broken.what == Limited::Position {
         let [low, high] = [limit.middle - limit.half, limit.middle + limit.half];
         return format!(
             "the position of {name} is {:.4} {unit} after {:.3} s, outside of position_rad = [{low:.4}, {high:.4}]; widen the \
              limits, or change the motion",
-            own.value, own.time_s
+            broken.value, broken.time_s
         );
     }
     format!(
         "the {} of {name} reaches {:.4} {unit} after {:.3} s, and its limit is {:.4} {unit}, also in the smallest motion that \
          was tried; raise it to {:.4} {unit}",
-        own.what.word(),
-        own.value,
-        own.time_s,
+        broken.what.word(),
+        broken.value,
+        broken.time_s,
         limit.half,
-        limit.half * own.part * 1.02
+        limit.half * broken.part * 1.02
     )
 }

@@ -67,7 +67,7 @@ impl Session {
     ) -> Result<Exported, SessionError> {
         let exporter = Exporter::new(self, parameters, request)?;
         let values = if let Some(result) = exporter.result {
-            exporter.completed(result, values_of(result), |own| own.projected)
+            exporter.completed(result, values_of(result), |moved| moved.projected)
         } else {
             let given = parameters.sets.get(request.set);
             let values = given.map_or_else(BTreeMap::new, |set| set.values.clone());
@@ -75,8 +75,8 @@ impl Session {
             values
         };
         let mut origin = exporter.origin.clone();
-        let own = exporter.result;
-        origin.values = own.map_or_else(Vec::new, |result| origins(result, &values));
+        let identified = exporter.result;
+        origin.values = identified.map_or_else(Vec::new, |result| origins(result, &values));
         exporter.export(&values, origin)
     }
 
@@ -92,7 +92,7 @@ impl Session {
             });
         }
         let experiment = self.experiment();
-        let joints = experiment.robot.joint.iter().map(|own| &own.name);
+        let joints = experiment.robot.joint.iter().map(|joint| &joint.name);
         if control.robot != experiment.robot.name || !joints.eq(&control.joints) {
             return Err(ControlError::OtherRobot {
                 found: format!("\"{}\"", control.robot),
@@ -156,7 +156,7 @@ impl<'a> Exporter<'a> {
             session.check_robot(&identification.robot)?;
         }
         let result = identification
-            .map(|own| result_of(own, request.set))
+            .map(|identification| result_of(identification, request.set))
             .transpose()?;
         let (experiment, model) = session.described_by(parameters)?;
         if let Some(result) = result {
@@ -195,9 +195,13 @@ impl<'a> Exporter<'a> {
     ) -> BTreeMap<String, f64> {
         if self.request.format.has_few_laws() {
             let moved = result.dependence.iter();
-            values.extend(moved.map(|own| (own.name.clone(), projected(own))));
+            values.extend(moved.map(|moved| (moved.name.clone(), projected(moved))));
         }
-        for joint in self.identification.iter().flat_map(|own| &own.rigid_joints) {
+        for joint in self
+            .identification
+            .iter()
+            .flat_map(|identification| &identification.rigid_joints)
+        {
             joint.complete(|name| result.lacks(name), &mut values);
         }
         values
@@ -228,7 +232,9 @@ impl<'a> Exporter<'a> {
             session, request, ..
         } = self;
         let format = request.format;
-        let control = request.control.map(|own| session.code_of(own, format));
+        let control = request
+            .control
+            .map(|control| session.code_of(control, format));
         let folder = (self.experiment.robot.urdf.as_ref())
             .and_then(|path| session.folder.join(path).parent().map(Path::to_owned))
             .unwrap_or_default();
@@ -261,7 +267,7 @@ pub(super) fn result_of(
 
 /// Checks that the parameters of a result are those of the model.
 fn check_parameters(model: &Model, result: &EstimateResult) -> Result<(), ExportError> {
-    let known = result.parameters.iter().map(|own| &own.name);
+    let known = result.parameters.iter().map(|parameter| &parameter.name);
     let other = known
         .clone()
         .find(|name| model.index_of(name).is_err())
@@ -272,8 +278,9 @@ fn check_parameters(model: &Model, result: &EstimateResult) -> Result<(), Export
             )
         })
         .or_else(|| {
-            let mut own = model.parameters().iter();
-            let lacking = own.find(|own| known.clone().all(|name| *name != own.name))?;
+            let mut parameters = model.parameters().iter();
+            let lacking =
+                parameters.find(|parameter| known.clone().all(|name| *name != parameter.name))?;
             Some((
                 format!("a robot without {}", lacking.name),
                 "a robot with it".to_owned(),
@@ -287,42 +294,48 @@ fn check_parameters(model: &Model, result: &EstimateResult) -> Result<(), Export
 
 /// Returns the values of possible bodies and drives; values of the estimate where there are none.
 pub(super) fn values_of(result: &EstimateResult) -> BTreeMap<String, f64> {
-    let own = (result.parameters.iter())
-        .filter_map(|own| Some((own.name.clone(), own.physical.or(own.value)?)));
-    let standard = (result.standard_parameters.iter()).map(|own| (own.name.clone(), own.value));
+    let parameters = (result.parameters.iter()).filter_map(|parameter| {
+        Some((
+            parameter.name.clone(),
+            parameter.physical.or(parameter.value)?,
+        ))
+    });
+    let standard = (result.standard_parameters.iter())
+        .map(|parameter| (parameter.name.clone(), parameter.value));
     // The scales of friction laws have names of their own.
     let mut values = result.values();
-    values.extend(own.chain(standard));
+    values.extend(parameters.chain(standard));
     values
 }
 
 /// Returns the determined parameters with the values that the file holds.
 pub(super) fn origins(result: &EstimateResult, values: &BTreeMap<String, f64>) -> Vec<ValueOrigin> {
-    let own = (result.parameters.iter()).filter_map(|own| {
-        own.physical.or(own.value)?;
-        let value = *values.get(&own.name)?;
-        let projected = (result.dependence.iter())
-            .find(|moved| moved.name == own.name && moved.projected.to_bits() == value.to_bits());
+    let parameters = (result.parameters.iter()).filter_map(|parameter| {
+        parameter.physical.or(parameter.value)?;
+        let value = *values.get(&parameter.name)?;
+        let projected = (result.dependence.iter()).find(|moved| {
+            moved.name == parameter.name && moved.projected.to_bits() == value.to_bits()
+        });
         Some(ValueOrigin {
-            name: own.name.clone(),
-            unit: own.unit.clone(),
+            name: parameter.name.clone(),
+            unit: parameter.unit.clone(),
             value,
             beside_laws: projected.map(|moved| moved.raw),
-            standard_error: own.standard_error,
+            standard_error: parameter.standard_error,
         })
     });
     let standard = (result.standard_parameters.iter())
-        .filter(|own| result.parameter(&own.name).is_none())
-        .filter_map(|own| {
+        .filter(|parameter| result.parameter(&parameter.name).is_none())
+        .filter_map(|parameter| {
             Some(ValueOrigin {
-                name: own.name.clone(),
-                unit: own.unit.clone(),
-                value: *values.get(&own.name)?,
+                name: parameter.name.clone(),
+                unit: parameter.unit.clone(),
+                value: *values.get(&parameter.name)?,
                 beside_laws: None,
-                standard_error: own.standard_error,
+                standard_error: parameter.standard_error,
             })
         });
-    own.chain(standard).collect()
+    parameters.chain(standard).collect()
 }
 
 /// Returns the delay and the noise of each joint's torque.
@@ -335,16 +348,16 @@ fn evidence(
     let channels = (experiment.log.as_ref())
         .and_then(|log| Channels::new(&experiment.robot, log).ok())
         .map_or_else(Vec::new, |channels| channels.all);
-    let refinement = result.and_then(|own| own.refinement.as_ref());
+    let refinement = result.and_then(|result| result.refinement.as_ref());
     let of = |joint: usize| {
         let column = (channels.iter())
-            .find(|own| own.joint == joint && own.quantity.signal() == Signal::Torque)
-            .map(|own| own.column.as_str());
+            .find(|channel| channel.joint == joint && channel.quantity.signal() == Signal::Torque)
+            .map(|channel| channel.column.as_str());
         let refined = || {
             let delays = &refinement?.delays;
             let delay = delays
                 .iter()
-                .find(|own| Some(own.column.as_str()) == column)?;
+                .find(|delay| Some(delay.column.as_str()) == column)?;
             Some(Known {
                 value: delay.delay_s,
                 standard_error: delay.standard_error_s,
@@ -359,8 +372,11 @@ fn evidence(
         };
         let row = model.row_name(model.torque_row(joint));
         let white = || {
-            let own = refinement.filter(|own| own.used)?;
-            let row = own.disturbances.iter().find(|own| own.row == row)?;
+            let refinement = refinement.filter(|refinement| refinement.used)?;
+            let row = refinement
+                .disturbances
+                .iter()
+                .find(|disturbance| disturbance.row == row)?;
             Some(row.torque_noise_nm)
         };
         JointEvidence {

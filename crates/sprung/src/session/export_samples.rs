@@ -113,9 +113,9 @@ fn completed(
     result: &EstimateResult,
     raw: &BTreeMap<String, f64>,
 ) -> BTreeMap<String, f64> {
-    exporter.completed(result, raw.clone(), |own| {
-        let beside_laws = raw.get(&own.name).copied().unwrap_or(own.raw);
-        let projected = own.projected_with(beside_laws, |name| raw.get(name).copied());
+    exporter.completed(result, raw.clone(), |moved| {
+        let beside_laws = raw.get(&moved.name).copied().unwrap_or(moved.raw);
+        let projected = moved.projected_with(beside_laws, |name| raw.get(name).copied());
         projected.max(0.0)
     })
 }
@@ -126,10 +126,10 @@ fn origins(
     raw: &BTreeMap<String, f64>,
     values: &BTreeMap<String, f64>,
 ) -> Vec<ValueOrigin> {
-    let parameters = (result.parameters.iter()).map(|own| (&own.name, &own.unit));
+    let parameters = (result.parameters.iter()).map(|parameter| (&parameter.name, &parameter.unit));
     let standard = (result.standard_parameters.iter())
-        .filter(|own| result.parameter(&own.name).is_none())
-        .map(|own| (&own.name, &own.unit));
+        .filter(|parameter| result.parameter(&parameter.name).is_none())
+        .map(|parameter| (&parameter.name, &parameter.unit));
     let origin = |(name, unit): (&String, &String)| {
         let value = *values.get(name)?;
         let beside_laws = raw.get(name).copied();
@@ -137,7 +137,7 @@ fn origins(
             name: name.clone(),
             unit: unit.clone(),
             value,
-            beside_laws: beside_laws.filter(|own| own.to_bits() != value.to_bits()),
+            beside_laws: beside_laws.filter(|other| other.to_bits() != value.to_bits()),
             standard_error: None,
         })
     };

@@ -160,7 +160,7 @@ fn checked(
         let robot = start.joints();
         NewExperiment {
             joints: (chosen.joints.iter())
-                .map(|own| robot[own.joint].name.clone())
+                .map(|joint| robot[joint.joint].name.clone())
                 .collect(),
             lines: (chosen.lines.iter())
                 .map(|line| format!("{} = {}", line.key, line.value))
@@ -201,7 +201,7 @@ fn checked(
 /// Returns a sentence about a corrected choice, with the lines that it changed.
 fn correction(text: &str, before: &Chosen, after: &Chosen) -> String {
     let is_new = |line: &&ChosenLine| {
-        !(before.lines.iter()).any(|own| (&own.key, &own.value) == (&line.key, &line.value))
+        !(before.lines.iter()).any(|other| (&other.key, &other.value) == (&line.key, &line.value))
     };
     let lines: Vec<String> = (after.lines.iter().filter(is_new))
         .map(|line| format!("{} = {}", line.key, line.value))

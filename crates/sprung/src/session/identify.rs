@@ -71,8 +71,9 @@ impl Session {
         if self.earlier_laws.is_empty() {
             return found;
         }
-        let own = &mut found.identification;
-        own.applied
+        let identification = &mut found.identification;
+        identification
+            .applied
             .extend(self.earlier_laws.iter().map(|rung| Applied {
                 kind: "law".to_owned(),
                 what: format!(
@@ -83,8 +84,8 @@ impl Session {
                 held_out: None,
                 forbidden_by: "leaving out --laws-from".to_owned(),
             }));
-        let laws = own.laws.take().unwrap_or_default();
-        own.laws = Some(laws.with_earlier(&self.earlier_laws));
+        let laws = identification.laws.take().unwrap_or_default();
+        identification.laws = Some(laws.with_earlier(&self.earlier_laws));
         found
     }
 }

@@ -140,8 +140,9 @@ impl Session {
             if let Some(laws) = &identification.laws {
                 experiment = with_found_laws(&experiment, laws);
                 for rung in laws.rungs.iter().filter(|rung| rung.made) {
-                    let same =
-                        |own: &LawRung| own.joint == rung.joint && own.words() == rung.words();
+                    let same = |other: &LawRung| {
+                        other.joint == rung.joint && other.words() == rung.words()
+                    };
                     if !earlier_laws.iter().any(same) {
                         earlier_laws.push(rung.clone());
                     }
@@ -161,21 +162,21 @@ impl Session {
     /// own names in place of those of files.
     #[must_use]
     pub fn without_files(&self) -> Self {
-        let mut own = self.clone();
-        let runs = own.experiment.validate.iter_mut();
+        let mut session = self.clone();
+        let runs = session.experiment.validate.iter_mut();
         let of_runs = runs.filter_map(|run| run.log.as_mut());
-        for log in own.experiment.log.iter_mut().chain(of_runs) {
+        for log in session.experiment.log.iter_mut().chain(of_runs) {
             log.file = None;
         }
-        own
+        session
     }
 
     /// Returns this session with a number of validation runs on logs with the columns of `[log]`. The
     /// first runs keep their names and controllers.
     #[must_use]
     pub fn with_runs(&self, count: usize) -> Self {
-        let mut own = self.clone();
-        let mut runs = std::mem::take(&mut own.experiment.validate).into_iter();
+        let mut session = self.clone();
+        let mut runs = std::mem::take(&mut session.experiment.validate).into_iter();
         let run = |number: usize| {
             let kept = runs.next();
             let (name, controller) = kept.map_or_else(
@@ -188,22 +189,28 @@ impl Session {
                 controller,
             }
         };
-        own.experiment.validate = (1..=count).map(run).collect();
-        own
+        session.experiment.validate = (1..=count).map(run).collect();
+        session
     }
 
     /// Returns this session with a validation run on each of some files. The first runs keep their names,
     /// controllers and columns.
     #[must_use]
     pub fn with_run_files(&self, files: Vec<PathBuf>) -> Self {
-        let mut own = self.with_runs(files.len());
-        for (place, (run, file)) in own.experiment.validate.iter_mut().zip(files).enumerate() {
+        let mut session = self.with_runs(files.len());
+        for (place, (run, file)) in session
+            .experiment
+            .validate
+            .iter_mut()
+            .zip(files)
+            .enumerate()
+        {
             let kept = self.experiment.validate.get(place);
             let mut log = kept.and_then(|run| run.log.clone()).unwrap_or_default();
             log.file = Some(vec![file.into()]);
             run.log = Some(log);
         }
-        own
+        session
     }
 
     /// Returns the experiment, including the overrides.
@@ -228,13 +235,13 @@ impl Session {
     /// `experiment.toml`, `sprung-out-NAME` beside `NAME.toml`.
     #[must_use]
     pub fn results_folder(&self) -> PathBuf {
-        let own = (self.file.as_ref())
+        let stem = (self.file.as_ref())
             .filter(|file| !file.ends_with(EXPERIMENT_FILE))
             .and_then(|file| file.file_stem());
         let mut name = std::ffi::OsString::from(RESULTS_FOLDER);
-        if let Some(own) = own {
+        if let Some(stem) = stem {
             name.push("-");
-            name.push(own);
+            name.push(stem);
         }
         self.folder.join(name)
     }

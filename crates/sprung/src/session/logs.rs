@@ -95,9 +95,9 @@ impl Session {
 }
 
 /// Returns a function that opens a log, and other files relative to the experiment's folder.
-fn opener<'a>(files: &'a dyn Files, folder: &'a Path, own: PathBuf) -> BoxedOpener<'a> {
+fn opener<'a>(files: &'a dyn Files, folder: &'a Path, path: PathBuf) -> BoxedOpener<'a> {
     Box::new(move |other: Option<&Path>| match other {
-        None => files.open(&own),
+        None => files.open(&path),
         Some(other) => files.open(&folder.join(other)),
     })
 }

@@ -67,8 +67,8 @@ impl Session {
         }
         let source = sources.swap_remove(index);
         let files = (self.experiment().log.iter()).flat_map(|log| log.file.iter().flatten());
-        let own = (index, files.map(ToString::to_string).nth(index));
-        Ok(factors(self.experiment(), choices, own, source, progress)?)
+        let log = (index, files.map(ToString::to_string).nth(index));
+        Ok(factors(self.experiment(), choices, log, source, progress)?)
     }
 
     /// Reduces another log with the same columns.
@@ -128,6 +128,6 @@ impl Session {
 
 /// Returns the first log that serves the robot's own parameters.
 fn first_log(sources: Vec<LogSource<'_>>) -> Result<LogSource<'_>, SessionError> {
-    let mut own = sources.into_iter().filter(|log| !log.has_unknown_payload());
-    own.next().ok_or(SessionError::NoLogFile)
+    let mut logs = sources.into_iter().filter(|log| !log.has_unknown_payload());
+    logs.next().ok_or(SessionError::NoLogFile)
 }

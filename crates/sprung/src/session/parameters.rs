@@ -100,7 +100,7 @@ impl Parameters {
 impl From<&ServoIdentification> for Parameters {
     fn from(found: &ServoIdentification) -> Self {
         let values = found.parameters.iter();
-        let values = values.map(|own| (own.name.clone(), own.value));
+        let values = values.map(|parameter| (parameter.name.clone(), parameter.value));
         Self::named("servo", values.collect())
     }
 }

@@ -81,8 +81,8 @@ pub fn read_results(
     path: &Path,
 ) -> Result<(Option<ReadIdentification>, Option<ReadValidation>), SessionError> {
     if path.is_dir() {
-        let own = |name: &str| in_folder(path, name);
-        let (identified, validated) = (own(IDENTIFICATION_FILE)?, own(VALIDATION_FILE)?);
+        let file = |name: &str| in_folder(path, name);
+        let (identified, validated) = (file(IDENTIFICATION_FILE)?, file(VALIDATION_FILE)?);
         if identified.is_none() && validated.is_none() {
             return Err(SessionError::NoIdentification {
                 folder: path.to_owned(),
@@ -190,9 +190,9 @@ fn validation(path: PathBuf, json: Value) -> Result<ReadValidation, SessionError
 /// exists.
 fn in_folder(path: &Path, name: &str) -> Result<Option<PathBuf>, SessionError> {
     finish(path)?;
-    let own = path.join(name);
-    if own.exists() {
-        return Ok(Some(own));
+    let candidate = path.join(name);
+    if candidate.exists() {
+        return Ok(Some(candidate));
     }
     let mut files = Vec::new();
     for folder in results_of_experiments(path) {
@@ -258,7 +258,7 @@ fn looks_like_json(json: &Value) -> Option<&'static str> {
 
 /// Returns the likely kind of a text that is not JSON, and the remedy.
 fn looks_like_text(path: &Path, text: &str, error: &serde_json::Error) -> String {
-    let ends = |extension: &str| path.extension().is_some_and(|own| own == extension);
+    let ends = |extension: &str| path.extension().is_some_and(|ending| ending == extension);
     let line = |start: &str| {
         text.lines()
             .any(|line| line.trim_start().starts_with(start))

@@ -141,9 +141,9 @@ impl Recording<'_> {
     /// Checks that the twin measures with the errors that a bound needs.
     pub(super) fn require_noise(&self, joints: usize) -> Result<(), SessionError> {
         let noise = &self.settings.torque_noise_nm;
-        let has_noise = noise.len() == joints && noise.iter().all(|own| *own > 0.0);
+        let has_noise = noise.len() == joints && noise.iter().all(|level| *level > 0.0);
         let mut channels = self.channels.all.iter();
-        let has_links = channels.any(|own| own.quantity == Quantity::LinkPosition);
+        let has_links = channels.any(|channel| channel.quantity == Quantity::LinkPosition);
         let missing = if self.settings.motor_encoder_counts_per_turn.is_empty() {
             "motor_encoder_counts_per_turn"
         } else if has_links && self.settings.link_encoder_counts_per_turn.is_empty() {

@@ -46,7 +46,7 @@ impl Session {
         for source in sources
             .iter()
             .flatten()
-            .filter(|own| own.has_unknown_payload())
+            .filter(|source| source.has_unknown_payload())
         {
             refuse(Feature::UnknownPayload, &source.label(), Task::Validate)?;
         }

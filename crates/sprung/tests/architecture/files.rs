@@ -268,8 +268,8 @@ impl<'u> Reached<'u> {
 
 /// Returns the module path of the root of a crate of the library; `None` if the name is that of no such crate.
 fn crate_root(name: &str) -> Option<ModulePath> {
-    let is_it = |own: &str| own != "sprung" && own.replace('-', "_") == name;
-    let (_, prefix) = LIBRARY.into_iter().find(|(own, _)| is_it(own))?;
+    let is_it = |library: &str| library != "sprung" && library.replace('-', "_") == name;
+    let (_, prefix) = LIBRARY.into_iter().find(|(library, _)| is_it(library))?;
     Some(prefix.iter().map(|part| (*part).to_owned()).collect())
 }
 

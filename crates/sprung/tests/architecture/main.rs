@@ -128,7 +128,7 @@ fn may_use(module: &str, other: &str) -> bool {
     let place = |name: &str| ORDER.iter().position(|known| *known == name);
     match (place(module), place(other)) {
         _ if module == other => true,
-        (Some(own), Some(other)) => other < own,
+        (Some(position), Some(other)) => other < position,
         (None, Some(_)) => LEAVES.contains(&module),
         _ => false,
     }
@@ -187,7 +187,7 @@ fn no_folders_use_each_other_in_a_circle() {
         .collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     for module in CIRCULAR {
-        let has = circles.iter().any(|(own, _)| own == module);
+        let has = circles.iter().any(|(member, _)| member == module);
         assert!(has, "remove {module} from the list");
     }
 }

@@ -25,7 +25,11 @@ fn public_names_are_those_of_the_list() {
                 if let Item::Use(item) = item
                     && matches!(item.vis, Visibility::Public(_))
                 {
-                    found.extend(names(&item.tree).iter().map(|own| format!("{name}::{own}")));
+                    found.extend(
+                        names(&item.tree)
+                            .iter()
+                            .map(|member| format!("{name}::{member}")),
+                    );
                 }
             }
         }
@@ -34,10 +38,10 @@ fn public_names_are_those_of_the_list() {
     found.dedup();
     let known: Vec<&str> = LIST.lines().collect();
     let lost: Vec<_> = (known.iter())
-        .filter(|own| !found.iter().any(|name| name == *own))
+        .filter(|known_name| !found.iter().any(|name| name == *known_name))
         .collect();
     let new: Vec<_> = (found.iter())
-        .filter(|own| !known.contains(&own.as_str()))
+        .filter(|name| !known.contains(&name.as_str()))
         .collect();
     assert!(
         lost.is_empty() && new.is_empty(),

@@ -24,8 +24,8 @@ fn late(late: &[(usize, &str, usize)]) -> Identification {
     let model = Model::new(&experiment).unwrap();
     // Half of the log: a search takes several seconds of processor time. The benchmark `delays` has whole logs.
     table.time.truncate(5000);
-    for own in &mut table.columns {
-        own.truncate(5000);
+    for column in &mut table.columns {
+        column.truncate(5000);
     }
     let found = with_source(&table.csv(), |source| {
         identify(&experiment, &model, &mut [source], &mut Unheard)
@@ -44,9 +44,12 @@ fn delays_of_a_link_are_found() {
         assert!(used.standard_error.unwrap() < 1e-4, "{used:?}");
         let refined = found.results[0].refined();
         let refined = refined.unwrap_or_else(|| panic!("{:#?}", found.results[0].warnings));
-        let own = refined.delays.iter().find(|delay| delay.column == name);
+        let delay = refined.delays.iter().find(|delay| delay.column == name);
         // Measured 5.4e-8 s; the limit allows a factor of ninety, because searches end differently on other processors.
-        assert!((own.unwrap().delay_s - used.value).abs() < 5e-6, "{own:?}");
+        assert!(
+            (delay.unwrap().delay_s - used.value).abs() < 5e-6,
+            "{delay:?}"
+        );
         let codes: Vec<&str> = found.findings.iter().map(|f| f.code.as_str()).collect();
         assert!(codes.contains(&"delay-estimated"), "{codes:?}");
         assert!(!codes.contains(&"delay-not-found"), "{codes:?}");

@@ -48,10 +48,14 @@ fn signs_of_every_column_are_found() {
         let experiment = asked(&demo.experiment, &[name], &[]);
         for sign in [1.0, -1.0] {
             let found = find(&experiment, &times(&table, column, sign)).unwrap();
-            let own = &found.signs[0];
-            assert_eq!((own.column.as_str(), own.value), (name, sign), "{own:?}");
+            let estimate = &found.signs[0];
+            assert_eq!(
+                (estimate.column.as_str(), estimate.value),
+                (name, sign),
+                "{estimate:?}"
+            );
             // Measured 295 or more.
-            assert!(own.log_likelihood > 20.0, "{own:?}");
+            assert!(estimate.log_likelihood > 20.0, "{estimate:?}");
         }
     }
     // A wrong link and its torque together, and one wrong link of two.
@@ -76,8 +80,8 @@ fn a_sign_is_found_together_with_a_delay() {
         let late = table.delayed(column, 40);
         for sign in [1.0, -1.0] {
             let found = find(&experiment, &times(&late, column, sign)).unwrap();
-            let own = &found.signs[0];
-            assert!((own.value - sign).abs() < f64::EPSILON, "{own:?}");
+            let estimate = &found.signs[0];
+            assert!((estimate.value - sign).abs() < f64::EPSILON, "{estimate:?}");
         }
     }
 }
@@ -109,12 +113,12 @@ fn gains_of_positions_are_found_within_their_errors() {
         let experiment = asked(&demo.experiment, &[], &[name]);
         for wrong in [1.0, 1.3] {
             let found = find(&experiment, &times(&table, column, wrong)).unwrap();
-            let own = &found.gains[0];
-            let off = (own.value * wrong - 1.0) / (own.standard_error * wrong);
+            let gain = &found.gains[0];
+            let off = (gain.value * wrong - 1.0) / (gain.standard_error * wrong);
             // Measured 2.9 % or less, and 1.0 standard errors, with two seeds.
-            assert!((own.value * wrong - 1.0).abs() < 0.05, "{wrong}: {own:?}");
+            assert!((gain.value * wrong - 1.0).abs() < 0.05, "{wrong}: {gain:?}");
             // A normal variable exceeds 3 once in 400.
-            assert!(off.abs() < 3.0, "{wrong}: {own:?}");
+            assert!(off.abs() < 3.0, "{wrong}: {gain:?}");
         }
     }
 }
@@ -129,13 +133,13 @@ fn the_gain_of_a_torque_needs_something_known() {
     let fixed = &mut experiment.robot.fixed;
     fixed.insert("joint2.stiffness".to_owned(), 4.212_811);
     let found = find(&experiment, &table).unwrap();
-    let own = &found.gains[0];
+    let gain = &found.gains[0];
     assert!(
-        (own.value - 2.0).abs() < 5.0 * own.standard_error,
-        "{own:?}"
+        (gain.value - 2.0).abs() < 5.0 * gain.standard_error,
+        "{gain:?}"
     );
     // Measured 0.024; the limit allows a factor of two.
-    assert!(own.standard_error < 0.05, "{own:?}");
+    assert!(gain.standard_error < 0.05, "{gain:?}");
 }
 
 #[test]
@@ -164,8 +168,8 @@ fn an_identification_says_what_it_found() {
     let gain = found.log.gain["q2_rad"];
     assert!((1.1 * gain.value - 1.0).abs() < 0.03, "{gain:?}");
     for code in ["sign-estimated", "gain-estimated"] {
-        let own = found.findings.iter().find(|finding| finding.code == code);
-        let evidence = own.unwrap().evidence.as_ref().unwrap();
+        let finding = found.findings.iter().find(|finding| finding.code == code);
+        let evidence = finding.unwrap().evidence.as_ref().unwrap();
         assert_eq!(evidence.file, "log");
     }
     let stiffness = found.results[0].values()["joint1.stiffness"];

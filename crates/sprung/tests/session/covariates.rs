@@ -115,8 +115,8 @@ fn changes_of_friction_with_the_temperature_are_found() {
     assert_eq!(hardly_change(&found), [""; 0]);
     let result = &found.results[0];
     for (name, truth) in NAMES {
-        let own = result.parameter(name).unwrap();
-        let (value, error) = (own.value.unwrap(), own.standard_error.unwrap());
+        let parameter = result.parameter(name).unwrap();
+        let (value, error) = (parameter.value.unwrap(), parameter.standard_error.unwrap());
         assert!(
             (value - truth).abs() < 3.0 * error,
             "{name} {value} {error}"
@@ -135,8 +135,11 @@ fn a_constant_temperature_tells_nothing_about_its_effect() {
     assert_eq!(hardly_change(&found), ["warm1", "warm2"]);
     let result = &found.results[0];
     for (name, _) in NAMES {
-        let own = result.parameter(name).unwrap();
-        assert!(!own.identifiable && own.value.is_none(), "{name}");
+        let parameter = result.parameter(name).unwrap();
+        assert!(
+            !parameter.identifiable && parameter.value.is_none(),
+            "{name}"
+        );
     }
     assert!(
         result
@@ -145,7 +148,9 @@ fn a_constant_temperature_tells_nothing_about_its_effect() {
             .identifiable
     );
     let mut findings = result.warnings.iter();
-    let finding = findings.find(|own| own.code == "not-identifiable").unwrap();
+    let finding = findings
+        .find(|finding| finding.code == "not-identifiable")
+        .unwrap();
     assert!(finding.parameters.iter().any(|name| name == NAMES[0].0));
 }
 
@@ -260,15 +265,15 @@ fn logs_at_several_temperatures_and_hours_tell_both_effects() {
             ("joint1.motor_coulomb_per_h", 0.0008, "N·m/h"),
             ("joint2.motor_viscous_per_h", 0.0001, "N·m·s/rad/h"),
         ] {
-            let own = result.parameter(name).unwrap();
-            let (value, error) = (own.value.unwrap(), own.standard_error.unwrap());
+            let parameter = result.parameter(name).unwrap();
+            let (value, error) = (parameter.value.unwrap(), parameter.standard_error.unwrap());
             let method = &result.estimator;
             assert!(
                 (value - truth).abs() < 3.0 * error,
                 "{method:?} {name} {value} {error}"
             );
             assert!(error < 0.5 * truth.abs(), "{method:?} {name} {error}");
-            assert_eq!(own.unit, unit);
+            assert_eq!(parameter.unit, unit);
         }
     }
 }
@@ -282,7 +287,8 @@ fn time_and_temperature_that_rise_together_are_both_named() {
     ];
     let found = with_truth((both, ""), std::slice::from_ref(&log), &[]).unwrap();
     let found = found.identify(&mut Unheard).unwrap().identification;
-    let mut notes = (found.findings.iter()).filter(|own| own.code == "covariates-change-together");
+    let mut notes =
+        (found.findings.iter()).filter(|finding| finding.code == "covariates-change-together");
     let note = notes.next().unwrap();
     assert!(
         note.text
@@ -303,10 +309,10 @@ fn time_and_temperature_that_rise_together_are_both_named() {
     let columns = "log.temperature_c=[\"warm2\"]";
     let found = with_truth((alone, ""), &[log], &[columns]).unwrap();
     let found = found.identify(&mut Unheard).unwrap().identification;
-    let own = found.results[0].parameter("joint1.motor_viscous_per_s");
-    let (own, truth) = (own.unwrap(), -0.12 * 20.0 / 30.0);
+    let parameter = found.results[0].parameter("joint1.motor_viscous_per_s");
+    let (parameter, truth) = (parameter.unwrap(), -0.12 * 20.0 / 30.0);
     assert!(
-        (own.value.unwrap() - truth).abs() < 3.0 * own.standard_error.unwrap(),
-        "{own:?}"
+        (parameter.value.unwrap() - truth).abs() < 3.0 * parameter.standard_error.unwrap(),
+        "{parameter:?}"
     );
 }

@@ -20,9 +20,9 @@ fn empty_and_loaded() -> Files {
     let loaded = LOADED.map(str::to_owned);
     let mut files = Files::new();
     for (name, overrides) in [("0.csv", &[][..]), ("1.csv", &loaded)] {
-        let own = session(&files, ARM, overrides).unwrap();
+        let session = session(&files, ARM, overrides).unwrap();
         let mut log = Vec::new();
-        let twin = own.twin(None, None).unwrap();
+        let twin = session.twin(None, None).unwrap();
         twin.write(&mut log, &mut Unheard).unwrap();
         files.insert(name.to_owned(), log);
     }
@@ -36,10 +36,10 @@ fn validated(file: &str) -> RunResult {
         "log = { file = \"0.csv\" }",
         &format!("log = {{ file = {file} }}"),
     );
-    let own = session(&files, &text, &[]).unwrap();
-    let found = own.identify(&mut Unheard).unwrap().identification;
+    let session = session(&files, &text, &[]).unwrap();
+    let found = session.identify(&mut Unheard).unwrap().identification;
     let parameters = Parameters::from(found);
-    let validated = own.validate(&parameters, &mut Unheard).unwrap();
+    let validated = session.validate(&parameters, &mut Unheard).unwrap();
     validated.validation.runs.into_iter().next().unwrap()
 }
 
@@ -50,15 +50,21 @@ fn refined(file: &str) -> EstimateResult {
         &format!("[log]\nfile = [\"0.csv\", {file}]"),
     );
     let overrides = ["identify.estimator=\"prediction-error\"".to_owned()];
-    let own = session(&empty_and_loaded(), &text, &overrides).unwrap();
-    let found = own.identify(&mut Unheard).unwrap().identification;
+    let session = session(&empty_and_loaded(), &text, &overrides).unwrap();
+    let found = session.identify(&mut Unheard).unwrap().identification;
     found.results.into_iter().next().unwrap()
 }
 
 /// Returns the largest relative error of a parameter.
 fn largest_error(result: &EstimateResult) -> f64 {
-    let own = result.parameters.iter();
-    own.filter_map(|own| Some((own.value?, own.nominal.filter(|truth| *truth != 0.0)?)))
+    let parameters = result.parameters.iter();
+    parameters
+        .filter_map(|parameter| {
+            Some((
+                parameter.value?,
+                parameter.nominal.filter(|truth| *truth != 0.0)?,
+            ))
+        })
         .map(|(value, truth)| (value / truth - 1.0).abs())
         .fold(0.0, f64::max)
 }
@@ -69,7 +75,12 @@ fn a_known_payload_does_not_change_the_refined_robot() {
     let ignored = refined("\"1.csv\"");
     let (with, without) = (largest_error(&known), largest_error(&ignored));
     println!("largest error: {with:.4}, without the payload {without:.4}");
-    assert!(known.refinement.as_ref().is_some_and(|own| own.used));
+    assert!(
+        known
+            .refinement
+            .as_ref()
+            .is_some_and(|refinement| refinement.used)
+    );
     // Measured 0.0017 and 0.88.
     assert!(with < 0.01 && without > 0.1, "{with} {without}");
 }
@@ -90,6 +101,6 @@ fn a_known_payload_is_part_of_the_predicted_robot() {
         !known.sets[0]
             .findings
             .iter()
-            .any(|own| own.code == "payload-changed")
+            .any(|finding| finding.code == "payload-changed")
     );
 }

@@ -57,7 +57,7 @@ fn merged<'a>(all: impl IntoIterator<Item = &'a LogFactors>) -> LogFactors {
 fn estimates(found: &Identified) -> Vec<(f64, f64)> {
     let parameters = found.identification.results[0].parameters.iter();
     parameters
-        .map(|own| (own.value.unwrap(), own.standard_error.unwrap()))
+        .map(|parameter| (parameter.value.unwrap(), parameter.standard_error.unwrap()))
         .collect()
 }
 
@@ -84,20 +84,20 @@ fn factors_give_the_parameters_of_one_pass() {
             "{found:?} {expected:?}"
         );
     }
-    let (own, one_pass) = (&found.identification, &expected.identification);
-    assert_eq!(own.log, one_pass.log);
-    assert_eq!(own.further_logs, one_pass.further_logs);
-    assert_eq!(own.settings, one_pass.settings);
-    let (own, one_pass) = (&own.results[0], &one_pass.results[0]);
-    assert_eq!(own.parts.len(), one_pass.parts.len());
-    assert_eq!(own.verdict, one_pass.verdict);
-    for (own, one_pass) in own.parts.iter().zip(&one_pass.parts) {
-        assert!((own.from_s - one_pass.from_s).abs() < 1e-9);
-        for (own, one_pass) in own.values.iter().zip(&one_pass.values) {
-            assert_eq!(own.is_some(), one_pass.is_some());
-            let ratio = own
+    let (by_factors, one_pass) = (&found.identification, &expected.identification);
+    assert_eq!(by_factors.log, one_pass.log);
+    assert_eq!(by_factors.further_logs, one_pass.further_logs);
+    assert_eq!(by_factors.settings, one_pass.settings);
+    let (by_factors, one_pass) = (&by_factors.results[0], &one_pass.results[0]);
+    assert_eq!(by_factors.parts.len(), one_pass.parts.len());
+    assert_eq!(by_factors.verdict, one_pass.verdict);
+    for (part, one_pass) in by_factors.parts.iter().zip(&one_pass.parts) {
+        assert!((part.from_s - one_pass.from_s).abs() < 1e-9);
+        for (value, one_pass) in part.values.iter().zip(&one_pass.values) {
+            assert_eq!(value.is_some(), one_pass.is_some());
+            let ratio = value
                 .zip(*one_pass)
-                .map_or(1.0, |(own, other)| own.0 / other.0);
+                .map_or(1.0, |(value, other)| value.0 / other.0);
             assert!((ratio - 1.0).abs() < 1e-8, "{ratio}");
         }
     }
@@ -122,7 +122,10 @@ fn estimated_signs_stay_when_a_law_is_added() {
         "{laws:?}"
     );
     assert!(expected.log.signs()["tau1_nm"] > 0.0);
-    let mut codes = expected.findings.iter().map(|own| own.code.as_str());
+    let mut codes = expected
+        .findings
+        .iter()
+        .map(|finding| finding.code.as_str());
     assert!(codes.any(|code| code == "sign-estimated"));
     let choices = session.choices(&mut Unheard).unwrap();
     let all = merged(&factors(&session, &choices));
@@ -285,12 +288,12 @@ fn combined_results_of_single_logs_are_near_one_pass() {
     let all = session(&[CHOSEN[0], CHOSEN[1], fixed]).identify(&mut Unheard);
     let all = estimates(&all.unwrap());
     assert_eq!(combined.parameters.len(), all.len());
-    for (own, one_pass) in combined.parameters.iter().zip(all) {
-        let apart = (own.value - one_pass.0).abs() / one_pass.1;
-        let ratio = own.standard_error / one_pass.1;
+    for (parameter, one_pass) in combined.parameters.iter().zip(all) {
+        let apart = (parameter.value - one_pass.0).abs() / one_pass.1;
+        let ratio = parameter.standard_error / one_pass.1;
         assert!(
             apart < 1.0 && (0.4..2.5).contains(&ratio),
-            "{own:?} {one_pass:?}"
+            "{parameter:?} {one_pass:?}"
         );
     }
     let twice = compare(&[compared[0], compared[0]], &[]).unwrap();

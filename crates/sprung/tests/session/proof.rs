@@ -44,11 +44,11 @@ fn log(run: Option<&str>, values: BTreeMap<String, f64>, seed: u64) -> Vec<u8> {
 }
 
 fn files(validation: Vec<u8>) -> Memory {
-    static OWN: OnceLock<Vec<u8>> = OnceLock::new();
-    let own = OWN.get_or_init(|| log(None, truth(), 1));
+    static LOG: OnceLock<Vec<u8>> = OnceLock::new();
+    let log = LOG.get_or_init(|| log(None, truth(), 1));
     Memory::from([
         ("truth.toml", demo::TRUTH.as_bytes().to_vec()),
-        ("identification.csv", own.clone()),
+        ("identification.csv", log.clone()),
         ("validation.csv", validation),
     ])
 }

@@ -53,8 +53,8 @@ fn identified(log: &[u8], urdf: &str, constraints: &str) -> Identification {
         ("arm/meshes/link1.stl".to_owned(), STL.as_bytes().to_vec()),
     ]);
     let overrides = [format!("identify.constraints=\"{constraints}\"")];
-    let own = session(&files, &text, &overrides).unwrap();
-    own.identify(&mut Unheard).unwrap().identification
+    let session = session(&files, &text, &overrides).unwrap();
+    session.identify(&mut Unheard).unwrap().identification
 }
 
 #[test]
@@ -75,8 +75,11 @@ fn geometry_moves_bodies_only_where_the_log_does_not_decide() {
     println!("largest change of a determined value: {worst:.4} standard errors");
     assert!(worst < 0.01, "{worst}");
     let body = |found: &Identification, name: &str| {
-        let mut own = found.results[0].standard_parameters.iter();
-        own.find(|own| own.name == name).unwrap().value
+        let mut standard_parameters = found.results[0].standard_parameters.iter();
+        standard_parameters
+            .find(|parameter| parameter.name == name)
+            .unwrap()
+            .value
     };
     // The log determines izz of the first link plus 0.343² m of the second.
     let radius = |found| (body(found, "link1.izz") / body(found, "link1.m")).sqrt();
@@ -85,7 +88,7 @@ fn geometry_moves_bodies_only_where_the_log_does_not_decide() {
     assert!(radii[0] < 0.06 && radii[1] > 0.1, "{radii:?}");
     let told = |found: &Identification| {
         let mut all = found.results[0].warnings.iter();
-        all.any(|own| own.code == "links-without-geometry")
+        all.any(|finding| finding.code == "links-without-geometry")
     };
     assert!(!told(&with) && told(&without));
     assert!(!told(&identified(&log, &urdf("", ""), "none")));
@@ -104,13 +107,13 @@ fn a_nominal_body_outside_its_geometry_is_named() {
     for (x, expected) in [(0.12, None), (-0.3, Some("link1"))] {
         let found = identified(&log, &urdf(&link(x), &link(0.12)), "possible");
         let mut all = found.results[0].warnings.iter();
-        let own = all.find(|own| own.code == "nominal-body-outside");
-        assert_eq!(own.is_some(), expected.is_some(), "{x}: {own:?}");
-        if let (Some(own), Some(link)) = (own, expected) {
+        let finding = all.find(|finding| finding.code == "nominal-body-outside");
+        assert_eq!(finding.is_some(), expected.is_some(), "{x}: {finding:?}");
+        if let (Some(finding), Some(link)) = (finding, expected) {
             assert!(
-                own.text.contains(link) && !own.text.contains("link2"),
+                finding.text.contains(link) && !finding.text.contains("link2"),
                 "{}",
-                own.text
+                finding.text
             );
         }
     }

@@ -26,11 +26,11 @@ fn robots_of_an_identification_have_its_errors() {
         session.sample(&parameters, &request(2000)).unwrap()
     );
     for (at, name) in samples.parameters.iter().enumerate() {
-        let own = result.parameter(name).unwrap();
-        let (Some(value), Some(error)) = (own.value, own.standard_error) else {
+        let parameter = result.parameter(name).unwrap();
+        let (Some(value), Some(error)) = (parameter.value, parameter.standard_error) else {
             continue;
         };
-        if own.one_sided {
+        if parameter.one_sided {
             continue;
         }
         let count = samples.theta.len() as f64;

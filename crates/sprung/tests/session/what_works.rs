@@ -84,8 +84,8 @@ const LINKS: &str = "link_position_rad = [\"q1\", \"q2\"]";
 
 /// Returns the arm with one feature of the page.
 fn text(feature: &str) -> String {
-    let columns = |own: &str| ARM.replace(LINKS, own);
-    let files = |own: &str| ARM.replacen("file = \"0.csv\"", own, 1);
+    let columns = |lines: &str| ARM.replace(LINKS, lines);
+    let files = |lines: &str| ARM.replacen("file = \"0.csv\"", lines, 1);
     match feature {
         "link encoder" => ARM.to_owned(),
         "deflection sensor" => columns("link_deflection_rad = [\"q1\", \"q2\"]"),
@@ -198,8 +198,8 @@ impl Case {
                 .unwrap();
             files.insert("0.csv".to_owned(), log.clone());
             files.insert("1.csv".to_owned(), log);
-            let own = session(&files, &text, &[]).unwrap();
-            found = Some(own.identify(&mut Unheard).unwrap().identification);
+            let session = session(&files, &text, &[]).unwrap();
+            found = Some(session.identify(&mut Unheard).unwrap().identification);
         }
         Self {
             feature: feature.to_owned(),
@@ -222,7 +222,9 @@ impl Case {
         } else {
             Vec::new()
         };
-        if let Some(name) = task.strip_prefix('`').and_then(|own| own.strip_suffix('`'))
+        if let Some(name) = task
+            .strip_prefix('`')
+            .and_then(|rest| rest.strip_suffix('`'))
             && ["least-squares", "lsff", "output-error", "prediction-error"].contains(&name)
         {
             overrides.push(format!("identify.estimator=\"{name}\""));

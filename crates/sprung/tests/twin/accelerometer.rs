@@ -181,7 +181,7 @@ fn stiffer(columns: &str, mounting: [&str; 2]) -> Twin {
 
 fn mountings(found: &[Finding]) -> Vec<&Finding> {
     (found.iter())
-        .filter(|own| own.code == "accelerometer-mounting")
+        .filter(|finding| finding.code == "accelerometer-mounting")
         .collect()
 }
 
@@ -191,7 +191,11 @@ fn mountings_follow_from_the_equations() {
     let found = checked(&recorded, &twin(&text(THREE_AXES, ["", ""])), |_| ());
     let notes = mountings(&found);
     assert_eq!(notes.len(), 2, "{found:#?}");
-    assert!(found.iter().all(|own| own.severity == Severity::Info));
+    assert!(
+        found
+            .iter()
+            .all(|finding| finding.severity == Severity::Info)
+    );
     for note in notes {
         println!("{}", note.text);
     }
@@ -210,7 +214,7 @@ fn a_mounting_that_the_equations_leave_open_must_be_given() {
         println!("{}", error.text);
         assert_eq!(error.severity, Severity::Error);
     }
-    let open = (found.iter()).find(|own| own.code == "link-by-accelerometer");
+    let open = (found.iter()).find(|finding| finding.code == "link-by-accelerometer");
     let text = &open.unwrap().text;
     assert!(
         text.contains("leaves open that of joint1, joint2"),
@@ -228,17 +232,21 @@ fn checked(recorded: &Twin, twin: &Twin, change: impl FnOnce(&mut Simulate)) -> 
 
 #[test]
 fn good_accelerometers_cause_notes_only() {
-    let own = twin(&text(ONE_AXIS, ALONG_LINKS));
-    let found = checked(&own, &own, |_| ());
+    let twin = twin(&text(ONE_AXIS, ALONG_LINKS));
+    let found = checked(&twin, &twin, |_| ());
     println!("{found:#?}");
-    assert!(found.iter().all(|own| own.severity == Severity::Info));
-    let codes: Vec<&str> = found.iter().map(|own| own.code.as_str()).collect();
+    assert!(
+        found
+            .iter()
+            .all(|finding| finding.severity == Severity::Info)
+    );
+    let codes: Vec<&str> = found.iter().map(|finding| finding.code.as_str()).collect();
     assert!(codes.contains(&"link-by-accelerometer") && codes.contains(&"accelerometer-bias"));
 }
 
 #[test]
 fn faulty_accelerometers_are_named() {
-    let own = stiffer(ONE_AXIS, ALONG_LINKS);
+    let true_twin = stiffer(ONE_AXIS, ALONG_LINKS);
     let reversed = format!("{ONE_AXIS}\nsign = {{ a2 = -1 }}");
     for (code, columns, limit) in [
         ("accelerometer-saturated", ONE_AXIS, 2.0),
@@ -249,7 +257,7 @@ fn faulty_accelerometers_are_named() {
             f64::INFINITY,
         ),
     ] {
-        let found = checked(&stiffer(columns, ALONG_LINKS), &own, |settings| {
+        let found = checked(&stiffer(columns, ALONG_LINKS), &true_twin, |settings| {
             settings.accelerometer_limit_m_per_s2 = vec![limit; 2];
         });
         let named = (found.iter().find(|finding| finding.code == code))
@@ -265,13 +273,13 @@ fn mistakes_are_named() {
         let found = description::read("experiment.toml", text, &[], &mut no_files);
         found.err().unwrap().to_string()
     };
-    let own = text(ONE_AXIS, ALONG_LINKS);
+    let description = text(ONE_AXIS, ALONG_LINKS);
     let both = refused(&text(&format!("{ONE_AXIS}\n{GYROSCOPES}"), ALONG_LINKS));
     assert!(
         both.contains("keep the gyroscopes or the accelerometers"),
         "{both}"
     );
-    let two = refused(&own.replace(
+    let two = refused(&description.replace(
         ONE_AXIS,
         &format!("{ONE_AXIS}\naccelerometer_m_per_s2.x = [\"b1\", \"b2\"]"),
     ));
@@ -279,12 +287,13 @@ fn mistakes_are_named() {
         two.contains("an accelerometer has one axis or three"),
         "{two}"
     );
-    let refinement = refused(&own.replacen("[\"least-squares\"]", "[\"prediction-error\"]", 1));
+    let refinement =
+        refused(&description.replacen("[\"least-squares\"]", "[\"prediction-error\"]", 1));
     assert!(
         refinement.contains("joint1 has an accelerometer") && refinement.contains("least-squares"),
         "{refinement}"
     );
-    let corner = refused(&own.replace(
+    let corner = refused(&description.replace(
         ONE_AXIS,
         &format!("{ONE_AXIS}\naccelerometer_corner_hz = 0.0"),
     ));
@@ -300,7 +309,7 @@ fn mistakes_are_named() {
         found.err().unwrap().to_string()
     };
     let kinematics = format!("dh_modified = [{{}}, {{ a_m = {LENGTH} }}]");
-    let lengths = unsuited(&own.replacen(&kinematics, "kinematics = \"planar-2r\"", 1));
+    let lengths = unsuited(&description.replacen(&kinematics, "kinematics = \"planar-2r\"", 1));
     assert!(
         lengths.contains("planar-2r") && lengths.contains("joint1"),
         "{lengths}"

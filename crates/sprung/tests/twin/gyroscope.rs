@@ -80,7 +80,7 @@ fn errors(truth: &Theta, result: &EstimateResult, endings: &[&str]) -> Vec<(Stri
 const INERTIAS: [&str; 4] = ["inertia_total", "coupling", ".inertia", "rotor_inertia"];
 
 fn worst(errors: &[(String, f64, f64)]) -> f64 {
-    errors.iter().map(|own| own.1.abs()).fold(0.0, f64::max)
+    errors.iter().map(|error| error.1.abs()).fold(0.0, f64::max)
 }
 
 #[test]
@@ -114,10 +114,12 @@ fn findings(recorded: &str, checked: &str, change: impl FnOnce(&mut Simulate)) -
 #[test]
 fn good_gyroscopes_cause_notes_only() {
     let found = findings(ONE_AXIS, ONE_AXIS, |_| ());
-    let codes: Vec<&str> = found.iter().map(|own| own.code.as_str()).collect();
+    let codes: Vec<&str> = found.iter().map(|finding| finding.code.as_str()).collect();
     println!("{found:#?}");
     assert!(
-        found.iter().all(|own| own.severity == Severity::Info),
+        found
+            .iter()
+            .all(|finding| finding.severity == Severity::Info),
         "{codes:?}"
     );
     assert!(codes.contains(&"link-by-gyroscope") && codes.contains(&"gyroscope-bias"));
@@ -147,11 +149,11 @@ fn faulty_gyroscopes_are_named() {
         let found = findings(recorded, ONE_AXIS, |settings| {
             settings.gyroscope_limit_rad_per_s = vec![limit; 2];
         });
-        let own = (found.iter().find(|finding| finding.code == code))
+        let finding = (found.iter().find(|finding| finding.code == code))
             .unwrap_or_else(|| panic!("{code}: {found:#?}"));
-        println!("{}", own.text);
-        assert_eq!(own.severity, severity, "{code}");
-        let setting = own.setting.clone().unwrap_or_default();
+        println!("{}", finding.text);
+        assert_eq!(finding.severity, severity, "{code}");
+        let setting = finding.setting.clone().unwrap_or_default();
         assert!(setting.contains(line), "{code}: {setting}");
     }
 }
@@ -189,7 +191,7 @@ fn mountings_are_found_in_space() {
     let unknown = arm(THREE_AXES, false);
     let found = unknown.identify(&log);
     let notes: Vec<&Finding> = (found.identification.findings.iter())
-        .filter(|own| own.code == "gyroscope-mounting")
+        .filter(|finding| finding.code == "gyroscope-mounting")
         .collect();
     assert_eq!(notes.len(), 7);
     for note in &notes {
@@ -207,7 +209,7 @@ fn mountings_are_found_in_space() {
     assert!(worst(&stiffnesses[..4]) < 15.0);
     // The deflections of the wrist are as small as the noise.
     let mut notes = found.identification.findings.iter();
-    let note = notes.find(|own| own.code == "link-by-gyroscope").unwrap();
+    let note = notes.find(|note| note.code == "link-by-gyroscope").unwrap();
     println!("{}", note.text);
     assert_eq!(note.severity, Severity::Warning);
     assert!(note.text.contains("joint7, whose deflection contains"));
@@ -229,8 +231,8 @@ fn wrong_scales_are_named() {
     );
     let of_scale = |found: &[Finding]| -> Vec<(Severity, String)> {
         (found.iter())
-            .filter(|own| own.code == "gyroscope-scale")
-            .map(|own| (own.severity, own.text.clone()))
+            .filter(|finding| finding.code == "gyroscope-scale")
+            .map(|finding| (finding.severity, finding.text.clone()))
             .collect()
     };
     // Readings in radians that are declared as degrees are 57.3 times too small.
@@ -254,11 +256,15 @@ fn exchanged_axes_are_named() {
     let exchanged = THREE_AXES.replace("gx*", "g?*").replace("gy*", "gx*");
     let found = checked(&arm(&exchanged.replace("g?*", "gy*"), true), &log);
     let named: Vec<&Finding> = (found.iter())
-        .filter(|own| own.code == "gyroscope-axes")
+        .filter(|finding| finding.code == "gyroscope-axes")
         .collect();
     println!("{}", named[0].text);
     assert!(named.len() >= 5, "{found:#?}");
-    assert!(named.iter().all(|own| own.severity == Severity::Error));
+    assert!(
+        named
+            .iter()
+            .all(|finding| finding.severity == Severity::Error)
+    );
 }
 
 #[test]

@@ -103,14 +103,14 @@ fn noise_shrinks_the_spring_of_least_squares_but_not_of_the_likelihood() {
     refined.experiment.identify.estimator = vec![Estimator::PredictionError];
     let [found, likely] = [&linear, &refined].map(|twin| runs(twin, 4096, 1..=3));
     for name in ["joint1.stiffness", "joint2.stiffness"] {
-        let own = |runs: &[EstimateResult]| {
+        let bias_of = |runs: &[EstimateResult]| {
             let values = runs.iter().map(|run| run.parameter(name).unwrap().value);
             bias(&linear, name, values.map(Option::unwrap))
         };
         let checks = found.iter().flat_map(|run| &run.cross_checks);
         let alone = checks.filter(|check| check.method == "scale-invariant");
         let alone = bias(&linear, name, alone.map(|c| c.values.get(name).unwrap()));
-        let [stacked, likely] = [own(&found), own(&likely)];
+        let [stacked, likely] = [bias_of(&found), bias_of(&likely)];
         println!(
             "{name}: least squares {stacked:+.2} %, scale-invariant {alone:+.2} %, \
              prediction-error {likely:+.2} %"

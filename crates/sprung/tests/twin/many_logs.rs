@@ -50,7 +50,9 @@ fn identified(twin: &Twin, logs: &[Vec<u8>], threads: usize) -> Identified {
 
 fn values(found: &Identified) -> Vec<f64> {
     let parameters = found.identification.results[0].parameters.iter();
-    parameters.map(|own| own.value.unwrap()).collect()
+    parameters
+        .map(|parameter| parameter.value.unwrap())
+        .collect()
 }
 
 #[test]

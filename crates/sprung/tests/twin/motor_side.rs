@@ -14,10 +14,10 @@ fn vibrations_of_the_motors_give_the_springs() {
             codes.iter().any(|code| code == "springs-by-vibration"),
             "{codes:?}"
         );
-        for own in &springs {
-            let [error, sigmas] = own.stiffness;
-            println!("{}: stiffness {error:+.4} ({sigmas:+.1})", own.joint);
-            assert!(error.abs() < 0.03, "{} {error}", own.joint);
+        for spring in &springs {
+            let [error, sigmas] = spring.stiffness;
+            println!("{}: stiffness {error:+.4} ({sigmas:+.1})", spring.joint);
+            assert!(error.abs() < 0.03, "{} {error}", spring.joint);
         }
         // All 24 intervals of the benchmark contain the truth; of the four of one log one may miss.
         let held: usize = springs.iter().map(Errors::held).sum();
@@ -32,9 +32,9 @@ fn a_slow_motion_gives_no_spring() {
         found
             .springs_from_motor
             .iter()
-            .all(|own| own.stiffness.is_none())
+            .all(|spring| spring.stiffness.is_none())
     );
-    let finding = (found.findings.iter()).find(|own| own.code == "resonance-not-excited");
+    let finding = (found.findings.iter()).find(|finding| finding.code == "resonance-not-excited");
     assert_eq!(finding.unwrap().severity, Severity::Warning);
 }
 
@@ -47,10 +47,10 @@ fn dry_friction_that_hides_the_vibrations_gives_no_spring() {
     truth.insert("joint1.motor_coulomb".to_owned(), 1.360_21);
     truth.insert("joint2.motor_coulomb".to_owned(), 0.162_529);
     let found = identification(&multisine(1.0, 1.0, 1), &truth, 1);
-    for (own, stiffness) in found.springs_from_motor.iter().zip(STIFFNESS) {
-        let near = own
+    for (spring, stiffness) in found.springs_from_motor.iter().zip(STIFFNESS) {
+        let near = spring
             .stiffness
             .is_none_or(|value| (value - stiffness).abs() < 0.1 * stiffness);
-        assert!(near, "{own:?}");
+        assert!(near, "{spring:?}");
     }
 }

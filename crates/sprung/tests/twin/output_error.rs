@@ -66,11 +66,11 @@ fn exact_controller_reaches_the_noise_of_the_encoders() {
         );
         // The expected cost of a sample is 1; measured 0.99 to 1.00.
         assert!((0.9..1.1).contains(&fit.cost_per_sample), "{fit:?}");
-        let own = result
+        let warnings = result
             .warnings
             .iter()
             .filter(|f| f.severity > Severity::Info);
-        let codes: Vec<&str> = own.map(|f| f.code.as_str()).collect();
+        let codes: Vec<&str> = warnings.map(|f| f.code.as_str()).collect();
         assert!(
             codes.iter().all(|code| *code == "weakly-excited"),
             "{codes:?}"

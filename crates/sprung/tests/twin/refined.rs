@@ -116,11 +116,11 @@ fn bound_is_what_the_refinement_claims_and_follows_the_noise() {
     let twin = twin();
     let settings = settings(16384, CASES[1], 3);
     let log = twin.log(&settings);
-    let own = bound(&twin, &settings, &log);
+    let bounds = bound(&twin, &settings, &log);
     let result = refined(&twin, &log).unwrap();
     // Standard errors follow the noise levels that the refinement estimates. The limit allows an error of these
     // levels by a factor of two.
-    for (p, bound) in result.parameters.iter().zip(&own) {
+    for (p, bound) in result.parameters.iter().zip(&bounds) {
         let ratio = p.standard_error.unwrap() / bound;
         assert!((0.5..2.0).contains(&ratio), "{}: {ratio}", p.name);
     }
@@ -130,7 +130,7 @@ fn bound_is_what_the_refinement_claims_and_follows_the_noise() {
     }
     let louder = bound(&twin, &louder, &log);
     let inertia = twin.model.index_of("joint1.rotor_inertia").unwrap();
-    let times = louder[inertia] / own[inertia];
+    let times = louder[inertia] / bounds[inertia];
     // The disturbance is doubled; the noise of encoders and torque stays, so the ratio may be below 2.
     assert!((1.8..2.1).contains(&times), "{times}");
 }
@@ -166,12 +166,18 @@ fn noise_of_the_torque_pulls_no_inertia_up() {
         settings.duration_s = 5.0;
         settings.torque_noise_nm = vec![0.2, 0.02];
         let result = refined(&twin, &twin.log(&settings)).unwrap();
-        assert!(result.refinement.as_ref().is_some_and(|own| own.used));
+        assert!(
+            result
+                .refinement
+                .as_ref()
+                .is_some_and(|refinement| refinement.used)
+        );
         for (joint, sum) in away.iter_mut().enumerate() {
             let name = format!("joint{}.rotor_inertia", joint + 1);
             let index = twin.model.index_of(&name).unwrap();
-            let own = &result.parameters[index];
-            *sum += (own.value.unwrap() - twin.truth[index]) / own.standard_error.unwrap();
+            let parameter = &result.parameters[index];
+            *sum +=
+                (parameter.value.unwrap() - twin.truth[index]) / parameter.standard_error.unwrap();
         }
     }
     for sum in away {
@@ -203,11 +209,11 @@ fn nominal_start_needs_nominal_values() {
 fn own_model_is_not_doubted() {
     let twin = twin();
     let result = refined(&twin, &twin.log(&settings(16384, CASES[0], 100))).unwrap();
-    let own = result
+    let warnings = result
         .warnings
         .iter()
         .filter(|f| f.severity > Severity::Info);
-    for finding in own {
+    for finding in warnings {
         println!("{}: {}", finding.code, finding.text);
     }
     assert_eq!(result.verdict, Verdict::Good);
@@ -237,8 +243,8 @@ fn a_law_that_the_model_lacks_is_named_and_no_other() {
     plant.truth = plant.model.theta(&truth).unwrap();
     let found = missing_laws(&plant.log(&settings));
     println!("{found:?}");
-    let own = found.iter().find(|(_, text)| text.starts_with("joint2: "));
-    let (severity, text) = own.unwrap();
+    let finding = found.iter().find(|(_, text)| text.starts_with("joint2: "));
+    let (severity, text) = finding.unwrap();
     assert_eq!(*severity, Severity::Warning);
     assert!(text.contains("spring \"cubic\""), "{text}");
 }
@@ -250,10 +256,10 @@ fn linear_sensors_are_not_reported() {
     let codes: Vec<&str> = result.warnings.iter().map(|f| f.code.as_str()).collect();
     assert!(!codes.contains(&"torque-saturates"), "{codes:?}");
     assert!(!codes.contains(&"eccentric-encoder"), "{codes:?}");
-    for own in &result.refined().unwrap().saturations {
+    for saturation in &result.refined().unwrap().saturations {
         assert!(
-            own.share.abs() < 5.0 * own.standard_error.unwrap(),
-            "{own:?}"
+            saturation.share.abs() < 5.0 * saturation.standard_error.unwrap(),
+            "{saturation:?}"
         );
     }
 }
@@ -306,8 +312,8 @@ fn torques_that_saturate_are_named() {
     // The log shows the saturation of a single torque alone clearly.
     assert!(!found.is_empty(), "{:#?}", result.warnings);
     // Measured 0.021 and 0.025; the law of sprung is a polynomial of the logged torque.
-    for own in &result.refined().unwrap().saturations {
-        assert!((0.01..0.05).contains(&own.share), "{own:?}");
+    for saturation in &result.refined().unwrap().saturations {
+        assert!((0.01..0.05).contains(&saturation.share), "{saturation:?}");
     }
 }
 
@@ -338,7 +344,8 @@ fn an_eccentric_encoder_is_named() {
     let found = found.unwrap_or_else(|| panic!("{:#?}", result.warnings));
     assert!(found.text.contains("\"q2_rad\""), "{}", found.text);
     let all = &result.refined().unwrap().eccentricities;
-    let own = (all.iter()).find(|own| own.column == "q2_rad" && own.shape == "sine");
-    let amplitude = own.unwrap().amplitude_rad;
+    let eccentricity = (all.iter())
+        .find(|eccentricity| eccentricity.column == "q2_rad" && eccentricity.shape == "sine");
+    let amplitude = eccentricity.unwrap().amplitude_rad;
     assert!((0.8e-3..1.2e-3).contains(&amplitude), "{all:?}");
 }

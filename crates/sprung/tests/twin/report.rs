@@ -226,7 +226,7 @@ fn friction_and_spring_of_a_joint_are_the_torque_that_the_other_terms_leave() {
             .fit
             .columns
             .iter()
-            .position(|own| own == name)
+            .position(|column| column == name)
             .unwrap();
         let values = &found.fit.set(label).unwrap().values[at];
         values.iter().map(|value| value.expect(name)).collect()

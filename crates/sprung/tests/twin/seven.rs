@@ -149,10 +149,13 @@ fn encoders_and_noise_leave_most_of_it() {
     println!("median of {}: {median:.3} %", errors.len());
     assert!(median < 0.5, "{median}");
     for (joint, name) in arm.model.joints().iter().enumerate() {
-        let own = format!("{name}.stiffness");
-        let error = errors.iter().find(|e| e.0 == own).unwrap().2;
-        println!("{own}: {error:.2} %");
-        assert!(error < if joint == 6 { 4.0 } else { 1.0 }, "{own}: {error}");
+        let stiffness = format!("{name}.stiffness");
+        let error = errors.iter().find(|e| e.0 == stiffness).unwrap().2;
+        println!("{stiffness}: {error:.2} %");
+        assert!(
+            error < if joint == 6 { 4.0 } else { 1.0 },
+            "{stiffness}: {error}"
+        );
         // The offset of the link encoder has the opposite sign of the motor encoder's. It is found to one count of
         // 2^17, 4.8e-5 rad.
         let offset = &result.encoder_offsets[joint];
@@ -187,16 +190,20 @@ fn refined_drives_are_as_sure_as_they_say() {
         refinement.runs
     );
     let mut squares = 0.0;
-    for (own, truth) in result.parameters.iter().zip(&arm.truth) {
-        let vital = own.name.ends_with("rotor_inertia") || own.name.ends_with("stiffness");
+    for (parameter, truth) in result.parameters.iter().zip(&arm.truth) {
+        let vital =
+            parameter.name.ends_with("rotor_inertia") || parameter.name.ends_with("stiffness");
         if !vital {
             continue;
         }
-        let away = (own.value.unwrap() - truth) / own.standard_error.unwrap();
-        let error = 100.0 * (own.value.unwrap() / truth - 1.0);
-        println!("{}: {error:+.3} %, {away:+.1} standard errors", own.name);
+        let away = (parameter.value.unwrap() - truth) / parameter.standard_error.unwrap();
+        let error = 100.0 * (parameter.value.unwrap() / truth - 1.0);
+        println!(
+            "{}: {error:+.3} %, {away:+.1} standard errors",
+            parameter.name
+        );
         squares += away * away / 14.0;
-        assert!(away.abs() < 4.0, "{}: {away}", own.name);
+        assert!(away.abs() < 4.0, "{}: {away}", parameter.name);
     }
     assert!(squares.sqrt() < 1.6, "{}", squares.sqrt());
 }
@@ -277,10 +284,10 @@ fn a_payload_follows_from_logs_without_and_with_it() {
     let found = identify_both(&arm, &logs, Payload::default());
     // The robot's own parameters come from the log without payload.
     let alone = arm.identify(&logs[0]);
-    for (own, alone) in (found.identification.results[0].parameters.iter())
+    for (parameter, alone) in (found.identification.results[0].parameters.iter())
         .zip(&alone.identification.results[0].parameters)
     {
-        assert_eq!(own.value, alone.value);
+        assert_eq!(parameter.value, alone.value);
     }
     let [payload] = &found.identification.payloads[..] else {
         panic!("one payload");
@@ -289,10 +296,13 @@ fn a_payload_follows_from_logs_without_and_with_it() {
         (payload.link.as_str(), &payload.logs[..]),
         ("link7", &["loaded".to_owned()][..])
     );
-    for (own, truth) in (payload.parameters.iter()).zip(two_kilograms().known().unwrap()) {
-        let (value, error) = (own.value.unwrap(), own.standard_error.unwrap());
-        println!("{}: {value:.4} ± {error:.4}, true {truth:.4}", own.name);
-        assert!((value - truth).abs() < 4.0 * error, "{}", own.name);
+    for (parameter, truth) in (payload.parameters.iter()).zip(two_kilograms().known().unwrap()) {
+        let (value, error) = (parameter.value.unwrap(), parameter.standard_error.unwrap());
+        println!(
+            "{}: {value:.4} ± {error:.4}, true {truth:.4}",
+            parameter.name
+        );
+        assert!((value - truth).abs() < 4.0 * error, "{}", parameter.name);
     }
     let mass = &payload.parameters[0];
     assert!((mass.value.unwrap() / 2.0 - 1.0).abs() < 0.02 && mass.standard_error.unwrap() < 0.04);
@@ -305,14 +315,14 @@ fn a_known_payload_does_not_change_the_robot() {
     let logs = empty_and_loaded(&arm);
     let far = |found: &Identified| -> f64 {
         let result = &found.identification.results[0];
-        let own = result
+        let parameters = result
             .parameters
             .iter()
             .zip(&arm.truth)
             .zip(arm.model.parameters());
-        let links = own.filter(|(_, parameter)| parameter.joint.is_none());
+        let links = parameters.filter(|(_, parameter)| parameter.joint.is_none());
         links
-            .map(|((own, truth), _)| (own.value.unwrap() - truth).powi(2))
+            .map(|((parameter, truth), _)| (parameter.value.unwrap() - truth).powi(2))
             .sum::<f64>()
             .sqrt()
     };
@@ -367,7 +377,7 @@ fn possible_bodies_are_no_farther_from_the_truth() {
         });
         let found = arm.identify(&log);
         let result = &found.identification.results[0];
-        let mut own = [0.0; 3];
+        let mut squares = [0.0; 3];
         for ((p, truth), parameter) in result
             .parameters
             .iter()
@@ -375,15 +385,15 @@ fn possible_bodies_are_no_farther_from_the_truth() {
             .zip(arm.model.parameters())
         {
             if parameter.joint.is_none() {
-                own[0] += (p.unconstrained.unwrap() - truth).powi(2);
-                own[1] += (p.value.unwrap() - truth).powi(2);
-                own[2] += truth.powi(2);
+                squares[0] += (p.unconstrained.unwrap() - truth).powi(2);
+                squares[1] += (p.value.unwrap() - truth).powi(2);
+                squares[2] += truth.powi(2);
             }
         }
-        let own = [0, 1].map(|i| 100.0 * (own[i] / own[2]).sqrt());
-        println!("{seed}: {own:?} {:?}", result.physical);
+        let errors = [0, 1].map(|i| 100.0 * (squares[i] / squares[2]).sqrt());
+        println!("{seed}: {errors:?} {:?}", result.physical);
         for i in 0..2 {
-            sums[i] += own[i] / 2.0;
+            sums[i] += errors[i] / 2.0;
         }
     }
     println!("{sums:?}");
@@ -427,7 +437,7 @@ fn constrained_least_squares_gives_a_robot_that_can_exist() {
         let of_links = (theta.iter().zip(&arm.truth).zip(arm.model.parameters()))
             .filter(|(_, parameter)| parameter.joint.is_none());
         of_links
-            .map(|((own, truth), _)| (own - truth).powi(2))
+            .map(|((value, truth), _)| (value - truth).powi(2))
             .sum()
     };
     let ratio = (error(&value) / error(&before)).sqrt();

@@ -14,9 +14,9 @@ const CODE: &str = "stiffness-not-determined";
 
 #[test]
 fn stiff_springs_have_values_or_lower_bounds() {
-    let own = draw(5, 6.0, stiffnesses(5));
+    let draw = draw(5, 6.0, stiffnesses(5));
     let mut bounds = 0;
-    for (joint, spring) in own.springs.iter().enumerate() {
+    for (joint, spring) in draw.springs.iter().enumerate() {
         match (spring.value, spring.above) {
             (Some(value), None) => {
                 let ratio = value / spring.truth;
@@ -35,23 +35,27 @@ fn stiff_springs_have_values_or_lower_bounds() {
         }
     }
     assert!(bounds > 0);
-    let found = &own.identification;
-    assert!(found.findings.iter().any(|own| own.code == CODE));
+    let found = &draw.identification;
+    assert!(found.findings.iter().any(|finding| finding.code == CODE));
     assert_ne!(found.results[0].verdict, Verdict::Unusable);
     // Equal up to the weights of the rows of springs.
-    assert!((own.squares[0] / own.squares[1] - 1.0).abs() < 0.1);
+    assert!((draw.squares[0] / draw.squares[1] - 1.0).abs() < 0.1);
 }
 
 #[test]
 fn no_spring_at_all_leaves_the_rest() {
-    let own = draw(2, 3.0, [5e7; 7]);
-    assert!(own.springs.iter().all(|own| own.value.is_none()));
-    assert!(own.springs.iter().all(|own| own.above.unwrap() < 5e7));
-    assert_ne!(own.identification.results[0].verdict, Verdict::Unusable);
-    assert!((own.squares[0] / own.squares[1] - 1.0).abs() < 0.1);
+    let draw = draw(2, 3.0, [5e7; 7]);
+    assert!(draw.springs.iter().all(|spring| spring.value.is_none()));
+    assert!(
+        draw.springs
+            .iter()
+            .all(|spring| spring.above.unwrap() < 5e7)
+    );
+    assert_ne!(draw.identification.results[0].verdict, Verdict::Unusable);
+    assert!((draw.squares[0] / draw.squares[1] - 1.0).abs() < 0.1);
     // A simulation takes the springs at their bounds.
     let twin = Twin::new([5e7; 7], true);
-    let sets = sprung_method::validate::ParameterSet::of(&own.identification);
+    let sets = sprung_method::validate::ParameterSet::of(&draw.identification);
     let theta = twin.model.theta(&sets[0].values).unwrap();
     assert!(twin.model.check_stiffness(&theta).is_ok());
 }
@@ -67,14 +71,14 @@ fn without_torque_sensor_a_stiff_joint_becomes_rigid_with_one_friction() {
     let rigid: Vec<&str> = found
         .rigid_joints
         .iter()
-        .map(|own| own.joint.as_str())
+        .map(|joint| joint.joint.as_str())
         .collect();
     assert_eq!(rigid, ["joint2"]);
-    let own = &found.rigid_joints[0];
-    assert!(own.stiffness_above_nm_per_rad < 3e7 && own.stiffness_above_nm_per_rad > 1e5);
-    let compared = own.hold_out.unwrap();
+    let rigid = &found.rigid_joints[0];
+    assert!(rigid.stiffness_above_nm_per_rad < 3e7 && rigid.stiffness_above_nm_per_rad > 1e5);
+    let compared = rigid.hold_out.unwrap();
     assert!(compared.rigid.unwrap() < 0.05);
-    assert!(found.findings.iter().any(|own| own.code == CODE));
+    assert!(found.findings.iter().any(|finding| finding.code == CODE));
     // One friction: what link and motor have together.
     assert!(result.parameter("joint2.stiffness").is_none());
     assert!(result.parameter("joint2.link_viscous").is_none());
@@ -92,8 +96,8 @@ fn without_torque_sensor_a_stiff_joint_becomes_rigid_with_one_friction() {
     let described =
         sprung_method::estimate::with_rigid_joints(&twin.experiment, &found.rigid_joints);
     let model = Model::new(&described).unwrap();
-    let names = model.parameters().iter().map(|own| &own.name);
-    assert!(names.eq(result.parameters.iter().map(|own| &own.name)));
+    let names = model.parameters().iter().map(|parameter| &parameter.name);
+    assert!(names.eq(result.parameters.iter().map(|parameter| &parameter.name)));
 }
 
 #[test]
@@ -101,7 +105,7 @@ fn usual_springs_stay_flexible() {
     let twin = Twin::new(USUAL, false);
     let found = twin.identify(&twin.log(1, 4.0));
     assert!(found.rigid_joints.is_empty(), "{:?}", found.rigid_joints);
-    assert!(found.findings.iter().all(|own| own.code != CODE));
+    assert!(found.findings.iter().all(|finding| finding.code != CODE));
     let sensors = draw(1, 4.0, USUAL);
-    assert!(sensors.springs.iter().all(|own| own.above.is_none()));
+    assert!(sensors.springs.iter().all(|spring| spring.above.is_none()));
 }

@@ -49,14 +49,18 @@ fn identified(true_sharpness: &str, keeps: usize) -> (Identification, Vec<f64>) 
 }
 
 fn assert_true(result: &EstimateResult, truth: &[f64]) {
-    for (own, truth) in result.parameters.iter().zip(truth) {
-        let away = (own.value.unwrap() - truth).abs() / own.standard_error.unwrap();
-        assert!(away < FAR, "{} is {away:.1} standard errors away", own.name);
+    for (parameter, truth) in result.parameters.iter().zip(truth) {
+        let away = (parameter.value.unwrap() - truth).abs() / parameter.standard_error.unwrap();
+        assert!(
+            away < FAR,
+            "{} is {away:.1} standard errors away",
+            parameter.name
+        );
     }
 }
 
 fn codes(found: &Identification) -> Vec<&str> {
-    (found.findings.iter().map(|own| own.code.as_str())).collect()
+    (found.findings.iter().map(|finding| finding.code.as_str())).collect()
 }
 
 #[test]
@@ -71,18 +75,22 @@ fn a_torque_between_the_rows_of_a_log_and_a_sharp_transition_are_found() {
         (delay - 0.5e-3).abs() < FAR * error && error < 1.5e-4,
         "{delay} {error}"
     );
-    for own in &refined.sharpnesses {
+    for sharpness in &refined.sharpnesses {
         println!(
             "{} {:.1} ± {:.1}",
-            own.joint, own.sharpness, own.standard_error
+            sharpness.joint, sharpness.sharpness, sharpness.standard_error
         );
-        let away = (own.sharpness - 180.0).abs() / own.standard_error;
-        assert!(away < FAR, "{} {away}", own.joint);
+        let away = (sharpness.sharpness - 180.0).abs() / sharpness.standard_error;
+        assert!(away < FAR, "{} {away}", sharpness.joint);
     }
     // Later commands read the values of least squares with the sharpness that they belong to.
     assert_eq!(found.results[1].coulomb_sharpness.iter().count(), 2);
     assert_true(result, &truth);
-    let applied: Vec<&str> = found.applied.iter().map(|own| own.kind.as_str()).collect();
+    let applied: Vec<&str> = found
+        .applied
+        .iter()
+        .map(|applied| applied.kind.as_str())
+        .collect();
     assert_eq!(applied, ["timing", "sharpness"]);
     assert!(!codes(&found).contains(&"laws-missing"));
 }

@@ -52,7 +52,7 @@ fn errors(arm: &Arm, result: &EstimateResult, ending: &str) -> Vec<(String, f64,
 fn median_of_others(arm: &Arm, result: &EstimateResult) -> f64 {
     let mut errors: Vec<f64> = (arm.errors(result).iter())
         .filter(|(name, ..)| !name.ends_with(".stiffness"))
-        .map(|own| own.2)
+        .map(|error| error.2)
         .filter(|error| error.is_finite())
         .collect();
     errors.sort_by(f64::total_cmp);
@@ -158,11 +158,11 @@ fn faulty_sensors_are_named_with_the_line_that_mends() {
     ];
     for (code, change, severity, line) in cases {
         let found = findings(change);
-        let own = (found.iter().find(|finding| finding.code == code))
+        let finding = (found.iter().find(|finding| finding.code == code))
             .unwrap_or_else(|| panic!("{code}: {found:#?}"));
-        println!("{}", own.text);
-        assert_eq!(own.severity, severity, "{code}");
-        let setting = own.setting.clone().unwrap_or_default();
+        println!("{}", finding.text);
+        assert_eq!(finding.severity, severity, "{code}");
+        let setting = finding.setting.clone().unwrap_or_default();
         assert!(setting.contains(line), "{code}: {setting}");
     }
 }
@@ -170,10 +170,10 @@ fn faulty_sensors_are_named_with_the_line_that_mends() {
 #[test]
 fn motor_torques_in_another_unit_are_no_gain_of_a_sensor() {
     let found = findings(|settings| settings.joint_torque_matrix = matrix(1, 1, 100.0));
-    let own = &found[0];
-    assert_eq!(own.code, "torque-scale", "{found:#?}");
-    assert!(own.text.contains("\"tau2_nm\""), "{own:?}");
-    let scale = (found.iter()).find(|own| own.code == "joint-torque-scale");
+    let finding = &found[0];
+    assert_eq!(finding.code, "torque-scale", "{found:#?}");
+    assert!(finding.text.contains("\"tau2_nm\""), "{finding:?}");
+    let scale = (found.iter()).find(|finding| finding.code == "joint-torque-scale");
     assert!(scale.is_none(), "{found:#?}");
 }
 

@@ -123,9 +123,9 @@ impl Robot {
         write.args(["run", "--quiet"]).args(example).arg("--");
         write.args(["experiment.toml", "truth.toml"].map(|file| experiment.join(file)));
         succeeds(write.arg(folder))?;
-        let mut own = Self::of(name, folder)?;
-        own.defined.push("-DCONTROL".to_owned());
-        Some(own)
+        let mut robot = Self::of(name, folder)?;
+        robot.defined.push("-DCONTROL".to_owned());
+        Some(robot)
     }
 
     /// Returns the robot whose code is in a folder.

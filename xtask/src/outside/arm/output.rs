@@ -93,7 +93,7 @@ impl Output {
     }
 
     fn read(text: &str, number: Number) -> Option<Self> {
-        let mut own = Self {
+        let mut output = Self {
             results: Vec::new(),
             costs: Vec::new(),
             counted: None,
@@ -104,18 +104,18 @@ impl Output {
                 ["result", function, bits @ ..] => {
                     let values: Option<Vec<f64>> =
                         bits.iter().map(|bits| number.value(bits)).collect();
-                    own.results.push(((*function).to_owned(), values?));
+                    output.results.push(((*function).to_owned(), values?));
                 }
-                ["cost", function, instructions, stack] => own.costs.push(Cost {
+                ["cost", function, instructions, stack] => output.costs.push(Cost {
                     function: (*function).to_owned(),
                     instructions: instructions.parse().ok()?,
                     stack: stack.parse().ok()?,
                 }),
-                ["loop", counted] => own.counted = Some(counted.parse().ok()?),
+                ["loop", counted] => output.counted = Some(counted.parse().ok()?),
                 _ => return None,
             }
         }
-        (!own.results.is_empty()).then_some(own)
+        (!output.results.is_empty()).then_some(output)
     }
 
     /// Returns the largest difference of any function, relative to the largest number of its array; `None`
@@ -125,12 +125,12 @@ impl Output {
         if self.results.len() != known.results.len() {
             return None;
         }
-        for ((name, own), (other, known)) in self.results.iter().zip(&known.results) {
-            if name != other || own.len() != known.len() {
+        for ((name, values), (other, known)) in self.results.iter().zip(&known.results) {
+            if name != other || values.len() != known.len() {
                 return None;
             }
             let largest = known.iter().fold(0.0_f64, |sum, x| sum.max(x.abs()));
-            for (a, b) in own.iter().zip(known) {
+            for (a, b) in values.iter().zip(known) {
                 let difference = (a - b).abs();
                 if difference.is_nan() {
                     return Some(f64::INFINITY);
@@ -178,7 +178,7 @@ pub(super) fn table(rows: &[Row]) -> Vec<String> {
             .found
             .costs
             .iter()
-            .map(|own| own.function.clone())
+            .map(|cost| cost.function.clone())
             .collect(),
     );
     let left = "robot, core, numbers";
@@ -190,7 +190,7 @@ pub(super) fn table(rows: &[Row]) -> Vec<String> {
         let costs = row.found.costs.iter();
         let costs = joined(
             costs
-                .map(|own| format!("{:>1$}", own.instructions, own.function.len()))
+                .map(|cost| format!("{:>1$}", cost.instructions, cost.function.len()))
                 .collect(),
         );
         let (stack, difference) = (row.found.stack(), row.difference);
@@ -210,15 +210,15 @@ pub(super) fn defined(header: &str) -> Option<Vec<String>> {
         let rest = line.strip_prefix("void ")?;
         Some(&rest[..rest.find("gravity(")?])
     })?;
-    let mut own = vec![format!("-DPREFIX={prefix}")];
+    let mut definitions = vec![format!("-DPREFIX={prefix}")];
     for size in ["JOINTS", "ROWS", "PARAMETERS"] {
         let define = format!("#define {}{size} ", prefix.to_ascii_uppercase());
         let mut lines = header.lines();
         let value: usize =
             lines.find_map(|line| line.strip_prefix(&define)?.trim().parse().ok())?;
-        own.push(format!("-D{size}={value}"));
+        definitions.push(format!("-D{size}={value}"));
     }
-    Some(own)
+    Some(definitions)
 }
 
 /// Returns the flash of a program by the table of `size`: code, constants and initial values, bytes.
@@ -240,10 +240,10 @@ mod tests {
         let host = read(text).unwrap();
         assert_eq!(host.results[0].1, [1.0, -2.0]);
         let costs = "loop 2000040\ncost gravity 28238 472\ncost spring 1020 96\n";
-        let own = read(&format!("{text}{costs}")).unwrap();
-        assert_eq!(own.difference(&host), Some(0.0));
-        assert!(own.counts_well() && !host.counts_well());
-        assert_eq!(own.stack(), 472);
+        let output = read(&format!("{text}{costs}")).unwrap();
+        assert_eq!(output.difference(&host), Some(0.0));
+        assert!(output.counts_well() && !host.counts_well());
+        assert_eq!(output.stack(), 472);
         let other = read(&text.replace("3ff0", "3ff8")).unwrap();
         assert_eq!(other.difference(&host), Some(0.25));
         let broken = read(&text.replace("3ff0", "7ff8")).unwrap();
@@ -260,7 +260,7 @@ mod tests {
             what: "arm".to_owned(),
             flash: 10_240,
             difference: 1e-15,
-            found: own,
+            found: output,
             problems: vec!["the numbers differ"],
         };
         let lines = table(&[row]);

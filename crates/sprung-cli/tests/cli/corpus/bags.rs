@@ -17,11 +17,11 @@ fn messages(count: u32, names: impl Fn(u32) -> [&'static str; 2]) -> Vec<(u64, V
             let place = if name == "joint1" { 0.0 } else { 1.0 };
             (0.02 * f64::from(k) + place).sin()
         };
-        let own = names(k);
-        let (q, tau) = (own.map(wave), own.map(|name| 2.0 * wave(name)));
+        let pair = names(k);
+        let (q, tau) = (pair.map(wave), pair.map(|name| 2.0 * wave(name)));
         (
             u64::from(k) * 1_000_000,
-            joint_state(k * 1_000_000, &own, &q, &tau),
+            joint_state(k * 1_000_000, &pair, &q, &tau),
         )
     };
     (0..count).map(one).collect()

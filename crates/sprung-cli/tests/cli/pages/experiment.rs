@@ -101,7 +101,7 @@ impl Schema {
     fn values(&self, schema: &Value) -> Vec<String> {
         if let Some(name) = schema["$ref"].as_str() {
             let name = name.rsplit('/').next().unwrap();
-            if let Some((heading, _)) = SECTIONS.iter().find(|(_, own)| *own == name) {
+            if let Some((heading, _)) = SECTIONS.iter().find(|(_, table)| *table == name) {
                 return vec![format!("[table](#{})", anchor(heading))];
             }
             return self.values(self.definition(name));
@@ -182,8 +182,8 @@ impl Schema {
                 one
             });
         }
-        let own = schema["properties"].as_object().cloned();
-        own.or_else(|| schema.get("items").and_then(|items| self.keys(items)))
+        let properties = schema["properties"].as_object().cloned();
+        properties.or_else(|| schema.get("items").and_then(|items| self.keys(items)))
     }
 
     /// Returns the rows of a definition's keys.
@@ -309,7 +309,7 @@ fn every_table_of_the_schema_has_a_section() {
     let schema = Schema::of_program();
     for (name, definition) in schema.root["$defs"].as_object().unwrap() {
         let has_keys = definition.get("properties").is_some();
-        let has_section = SECTIONS.iter().any(|(_, own)| own == name);
+        let has_section = SECTIONS.iter().any(|(_, table)| table == name);
         assert_eq!(has_keys, has_section, "{name}");
     }
 }

@@ -21,34 +21,38 @@ works](../explanation/checks.md) its method.
 fn page() -> String {
     let mut page = HEAD.to_owned();
     let mut section = "";
-    for own in Explanation::all() {
-        if own.section != section {
-            section = own.section;
+    for explanation in Explanation::all() {
+        if explanation.section != section {
+            section = explanation.section;
             write!(page, "\n## {section}\n").unwrap();
         }
-        page.push_str(&entry(own));
+        page.push_str(&entry(explanation));
     }
     page
 }
 
-fn entry(own: &Explanation) -> String {
-    let codes: Vec<String> = own.codes.iter().map(|code| format!("`{code}`")).collect();
+fn entry(explanation: &Explanation) -> String {
+    let codes: Vec<String> = explanation
+        .codes
+        .iter()
+        .map(|code| format!("`{code}`"))
+        .collect();
     // Links in the texts begin at the root of the repository.
     let linked = |text: &str| {
         text.replace("](docs/", "](../")
             .replace("](../reference/", "](")
     };
     let mut text = format!("\n### {}\n\n", codes.join(", "));
-    writeln!(text, "- Cause: {}.", linked(&own.cause)).unwrap();
-    let severities = own.severities.join(", ");
-    match &own.condition {
+    writeln!(text, "- Cause: {}.", linked(&explanation.cause)).unwrap();
+    let severities = explanation.severities.join(", ");
+    match &explanation.condition {
         Some(condition) => {
             writeln!(text, "- Condition ({severities}): {}.", linked(condition)).unwrap();
         }
         None => writeln!(text, "- Severity: {severities}.").unwrap(),
     }
-    writeln!(text, "- Remedy: {}.", linked(&own.remedy)).unwrap();
-    if let Some(example) = &own.example {
+    writeln!(text, "- Remedy: {}.", linked(&explanation.remedy)).unwrap();
+    if let Some(example) = &explanation.example {
         writeln!(text, "\n> {example}").unwrap();
     }
     text
@@ -75,7 +79,7 @@ fn a_finding_is_explained_and_all_are_listed() {
         codes.len(),
         Explanation::all()
             .iter()
-            .map(|own| own.codes.len())
+            .map(|explanation| explanation.codes.len())
             .sum::<usize>()
     );
     for code in ["gaps", "weakly-excited", "noisy-torque"] {

@@ -105,7 +105,7 @@ impl Search<'_> {
             .min_by(|a, b| a.1.total_cmp(&b.1))?
             .0;
         let about = [(nearest - step).max(low), (nearest + step).min(high)];
-        let (frequency, cost) = minimise(|own| damping(own).1, about, FREQUENCY_STEPS);
+        let (frequency, cost) = minimise(|frequency| damping(frequency).1, about, FREQUENCY_STEPS);
         cost.is_finite().then(|| [frequency, damping(frequency).0])
     }
 

@@ -59,7 +59,7 @@ impl Problem<'_> {
     pub(super) fn choose(&self) -> Option<Choice> {
         let combinations = self.combinations();
         let mut trade_off: Vec<Evaluated> = (self.listed(&combinations).into_iter())
-            .filter_map(|own| self.evaluated(own))
+            .filter_map(|combination| self.evaluated(combination))
             .collect();
         let kept = self.shortest(&combinations);
         let least = || {
@@ -68,7 +68,10 @@ impl Problem<'_> {
             trade_off.iter().min_by(by_residual).cloned()
         };
         let chosen = kept.or_else(least)?;
-        if !trade_off.iter().any(|own| own.members == chosen.members) {
+        if !trade_off
+            .iter()
+            .any(|evaluated| evaluated.members == chosen.members)
+        {
             trade_off.push(chosen.clone());
             trade_off.sort_by(|a, b| a.delay.total_cmp(&b.delay));
         }
@@ -91,32 +94,36 @@ impl Problem<'_> {
 
     /// Returns the residuals of each candidate at all points of all regions, one list per mode and candidate.
     fn factors(&self) -> Vec<Vec<Vec<f64>>> {
-        let points: Vec<&Mode> = self.regions.iter().flat_map(|own| &own.points).collect();
+        let points: Vec<&Mode> = self
+            .regions
+            .iter()
+            .flat_map(|region| &region.points)
+            .collect();
         let factor = |candidate: &Candidate| -> Vec<f64> {
             (points.par_iter())
                 .map(|mode| residual(&candidate.sequence, mode))
                 .collect()
         };
         (self.candidates.iter())
-            .map(|own| own.iter().map(factor).collect())
+            .map(|alternatives| alternatives.iter().map(factor).collect())
             .collect()
     }
 
     fn combination(&self, index: usize, factors: &[Vec<Vec<f64>>]) -> Combination {
         let mut rest = index;
         let members: Vec<usize> = (self.candidates.iter())
-            .map(|own| {
-                let member = rest % own.len();
-                rest /= own.len();
+            .map(|alternatives| {
+                let member = rest % alternatives.len();
+                rest /= alternatives.len();
                 member
             })
             .collect();
         let chosen: Vec<&Vec<f64>> = (factors.iter().zip(&members))
-            .map(|(own, member)| &own[*member])
+            .map(|(alternatives, member)| &alternatives[*member])
             .collect();
         let (mut first, mut continuous, mut at_least) = (0, 0.0_f64, 0.0_f64);
         for region in self.regions {
-            let product = |at: usize| chosen.iter().map(|own| own[at]).product::<f64>();
+            let product = |at: usize| chosen.iter().map(|factor| factor[at]).product::<f64>();
             let products: Vec<f64> = (first..first + region.points.len()).map(product).collect();
             let bounds = (products.iter().zip(&region.points))
                 .map(|(product, mode)| self.bound(*product, mode))
@@ -127,7 +134,9 @@ impl Problem<'_> {
         }
         let delays = self.candidates.iter().zip(&members);
         Combination {
-            delay: delays.map(|(own, member)| own[*member].delay()).sum(),
+            delay: delays
+                .map(|(alternatives, member)| alternatives[*member].delay())
+                .sum(),
             members,
             continuous,
             at_least,
@@ -148,15 +157,15 @@ impl Problem<'_> {
     /// ones, and the last leaves the least.
     fn listed<'c>(&self, combinations: &'c [Combination]) -> Vec<&'c Combination> {
         let least = (combinations.iter())
-            .map(|own| own.continuous)
+            .map(|combination| combination.continuous)
             .fold(f64::INFINITY, f64::min);
         let mut reached = f64::INFINITY;
         (combinations.iter())
-            .filter(|own| {
-                let clearly = own.continuous < CLEARLY_LESS * reached;
-                let last = own.continuous <= least && reached > least;
+            .filter(|combination| {
+                let clearly = combination.continuous < CLEARLY_LESS * reached;
+                let last = combination.continuous <= least && reached > least;
                 if clearly || last {
-                    reached = own.continuous;
+                    reached = combination.continuous;
                 }
                 clearly || last || self.regions.len() == 1
             })
@@ -218,7 +227,7 @@ impl Problem<'_> {
     #[cfg(test)]
     pub(super) fn all_evaluated(&self) -> Vec<Evaluated> {
         (self.combinations().iter())
-            .filter_map(|own| self.evaluated(own))
+            .filter_map(|combination| self.evaluated(combination))
             .collect()
     }
 }

@@ -186,17 +186,17 @@ fn described(
             }
         })
         .collect();
-    let impulse = |own: &sprung_core::shaper::Impulse| ShapedImpulse {
-        time_s: own.time,
-        amplitude: own.amplitude,
+    let impulse = |impulse: &sprung_core::shaper::Impulse| ShapedImpulse {
+        time_s: impulse.time,
+        amplitude: impulse.amplitude,
     };
-    let beside = |own: &Evaluated| TradeOff {
-        kinds: (candidates.iter().zip(&own.members))
+    let beside = |evaluated: &Evaluated| TradeOff {
+        kinds: (candidates.iter().zip(&evaluated.members))
             .map(|(candidates, member)| candidates[*member].kind)
             .collect(),
-        delay_s: own.delay,
-        largest_percent: 100.0 * own.all.largest,
-        median_percent: 100.0 * own.all.median,
+        delay_s: evaluated.delay,
+        largest_percent: 100.0 * evaluated.all.largest,
+        median_percent: 100.0 * evaluated.all.median,
     };
     ShaperDesign {
         reached: chosen.all.largest <= settings.level,

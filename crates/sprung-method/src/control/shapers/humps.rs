@@ -56,7 +56,7 @@ pub(super) fn extra_insensitive(mode: &Mode, level: f64, humps: usize) -> Option
         found = found.solved(damping, level)?;
     }
     let sequence = found.sequence(mode.frequency());
-    let positive = sequence.iter().all(|own| own.amplitude > 0.0);
+    let positive = sequence.iter().all(|impulse| impulse.amplitude > 0.0);
     (positive && sequence.is_sorted_by(|a, b| a.time < b.time)).then_some(sequence)
 }
 
@@ -72,8 +72,11 @@ impl Unknowns {
         let scale = ((1.0 / level).acosh() / degree).cosh();
         let at = |angle: f64| 2.0 / PI * (angle.cos() / scale).acos();
         Self {
-            amplitudes: sequence[1..].iter().map(|own| own.amplitude).collect(),
-            times: sequence[1..].iter().map(|own| own.time).collect(),
+            amplitudes: sequence[1..]
+                .iter()
+                .map(|impulse| impulse.amplitude)
+                .collect(),
+            times: sequence[1..].iter().map(|impulse| impulse.time).collect(),
             zeros: (0..n).map(|k| at((k as f64 + 0.5) * PI / degree)).collect(),
             humps: (1..n).map(|k| at(k as f64 * PI / degree)).collect(),
         }
@@ -96,10 +99,10 @@ impl Unknowns {
     fn free(&mut self) -> impl Iterator<Item = &mut f64> {
         let n = self.zeros.len();
         let features = (self.zeros.iter_mut().enumerate())
-            .map(move |(k, own)| (2 * k, own))
-            .chain((self.humps.iter_mut().enumerate()).map(|(k, own)| (2 * k + 1, own)))
+            .map(move |(k, zero)| (2 * k, zero))
+            .chain((self.humps.iter_mut().enumerate()).map(|(k, hump)| (2 * k + 1, hump)))
             .filter(move |(place, _)| *place != n - 1)
-            .map(|(_, own)| own);
+            .map(|(_, feature)| feature);
         (self.amplitudes.iter_mut())
             .chain(&mut self.times)
             .chain(features)
@@ -137,7 +140,7 @@ impl Unknowns {
         let largest = |errors: &[f64]| {
             errors
                 .iter()
-                .fold(0.0, |most: f64, own| most.max(own.abs()))
+                .fold(0.0, |most: f64, error| most.max(error.abs()))
         };
         let mut errors = self.errors(damping, level);
         for _ in 0..STEPS {
@@ -160,8 +163,8 @@ impl Unknowns {
 
     fn moved(&self, step: &[f64], part: f64) -> Self {
         let mut moved = self.clone();
-        for (own, step) in moved.free().zip(step) {
-            *own += part * step;
+        for (feature, step) in moved.free().zip(step) {
+            *feature += part * step;
         }
         moved
     }

@@ -58,8 +58,9 @@ impl Region {
     /// Returns the least and the largest value of a property.
     pub(super) fn range(&self, property: impl Fn(&Mode) -> f64) -> [f64; 2] {
         let start = [f64::INFINITY, f64::NEG_INFINITY];
-        (self.points.iter().map(property))
-            .fold(start, |[low, high], own| [low.min(own), high.max(own)])
+        (self.points.iter().map(property)).fold(start, |[low, high], value| {
+            [low.min(value), high.max(value)]
+        })
     }
 
     /// Returns a region of few points with nearly the same largest residuals.

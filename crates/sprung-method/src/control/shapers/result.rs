@@ -92,9 +92,9 @@ impl ShaperDesign {
     /// Returns the sequence for the filter, [`sprung_core::shaper::sample`].
     #[must_use]
     pub fn sequence(&self) -> Vec<Impulse> {
-        let impulse = |own: &ShapedImpulse| Impulse {
-            time: own.time_s,
-            amplitude: own.amplitude,
+        let impulse = |impulse: &ShapedImpulse| Impulse {
+            time: impulse.time_s,
+            amplitude: impulse.amplitude,
         };
         self.impulses.iter().map(impulse).collect()
     }

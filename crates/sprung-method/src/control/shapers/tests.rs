@@ -25,7 +25,7 @@ fn region(hz: f64, damping: f64, half: [f64; 2], count: u32) -> Vec<Mode> {
 }
 
 fn kinds(design: &ShaperDesign) -> Vec<ShaperKind> {
-    design.modes.iter().map(|own| own.kind).collect()
+    design.modes.iter().map(|mode| mode.kind).collect()
 }
 
 #[test]
@@ -59,7 +59,11 @@ fn damped_sequences_are_near_the_published_curve_fits() {
             [period, last],
         ];
         assert_near(&scaled, &published, 0.006);
-        let cubic = |c: [f64; 4]| c.iter().rev().fold(0.0, |sum, own| sum * z + own);
+        let cubic = |c: [f64; 4]| {
+            c.iter()
+                .rev()
+                .fold(0.0, |sum, coefficient| sum * z + coefficient)
+        };
         let published = [
             [0.0, cubic([0.160_54, 0.766_99, 2.265_60, -1.227_50])],
             [
@@ -101,12 +105,14 @@ fn humps_of_damped_sequences_have_the_level() {
             .map(|mode| residual(&sequence, &mode))
             .collect();
         let maxima: Vec<f64> = (values.windows(3))
-            .filter(|own| own[1] > own[0] && own[1] >= own[2] && own[1] < 1.5 * level)
-            .map(|own| own[1])
+            .filter(|window| {
+                window[1] > window[0] && window[1] >= window[2] && window[1] < 1.5 * level
+            })
+            .map(|window| window[1])
             .collect();
         assert_eq!(maxima.len(), humps, "{maxima:?}");
-        for own in maxima {
-            assert!((own - level).abs() < 1e-6 * level, "{own} {level}");
+        for maximum in maxima {
+            assert!((maximum - level).abs() < 1e-6 * level, "{maximum} {level}");
         }
     }
     let mode = Mode::new(1.0, 0.05).unwrap();
@@ -136,7 +142,7 @@ fn wider_regions_need_longer_sequences() {
     let points = region(8.0, 0.03, [6.0, 0.01], 400);
     let design = design_shaper(&[points], &settings).unwrap();
     let least = (design.trade_off.iter())
-        .map(|own| own.largest_percent)
+        .map(|trade_off| trade_off.largest_percent)
         .fold(f64::INFINITY, f64::min);
     assert!(!design.reached && design.largest_percent > 5.0);
     assert!((design.largest_percent - least).abs() < 1e-12);
@@ -160,7 +166,7 @@ fn simulated(design: &ShaperDesign, mode: &Mode) -> f64 {
     for _ in 0..taps.last().unwrap().delay {
         shaper.process(&[1.0], &mut output).unwrap();
         let [x, y] = rotated(position - output[0], rate);
-        let [x, y] = [x * cosine + y * sine, y * cosine - x * sine].map(|own| own * factor);
+        let [x, y] = [x * cosine + y * sine, y * cosine - x * sine].map(|value| value * factor);
         (position, rate) = (x + output[0], y * damped - decay * x);
     }
     shaper.process(&[1.0], &mut output).unwrap();
@@ -175,9 +181,12 @@ fn residuals_are_those_of_a_simulated_oscillator_with_the_filter() {
     for period in [0.01, 0.001] {
         let settings = ShaperSettings::new(period);
         let design = design_shaper(std::slice::from_ref(&points), &settings).unwrap();
-        let mut found: Vec<f64> = points.iter().map(|own| simulated(&design, own)).collect();
+        let mut found: Vec<f64> = points
+            .iter()
+            .map(|point| simulated(&design, point))
+            .collect();
         found.sort_by(f64::total_cmp);
-        let [largest, median] = [found[299], found[149]].map(|own| 100.0 * own);
+        let [largest, median] = [found[299], found[149]].map(|residual| 100.0 * residual);
         assert!((largest - design.largest_percent).abs() < 1e-6, "{period}");
         assert!((median - design.median_percent).abs() < 1e-6, "{period}");
     }
@@ -198,8 +207,8 @@ fn centre_has_the_least_residual_of_a_fine_grid() {
                 let hz = 4.4 + 0.02 * f64::from(i);
                 let centre = Mode::from_hz(hz, 0.03 + 0.006 * f64::from(j)).unwrap();
                 let sequence = kind.sequence(&centre, 0.05).unwrap();
-                let own = region.evaluate(&sampled(&sequence, period).unwrap());
-                least = least.min(own.largest);
+                let residuals = region.evaluate(&sampled(&sequence, period).unwrap());
+                least = least.min(residuals.largest);
             }
         }
         assert!(found.alone.largest < 1.02 * least, "{found:?} {least}");
@@ -237,22 +246,26 @@ fn no_shorter_combination_keeps_the_level() {
             period,
         };
         let all = problem.all_evaluated();
-        let kept = all.iter().filter(|own| own.all.largest <= 0.05);
-        let shortest = kept.map(|own| own.delay).fold(f64::INFINITY, f64::min);
+        let kept = all.iter().filter(|evaluated| evaluated.all.largest <= 0.05);
+        let shortest = kept
+            .map(|evaluated| evaluated.delay)
+            .fold(f64::INFINITY, f64::min);
         assert_eq!(all.len(), 36);
         if design.reached {
             assert!(design.delay_s <= 1.02 * shortest, "{shortest}");
         } else {
             assert!(shortest.is_infinite());
         }
-        let listed = |own: &&super::combine::Evaluated| (own.delay - design.delay_s).abs() < 1e-12;
-        let own = all.iter().find(listed).unwrap();
-        assert!((100.0 * own.all.largest - design.largest_percent).abs() < 1e-12);
+        let listed = |evaluated: &&super::combine::Evaluated| {
+            (evaluated.delay - design.delay_s).abs() < 1e-12
+        };
+        let evaluated = all.iter().find(listed).unwrap();
+        assert!((100.0 * evaluated.all.largest - design.largest_percent).abs() < 1e-12);
         assert!(
             design
                 .trade_off
                 .iter()
-                .any(|own| own.kinds == kinds(&design))
+                .any(|trade_off| trade_off.kinds == kinds(&design))
         );
     }
 }
@@ -303,7 +316,7 @@ fn exact_modes_get_zv_and_bad_input_is_refused() {
         };
         let error = refusal(&[vec![mode]], settings);
         assert!(
-            matches!(error, ShaperDesignError::Setting { name: own, .. } if own == name),
+            matches!(error, ShaperDesignError::Setting { name: refused, .. } if refused == name),
             "{error}"
         );
     }

@@ -19,16 +19,16 @@ use crate::simulate::{Move, Trajectory};
 
 /// Returns the robot with stiffer springs.
 fn stiffened(model: &Model, theta: &[f64], factor: f64) -> Vec<f64> {
-    let mut own = theta.to_vec();
+    let mut theta = theta.to_vec();
     for joint in 0..model.joint_count() {
-        own[model.index(JointParameter::Stiffness, joint).unwrap()] *= factor;
+        theta[model.index(JointParameter::Stiffness, joint).unwrap()] *= factor;
     }
-    own
+    theta
 }
 
 fn without_friction(model: &Model, theta: &mut [f64]) {
-    for (own, value) in model.parameters().iter().zip(theta) {
-        if own.is_friction() {
+    for (parameter, value) in model.parameters().iter().zip(theta) {
+        if parameter.is_friction() {
             *value = 0.0;
         }
     }
@@ -46,7 +46,7 @@ fn state_feedback(controller: &Controller, gain: Vec<Vec<f64>>) -> Controller {
 /// Returns the rates of the poles of a loop, 1/s, the slowest first.
 fn rates(plant: &Sampled, controller: &Controller) -> Vec<c64> {
     let poles = plant.poles(&Law::of(controller, 2)).unwrap();
-    let mut all: Vec<c64> = poles.iter().filter_map(|own| plant.rate(*own)).collect();
+    let mut all: Vec<c64> = poles.iter().filter_map(|pole| plant.rate(*pole)).collect();
     all.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
     all
 }
@@ -112,7 +112,7 @@ fn damped_links_have_the_poles_of_a_damper_between_link_and_base() {
     for known in whole.eigenvalues().unwrap() {
         let nearest = found
             .iter()
-            .map(|own| (own - known).norm())
+            .map(|pole| (pole - known).norm())
             .fold(f64::INFINITY, f64::min);
         assert!(nearest < 2e-3 * known.norm(), "{known} {nearest}");
     }
@@ -185,12 +185,12 @@ fn settings(feedback: Feedback) -> Control {
 fn the_largest_bandwidth_keeps_the_margins_and_more_is_refused_with_it() {
     let free = Case::new(settings(Feedback::Pd)).design().unwrap().design;
     let largest = free.bandwidth.unwrap().largest_hz;
-    for own in &free.loops {
-        assert!(own.gain_db.is_none_or(|own| own.worst >= 6.0));
-        assert!(own.phase_deg.worst >= 40.0);
+    for margins in &free.loops {
+        assert!(margins.gain_db.is_none_or(|gain| gain.worst >= 6.0));
+        assert!(margins.phase_deg.worst >= 40.0);
     }
     let asked = |part: f64| {
-        let hz = largest.iter().map(|own| part * own).collect();
+        let hz = largest.iter().map(|bandwidth| part * bandwidth).collect();
         Case::new(Control {
             bandwidth_hz: hz,
             ..settings(Feedback::Pd)
@@ -217,8 +217,8 @@ fn held_links_vibrate_with_the_roots_of_their_two_equations() {
     let value = |name: &str| case.theta[case.model.index_of(name).unwrap()];
     let stiffness =
         |joint: usize| case.theta[case.model.index(JointParameter::Stiffness, joint).unwrap()];
-    for own in seen.iter().filter(|own| own.robot == 0) {
-        let cos = case.poses[own.pose][1].cos();
+    for view in seen.iter().filter(|view| view.robot == 0) {
+        let cos = case.poses[view.pose][1].cos();
         let (coupling, second) = (value("link2.coupling"), value("link2.inertia"));
         let first = value("link1.inertia_total") + 2.0 * coupling * cos;
         let mixed = second + coupling * cos;
@@ -226,8 +226,13 @@ fn held_links_vibrate_with_the_roots_of_their_two_equations() {
         let a = first * second - mixed * mixed;
         let b = first * stiffness(1) + second * stiffness(0);
         let root = (b * b - 4.0 * a * stiffness(0) * stiffness(1)).sqrt();
-        let known = [(b - root) / (2.0 * a), (b + root) / (2.0 * a)].map(|own| own.sqrt() / TAU);
-        let mut found: Vec<f64> = own.springs[1].iter().flatten().map(|[hz, _]| *hz).collect();
+        let known =
+            [(b - root) / (2.0 * a), (b + root) / (2.0 * a)].map(|square| square.sqrt() / TAU);
+        let mut found: Vec<f64> = view.springs[1]
+            .iter()
+            .flatten()
+            .map(|[hz, _]| *hz)
+            .collect();
         found.sort_by(f64::total_cmp);
         for (found, known) in found.iter().zip(known) {
             assert!((found / known - 1.0).abs() < 1e-3, "{found} {known}");
@@ -237,15 +242,15 @@ fn held_links_vibrate_with_the_roots_of_their_two_equations() {
 
 #[test]
 fn feedforward_and_state_feedback_follow_better_than_the_declared_loop() {
-    let own = Case::new(settings(Feedback::StateFeedback))
+    let design = Case::new(settings(Feedback::StateFeedback))
         .design()
         .unwrap()
         .design;
-    for tracking in &own.proof.tracking {
+    for tracking in &design.proof.tracking {
         assert!(tracking.designed_rad.worst < 0.25 * tracking.declared_rad.unwrap());
     }
-    assert_eq!(own.proof.moves.limit_cycles, 0);
-    assert!(own.shaper.is_none());
+    assert_eq!(design.proof.moves.limit_cycles, 0);
+    assert!(design.shaper.is_none());
 }
 
 #[test]
@@ -254,10 +259,10 @@ fn a_shaper_leaves_little_of_the_vibration_of_a_simulated_move() {
         shaper_modes: Some(3),
         ..settings(Feedback::Declared)
     };
-    let own = Case::new(all).design().unwrap().design;
-    let shaper = own.shaper.unwrap();
+    let design = Case::new(all).design().unwrap().design;
+    let shaper = design.shaper.unwrap();
     assert!(shaper.reached && shaper.largest_percent <= 5.0);
-    let moves = own.proof.moves;
+    let moves = design.proof.moves;
     assert!(moves.unshaped_rad.identified > 1e-3);
     // Twice the level: the deviation from the mean also contains the end of motions that do not vibrate.
     let largest = moves.largest_percent.unwrap();
@@ -273,9 +278,9 @@ fn moves_are_as_smooth_as_they_say() {
     })
     .shaped(vec![[0.0, 0.6], [0.3, 0.4]]);
     let at = |time: f64| {
-        let mut own = [[0.0; 5]];
-        motion.at(time, &mut own);
-        own[0]
+        let mut states = [[0.0; 5]];
+        motion.at(time, &mut states);
+        states[0]
     };
     assert!((at(0.0)[0] - 0.2).abs() < 1e-12 && (at(1.3)[0] + 0.5).abs() < 1e-12);
     let step = 1e-5;
@@ -302,12 +307,12 @@ fn a_shaped_step_has_the_steps_of_its_impulses() {
     })
     .shaped(vec![[0.0, 0.6], [0.3, 0.4]]);
     for (time, position) in [(0.0, 0.8), (0.29, 0.8), (0.31, 1.2)] {
-        let mut own = [[0.0; 5]];
-        motion.at(time, &mut own);
+        let mut states = [[0.0; 5]];
+        motion.at(time, &mut states);
         assert!(
-            (own[0][0] - position).abs() < 1e-12,
+            (states[0][0] - position).abs() < 1e-12,
             "{time}: {}",
-            own[0][0]
+            states[0][0]
         );
     }
 }

@@ -27,11 +27,11 @@ fn one_period_of_the_sampled_equations_is_that_of_the_simulation() {
             _ => torque[column - 4] = SMALL,
         }
         let at = Some((&start[..2], &start[2..]));
-        let mut own = ClosedLoop::new(&model, &theta, &controller, PERIOD, at)
+        let mut closed_loop = ClosedLoop::new(&model, &theta, &controller, PERIOD, at)
             .unwrap()
             .with_tolerance(1e-13);
-        own.advance(&torque).unwrap();
-        let state = own.state();
+        closed_loop.advance(&torque).unwrap();
+        let state = closed_loop.state();
         let found = [&state.q, &state.phi, &state.dq, &state.dphi].map(Vec::clone);
         let predicted = plant.column(column);
         for (row, (found, predicted)) in found.concat().iter().zip(predicted).enumerate() {
@@ -64,17 +64,18 @@ fn the_gain_of_the_velocity_estimator_is_that_of_its_averages() {
 
 /// Returns the controller with the gains of one motor times a factor.
 fn scaled(controller: &Controller, joint: usize, factor: f64) -> Controller {
-    let mut own = controller.clone();
-    own.kp_nm_per_rad[joint] *= factor;
-    own.kd_nms_per_rad[joint] *= factor;
-    own
+    let mut controller = controller.clone();
+    controller.kp_nm_per_rad[joint] *= factor;
+    controller.kd_nms_per_rad[joint] *= factor;
+    controller
 }
 
 #[test]
 fn gain_margins_end_where_poles_leave_the_unit_circle() {
     let (model, theta, controller) = arm();
     for q in [[0.0, 0.0], [0.3, 1.2]] {
-        let of = |own: &Controller| stability(&model, &theta, own, &q, PERIOD).unwrap();
+        let of =
+            |controller: &Controller| stability(&model, &theta, controller, &q, PERIOD).unwrap();
         let now = of(&controller);
         assert!(
             now.growth_per_s.is_none() && now.least_damping > 0.0,
@@ -100,10 +101,10 @@ fn gain_margins_end_where_poles_leave_the_unit_circle() {
 fn a_loop_with_a_negative_gain_grows() {
     let (model, theta, mut controller) = arm();
     controller.kd_nms_per_rad[0] = -50.0;
-    let own = stability(&model, &theta, &controller, &[0.0; 2], PERIOD).unwrap();
+    let stability = stability(&model, &theta, &controller, &[0.0; 2], PERIOD).unwrap();
     assert!(
-        own.growth_per_s.unwrap() > 1.0 && own.least_damping < 1.0,
-        "{own:?}"
+        stability.growth_per_s.unwrap() > 1.0 && stability.least_damping < 1.0,
+        "{stability:?}"
     );
 }
 
@@ -120,9 +121,9 @@ fn an_unstable_loop_runs_away_in_the_simulation_and_a_stable_one_comes_to_rest()
     still.reference.sines.clear();
     // Largest deflection of the last tenth of 3 s after a small deflection.
     let rest = |by: f64| -> f64 {
-        let own = scaled(&still, 1, by);
+        let controller = scaled(&still, 1, by);
         let start = Some((&[0.0, 0.01][..], &[0.0, 0.0][..]));
-        let mut plant = ClosedLoop::new(&model, &theta, &own, PERIOD, start).unwrap();
+        let mut plant = ClosedLoop::new(&model, &theta, &controller, PERIOD, start).unwrap();
         let mut most: f64 = 0.0;
         for k in 0..3000 {
             let state = plant.state();

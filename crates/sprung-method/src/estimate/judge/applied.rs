@@ -23,8 +23,8 @@ pub(in crate::estimate) fn applied(
     laws: Option<&LawsByHoldOut>,
     period: f64,
 ) -> Vec<Applied> {
-    let timing = retiming.and_then(|own| torque_timing(own, refined, period));
-    let sharpness = retiming.and_then(|own| sharpness(model, own, refined));
+    let timing = retiming.and_then(|retiming| torque_timing(retiming, refined, period));
+    let sharpness = retiming.and_then(|retiming| sharpness(model, retiming, refined));
     let laws = laws.into_iter().flat_map(of_laws);
     (about_logs.iter())
         .filter_map(mended)
@@ -47,10 +47,16 @@ fn mended(finding: &Finding) -> Option<Applied> {
 }
 
 /// The model holds a torque over the sampling period, so a torque without delay acts half a period after its stamp.
-fn torque_timing(own: &Retiming, refined: Option<&Refinement>, period: f64) -> Option<Applied> {
-    let torques = own.torques?;
+fn torque_timing(
+    retiming: &Retiming,
+    refined: Option<&Refinement>,
+    period: f64,
+) -> Option<Applied> {
+    let torques = retiming.torques?;
     let found = (torques.delay, torques.standard_error);
-    let (delay, error) = refined.and_then(|own| own.torques_delay_s).unwrap_or(found);
+    let (delay, error) = refined
+        .and_then(|refinement| refinement.torques_delay_s)
+        .unwrap_or(found);
     let acts = 0.5 * period - delay;
     let when = if acts < 0.0 { "before" } else { "after" };
     Some(Applied {
@@ -67,16 +73,16 @@ fn torque_timing(own: &Retiming, refined: Option<&Refinement>, period: f64) -> O
     })
 }
 
-fn sharpness(model: &Model, own: &Retiming, refined: Option<&Refinement>) -> Option<Applied> {
-    if own.sharpness.is_empty() {
+fn sharpness(model: &Model, retiming: &Retiming, refined: Option<&Refinement>) -> Option<Applied> {
+    if retiming.sharpness.is_empty() {
         return None;
     }
-    let values = refined.map_or(&[][..], |own| &own.sharpnesses);
-    let each: Vec<String> = (own.sharpness.iter())
+    let values = refined.map_or(&[][..], |refinement| &refinement.sharpnesses);
+    let each: Vec<String> = (retiming.sharpness.iter())
         .map(|&(joint, value)| {
             let name = &model.joints()[joint];
-            let refined = values.iter().find(|own| own.joint == *name);
-            let value = refined.map_or(value, |own| own.sharpness);
+            let refined = values.iter().find(|sharpness| sharpness.joint == *name);
+            let value = refined.map_or(value, |refined| refined.sharpness);
             format!("{value:.0} in {name}")
         })
         .collect();

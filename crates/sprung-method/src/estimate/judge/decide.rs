@@ -121,7 +121,7 @@ fn reservations(reasons: &[Reason<'_>]) -> String {
     let (naming, other): (Vec<_>, Vec<_>) =
         (reasons.iter()).partition(|reason| !reason.parameters.is_empty());
     let alone: Vec<String> = (naming.iter())
-        .map(|own| format!("{} alone, because {}", own.names(), reason(own.code)))
+        .map(|named| format!("{} alone, because {}", named.names(), reason(named.code)))
         .collect();
     let alone = alone.join(", nor ");
     let causes = causes(other.iter().copied());
@@ -135,8 +135,8 @@ fn reservations(reasons: &[Reason<'_>]) -> String {
 /// Joins the reasons of findings; each reason stands once.
 fn causes<'a>(reasons: impl Iterator<Item = &'a Reason<'a>>) -> String {
     let mut clauses: Vec<String> = Vec::new();
-    for own in reasons {
-        let clause = reason(own.code).to_owned();
+    for cause in reasons {
+        let clause = reason(cause.code).to_owned();
         if !clauses.contains(&clause) {
             clauses.push(clause);
         }

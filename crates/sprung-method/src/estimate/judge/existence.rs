@@ -44,7 +44,7 @@ pub(super) fn impossible_robot(
     findings
 }
 
-fn contradicted_limits(own: &Contradicted) -> Finding {
+fn contradicted_limits(contradicted: &Contradicted) -> Finding {
     let limit = |(limit, mass): &(MassLimit, f64)| {
         let [least, largest] = limit.range;
         format!(
@@ -52,13 +52,13 @@ fn contradicted_limits(own: &Contradicted) -> Finding {
             limit.subject
         )
     };
-    let limits = own.limits.iter().map(limit);
+    let limits = contradicted.limits.iter().map(limit);
     Finding::new(
         Severity::Serious,
         "mass-limits-contradicted",
         format!(
             "the torques of the log contradict the limits of masses by {:.0} standard errors: {}",
-            own.standard_errors,
+            contradicted.standard_errors,
             listed(limits)
         ),
         "correct total_mass_kg and mass_kg in [identify.physical], or the units of the torques and gravity_m_per_s2",
@@ -89,13 +89,13 @@ fn of_joint(
         return vec![reversed_torque(name, &torque).about(names)];
     }
     let wrong = |kind: JointParameter| {
-        let own = of(model, result, kind, joint)?;
-        let value = own.by_equations().filter(|value| *value < 0.0)?;
+        let estimate = of(model, result, kind, joint)?;
+        let value = estimate.by_equations().filter(|value| *value < 0.0)?;
         let is_sure = !result.is_constrained()
-            || own
+            || estimate
                 .error_by_equations()
                 .is_some_and(|error| -value > SIGNIFICANT_SIGMAS * error);
-        is_sure.then_some((own, value))
+        is_sure.then_some((estimate, value))
     };
     let mut findings = Vec::new();
     if let Some((stiffness, value)) = wrong(JointParameter::Stiffness) {
@@ -177,7 +177,7 @@ fn price(model: &Model, result: &EstimateResult, linear: &Linear<'_>) -> Option<
         )
     };
     let dear: Vec<String> = prices()
-        .filter(|(_, own)| own.is_dear())
+        .filter(|(_, price)| price.is_dear())
         .map(said)
         .collect();
     if held.is_empty() && dear.is_empty() {

@@ -32,7 +32,7 @@ pub(in crate::estimate) fn after_estimation(
     results: &[EstimateResult],
     of_torques: Option<&DelayOfTorques<'_>>,
 ) {
-    for finding in (findings.iter_mut()).filter(|own| own.severity == Severity::Warning) {
+    for finding in (findings.iter_mut()).filter(|finding| finding.severity == Severity::Warning) {
         let more = if MEASURED_EFFECTS.contains(&finding.code.as_str()) {
             Some("The intervals and the promise contain the effect".to_owned())
         } else {
@@ -66,7 +66,7 @@ impl DelayOfTorques<'_> {
         let evidence = finding.evidence.as_ref()?;
         let column = evidence.column.as_ref()?;
         let is_torque = (self.channels.all.iter())
-            .any(|own| own.column == *column && own.quantity == Quantity::MotorTorque);
+            .any(|channel| channel.column == *column && channel.quantity == Quantity::MotorTorque);
         let differs = (evidence.value - self.delay).abs() > 0.5 * self.period;
         (is_torque && !differs).then(|| {
             format!(
@@ -81,7 +81,8 @@ impl DelayOfTorques<'_> {
 /// Returns why the likelihood refutes a delay by least squares, if it does.
 fn refuted(finding: &Finding, result: &EstimateResult) -> Option<String> {
     let refinement = result.refined()?;
-    let is_late = |own: &Finding| own.code == LATE_CHANNEL && own.severity >= Severity::Warning;
+    let is_late =
+        |other: &Finding| other.code == LATE_CHANNEL && other.severity >= Severity::Warning;
     let column = finding.evidence.as_ref()?.column.as_ref()?;
     let delay = refinement
         .delays

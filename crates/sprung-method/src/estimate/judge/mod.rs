@@ -180,7 +180,7 @@ fn scale(
 /// Reports joints without a promise: parts of the log do not determine the parameters that the other
 /// parts need.
 fn no_promise(model: &Model, result: &EstimateResult) -> Option<Finding> {
-    let promised = |joint: &String| result.promise.iter().any(|own| own.joint == *joint);
+    let promised = |joint: &String| result.promise.iter().any(|promise| promise.joint == *joint);
     let without: Vec<&str> = (model.joints().iter())
         .filter(|joint| !promised(joint))
         .map(String::as_str)

@@ -202,7 +202,7 @@ const REASONS: &[(&str, &str)] = &[
 
 /// Returns the reason that a finding gives, as a clause; the code itself for a code without one.
 pub(super) fn reason(code: &str) -> &str {
-    let at = REASONS.binary_search_by(|(own, _)| (*own).cmp(code));
+    let at = REASONS.binary_search_by(|(known, _)| (*known).cmp(code));
     at.map_or(code, |at| REASONS[at].1)
 }
 

@@ -18,10 +18,10 @@ pub(super) fn routes_disagree(
 ) -> Option<Finding> {
     result.refined()?;
     let mut apart: Vec<(usize, f64)> = (result.parameters.iter().enumerate())
-        .filter(|(i, own)| !own.fixed && fitted.identifiable[*i])
-        .filter_map(|(i, own)| {
-            let error = own.standard_error?.hypot(fitted.standard_error[i]);
-            let difference = (own.value? - fitted.theta[i]).abs();
+        .filter(|(i, parameter)| !parameter.fixed && fitted.identifiable[*i])
+        .filter_map(|(i, parameter)| {
+            let error = parameter.standard_error?.hypot(fitted.standard_error[i]);
+            let difference = (parameter.value? - fitted.theta[i]).abs();
             Some((i, difference / error)).filter(|(_, size)| *size > SIGNIFICANT_SIGMAS)
         })
         .collect();
@@ -31,8 +31,8 @@ pub(super) fn routes_disagree(
     apart.sort_by(|a, b| b.1.total_cmp(&a.1));
     // Least squares have a bias by smearing that their errors do not contain.
     let matters = |&(i, _): &(usize, f64)| {
-        let own = &result.parameters[i];
-        let difference = (own.value.unwrap_or_default() - fitted.theta[i]).abs();
+        let parameter = &result.parameters[i];
+        let difference = (parameter.value.unwrap_or_default() - fitted.theta[i]).abs();
         difference > SMALL_SHARE * fitted.theta[i].abs()
     };
     let severity = if apart.iter().any(matters) {
@@ -41,13 +41,13 @@ pub(super) fn routes_disagree(
         Severity::Info
     };
     let list = apart.iter().map(|&(i, size)| {
-        let own = &result.parameters[i];
+        let parameter = &result.parameters[i];
         format!(
             "{} ({:.4} and {:.4} {}, {size:.1} standard errors of the difference)",
             model.parameters()[i].short(),
-            own.value.unwrap_or_default(),
+            parameter.value.unwrap_or_default(),
             fitted.theta[i],
-            own.unit
+            parameter.unit
         )
     });
     Some(

@@ -31,8 +31,9 @@ pub(super) fn scale_collapse(model: &Model, result: &EstimateResult, findings: &
             number => 1.0 / number,
         };
         let name = stiffness(model, &row.joint);
-        let own = name.as_ref().and_then(|name| result.parameter(name));
-        let matters = own.and_then(|own| Some(own.standard_error? / own.value?.abs()));
+        let parameter = name.as_ref().and_then(|name| result.parameter(name));
+        let matters = parameter
+            .and_then(|parameter| Some(parameter.standard_error? / parameter.value?.abs()));
         let matters = matters.is_none_or(|relative| shrinks > SIGNIFICANT_SIGMAS * relative);
         findings.push(
             Finding::new(

@@ -109,9 +109,9 @@ pub(super) fn cutoff_drift(
     result: &EstimateResult,
     sweep: &Sweep,
 ) -> Option<Finding> {
-    let own = &sweep.points[sweep.chosen];
+    let chosen = &sweep.points[sweep.chosen];
     let compared = (sweep.points.iter())
-        .filter(|point| point.cutoff_hz >= LOWEST_COMPARED_CUTOFF * own.cutoff_hz);
+        .filter(|point| point.cutoff_hz >= LOWEST_COMPARED_CUTOFF * chosen.cutoff_hz);
     let mut drifts = Vec::new();
     let mut names = Vec::new();
     let mut severity = Severity::Info;
@@ -119,18 +119,18 @@ pub(super) fn cutoff_drift(
         let Some([low, high]) = estimate.ci95.filter(|_| !estimate.fixed) else {
             continue;
         };
-        let change = |theta: &[f64]| (theta[i] - own.theta[i]).abs();
+        let change = |theta: &[f64]| (theta[i] - chosen.theta[i]).abs();
         let Some(farthest) = (compared.clone())
             .max_by(|a, b| change(&a.theta).total_cmp(&change(&b.theta)))
             .filter(|point| {
-                let by_chance = point.change_by_chance(own, i);
+                let by_chance = point.change_by_chance(chosen, i);
                 change(&point.theta) > by_chance.hypot(0.5 * (high - low))
             })
         else {
             continue;
         };
         let error = estimate.standard_error.unwrap_or(f64::INFINITY);
-        let (drift, value) = (change(&farthest.theta), own.theta[i].abs());
+        let (drift, value) = (change(&farthest.theta), chosen.theta[i].abs());
         if drift > LARGE_SHARE * value
             || drift > CERTAIN_SIGMAS * error && drift > SMALL_SHARE * value
         {
@@ -139,8 +139,8 @@ pub(super) fn cutoff_drift(
         drifts.push(format!(
             "{} {:.4} {unit} at {:.3} Hz, {:.4} {unit} at {:.3} Hz",
             model.parameters()[i].short(),
-            own.theta[i],
-            own.cutoff_hz,
+            chosen.theta[i],
+            chosen.cutoff_hz,
             farthest.theta[i],
             farthest.cutoff_hz,
             unit = estimate.unit

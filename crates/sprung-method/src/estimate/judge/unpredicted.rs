@@ -24,14 +24,16 @@ pub(in crate::estimate) fn unpredicted(
     excerpt: &Excerpt,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
-    let large = |own: &JointPrediction| {
-        let torque = own.torque_error_nm / own.torque_nm;
-        let deflection = own.deflection_error_rad.zip(own.deflection_rad);
-        let deflection = deflection.map_or(0.0, |(error, own)| error / own);
+    let large = |prediction: &JointPrediction| {
+        let torque = prediction.torque_error_nm / prediction.torque_nm;
+        let deflection = prediction
+            .deflection_error_rad
+            .zip(prediction.deflection_rad);
+        let deflection = deflection.map_or(0.0, |(error, deflection)| error / deflection);
         [torque, deflection].map(|error| Some(error).filter(|error| *error > NOT_PREDICTED))
     };
-    for own in &result.promise {
-        let Some(joint) = joints.iter().position(|name| *name == own.joint) else {
+    for promise in &result.promise {
+        let Some(joint) = joints.iter().position(|name| *name == promise.joint) else {
             continue;
         };
         let motion = Motion {
@@ -39,9 +41,9 @@ pub(in crate::estimate) fn unpredicted(
             excerpt,
             joint,
         };
-        let [torque, deflection] = large(own);
+        let [torque, deflection] = large(promise);
         let deflection =
-            deflection.filter(|_| motion.shows(own.deflection_rad.unwrap_or_default()));
+            deflection.filter(|_| motion.shows(promise.deflection_rad.unwrap_or_default()));
         let errors: Vec<String> = [("torque", torque), ("deflection", deflection)]
             .into_iter()
             .filter_map(|(what, error)| Some(format!("{} of its {what}", percent(error?))))
@@ -57,7 +59,7 @@ pub(in crate::estimate) fn unpredicted(
                 format!(
                     "{}: the joint hardly moves in the log, and the promised error is {errors}. The verdict is about the \
                      other joints",
-                    own.joint
+                    promise.joint
                 ),
                 "do not use the parameters of this joint; record a log in which it moves",
             )
@@ -67,7 +69,7 @@ pub(in crate::estimate) fn unpredicted(
                 "not-predicted",
                 format!(
                     "{}: the promised error for a new experiment is {errors}, so the model does not predict this joint",
-                    own.joint
+                    promise.joint
                 ),
                 "look at the fit over time, and at the findings about the log: a column, a delay or a law is wrong",
             )

@@ -136,7 +136,7 @@ impl LateSearch<'_, '_> {
     /// Returns the columns of a joint.
     fn columns(&self, joint: usize) -> Vec<&str> {
         (self.columns.iter())
-            .filter(|(own, _)| *own == joint)
+            .filter(|(other, _)| *other == joint)
             .map(|(_, column)| column.as_str())
             .collect()
     }
@@ -145,8 +145,8 @@ impl LateSearch<'_, '_> {
     /// are left out.
     fn suspects(&self) -> Vec<Suspect> {
         let is_open = |joint: &&usize| {
-            let own = self.columns(**joint);
-            !(self.found.iter()).any(|delay| own.contains(&delay.column.as_str()))
+            let columns = self.columns(**joint);
+            !(self.found.iter()).any(|delay| columns.contains(&delay.column.as_str()))
         };
         let mut suspects: Vec<Suspect> = (self.joints.iter().filter(is_open))
             .flat_map(|&joint| self.now.suspects(&self.columns(joint)))
@@ -157,8 +157,8 @@ impl LateSearch<'_, '_> {
     }
 
     fn suspect(&self, delay: &RefinedDelay) -> Option<Suspect> {
-        let own = |(_, column): &(usize, String)| *column == delay.column;
-        let channel = self.columns.iter().position(own)?;
+        let is_same = |(_, column): &(usize, String)| *column == delay.column;
+        let channel = self.columns.iter().position(is_same)?;
         let by_row = self.by_row.iter().find(|row| row.channel == channel);
         Some(Suspect {
             channel,

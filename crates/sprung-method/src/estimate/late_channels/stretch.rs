@@ -123,10 +123,10 @@ impl<'a, 's> Stretch<'a, 's> {
         let reading = self.reading.without_weights();
         let (channels, excerpt) = (reading.channels(), self.prepared.excerpt());
         let of_signal = |signal| {
-            let own = joints
+            let telling = joints
                 .iter()
                 .filter_map(|&joint| channels.telling(signal, joint));
-            estimate_delays(excerpt, &reading, &own.collect::<Vec<_>>()).unwrap_or_default()
+            estimate_delays(excerpt, &reading, &telling.collect::<Vec<_>>()).unwrap_or_default()
         };
         [Signal::Link, Signal::Motor, Signal::Torque]
             .into_iter()

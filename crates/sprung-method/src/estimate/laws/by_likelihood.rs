@@ -21,9 +21,9 @@ impl Chosen {
         let velocities = before.rungs.iter().filter(|rung| rung.made);
         replace_velocities(
             &mut self.result,
-            velocities.filter_map(|own| {
-                let error = own.stribeck_velocity_error?;
-                Some((own.joint.as_str(), own.stribeck_velocity?, error))
+            velocities.filter_map(|law| {
+                let error = law.stribeck_velocity_error?;
+                Some((law.joint.as_str(), law.stribeck_velocity?, error))
             }),
         );
     }
@@ -31,10 +31,18 @@ impl Chosen {
     /// Returns the laws for the results, with the Stribeck velocities of a refinement that is used.
     pub(in crate::estimate) fn described(&self, refined: Option<&Refinement>) -> LawsByHoldOut {
         let mut laws = self.result.clone();
-        let velocities = refined.into_iter().flat_map(|own| &own.stribeck_velocities);
+        let velocities = refined
+            .into_iter()
+            .flat_map(|refinement| &refinement.stribeck_velocities);
         replace_velocities(
             &mut laws,
-            velocities.map(|own| (own.joint.as_str(), own.velocity, own.standard_error)),
+            velocities.map(|velocity| {
+                (
+                    velocity.joint.as_str(),
+                    velocity.velocity,
+                    velocity.standard_error,
+                )
+            }),
         );
         laws
     }

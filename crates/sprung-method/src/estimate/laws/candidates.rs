@@ -167,11 +167,11 @@ impl Candidates {
     ) {
         let mut unknowns = Vec::new();
         for &kind in kinds {
-            let own = terms
+            let of_joint = terms
                 .iter()
                 .filter(|term| term.joint == joint && term.what == kind);
             self.probes
-                .extend(own.map(|term| (Probe::Term(*term, *shape), self.unknowns)));
+                .extend(of_joint.map(|term| (Probe::Term(*term, *shape), self.unknowns)));
             unknowns.push(self.unknowns);
             self.unknowns += 1;
         }
@@ -232,9 +232,9 @@ impl Candidates {
             return;
         }
         let of = |ratio: f64| sharpness_columns(model, joint, terms, ratio);
-        for own in [SHARPER, BLUNTER].into_iter().flat_map(of) {
+        for probes in [SHARPER, BLUNTER].into_iter().flat_map(of) {
             self.probes
-                .extend(own.into_iter().map(|probe| (probe, self.unknowns)));
+                .extend(probes.into_iter().map(|probe| (probe, self.unknowns)));
             self.nuisances.push(self.unknowns);
             self.unknowns += 1;
         }
@@ -242,9 +242,9 @@ impl Candidates {
 }
 
 fn has_torque(channels: &Channels, joint: usize) -> bool {
-    let is_own =
+    let is_motor_torque =
         |channel: &Channel| channel.quantity == Quantity::MotorTorque && channel.joint == joint;
-    channels.all.iter().any(is_own)
+    channels.all.iter().any(is_motor_torque)
 }
 
 fn laws_of(joint: &Joint, side: Side) -> &[FrictionLaw] {

@@ -78,10 +78,10 @@ impl Columns {
         };
         for (place, &column) in model.row_columns(row).iter().enumerate() {
             let parameter = &model.parameters()[column];
-            let Some((JointParameter::Friction(of, law), own)) = parameter.joint else {
+            let Some((JointParameter::Friction(of, law), other)) = parameter.joint else {
                 continue;
             };
-            if (of, own) != (side, joint) {
+            if (of, other) != (side, joint) {
                 continue;
             }
             if is_further(law) {

@@ -45,13 +45,13 @@ struct Gain {
     /// Whether the gain is large enough in one of the rows, and the torque of the change is large enough beside the joint's torque.
     is_large: bool,
     /// Whether the change explains more than nuisances do.
-    is_own: bool,
+    beats_nuisances: bool,
 }
 
 impl Gain {
     /// - `least`: least decrease of the root mean square.
     fn counts(&self, least: f64) -> bool {
-        self.is_own && self.is_clear(least)
+        self.beats_nuisances && self.is_clear(least)
     }
 
     /// Returns whether the gain is large and no chance.
@@ -64,7 +64,7 @@ impl Gain {
     /// Returns whether another change gains nearly as much.
     fn is_like(&self, other: &Self) -> bool {
         let parts = self.of_parts.iter().zip(&other.of_parts);
-        let less: Vec<f64> = parts.map(|(own, other)| own - other).collect();
+        let less: Vec<f64> = parts.map(|(part, other)| part - other).collect();
         other.of_squares >= ALIKE_SHARE * self.of_squares
             && less.iter().sum::<f64>() <= SIGNIFICANT_SIGMAS * deviation_of_sum(&less)
     }
@@ -243,7 +243,7 @@ impl<'a> Ladder<'a> {
             })
             .collect();
         let of_squares: f64 = of_parts.iter().sum();
-        let mut own = (0..rows.len()).map(|i| {
+        let mut gains = (0..rows.len()).map(|i| {
             let after: f64 = squares.iter().map(|part| part[i]).sum();
             (1.0 - (after / totals[i]).sqrt(), rows[i] == motor)
         });
@@ -251,7 +251,7 @@ impl<'a> Ladder<'a> {
         let is_practical = added >= LEAST_TORQUE_SHARE * torque;
         of_squares.is_finite().then(|| Gain {
             is_large: is_practical
-                && own.any(|(gain, of_torque)| {
+                && gains.any(|(gain, of_torque)| {
                     gain >= if of_torque {
                         NEGLIGIBLE_SHARE
                     } else {
@@ -259,8 +259,8 @@ impl<'a> Ladder<'a> {
                     }
                 }),
             // Every gear has an offset, viscous and Coulomb friction, so no nuisance is more likely than they are.
-            is_own: candidate.tier() == Tier::Essential
-                || is_practical && self.is_own(candidate, rows, torque),
+            beats_nuisances: candidate.tier() == Tier::Essential
+                || is_practical && self.beats_nuisances(candidate, rows, torque),
             candidate: index,
             of_squares,
             scatter: deviation_of_sum(&of_parts),
@@ -269,7 +269,7 @@ impl<'a> Ladder<'a> {
     }
 
     /// Returns whether a change explains more than nuisances do.
-    fn is_own(&self, candidate: &Candidate, rows: &[usize], torque: f64) -> bool {
+    fn beats_nuisances(&self, candidate: &Candidate, rows: &[usize], torque: f64) -> bool {
         let fits = &self.fits_with_nuisances;
         let with = self.normal.with(fits, &candidate.unknowns, rows);
         let Some((after, _)) = with else {

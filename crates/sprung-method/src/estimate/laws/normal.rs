@@ -58,7 +58,7 @@ impl Normal {
         let of_model = free.len();
         let (mut columns, mut known) = (Vec::new(), Vec::new());
         for row in 0..model.rows() {
-            let own = probes.iter().filter(|(probe, _)| probe.row() == row);
+            let probes_of_row = probes.iter().filter(|(probe, _)| probe.row() == row);
             let of_row = model.row_columns(row).iter();
             let mut unknowns: Vec<usize> = of_row
                 .clone()
@@ -66,7 +66,7 @@ impl Normal {
                 .collect();
             let mut values: Vec<Option<f64>> =
                 of_row.map(|&c| model.parameters()[c].fixed).collect();
-            for (_, unknown) in own {
+            for (_, unknown) in probes_of_row {
                 unknowns.push(of_model + unknown);
                 values.push(None);
             }
@@ -189,8 +189,8 @@ impl Normal {
         let squares: Option<Vec<Vec<f64>>> = (self.parts.iter().zip(&fits.without))
             .map(|(part, fit)| {
                 let x = self.bordered(part, fit, &fits.active, probes)?;
-                let own = probes.iter().map(|&unknown| self.probe(unknown));
-                let of_columns = own.map(|i| (x[i] * self.lengths[i]).powi(2));
+                let indices = probes.iter().map(|&unknown| self.probe(unknown));
+                let of_columns = indices.map(|i| (x[i] * self.lengths[i]).powi(2));
                 length += of_columns.sum::<f64>().sqrt() / self.parts.len() as f64;
                 Some(self.squares(part, &x, rows))
             })
@@ -259,8 +259,8 @@ impl Normal {
     fn squares(&self, part: &Part, x: &[f64], rows: &[usize]) -> Vec<f64> {
         (rows.iter())
             .map(|&row| {
-                let own: Vec<f64> = self.columns[row].iter().map(|&i| x[i]).collect();
-                let residual = part.factors[row].residual(&own);
+                let values: Vec<f64> = self.columns[row].iter().map(|&i| x[i]).collect();
+                let residual = part.factors[row].residual(&values);
                 residual.iter().map(|r| r * r).sum()
             })
             .collect()

@@ -81,10 +81,10 @@ impl Choices {
             laws: ready.laws.as_ref().map(|chosen| chosen.result.clone()),
             rigid_joints: ready.rigid.clone(),
             sign: (factors.signs.iter())
-                .map(|own| (own.column.clone(), own.value))
+                .map(|sign| (sign.column.clone(), sign.value))
                 .collect(),
             gain: (factors.gains.iter())
-                .map(|own| (own.column.clone(), own.value))
+                .map(|gain| (gain.column.clone(), gain.value))
                 .collect(),
             torque_constant_side: factors.side.as_ref().map(|found| found.side),
             position_cutoff_hz: reading.position_cutoff_hz(),
@@ -94,14 +94,14 @@ impl Choices {
                 .collect(),
             residual_velocity: joints.map(|i| model.shape(i).residual_velocity).collect(),
             springs: model.springs().map(|theta| Packed(theta.to_vec())),
-            mountings: (sensors.flat_map(|own| &own.all))
-                .map(|own| Packed(own.found()))
+            mountings: (sensors.flat_map(|inertial| &inertial.all))
+                .map(|sensor| Packed(sensor.found()))
                 .collect(),
-            weights: weights.map(|own| StoredWeights {
-                link: Packed(own.noise.link.clone()),
-                motor: Packed(own.noise.motor.clone()),
-                theta: Packed(own.theta.clone()),
-                slip: Packed(own.slip.clone()),
+            weights: weights.map(|weights| StoredWeights {
+                link: Packed(weights.noise.link.clone()),
+                motor: Packed(weights.noise.motor.clone()),
+                theta: Packed(weights.theta.clone()),
+                slip: Packed(weights.slip.clone()),
             }),
         }
     }
@@ -151,13 +151,13 @@ impl Choices {
         if let Some(springs) = &self.springs {
             reading = reading.with_springs(&springs.0);
         }
-        if let Some(own) = &self.weights {
+        if let Some(stored) = &self.weights {
             let noise = VelocityNoise {
-                link: own.link.0.clone(),
-                motor: own.motor.0.clone(),
+                link: stored.link.0.clone(),
+                motor: stored.motor.0.clone(),
             };
-            let slip = own.slip.0.clone();
-            let weights = TransitionWeights::new(reading.model(), &noise, &own.theta.0, slip);
+            let slip = stored.slip.0.clone();
+            let weights = TransitionWeights::new(reading.model(), &noise, &stored.theta.0, slip);
             reading = reading.with_weights(weights);
         }
         Ok(reading)
@@ -230,7 +230,7 @@ impl Choices {
 
     /// Returns the names of the choices that differ.
     fn differing(&self, other: &Self) -> Vec<&'static str> {
-        let same = |own: &[f64], other: &[f64]| own == other;
+        let same = |values: &[f64], other: &[f64]| values == other;
         [
             ("the laws", self.laws == other.laws),
             ("rigid joints", self.rigid_joints == other.rigid_joints),
@@ -264,27 +264,30 @@ impl Choices {
     /// Returns whether all lists have the lengths of a model and its columns.
     fn fits(&self, model: &Model, channels: &Channels) -> bool {
         let (n, p) = (model.joint_count(), model.parameters().len());
-        let sensors = (channels.inertial.as_ref()).map_or(&[][..], |own| &own.all);
+        let sensors = (channels.inertial.as_ref()).map_or(&[][..], |inertial| &inertial.all);
         self.delay_s.len() == channels.all.len()
             && self.stribeck_velocity.len() == n
             && self.residual_velocity.len() == n
-            && self.springs.as_ref().is_none_or(|own| own.0.len() == p)
+            && self
+                .springs
+                .as_ref()
+                .is_none_or(|springs| springs.0.len() == p)
             && self.mountings.len() == sensors.len()
             && (self.mountings.iter().zip(sensors))
-                .all(|(own, sensor)| own.0.len() == sensor.found().len())
-            && self.weights.as_ref().is_none_or(|own| {
-                own.link.0.len() == n
-                    && own.motor.0.len() == n
-                    && own.theta.0.len() == p
-                    && own.slip.0.len() == model.rows()
+                .all(|(mounting, sensor)| mounting.0.len() == sensor.found().len())
+            && self.weights.as_ref().is_none_or(|weights| {
+                weights.link.0.len() == n
+                    && weights.motor.0.len() == n
+                    && weights.theta.0.len() == p
+                    && weights.slip.0.len() == model.rows()
             })
     }
 
     /// Returns the channels with the mountings and biases of the sensors on links.
     fn mounted(&self, mut channels: Channels) -> Channels {
-        let sensors = (channels.inertial.iter_mut()).flat_map(|own| &mut own.all);
-        for (sensor, own) in sensors.zip(&self.mountings) {
-            sensor.take_found(&own.0);
+        let sensors = (channels.inertial.iter_mut()).flat_map(|inertial| &mut inertial.all);
+        for (sensor, mounting) in sensors.zip(&self.mountings) {
+            sensor.take_found(&mounting.0);
         }
         channels
     }
@@ -292,17 +295,18 @@ impl Choices {
 
 /// Returns the experiment with least squares as its only estimator.
 pub(super) fn for_factors(experiment: &Experiment) -> Experiment {
-    let mut own = experiment.clone();
-    own.identify.estimator = vec![Estimator::LeastSquares];
-    own
+    let mut experiment = experiment.clone();
+    experiment.identify.estimator = vec![Estimator::LeastSquares];
+    experiment
 }
 
 /// Returns a hash of the parts of an experiment on which factors depend.
 fn fingerprint(experiment: &Experiment) -> String {
-    let own = for_factors(experiment);
-    let log = own.log.map(|mut log| {
+    let experiment = for_factors(experiment);
+    let log = experiment.log.map(|mut log| {
         log.file = None;
         log
     });
-    sha256(format!("{:?}", (own.robot, log, own.identify)).as_bytes()).unwrap_or_default()
+    sha256(format!("{:?}", (experiment.robot, log, experiment.identify)).as_bytes())
+        .unwrap_or_default()
 }

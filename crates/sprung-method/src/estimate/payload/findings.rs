@@ -18,10 +18,11 @@ const STANDS: f64 = 0.02;
 pub(super) fn about_payload(result: &PayloadResult, distance: Option<f64>) -> Vec<Finding> {
     let mut findings = Vec::new();
     let name = &result.name;
-    let mass = (result.parameters.first()).and_then(|own| own.value.zip(own.standard_error));
+    let mass = (result.parameters.first())
+        .and_then(|parameter| parameter.value.zip(parameter.standard_error));
     let open: Vec<String> = (result.parameters.iter())
-        .filter(|own| own.value.is_none())
-        .map(|own| own.name.clone())
+        .filter(|parameter| parameter.value.is_none())
+        .map(|parameter| parameter.name.clone())
         .collect();
     if !open.is_empty() {
         findings.push(
@@ -80,7 +81,7 @@ pub(super) fn about_joints(model: &Model, empty: &System, loaded: &System) -> Op
                     let at = model
                         .row_columns(row)
                         .iter()
-                        .position(|own| *own == viscous)?;
+                        .position(|column| *column == viscous)?;
                     Some(factor.column_norm(at).powi(2) / system.weight(row).max(1.0))
                 });
                 Some(squares.sum::<f64>().sqrt())

@@ -45,7 +45,7 @@ pub(in crate::estimate) fn payload_of(
     (empty, linear): (&System, &Fitted),
 ) -> Option<(PayloadResult, Vec<Finding>)> {
     let links = model.links()?;
-    let own = information(model, numbers, &without_bias(numbers), empty)?;
+    let unbiased = information(model, numbers, &without_bias(numbers), empty)?;
     let equations = Numbers::of(linear);
     let of_equations_only = information(model, &equations, &without_bias(&equations), empty)?;
     let columns: Vec<Theta> = (0..BODY)
@@ -61,7 +61,7 @@ pub(in crate::estimate) fn payload_of(
     let of_loaded = widened(&white, &of_equations_only.factors, 1.0);
     let solved = solve(
         model,
-        (robot, &own.of_errors()),
+        (robot, &unbiased.of_errors()),
         (&alone, &of_loaded),
         &columns,
     )?;
@@ -74,19 +74,19 @@ pub(in crate::estimate) fn payload_of(
         logs: loaded.logs.clone(),
         parameters: (0..BODY)
             .map(|k| {
-                let own = solved.of(k);
+                let estimate = solved.of(k);
                 PayloadParameter {
                     name: format!("{}.{}", loaded.name, BODY_NAMES[k]),
                     unit: BODY_UNITS[k].to_owned(),
-                    value: own.map(|(value, _)| value),
-                    standard_error: own.map(|(_, error)| error),
-                    ci95: own.map(|(value, error)| {
+                    value: estimate.map(|(value, _)| value),
+                    standard_error: estimate.map(|(_, error)| error),
+                    ci95: estimate.map(|(value, error)| {
                         [-1.0, 1.0].map(|side| value + side * NORMAL_95 * error)
                     }),
                     physical: possible
                         .as_ref()
                         .map(|all| all[k])
-                        .filter(|_| own.is_some()),
+                        .filter(|_| estimate.is_some()),
                 }
             })
             .collect(),
@@ -146,7 +146,7 @@ impl Solved {
 fn without_bias(numbers: &Numbers) -> Vec<f64> {
     let parts = numbers.error_parts.iter();
     let errors: Vec<f64> = parts
-        .map(|own| own.sampling.hypot(own.between_parts))
+        .map(|part| part.sampling.hypot(part.between_parts))
         .collect();
     if errors.len() == numbers.errors.len() {
         errors
@@ -156,7 +156,7 @@ fn without_bias(numbers: &Numbers) -> Vec<f64> {
 }
 
 /// Returns whether the loaded logs have a value of a parameter of their own.
-fn is_own(model: &Model, parameter: usize) -> bool {
+fn has_loaded_value(model: &Model, parameter: usize) -> bool {
     (model.parameters()[parameter].joint).is_some_and(|(kind, _)| {
         matches!(kind, JointParameter::Friction(..) | JointParameter::Preload)
     })
@@ -176,7 +176,11 @@ fn solve(
     let free: Vec<usize> = (0..p)
         .filter(|&i| model.parameters()[i].fixed.is_none())
         .collect();
-    let of_empty: Vec<usize> = free.iter().copied().filter(|&i| is_own(model, i)).collect();
+    let of_empty: Vec<usize> = free
+        .iter()
+        .copied()
+        .filter(|&i| has_loaded_value(model, i))
+        .collect();
     let first = free.len() + of_empty.len();
     let n = first + BODY;
     // Change of theta by the unknowns, without and with the payload: theta with the payload, friction
@@ -185,7 +189,7 @@ fn solve(
     let mut with = Mat::<f64>::zeros(p, n);
     for (at, &i) in free.iter().enumerate() {
         with[(i, at)] = 1.0;
-        if !is_own(model, i) {
+        if !has_loaded_value(model, i) {
             without[(i, at)] = 1.0;
         }
     }
@@ -207,9 +211,9 @@ fn solve(
         normal += &by * change;
         right += &by * &theta;
     }
-    let own: Vec<f64> = (0..n).map(|i| normal[(i, i)]).collect();
-    for (i, own) in own.iter().enumerate() {
-        normal[(i, i)] += if *own > 0.0 { RIDGE * own } else { 1.0 };
+    let diagonal: Vec<f64> = (0..n).map(|i| normal[(i, i)]).collect();
+    for (i, entry) in diagonal.iter().enumerate() {
+        normal[(i, i)] += if *entry > 0.0 { RIDGE * entry } else { 1.0 };
     }
     let inverse = inverse(&normal)?;
     let solution = &inverse * &right;
@@ -217,7 +221,7 @@ fn solve(
         values: (0..BODY).map(|k| solution[(first + k, 0)]).collect(),
         covariance: Mat::from_fn(BODY, BODY, |i, j| inverse[(first + i, first + j)]),
         is_determined: (first..n)
-            .map(|i| own[i] > 0.0 && inverse[(i, i)] * own[i] < 1.0 / ROUNDING)
+            .map(|i| diagonal[i] > 0.0 && inverse[(i, i)] * diagonal[i] < 1.0 / ROUNDING)
             .collect(),
     })
 }

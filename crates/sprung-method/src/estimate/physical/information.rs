@@ -39,7 +39,7 @@ pub(in crate::estimate) fn information(
         return None;
     }
     let mut information = match &numbers.covariance {
-        Some(own) => of_covariance(own, p)?,
+        Some(covariance) => of_covariance(covariance, p)?,
         None => of_equations(model, &numbers.theta, system)?,
     };
     let ratios = ratios(
@@ -84,9 +84,9 @@ pub(in crate::estimate) fn covariance(
         let factor = error.map(|error| error / numbers.errors[i]);
         factor.filter(|factor| factor.is_finite()).unwrap_or(1.0)
     };
-    let own = information.of_errors();
+    let covariance = information.of_errors();
     let inverse = inverse(&Mat::from_fn(known.len(), known.len(), |i, j| {
-        own[(known[i], known[j])]
+        covariance[(known[i], known[j])]
     }))?;
     Some(CovarianceOfErrors {
         parameters: (known.iter())
@@ -131,8 +131,8 @@ pub(in crate::estimate) fn limits(
         .robots
         .limits(&estimated, &known, numbers.interval)?;
     let mut all = vec![None; numbers.theta.len()];
-    for (&i, own) in known.iter().zip(found) {
-        all[i] = own;
+    for (&i, value) in known.iter().zip(found) {
+        all[i] = value;
     }
     Some(all)
 }
@@ -146,14 +146,14 @@ pub(in crate::estimate) fn widened(matrix: &Mat<f64>, factors: &[f64], by: f64) 
     })
 }
 
-fn of_covariance(own: &Covariance, p: usize) -> Option<Mat<f64>> {
-    let width = own.free.len();
+fn of_covariance(covariance: &Covariance, p: usize) -> Option<Mat<f64>> {
+    let width = covariance.free.len();
     let inverse = inverse(&Mat::from_fn(width, width, |i, j| {
-        own.values[i * width + j]
+        covariance.values[i * width + j]
     }))?;
     let mut information = Mat::zeros(p, p);
-    for (i, &row) in own.free.iter().enumerate() {
-        for (j, &column) in own.free.iter().enumerate() {
+    for (i, &row) in covariance.free.iter().enumerate() {
+        for (j, &column) in covariance.free.iter().enumerate() {
             information[(row, column)] = inverse[(i, j)];
         }
     }

@@ -61,11 +61,11 @@ pub(in crate::estimate) fn bodies_of(
     numbers: &Numbers,
     about: (Option<&Information>, &System),
 ) -> Bodies {
-    let mut own = bodies(robots, settings, numbers, about, Search::Exact);
+    let mut result = bodies(robots, settings, numbers, about, Search::Exact);
     if let Some(tree) = robots.model.tree() {
-        own.findings.extend(about_regions(tree, &robots.outside));
+        result.findings.extend(about_regions(tree, &robots.outside));
     }
-    own
+    result
 }
 
 /// - `search`: which robot is that of the estimate.
@@ -104,7 +104,7 @@ fn bodies(
     let squares = squared_distance(information, &theta, &numbers.theta);
     bodies.standard = standard(robots, &found);
     bodies.result = Some(PhysicalResult {
-        prior: if robots.priors.iter().any(|own| own.is_nominal) {
+        prior: if robots.priors.iter().any(|prior| prior.is_nominal) {
             "nominal"
         } else {
             "none"
@@ -120,8 +120,12 @@ fn bodies(
         residual_ratio: (residual(model, system, &theta).iter())
             .zip(residual(model, system, &numbers.theta))
             .enumerate()
-            .filter(|(row, (_, (own, _)))| model.is_torque_row(*row) && *own > 0.0)
-            .map(|(row, ((possible, _), (own, _)))| (model.row_name(row), possible / own))
+            .filter(|(row, (_, (unconstrained, _)))| {
+                model.is_torque_row(*row) && *unconstrained > 0.0
+            })
+            .map(|(row, ((possible, _), (unconstrained, _)))| {
+                (model.row_name(row), possible / unconstrained)
+            })
             .collect(),
         impossible_nominal: robots.impossible_nominal.clone(),
     });
@@ -140,10 +144,12 @@ fn standard(robots: &Robots<'_>, found: &Possible) -> Vec<StandardParameter> {
     let n = x.len();
     let covariance =
         |hessian: &dyn Fn(usize) -> f64| inverse(&Mat::from_fn(n, n, |i, j| hessian(i * n + j)));
-    let posterior = of_all.as_ref().and_then(|own| covariance(&|at| own[at]));
+    let posterior = of_all
+        .as_ref()
+        .and_then(|matrix| covariance(&|at| matrix[at]));
     let count = robots.standard.len();
-    let prior = of_all.as_ref().and_then(|own| {
-        let part = |i: usize, j: usize| own[i * n + j] - of_log[i * n + j];
+    let prior = of_all.as_ref().and_then(|matrix| {
+        let part = |i: usize, j: usize| matrix[i * n + j] - of_log[i * n + j];
         inverse(&Mat::from_fn(count, count, part))
     });
     (0..links.standard())
@@ -167,7 +173,7 @@ fn standard(robots: &Robots<'_>, found: &Possible) -> Vec<StandardParameter> {
                     Some(i) => x[i],
                     None => links.known.get(&index).copied().unwrap_or(0.0),
                 },
-                standard_error: variance.map(f64::sqrt).filter(|own| own.is_finite()),
+                standard_error: variance.map(f64::sqrt).filter(|error| error.is_finite()),
                 nominal: links.nominal(index),
                 decided: match unknown {
                     None => Decided::Given,

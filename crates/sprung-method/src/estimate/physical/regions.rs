@@ -14,7 +14,7 @@ pub(super) fn about_regions(tree: &Tree, outside: &[String]) -> Vec<Finding> {
     let (mut units, mut others) = (Vec::new(), Vec::new());
     for (link, fault) in (0..)
         .zip(&tree.shapes)
-        .filter_map(|(at, own)| Some((at, own.as_ref().err()?)))
+        .filter_map(|(at, shape)| Some((at, shape.as_ref().err()?)))
     {
         if fault.is_of_another_unit() {
             units.push((link, fault));
@@ -61,21 +61,21 @@ fn instead(tree: &Tree, code: &str, faults: &[(usize, &NoShape)]) -> Option<Find
     let no_geometry = tree
         .shapes
         .iter()
-        .all(|own| matches!(own, Err(NoShape::Absent { .. })));
+        .all(|shape| matches!(shape, Err(NoShape::Absent { .. })));
     let reasons = if no_geometry {
         "the URDF has no <collision> or <visual>".to_owned()
     } else {
         let mut named: Vec<String> = faults
             .iter()
             .take(NAMED)
-            .map(|(_, own)| own.to_string())
+            .map(|(_, fault)| fault.to_string())
             .collect();
         if faults.len() > NAMED {
             named.push(format!("{} other links", faults.len() - NAMED));
         }
         named.join("; ")
     };
-    let mut remedies: Vec<String> = faults.iter().map(|(_, own)| own.remedy()).collect();
+    let mut remedies: Vec<String> = faults.iter().map(|(_, fault)| fault.remedy()).collect();
     remedies.dedup();
     remedies.truncate(NAMED);
     Some(Finding::new(
@@ -136,9 +136,9 @@ mod tests {
     }
 
     fn findings(upper: &str, fore: &str, outside: &[&str]) -> Vec<Finding> {
-        let form = |own: &str| match own {
+        let form = |shape: &str| match shape {
             "" => String::new(),
-            own => format!("<collision><geometry>{own}</geometry></collision>"),
+            shape => format!("<collision><geometry>{shape}</geometry></collision>"),
         };
         let urdf = format!(
             "<robot name='arm'><link name='base'/><link name='upper'>{}</link><link name='fore'>{}</link>
@@ -149,7 +149,7 @@ mod tests {
             form(fore)
         );
         let experiment = read("arm.toml", EXPERIMENT, &[], &mut Files(urdf)).unwrap();
-        let outside: Vec<String> = outside.iter().map(|own| (*own).to_owned()).collect();
+        let outside: Vec<String> = outside.iter().map(|link| (*link).to_owned()).collect();
         about_regions(&experiment.robot.tree.unwrap(), &outside)
     }
 
@@ -197,7 +197,7 @@ mod tests {
             "<sphere radius='0.1'/>",
             &["fore"],
         );
-        let codes: Vec<&str> = found.iter().map(|own| own.code.as_str()).collect();
+        let codes: Vec<&str> = found.iter().map(|finding| finding.code.as_str()).collect();
         assert_eq!(codes, ["geometry-unit", "nominal-body-outside"]);
         assert!(found[0].text.contains("400 m long") && found[0].remedy.contains("in metres"));
         assert!(found[1].text.contains("fore"));

@@ -55,8 +55,8 @@ impl Normal {
     /// Adds the equations of other samples.
     pub(in crate::estimate) fn with(mut self, more: Self) -> Self {
         self.information += more.information;
-        for (own, more) in self.gradient.iter_mut().zip(more.gradient) {
-            *own += more;
+        for (sum, more) in self.gradient.iter_mut().zip(more.gradient) {
+            *sum += more;
         }
         self
     }
@@ -82,8 +82,8 @@ impl Normal {
     /// Divides the equations by a number.
     pub(in crate::estimate) fn divided(mut self, by: f64) -> Self {
         self.information /= faer::Scale(by);
-        for own in &mut self.gradient {
-            *own /= by;
+        for entry in &mut self.gradient {
+            *entry /= by;
         }
         self
     }

@@ -60,12 +60,12 @@ impl Robots<'_> {
     /// American Statistician, 1995, for intervals by profile likelihood.
     pub(in crate::estimate) fn limits(
         &self,
-        own: &Estimated<'_>,
+        estimated: &Estimated<'_>,
         known: &[usize],
         width: f64,
     ) -> Option<Vec<Option<Limits>>> {
-        let gradient = product(own.information, own.unconstrained);
-        let search = self.search(own.information, &gradient, own.theta);
+        let gradient = product(estimated.information, estimated.unconstrained);
+        let search = self.search(estimated.information, &gradient, estimated.theta);
         let rows = search.program.rows().max(1) as f64;
         let mut middle = search
             .program
@@ -74,15 +74,16 @@ impl Robots<'_> {
         let mut best = middle.clone();
         search.program.follow(&mut best, PATH).ok()?;
         let part = Mat::from_fn(known.len(), known.len(), |i, j| {
-            own.information[(known[i], known[j])]
+            estimated.information[(known[i], known[j])]
         });
         let covariance = inverse(&part)?;
-        let distance = |theta: &[f64]| squared_distance(own.information, theta, own.unconstrained);
-        let least = distance(&self.theta(&best)).max(distance(own.theta));
+        let distance =
+            |theta: &[f64]| squared_distance(estimated.information, theta, estimated.unconstrained);
+        let least = distance(&self.theta(&best)).max(distance(estimated.theta));
         search.program.follow(&mut middle, [PATH[0]; 2]).ok()?;
         let profile = Profile {
             robots: self,
-            own,
+            estimated,
             search: &search,
             middle,
             least,
@@ -94,7 +95,7 @@ impl Robots<'_> {
             profile.limits(
                 index,
                 by_equations,
-                width * own.errors[index] / by_equations,
+                width * estimated.errors[index] / by_equations,
             )
         });
         Some(limits.collect())
@@ -104,7 +105,7 @@ impl Robots<'_> {
 /// The profile likelihood of the parameters.
 struct Profile<'a> {
     robots: &'a Robots<'a>,
-    own: &'a Estimated<'a>,
+    estimated: &'a Estimated<'a>,
     search: &'a Search,
     /// Unknowns at the beginning of the central path.
     middle: Vec<f64>,
@@ -119,7 +120,7 @@ impl Profile<'_> {
     /// - `error`: standard error of the parameter by the equations; `width`: half the width of its interval without
     ///   constraints in such standard errors.
     fn limits(&self, index: usize, error: f64, width: f64) -> Option<Limits> {
-        let value = self.own.theta[index];
+        let value = self.estimated.theta[index];
         let is_free = self.least < SMALL_SHARE * width * width;
         let ends = [-1.0, 1.0].map(|side| {
             if is_free && self.is_inside(index, side * width) {
@@ -132,8 +133,8 @@ impl Profile<'_> {
             return None;
         };
         let (low, high) = (low.min(value), high.max(value));
-        let own_bound = must_be_positive(&self.robots.model.parameters()[index]);
-        let is_one_sided = own_bound && (low_is_bound || low < NEGLIGIBLE_SHARE * (high - low));
+        let is_positive = must_be_positive(&self.robots.model.parameters()[index]);
+        let is_one_sided = is_positive && (low_is_bound || low < NEGLIGIBLE_SHARE * (high - low));
         Some(Limits {
             ends: [if is_one_sided { 0.0 } else { low }, high],
             is_one_sided,
@@ -168,7 +169,11 @@ impl Profile<'_> {
         for _ in 0..MAX_ROUNDS {
             let theta = self.at(index, multiplier)?;
             let value = theta[index];
-            let squares = squared_distance(self.own.information, &theta, self.own.unconstrained);
+            let squares = squared_distance(
+                self.estimated.information,
+                &theta,
+                self.estimated.unconstrained,
+            );
             let reached = (squares - self.least).max(0.0).sqrt() / width.abs();
             if (value - before.0).abs() < NEGLIGIBLE_SHARE * error {
                 before.1 += 1;
@@ -192,8 +197,8 @@ impl Profile<'_> {
     /// Returns the robot that minimises half the squared distance minus a multiple of a parameter, \[p\].
     fn at(&self, index: usize, multiplier: f64) -> Option<Theta> {
         let mut program = self.search.program.clone();
-        for (own, column) in program.linear.iter_mut().zip(&self.robots.columns) {
-            *own += multiplier * column[index];
+        for (entry, column) in program.linear.iter_mut().zip(&self.robots.columns) {
+            *entry += multiplier * column[index];
         }
         let mut x = self.middle.clone();
         program.follow(&mut x, PATH).ok()?;

@@ -101,8 +101,8 @@ pub(super) fn priors(
     };
     let links = (0..n).map(|link| {
         let values: Option<Vec<f64>> = (0..BODY).map(|k| nominal(link * BODY + k)).collect();
-        let possible = values.filter(|own| {
-            let body: Result<[f64; BODY], _> = own.as_slice().try_into();
+        let possible = values.filter(|values| {
+            let body: Result<[f64; BODY], _> = values.as_slice().try_into();
             body.is_ok_and(|body| is_possible(&body, THINNEST))
         });
         match possible {
@@ -121,13 +121,13 @@ pub(super) fn priors(
         }
     });
     let rotors = (0..n).map(|joint| {
-        let own = nominal(n * BODY + joint).filter(|value| *value > 0.0);
+        let given = nominal(n * BODY + joint).filter(|value| *value > 0.0);
         BodyPrior {
-            values: vec![own.unwrap_or(match beside {
+            values: vec![given.unwrap_or(match beside {
                 Beside::Estimate => size,
                 Beside::Log(..) | Beside::Draws(..) => ORDINARY_ROTOR,
             })],
-            is_nominal: own.is_some(),
+            is_nominal: given.is_some(),
         }
     });
     links.chain(rotors).collect()
@@ -138,7 +138,7 @@ pub(super) fn regions_of(links: &TreeLinks, tool: Tool) -> Vec<Option<Region>> {
     let joints = &links.tree.joints;
     let carries = |link: usize| joints.iter().any(|joint| joint.parent == Some(link));
     let all = Region::all(&links.tree).into_iter().enumerate();
-    all.map(|(link, own)| own.filter(|_| tool == Tool::InRegion || carries(link)))
+    all.map(|(link, region)| region.filter(|_| tool == Tool::InRegion || carries(link)))
         .collect()
 }
 
@@ -184,7 +184,7 @@ pub(super) fn impossible(model: &Model, links: &TreeLinks) -> Vec<String> {
         .filter(|link| {
             let values: Option<Vec<f64>> =
                 (0..BODY).map(|k| links.nominal(link * BODY + k)).collect();
-            let body: Option<[f64; BODY]> = values.and_then(|own| own.try_into().ok());
+            let body: Option<[f64; BODY]> = values.and_then(|values| values.try_into().ok());
             body.is_some_and(|body| !is_possible(&body, THINNEST))
         })
         .map(|link| {
@@ -217,11 +217,11 @@ pub(super) fn add_prior(
         beside.weight_without_nominal()
     };
     block.entropy = weight;
-    let own = match prior.values.len() {
+    let prior_block = match prior.values.len() {
         BODY => second_moments(|k| Err(prior.values[k])),
         _ => Block::scalar(prior.values[0], []),
     };
-    if let Some(inverse) = own.inverse(&[]) {
+    if let Some(inverse) = prior_block.inverse(&[]) {
         for (unknown, entries) in &block.terms {
             let slope: f64 = (entries.iter())
                 .map(|&(i, j, by)| {

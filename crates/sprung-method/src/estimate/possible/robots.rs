@@ -55,12 +55,12 @@ impl<'a> Robots<'a> {
             all.filter(|index| !links.known.contains_key(index))
                 .collect()
         });
-        let is_other = |(_, own): &(usize, &Parameter)| {
-            let of_bodies = match own.joint {
+        let is_other = |(_, parameter): &(usize, &Parameter)| {
+            let of_bodies = match parameter.joint {
                 None | Some((JointParameter::RotorInertia, _)) => links.is_some(),
                 Some(_) => false,
             };
-            own.fixed.is_none() && !of_bodies
+            parameter.fixed.is_none() && !of_bodies
         };
         let others: Vec<usize> = (model.parameters().iter().enumerate())
             .filter(is_other)
@@ -85,7 +85,7 @@ impl<'a> Robots<'a> {
             subjects: Vec::new(),
             columns,
             constant: (model.parameters().iter())
-                .map(|own| own.fixed.unwrap_or(0.0))
+                .map(|parameter| parameter.fixed.unwrap_or(0.0))
                 .collect(),
             start: vec![0.0; n],
             prior: Program {
@@ -112,8 +112,8 @@ impl<'a> Robots<'a> {
     pub(super) fn theta(&self, x: &[f64]) -> Theta {
         let mut theta = self.constant.clone();
         for (column, x) in self.columns.iter().zip(x) {
-            for (own, by) in theta.iter_mut().zip(column) {
-                *own += x * by;
+            for (value, by) in theta.iter_mut().zip(column) {
+                *value += x * by;
             }
         }
         theta
@@ -139,7 +139,7 @@ impl<'a> Robots<'a> {
     fn add_bodies(&mut self, links: &TreeLinks, near: &[f64], settings: (&Physical, Beside<'_>)) {
         let n = self.model.joint_count();
         let size = (near.iter().zip(self.model.parameters()))
-            .filter(|(_, own)| own.joint.is_none())
+            .filter(|(_, parameter)| parameter.joint.is_none())
             .fold(1e-3_f64, |max, (value, _)| max.max(value.abs()));
         self.priors = priors(self.model, links, settings, size);
         let regions = match settings.1 {
@@ -161,8 +161,8 @@ impl<'a> Robots<'a> {
             let name = links.name(first);
             let (mut block, subject) = if count == BODY {
                 let link = name.strip_suffix(".m").unwrap_or(name);
-                let fits = |own: &Region| !prior.is_nominal || own.holds(&prior.values);
-                if regions[at].is_some_and(|own| own.of_geometry && !fits(&own)) {
+                let fits = |region: &Region| !prior.is_nominal || region.holds(&prior.values);
+                if regions[at].is_some_and(|region| region.of_geometry && !fits(&region)) {
                     self.outside.push(link.to_owned());
                 }
                 if let Some(region) = regions[at].filter(fits) {
@@ -180,12 +180,12 @@ impl<'a> Robots<'a> {
                 let moments = second_moments(|k| unknowns[k].ok_or_else(|| known(first + k)));
                 (moments, format!("the second moments of the mass of {link}"))
             } else {
-                let scalar = Block::scalar(0.0, unknowns[0].map(|own| (own, 1.0)));
+                let scalar = Block::scalar(0.0, unknowns[0].map(|unknown| (unknown, 1.0)));
                 (scalar, name.to_owned())
             };
-            for (own, value) in unknowns.iter().zip(&prior.values) {
-                if let Some(own) = own {
-                    self.start[*own] = *value;
+            for (unknown, value) in unknowns.iter().zip(&prior.values) {
+                if let Some(unknown) = unknown {
+                    self.start[*unknown] = *value;
                 }
             }
             add_prior(&mut self.prior, &mut block, prior, &unknowns, settings);
@@ -201,7 +201,7 @@ impl<'a> Robots<'a> {
         for limit in mass_limits(links, self.model.joint_count(), settings) {
             let (known, unknowns) = self.parts_of(links, &limit.masses);
             let [least, largest] = limit.range;
-            let terms = |by: f64| unknowns.iter().map(move |&own| (own, by));
+            let terms = |by: f64| unknowns.iter().map(move |&unknown| (unknown, by));
             self.add(
                 Block::scalar(known - least, terms(1.0)),
                 format!("{} above {least} kg", limit.subject),
@@ -235,7 +235,7 @@ impl<'a> Robots<'a> {
         };
         let with_mass = |limit: MassLimit| {
             let (known, unknowns) = self.parts_of(links, &limit.masses);
-            let mass = known + unknowns.iter().map(|own| x[*own]).sum::<f64>();
+            let mass = known + unknowns.iter().map(|unknown| x[*unknown]).sum::<f64>();
             (limit, mass)
         };
         let all = mass_limits(links, self.model.joint_count(), settings);
@@ -247,17 +247,17 @@ impl<'a> Robots<'a> {
     /// Adds the bodies of the paper's arm: `theta1 - theta3` and `theta3` are inertias of two bodies
     /// that `theta2` couples.
     fn add_planar(&mut self) {
-        let unknown = |index: usize| self.others.iter().position(|own| *own == index);
+        let unknown = |index: usize| self.others.iter().position(|other| *other == index);
         let entries: [Vec<(usize, usize, f64)>; 3] = [
             vec![(0, 0, 1.0)],
             vec![(0, 1, 1.0)],
             vec![(0, 0, -1.0), (1, 1, 1.0)],
         ];
         let mut block = Block::new(2, Vec::new());
-        for (index, own) in entries.into_iter().enumerate() {
+        for (index, entry) in entries.into_iter().enumerate() {
             match unknown(index) {
-                Some(unknown) => block.terms.push((unknown, own)),
-                None => block.add_constant(&own, self.constant[index]),
+                Some(unknown) => block.terms.push((unknown, entry)),
+                None => block.add_constant(&entry, self.constant[index]),
             }
         }
         if !block.terms.is_empty() {
@@ -271,9 +271,9 @@ impl<'a> Robots<'a> {
         for at in 0..self.others.len() {
             let parameter = &self.model.parameters()[self.others[at]];
             if must_be_positive(parameter) {
-                let own = Block::scalar(0.0, [(self.standard.len() + at, 1.0)]);
+                let block = Block::scalar(0.0, [(self.standard.len() + at, 1.0)]);
                 let name = parameter.name.clone();
-                self.add(own, name);
+                self.add(block, name);
             }
         }
     }

@@ -110,7 +110,7 @@ impl Robots<'_> {
     fn reached(&self, search: &Search, x: &[f64], theta: &[f64]) -> Option<Vec<f64>> {
         let (n, p) = (self.columns.len(), self.constant.len());
         let hessian = search.program.hessian_with_barrier(x, 1.0)?;
-        let own = self.theta(x);
+        let start = self.theta(x);
         let scale: Vec<f64> = (0..n)
             .map(|i| hessian[i * (n + 1)].sqrt().recip())
             .collect();
@@ -119,7 +119,7 @@ impl Robots<'_> {
         let right = Mat::from_fn(n, p, |i, j| scale[i] * self.columns[i][j]);
         let moves = factor.solve(&right);
         let product = right.transpose() * &moves;
-        let moved = Mat::from_fn(p, 1, |i, _| theta[i] - own[i]);
+        let moved = Mat::from_fn(p, 1, |i, _| theta[i] - start[i]);
         let by = &moves * product.lblt(faer::Side::Lower).solve(&moved);
         let end: Vec<f64> = (0..n).map(|i| x[i] + scale[i] * by[(i, 0)]).collect();
         let is_near = |(a, b): (&f64, &f64)| (a - b).abs() <= ROUNDING * (1.0 + b.abs());
@@ -143,18 +143,18 @@ impl Robots<'_> {
             })
             .collect();
         let mut program = self.prior.clone();
-        for (own, more) in program.quadratic.iter_mut().zip(&of_log) {
-            *own += more;
+        for (entry, more) in program.quadratic.iter_mut().zip(&of_log) {
+            *entry += more;
         }
-        for (i, own) in program.linear.iter_mut().enumerate() {
-            *own += linear[(i, 0)];
+        for (i, entry) in program.linear.iter_mut().enumerate() {
+            *entry += linear[(i, 0)];
         }
         let mut start = self.start.clone();
         for (at, &index) in self.others.iter().enumerate() {
             let unknown = self.standard.len() + at;
-            let own = of_log[unknown * (n + 1)];
-            let (ridge, scale) = if own > 0.0 {
-                (ROUNDING * own, own.sqrt().recip())
+            let diagonal = of_log[unknown * (n + 1)];
+            let (ridge, scale) = if diagonal > 0.0 {
+                (ROUNDING * diagonal, diagonal.sqrt().recip())
             } else {
                 (ROUNDING, 1.0)
             };

@@ -14,11 +14,11 @@ pub struct Body {
 }
 
 impl Body {
-    /// - `own`: the ten inertial parameters about the origin of the frame, with a positive mass.
-    pub(super) fn of(own: &[f64; BODY]) -> Self {
-        let [mass, mx, my, mz, xx, xy, yy, xz, yz, zz] = *own;
+    /// - `parameters`: the ten inertial parameters about the origin of the frame, with a positive mass.
+    pub(super) fn of(parameters: &[f64; BODY]) -> Self {
+        let [mass, mx, my, mz, xx, xy, yy, xz, yz, zz] = *parameters;
         let c = [mx / mass, my / mass, mz / mass];
-        let squares: f64 = c.iter().map(|own| own * own).sum();
+        let squares: f64 = c.iter().map(|entry| entry * entry).sum();
         let about_origin = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
         let entry = |i: usize, j: usize| {
             let of_all = if i == j { squares } else { 0.0 };

@@ -55,15 +55,15 @@ impl Borders {
             }
             matrix
         };
-        let is_moved = |own: &[f64; SIZE]| own.iter().any(|entry| entry.abs() > 0.0);
+        let is_moved = |matrix: &[f64; SIZE]| matrix.iter().any(|entry| entry.abs() > 0.0);
         let along = directions.iter().map(|by| Change {
             numbers: (single.iter().enumerate())
                 .map(|(at, block)| (at, change(block, by)[0]))
-                .filter(|(_, own)| own.abs() > 0.0)
+                .filter(|(_, number)| number.abs() > 0.0)
                 .collect(),
             matrices: (more.iter().enumerate())
                 .map(|(at, block)| (at, change(block, by)))
-                .filter(|(_, own)| is_moved(own))
+                .filter(|(_, matrix)| is_moved(matrix))
                 .collect(),
         });
         Self {
@@ -88,34 +88,35 @@ impl Borders {
     /// Moves a place along a coordinate.
     pub(super) fn go(&self, place: &mut Place, coordinate: usize, by: f64) {
         let change = &self.along[coordinate];
-        for (at, own) in &change.numbers {
-            place.numbers[*at] += by * own;
+        for (at, number) in &change.numbers {
+            place.numbers[*at] += by * number;
         }
-        for (at, own) in &change.matrices {
-            for (entry, own) in place.matrices[*at].iter_mut().zip(own) {
-                *entry += by * own;
+        for (at, matrix) in &change.matrices {
+            for (entry, slope) in place.matrices[*at].iter_mut().zip(matrix) {
+                *entry += by * slope;
             }
         }
     }
 
     /// Returns whether all numbers and matrices are positive at a place.
     pub(super) fn contain(&self, place: &Place) -> bool {
-        place.numbers.iter().all(|own| *own > 0.0)
-            && (place.matrices.iter().zip(&self.rows)).all(|(own, rows)| is_positive(own, *rows))
+        place.numbers.iter().all(|number| *number > 0.0)
+            && (place.matrices.iter().zip(&self.rows))
+                .all(|(matrix, rows)| is_positive(matrix, *rows))
     }
 
     /// Moves a place along a coordinate if all numbers and matrices stay positive. Returns whether they do.
     pub(super) fn may_go(&self, place: &mut Place, coordinate: usize, by: f64) -> bool {
         let change = &self.along[coordinate];
         let mut numbers = change.numbers.iter();
-        if !numbers.all(|(at, own)| place.numbers[*at] + by * own > 0.0) {
+        if !numbers.all(|(at, number)| place.numbers[*at] + by * number > 0.0) {
             return false;
         }
         let mut matrices = change.matrices.iter();
-        let is_inside = matrices.all(|(at, own)| {
+        let is_inside = matrices.all(|(at, matrix)| {
             let mut there = place.matrices[*at];
-            for (entry, own) in there.iter_mut().zip(own) {
-                *entry += by * own;
+            for (entry, slope) in there.iter_mut().zip(matrix) {
+                *entry += by * slope;
             }
             is_positive(&there, self.rows[*at])
         });
@@ -131,12 +132,12 @@ impl Borders {
         let (mut least, mut largest) = (0.0_f64, 0.0_f64);
         // The place is inside up to t with 1 + t λ > 0 for the relative changes λ.
         for (at, by) in &change.numbers {
-            let own = place.numbers[*at];
-            if own <= 0.0 {
+            let number = place.numbers[*at];
+            if number <= 0.0 {
                 return None;
             }
-            least = least.min(by / own);
-            largest = largest.max(by / own);
+            least = least.min(by / number);
+            largest = largest.max(by / number);
         }
         for (at, by) in &change.matrices {
             let [low, high] = relative(&place.matrices[*at], by, self.rows[*at])?;
@@ -219,7 +220,7 @@ fn extremes<const N: usize>(mut a: [[f64; N]; N]) -> [f64; 2] {
         let (mut beside, mut all) = (0.0, 0.0);
         for (i, row) in a.iter().enumerate() {
             all += row[i] * row[i];
-            beside += row[..i].iter().map(|own| own * own).sum::<f64>();
+            beside += row[..i].iter().map(|entry| entry * entry).sum::<f64>();
         }
         if beside <= NEGLIGIBLE * NEGLIGIBLE * all {
             break;
@@ -231,8 +232,8 @@ fn extremes<const N: usize>(mut a: [[f64; N]; N]) -> [f64; 2] {
         }
     }
     let diagonal = a.iter().enumerate().map(|(k, row)| row[k]);
-    diagonal.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], own| {
-        [low.min(own), high.max(own)]
+    diagonal.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
+        [low.min(value), high.max(value)]
     })
 }
 

@@ -15,9 +15,9 @@ const INSIDE: f64 = 1e-3;
 /// Returns the matrices that must be positive definite, without the prior.
 pub(super) fn borders_of(robots: &Robots<'_>) -> Vec<Block> {
     let without_prior = |block: &Block| {
-        let mut own = block.clone();
-        own.entropy = 0.0;
-        own
+        let mut block = block.clone();
+        block.entropy = 0.0;
+        block
     };
     robots.prior.blocks.iter().map(without_prior).collect()
 }
@@ -25,19 +25,21 @@ pub(super) fn borders_of(robots: &Robots<'_>) -> Vec<Block> {
 /// Returns the robot of the result, as far as it tells it, else of the prior.
 pub(super) fn start(robots: &Robots<'_>, rest: &Rest, result: &EstimateResult) -> Vec<f64> {
     let mut start = robots.start.clone();
-    for (own, index) in start.iter_mut().zip(&robots.standard) {
+    for (entry, index) in start.iter_mut().zip(&robots.standard) {
         if let Some(found) = result.standard_parameters.get(*index) {
-            *own = found.value;
+            *entry = found.value;
         }
     }
     let others = robots.others.iter().zip(&rest.others);
-    for (own, (&index, [value, error])) in start[robots.standard.len()..].iter_mut().zip(others) {
+    for (entry, (&index, [value, error])) in start[robots.standard.len()..].iter_mut().zip(others) {
         let parameter = &robots.model.parameters()[index];
-        *own = *value;
+        *entry = *value;
         if must_be_positive(parameter) {
             let found = result.parameter(&parameter.name);
-            let error = found.and_then(|own| own.standard_error).unwrap_or(*error);
-            *own = value.max(INSIDE * error);
+            let error = found
+                .and_then(|parameter| parameter.standard_error)
+                .unwrap_or(*error);
+            *entry = value.max(INSIDE * error);
         }
     }
     start
@@ -51,11 +53,11 @@ pub(super) fn centre(
 ) -> Result<Vec<f64>, PosteriorError> {
     // Differences from the mean keep the digits of the function.
     let shifted = |block: &Block| {
-        let mut own = block.clone();
+        let mut shifted = block.clone();
         for (unknown, entries) in &block.terms {
-            own.add_constant(entries, normal.mean[*unknown]);
+            shifted.add_constant(entries, normal.mean[*unknown]);
         }
-        own
+        shifted
     };
     let blocks = borders_of(robots).iter().map(shifted).collect();
     let program = program(&normal.precision, blocks);

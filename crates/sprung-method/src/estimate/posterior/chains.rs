@@ -52,7 +52,7 @@ struct Walker<'a> {
 impl<'a> Chains<'a> {
     pub(super) fn new(density: &'a Density) -> Self {
         let n = density.mean.len();
-        let directions = metric(density).and_then(|own| coordinates(&own));
+        let directions = metric(density).and_then(|metric| coordinates(&metric));
         // Without a metric the unknowns themselves are the coordinates.
         let directions = directions.unwrap_or_else(|| {
             let unit = |k: usize| (0..n).map(|i| f64::from(u8::from(i == k))).collect();
@@ -63,16 +63,19 @@ impl<'a> Chains<'a> {
                 .map(|i| (0..n).map(|j| density.precision[(i, j)] * of[j]).sum())
                 .collect()
         };
-        let moved: Vec<Vec<f64>> = directions.iter().map(|own| product(own)).collect();
+        let moved: Vec<Vec<f64>> = directions
+            .iter()
+            .map(|direction| product(direction))
+            .collect();
         let from_mean: Vec<f64> = (density.centre.iter().zip(&density.mean))
             .map(|(centre, mean)| centre - mean)
             .collect();
         Self {
             borders: Borders::new(&density.blocks, &density.centre, &directions),
             curvature: (moved.iter())
-                .map(|own| directions.iter().map(|other| dot(own, other)).collect())
+                .map(|image| directions.iter().map(|other| dot(image, other)).collect())
                 .collect(),
-            slope: moved.iter().map(|own| dot(own, &from_mean)).collect(),
+            slope: moved.iter().map(|image| dot(image, &from_mean)).collect(),
             density,
             directions,
         }
@@ -98,13 +101,13 @@ impl<'a> Chains<'a> {
                 (walker, Correlation::of(&heard))
             })
             .collect();
-        let heard: Vec<&Correlation> = walkers.iter().map(|(_, own)| own).collect();
+        let heard: Vec<&Correlation> = walkers.iter().map(|(_, correlation)| correlation).collect();
         let correlation = Correlation::largest(&heard);
         let sweeps = sweeps(correlation);
         let robots: Vec<Vec<Vec<f64>>> = (walkers.par_iter_mut().enumerate())
             .map(|(chain, (walker, _))| {
-                let own = (chain + 1) * count / chains - chain * count / chains;
-                (0..own)
+                let draw_count = (chain + 1) * count / chains - chain * count / chains;
+                (0..draw_count)
                     .map(|_| {
                         for _ in 0..sweeps {
                             walker.sweep();
@@ -115,8 +118,8 @@ impl<'a> Chains<'a> {
             })
             .collect();
         let seen: Vec<Correlation> = (robots.par_iter())
-            .map(|own| {
-                let seen: Vec<Vec<f64>> = own.iter().map(|x| self.seen(x)).collect();
+            .map(|chain| {
+                let seen: Vec<Vec<f64>> = chain.iter().map(|x| self.seen(x)).collect();
                 Correlation::of(&seen)
             })
             .collect();
@@ -161,11 +164,11 @@ impl Walker<'_> {
             self.place = self.chains.borders.at(&before);
             self.coordinates = before;
         }
-        for ((own, row), at_centre) in (self.slope.iter_mut())
+        for ((slope, row), at_centre) in (self.slope.iter_mut())
             .zip(&self.chains.curvature)
             .zip(&self.chains.slope)
         {
-            *own = at_centre + dot(row, &self.coordinates);
+            *slope = at_centre + dot(row, &self.coordinates);
         }
     }
 
@@ -181,8 +184,8 @@ impl Walker<'_> {
             return;
         };
         self.coordinates[coordinate] += by;
-        for (own, entry) in self.slope.iter_mut().zip(row) {
-            *own += by * entry;
+        for (slope, entry) in self.slope.iter_mut().zip(row) {
+            *slope += by * entry;
         }
     }
 
@@ -207,8 +210,8 @@ impl Walker<'_> {
     fn unknowns(&self) -> Vec<f64> {
         let mut x = self.chains.density.centre.clone();
         for (by, direction) in self.coordinates.iter().zip(&self.chains.directions) {
-            for (own, change) in x.iter_mut().zip(direction) {
-                *own += by * change;
+            for (value, change) in x.iter_mut().zip(direction) {
+                *value += by * change;
             }
         }
         x
@@ -223,11 +226,11 @@ impl Correlation {
     fn of(values: &[Vec<f64>]) -> Self {
         let count = values.first().map_or(0, Vec::len);
         let of = |quantity: usize| {
-            let own = || values.iter().map(move |robot| robot[quantity]);
-            let mean = own().sum::<f64>() / values.len() as f64;
-            let both = own().zip(own().skip(1));
+            let of_quantity = || values.iter().map(move |robot| robot[quantity]);
+            let mean = of_quantity().sum::<f64>() / values.len() as f64;
+            let both = of_quantity().zip(of_quantity().skip(1));
             let product: f64 = both.map(|(a, b)| (a - mean) * (b - mean)).sum();
-            let square: f64 = own().map(|a| (a - mean).powi(2)).sum();
+            let square: f64 = of_quantity().map(|a| (a - mean).powi(2)).sum();
             [product, square]
         };
         Self((0..count).map(of).collect())
@@ -235,9 +238,9 @@ impl Correlation {
 
     /// Returns the largest correlation of neighbours among all quantities, 0 to 1.
     fn largest(chains: &[&Self]) -> f64 {
-        let count = chains.first().map_or(0, |own| own.0.len());
+        let count = chains.first().map_or(0, |chain| chain.0.len());
         let of = |quantity: usize| {
-            let sum = |k: usize| chains.iter().map(|own| own.0[quantity][k]).sum::<f64>();
+            let sum = |k: usize| chains.iter().map(|chain| chain.0[quantity][k]).sum::<f64>();
             let (product, square) = (sum(0), sum(1));
             if square > 0.0 { product / square } else { 0.0 }
         };

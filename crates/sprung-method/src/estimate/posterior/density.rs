@@ -26,8 +26,8 @@ impl Density {
     pub(super) fn theta(&self, x: &[f64]) -> Theta {
         let mut theta = self.constant.clone();
         for (column, x) in self.columns.iter().zip(x) {
-            for (own, by) in theta.iter_mut().zip(column) {
-                *own += x * by;
+            for (value, by) in theta.iter_mut().zip(column) {
+                *value += x * by;
             }
         }
         theta

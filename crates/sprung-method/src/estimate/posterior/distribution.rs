@@ -50,7 +50,7 @@ impl Posterior {
         let evidence = Evidence::new(model, result)?;
         let speeds = speeds(model, result);
         let near: Theta = (model.parameters().iter())
-            .map(|own| values.get(&own.name).copied().unwrap_or(0.0))
+            .map(|parameter| values.get(&parameter.name).copied().unwrap_or(0.0))
             .collect();
         let tool = tool(model, result);
         let robots = Robots::new(model, settings, &near, Beside::Draws(&speeds, tool));
@@ -64,7 +64,7 @@ impl Posterior {
         let centre = centre(&robots, &normal, &start(&robots, &rest, result))?;
         let links = model.links();
         let names = |count: usize| {
-            let name = |index: usize| links.map(|own| own.name(index).to_owned());
+            let name = |index: usize| links.map(|links| links.name(index).to_owned());
             (0..count).filter_map(name).collect::<Vec<_>>()
         };
         let standard = links.map_or(0, TreeLinks::standard);
@@ -74,12 +74,12 @@ impl Posterior {
         Ok(Self {
             empty: Samples {
                 parameters: (model.parameters().iter())
-                    .map(|own| own.name.clone())
+                    .map(|parameter| parameter.name.clone())
                     .collect(),
                 theta: Vec::new(),
                 standard_parameters: names(standard),
                 standard: Vec::new(),
-                links: links.map_or_else(Vec::new, |own| own.tree.links.clone()),
+                links: links.map_or_else(Vec::new, |links| links.tree.links.clone()),
                 undetermined: rest.undetermined,
                 undetermined_standard: normal.undetermined(&robots),
                 constants,
@@ -87,7 +87,7 @@ impl Posterior {
                 effective: 0.0,
             },
             standard: (0..standard)
-                .map(|index| links.and_then(|own| own.known.get(&index).copied()))
+                .map(|index| links.and_then(|links| links.known.get(&index).copied()))
                 .map(Option::unwrap_or_default)
                 .collect(),
             density: Density {
@@ -147,8 +147,8 @@ impl Posterior {
 fn speeds(model: &Model, result: &EstimateResult) -> Vec<f64> {
     (model.joints().iter().enumerate())
         .map(|(joint, name)| {
-            let own = result.friction_speed.get(name);
-            own.unwrap_or(model.shape(joint).residual_velocity)
+            let speed = result.friction_speed.get(name);
+            speed.unwrap_or(model.shape(joint).residual_velocity)
         })
         .collect()
 }
@@ -162,7 +162,7 @@ fn tool(model: &Model, result: &EstimateResult) -> Tool {
     let mut links = Region::all(tree).into_iter().zip(bodies).enumerate();
     let is_outside = links.any(|(link, (region, body))| {
         let carries = tree.joints.iter().any(|joint| joint.parent == Some(link));
-        let body: Vec<f64> = body.iter().map(|own| own.value).collect();
+        let body: Vec<f64> = body.iter().map(|parameter| parameter.value).collect();
         !carries && region.is_some_and(|region| !region.holds(&body))
     });
     if is_outside {

@@ -21,24 +21,25 @@ impl Evidence {
     /// The covariance of a result contains the bounds: its standard errors are those by profile likelihood. Those by the
     /// equations take their place here, because the set of draws contains the bounds already.
     pub(super) fn new(model: &Model, result: &EstimateResult) -> Result<Self, PosteriorError> {
-        let own = (result.covariance.as_ref()).ok_or_else(|| PosteriorError::NoCovariance {
-            estimator: result.estimator.clone(),
-        })?;
+        let covariance =
+            (result.covariance.as_ref()).ok_or_else(|| PosteriorError::NoCovariance {
+                estimator: result.estimator.clone(),
+            })?;
         let wrong = || PosteriorError::Covariance {
             estimator: result.estimator.clone(),
         };
-        let size = own.parameters.len();
-        let is_square = own.values.len() == size
-            && (own.values.iter().enumerate()).all(|(i, row)| row.len() == i + 1);
+        let size = covariance.parameters.len();
+        let is_square = covariance.values.len() == size
+            && (covariance.values.iter().enumerate()).all(|(i, row)| row.len() == i + 1);
         if size == 0 || !is_square {
             return Err(wrong());
         }
         let (mut known, mut values, mut factors) = (Vec::new(), Vec::new(), Vec::new());
-        for (i, name) in own.parameters.iter().enumerate() {
+        for (i, name) in covariance.parameters.iter().enumerate() {
             let other = || PosteriorError::OtherRobot { name: name.clone() };
             let index = model.index_of(name).map_err(|_| other())?;
             let estimate = result.parameter(name).ok_or_else(other)?;
-            let error = own.values[i][i].sqrt();
+            let error = covariance.values[i][i].sqrt();
             let by_equations = match estimate.unconstrained {
                 Some(_) => estimate.error_by_equations().unwrap_or(error),
                 None => error,
@@ -50,16 +51,16 @@ impl Evidence {
         Ok(Self {
             known,
             values,
-            information: information(own, &factors).ok_or_else(wrong)?,
+            information: information(covariance, &factors).ok_or_else(wrong)?,
         })
     }
 }
 
 /// Returns the inverse of a covariance after the standard error of each parameter grew by a factor.
-fn information(own: &CovarianceOfErrors, factors: &[f64]) -> Option<Mat<f64>> {
+fn information(errors: &CovarianceOfErrors, factors: &[f64]) -> Option<Mat<f64>> {
     let size = factors.len();
     let covariance = Mat::from_fn(size, size, |i, j| {
-        own.values[i.max(j)][i.min(j)] * factors[i] * factors[j]
+        errors.values[i.max(j)][i.min(j)] * factors[i] * factors[j]
     });
     let information = inverse(&covariance)?;
     let is_finite = (0..size * size).all(|at| information[(at / size, at % size)].is_finite());

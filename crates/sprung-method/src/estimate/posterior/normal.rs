@@ -60,7 +60,7 @@ impl Normal {
         let precision = Mat::from_fn(n, n, |i, j| {
             f64::midpoint(precision[(i, j)], precision[(j, i)])
         });
-        let is_finite = mean.iter().all(|own| own.is_finite())
+        let is_finite = mean.iter().all(|value| value.is_finite())
             && (0..n * n).all(|at| precision[(at / n, at % n)].is_finite());
         is_finite.then_some(Self {
             mean,
@@ -91,13 +91,13 @@ impl Normal {
 pub(super) fn bodies(robots: &Robots<'_>, result: &EstimateResult) -> Vec<f64> {
     let links = robots.model.joint_count() * BODY;
     let mut bodies = robots.start.clone();
-    for (own, &index) in bodies.iter_mut().zip(&robots.standard) {
-        let is_nominal = (robots.priors.get(index / BODY)).is_some_and(|own| own.is_nominal);
+    for (value, &index) in bodies.iter_mut().zip(&robots.standard) {
+        let is_nominal = (robots.priors.get(index / BODY)).is_some_and(|prior| prior.is_nominal);
         if let Some(found) = result.standard_parameters.get(index)
             && index < links
             && !is_nominal
         {
-            *own = f64::midpoint(*own, found.value);
+            *value = f64::midpoint(*value, found.value);
         }
     }
     bodies
@@ -127,6 +127,6 @@ pub(super) fn coordinates(matrix: &Mat<f64>) -> Option<Vec<Vec<f64>>> {
     let directions: Vec<Vec<f64>> = (0..n)
         .map(|k| (0..n).map(|i| entry(k, i)).collect())
         .collect();
-    let is_finite = directions.iter().flatten().all(|own| own.is_finite());
+    let is_finite = directions.iter().flatten().all(|entry| entry.is_finite());
     is_finite.then_some(directions)
 }

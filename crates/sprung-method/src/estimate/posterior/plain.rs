@@ -53,8 +53,8 @@ impl<'a> Plain<'a> {
         let mut draw = self.density.mean.clone();
         for direction in &self.directions {
             let z: f64 = rng.sample(StandardNormal);
-            for (own, by) in draw.iter_mut().zip(direction) {
-                *own += z * by;
+            for (value, by) in draw.iter_mut().zip(direction) {
+                *value += z * by;
             }
         }
         draw

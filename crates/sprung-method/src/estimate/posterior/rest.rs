@@ -31,8 +31,8 @@ impl Rest {
         let others = (robots.others.iter())
             .map(|&index| {
                 let parameter = &parameters[index];
-                let own = result.parameter(&parameter.name);
-                let value = own.and_then(|own| own.value.or(own.physical));
+                let estimate = result.parameter(&parameter.name);
+                let value = estimate.and_then(|estimate| estimate.value.or(estimate.physical));
                 // The offset of a sensor is no property of the robot.
                 let is_offset = matches!(parameter.joint, Some((JointParameter::TorqueOffset, _)));
                 let value = (value.or(parameter.nominal)).or(is_offset.then_some(0.0));
@@ -42,7 +42,7 @@ impl Rest {
                 let value = value.unwrap_or(0.0);
                 if is_known(index) {
                     // The log's distribution takes the place of this one.
-                    let error = own.and_then(ParameterEstimate::error_by_equations);
+                    let error = estimate.and_then(ParameterEstimate::error_by_equations);
                     return [value, error.unwrap_or(1.0)];
                 }
                 [
@@ -55,8 +55,8 @@ impl Rest {
             return Err(PosteriorError::NoValue { names });
         }
         let undetermined = (parameters.iter().enumerate())
-            .filter(|(index, own)| own.fixed.is_none() && !is_known(*index))
-            .map(|(_, own)| own.name.clone());
+            .filter(|(index, parameter)| parameter.fixed.is_none() && !is_known(*index))
+            .map(|(_, parameter)| parameter.name.clone());
         Ok(Self {
             others,
             undetermined: undetermined.collect(),

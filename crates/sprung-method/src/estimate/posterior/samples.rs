@@ -67,10 +67,13 @@ impl Samples {
     /// Returns the bodies of all links of a robot; `None` if there is no such robot, or for the paper's arm.
     #[must_use]
     pub fn bodies(&self, robot: usize) -> Option<Vec<Body>> {
-        let standard = self.standard.get(robot).filter(|own| !own.is_empty())?;
+        let standard = self
+            .standard
+            .get(robot)
+            .filter(|standard| !standard.is_empty())?;
         let bodies = standard.chunks_exact(BODY).take(self.links.len());
         bodies
-            .map(|own| Some(Body::of(own.try_into().ok()?)))
+            .map(|body| Some(Body::of(body.try_into().ok()?)))
             .collect()
     }
 }

@@ -68,10 +68,10 @@ fn demo_estimates(error: f64) -> (Model, Estimates) {
     let truth: BTreeMap<String, f64> = toml::from_str(demo::TRUTH).unwrap();
     let theta = model.theta(&truth).unwrap();
     let estimates = (model.parameters().iter().zip(theta))
-        .filter(|(own, _)| own.fixed.is_none())
-        .map(|(own, value)| {
+        .filter(|(parameter, _)| parameter.fixed.is_none())
+        .map(|(parameter, value)| {
             let size = if value.abs() > 0.0 { value.abs() } else { 1.0 };
-            (own.name.clone(), value, Some(error * size))
+            (parameter.name.clone(), value, Some(error * size))
         })
         .collect();
     (model, estimates)
@@ -86,8 +86,8 @@ fn tree_estimates(error: f64) -> (Model, Estimates, Vec<Value>) {
     ];
     let mut truth = BTreeMap::new();
     for link in ["link1", "link2"] {
-        let own = names.iter().zip(body);
-        truth.extend(own.map(|(name, value)| (format!("{link}.{name}"), value)));
+        let pairs = names.iter().zip(body);
+        truth.extend(pairs.map(|(name, value)| (format!("{link}.{name}"), value)));
     }
     for joint in ["shoulder", "elbow"] {
         for (name, value) in [
@@ -107,7 +107,13 @@ fn tree_estimates(error: f64) -> (Model, Estimates, Vec<Value>) {
     truth.retain(|name, _| known(name));
     let theta = model.theta(&truth).unwrap();
     let estimates = (model.parameters().iter().zip(theta))
-        .map(|(own, value)| (own.name.clone(), value, Some(error * value.abs().max(0.1))))
+        .map(|(parameter, value)| {
+            (
+                parameter.name.clone(),
+                value,
+                Some(error * value.abs().max(0.1)),
+            )
+        })
         .collect();
     let links = model.links().unwrap();
     let bodies = (0..links.standard())
@@ -127,9 +133,9 @@ fn draw(model: &Model, result: &EstimateResult, count: usize) -> Samples {
 /// Returns mean and standard deviation of a parameter.
 fn moments(samples: &Samples, parameter: usize) -> [f64; 2] {
     let count = samples.theta.len() as f64;
-    let own = || samples.theta.iter().map(|theta| theta[parameter]);
-    let mean = own().sum::<f64>() / count;
-    let variance = own().map(|x| (x - mean).powi(2)).sum::<f64>() / count;
+    let values = || samples.theta.iter().map(|theta| theta[parameter]);
+    let mean = values().sum::<f64>() / count;
+    let variance = values().map(|x| (x - mean).powi(2)).sum::<f64>() / count;
     [mean, variance.sqrt()]
 }
 
@@ -142,22 +148,24 @@ fn has_covariance(samples: &Samples, result: &EstimateResult, share: f64) {
             samples
                 .parameters
                 .iter()
-                .position(|own| own == name)
+                .position(|parameter| parameter == name)
                 .unwrap()
         })
         .collect();
-    let own: Vec<[f64; 2]> = places.iter().map(|at| moments(samples, *at)).collect();
+    let sample_moments: Vec<[f64; 2]> = places.iter().map(|at| moments(samples, *at)).collect();
     for (i, row) in stated.values.iter().enumerate() {
         let error = row[i].sqrt();
         assert!(
-            (own[i][1] / error - 1.0).abs() < share,
+            (sample_moments[i][1] / error - 1.0).abs() < share,
             "{}: {} instead of {error}",
             stated.parameters[i],
-            own[i][1]
+            sample_moments[i][1]
         );
         for (j, entry) in row.iter().enumerate() {
-            let product =
-                |theta: &Vec<f64>| (theta[places[i]] - own[i][0]) * (theta[places[j]] - own[j][0]);
+            let product = |theta: &Vec<f64>| {
+                (theta[places[i]] - sample_moments[i][0])
+                    * (theta[places[j]] - sample_moments[j][0])
+            };
             let found = samples.theta.iter().map(product).sum::<f64>() / count;
             let size = error * stated.values[j][j].sqrt() * if i == j { 2.0 } else { 1.0 };
             assert!(
@@ -199,7 +207,7 @@ fn where_no_bound_binds_draws_have_the_stated_covariance() {
         let at = samples
             .parameters
             .iter()
-            .position(|own| own == name)
+            .position(|parameter| parameter == name)
             .unwrap();
         let [mean, _] = moments(&samples, at);
         assert!(
@@ -235,8 +243,8 @@ fn robots_of_a_tree_can_exist_and_have_the_stated_covariance() {
         // The parameters are the combinations of the bodies, and the drives.
         let names = samples.standard_parameters.iter().cloned();
         let mut values: BTreeMap<String, f64> = names.zip(standard.iter().copied()).collect();
-        let own = &samples.theta[robot];
-        for (parameter, value) in model.parameters().iter().zip(own) {
+        let draw = &samples.theta[robot];
+        for (parameter, value) in model.parameters().iter().zip(draw) {
             if parameter.joint.is_some_and(|(kind, _)| kind.is_friction()) {
                 assert!(*value >= 0.0 || parameter.name.contains("offset"));
             }
@@ -245,7 +253,7 @@ fn robots_of_a_tree_can_exist_and_have_the_stated_covariance() {
             }
         }
         let theta = model.theta(&values).unwrap();
-        for (a, b) in theta.iter().zip(own) {
+        for (a, b) in theta.iter().zip(draw) {
             assert!((a - b).abs() < 1e-9 * (1.0 + a.abs()));
         }
     }
@@ -257,8 +265,8 @@ fn where_bounds_bind_draws_have_the_truncated_distribution_and_move() {
     // Six frictions and stiffnesses 1.5 standard errors below zero: one normal draw in ten million can exist.
     let (model, mut estimates) = demo_estimates(0.01);
     let bound: Vec<String> = (model.parameters().iter())
-        .filter(|own| own.joint.is_some_and(|(kind, _)| kind.is_friction()))
-        .map(|own| own.name.clone())
+        .filter(|parameter| parameter.joint.is_some_and(|(kind, _)| kind.is_friction()))
+        .map(|parameter| parameter.name.clone())
         .filter(|name| !name.contains("offset"))
         .collect();
     assert!(bound.len() >= 4, "{bound:?}");
@@ -275,7 +283,7 @@ fn where_bounds_bind_draws_have_the_truncated_distribution_and_move() {
         let at = samples
             .parameters
             .iter()
-            .position(|own| own == name)
+            .position(|parameter| parameter == name)
             .unwrap();
         assert!(samples.theta.iter().all(|theta| theta[at] > 0.0));
         // Mean and standard deviation of a normal distribution above 1.5 standard deviations, minus 1.5.
@@ -316,7 +324,7 @@ fn parameters_that_the_log_does_not_determine_are_named_and_come_from_the_prior(
     let place = samples
         .parameters
         .iter()
-        .position(|own| *own == name)
+        .position(|parameter| *parameter == name)
         .unwrap();
     let [mean, spread] = moments(&samples, place);
     // The relative error of nominal values is 30 %.
@@ -341,13 +349,13 @@ fn results_that_tell_no_distribution_are_refused() {
         PosteriorError::NoCovariance { .. }
     ));
     let mut wrong = good.clone();
-    if let Some(own) = &mut wrong.covariance {
-        own.values[1][1] = -1.0;
+    if let Some(covariance) = &mut wrong.covariance {
+        covariance.values[1][1] = -1.0;
     }
     assert!(matches!(error(&wrong), PosteriorError::Covariance { .. }));
     let mut other = good.clone();
-    if let Some(own) = &mut other.covariance {
-        own.parameters[0] = "wrist.stiffness".to_owned();
+    if let Some(covariance) = &mut other.covariance {
+        covariance.parameters[0] = "wrist.stiffness".to_owned();
     }
     assert!(error(&other).to_string().contains("wrist.stiffness"));
     let mut lacking = estimates;
@@ -364,7 +372,7 @@ fn results_that_tell_no_distribution_are_refused() {
             model
                 .parameters()
                 .iter()
-                .any(|own| own.name == name && own.nominal.is_some())
+                .any(|parameter| parameter.name == name && parameter.nominal.is_some())
         );
     }
     let posterior = Posterior::new(&model, &Physical::default(), &good).unwrap();

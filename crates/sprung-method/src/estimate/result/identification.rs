@@ -75,7 +75,7 @@ impl Identification {
     #[must_use]
     pub fn bound(&self, parameter: &str) -> Option<String> {
         let mut rigid = self.rigid_joints.iter();
-        Some(rigid.find(|own| own.stiffness() == parameter)?.bound())
+        Some(rigid.find(|joint| joint.stiffness() == parameter)?.bound())
     }
 
     /// Returns the time of the first sample of the earliest log, s since 1970; `None` if the times of a log are not
@@ -488,13 +488,14 @@ impl EstimateResult {
     pub fn is_constrained(&self) -> bool {
         self.parameters
             .iter()
-            .any(|own| own.unconstrained.is_some())
+            .any(|parameter| parameter.unconstrained.is_some())
     }
 
     /// Returns whether a parameter of the robot has no value.
     #[must_use]
     pub fn lacks(&self, name: &str) -> bool {
-        self.parameter(name).is_some_and(|own| own.value.is_none())
+        self.parameter(name)
+            .is_some_and(|parameter| parameter.value.is_none())
     }
 
     /// Returns a parameter by its name.

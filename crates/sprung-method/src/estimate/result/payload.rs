@@ -31,12 +31,12 @@ impl PayloadResult {
         let mass = self
             .parameters
             .first()
-            .and_then(|own| own.value.zip(own.standard_error));
+            .and_then(|parameter| parameter.value.zip(parameter.standard_error));
         let mass = mass.map_or_else(
             || "mass not determined".to_owned(),
             |(value, error)| format!("{value:.3} ± {error:.3} kg"),
         );
-        let centre = self.centre_of_mass_m.map(|own| match own {
+        let centre = self.centre_of_mass_m.map(|centre| match centre {
             Some((value, error)) => format!("{:.1} ± {:.1}", 1e3 * value, 1e3 * error),
             None => "-".to_owned(),
         });

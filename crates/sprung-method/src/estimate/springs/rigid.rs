@@ -37,7 +37,7 @@ struct Candidate {
     joint: usize,
     compliance: Compliance,
     /// Share of the squared torque that inertia and friction of the motor do not explain.
-    own_share: f64,
+    unexplained_share: f64,
 }
 
 impl Candidate {
@@ -54,7 +54,7 @@ impl Candidate {
 
     /// Returns the share of the variance of the torque that is no noise: the rigid joint explains all but the noise.
     fn reliability(&self, compared: &RigidByHoldOut) -> f64 {
-        1.0 - compared.rigid.unwrap_or(0.0).powi(2) / self.own_share
+        1.0 - compared.rigid.unwrap_or(0.0).powi(2) / self.unexplained_share
     }
 }
 
@@ -71,7 +71,7 @@ pub(in crate::estimate) fn with_joints_rigid_by_log(
     let mut open = candidates(&prepared);
     // A joint whose spring predicts better stays flexible, which changes the fit of the others.
     while !open.is_empty() {
-        let joints: Vec<usize> = open.iter().map(|own| own.joint).collect();
+        let joints: Vec<usize> = open.iter().map(|candidate| candidate.joint).collect();
         let experiment = with_rigid(prepared.experiment(), &joints);
         let Ok(model) = Model::new(&experiment) else {
             break;
@@ -83,13 +83,15 @@ pub(in crate::estimate) fn with_joints_rigid_by_log(
             rigid: share(rigid.reading().model(), after.as_ref(), joint),
         };
         let count = open.len();
-        open.retain(|own| !own.keeps_spring(&compared(own.joint)));
+        open.retain(|candidate| !candidate.keeps_spring(&compared(candidate.joint)));
         if open.len() == count {
             let names = prepared.reading().model().joints().to_vec();
-            let described = |own: &Candidate| {
-                let compared = compared(own.joint);
-                (own.compliance.by_noisy_torque(own.reliability(&compared)))
-                    .described(&names[own.joint], Some(compared))
+            let described = |candidate: &Candidate| {
+                let compared = compared(candidate.joint);
+                (candidate
+                    .compliance
+                    .by_noisy_torque(candidate.reliability(&compared)))
+                .described(&names[candidate.joint], Some(compared))
             };
             return Ok(RigidByLog {
                 joints: open.iter().map(described).collect(),
@@ -108,7 +110,7 @@ pub(in crate::estimate) fn with_joints_rigid_by_log(
 pub fn with_rigid_joints(experiment: &Experiment, found: &[RigidJoint]) -> Experiment {
     let joints = experiment.robot.joint.iter().enumerate();
     let is_rigid =
-        |name: &str| (found.iter()).any(|own| own.joint == name && own.hold_out.is_some());
+        |name: &str| (found.iter()).any(|joint| joint.joint == name && joint.hold_out.is_some());
     let rigid = joints.filter(|(_, joint)| joint.is_flexible() && is_rigid(&joint.name));
     let rigid: Vec<usize> = rigid.map(|(joint, _)| joint).collect();
     with_rigid(experiment, &rigid)
@@ -160,12 +162,12 @@ fn candidates(prepared: &Prepared) -> Vec<Candidate> {
     let found = joints.iter().enumerate().filter_map(|(at, &joint)| {
         let fit = by_motor_row(&reading, &system, at, joint)?;
         let compliance = Compliance::from(fit);
-        let own = Candidate {
+        let candidate = Candidate {
             joint,
             compliance,
-            own_share: fit.own_share,
+            unexplained_share: fit.unexplained_share,
         };
-        compliance.is_open().then_some(own)
+        compliance.is_open().then_some(candidate)
     });
     found.collect()
 }

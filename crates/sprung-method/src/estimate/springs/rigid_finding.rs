@@ -13,14 +13,14 @@ pub(in crate::estimate) const NOT_DETERMINED: &str = "stiffness-not-determined";
 /// Returns the finding about joints that are taken as rigid; `None` without such joints.
 pub(in crate::estimate) fn finding(model: &Model, joints: &[RigidJoint]) -> Option<Finding> {
     let (first, more) = joints.split_first()?;
-    let bounds: Vec<String> = joints.iter().map(|own| bound(model, own)).collect();
+    let bounds: Vec<String> = joints.iter().map(|joint| bound(model, joint)).collect();
     let (their, they) = if more.is_empty() {
         ("its deflection", "it is")
     } else {
         ("their deflections", "they are")
     };
-    let is_open = |own: &RigidJoint| {
-        own.compliance_rad_per_nm < NORMAL_95 * own.compliance_standard_error_rad_per_nm
+    let is_open = |joint: &RigidJoint| {
+        joint.compliance_rad_per_nm < NORMAL_95 * joint.compliance_standard_error_rad_per_nm
     };
     let shows = if joints.iter().all(is_open) {
         "does not show"
@@ -28,8 +28,8 @@ pub(in crate::estimate) fn finding(model: &Model, joints: &[RigidJoint]) -> Opti
         "hardly shows"
     };
     let replaced: Vec<&str> = (joints.iter())
-        .filter(|own| own.hold_out.is_some())
-        .map(|own| own.joint.as_str())
+        .filter(|joint| joint.hold_out.is_some())
+        .map(|joint| joint.joint.as_str())
         .collect();
     let equations = if replaced.is_empty() {
         ". The torque sensor separates link and motor; simulations take the spring at the bound"
@@ -55,15 +55,15 @@ pub(in crate::estimate) fn finding(model: &Model, joints: &[RigidJoint]) -> Opti
     )
 }
 
-fn bound(model: &Model, own: &RigidJoint) -> String {
-    let at = model.joints().iter().position(|name| *name == own.joint);
+fn bound(model: &Model, rigid: &RigidJoint) -> String {
+    let at = model.joints().iter().position(|name| *name == rigid.joint);
     let unit = match at.map(|joint| model.kind(joint)) {
         Some(JointKind::Prismatic) => "N/m",
         Some(JointKind::Revolute) | None => "N·m/rad",
     };
     format!(
         "{} is stiffer than {} {unit}",
-        own.joint,
-        rounded_down(own.stiffness_above_nm_per_rad)
+        rigid.joint,
+        rounded_down(rigid.stiffness_above_nm_per_rad)
     )
 }

@@ -46,19 +46,19 @@ impl Undetermined {
         let is_refined = estimators.contains(&Estimator::PredictionError);
         let (open, mut noisy): (Vec<_>, Vec<_>) = (joints(reading, Instrument::TorqueAndLink))
             .filter_map(|joint| by_deflection(model, system, memory, joint))
-            .partition(|(own, _)| own.compliance.is_open());
-        noisy.retain(|(own, correlation)| {
+            .partition(|(spring, _)| spring.compliance.is_open());
+        noisy.retain(|(spring, correlation)| {
             let is_linear = model
-                .index(JointParameter::CubicStiffness, own.joint)
+                .index(JointParameter::CubicStiffness, spring.joint)
                 .is_none();
-            own.compliance.value > 0.0
+            spring.compliance.value > 0.0
                 && *correlation < LEAST_CORRELATION
                 && is_linear
                 && !is_refined
         });
         let mut all = Self {
-            open: open.into_iter().map(|(own, _)| own).collect(),
-            noisy: noisy.into_iter().map(|(own, _)| own).collect(),
+            open: open.into_iter().map(|(spring, _)| spring).collect(),
+            noisy: noisy.into_iter().map(|(spring, _)| spring).collect(),
         };
         if !is_refined && joints(reading, Instrument::Torque).next().is_some() {
             all.open.extend(without_link(reading, system));
@@ -75,7 +75,9 @@ impl Undetermined {
         let mut both = self.clone();
         let refined = (estimates.iter())
             .map(|(_, found)| &found.numbers)
-            .find(|numbers| (numbers.criterion.refinement()).is_some_and(|own| own.used));
+            .find(|numbers| {
+                (numbers.criterion.refinement()).is_some_and(|refinement| refinement.used)
+            });
         let Some(numbers) = refined else {
             return both;
         };
@@ -89,26 +91,26 @@ impl Undetermined {
                 about: None,
             })
         });
-        (both.open).extend(found.filter(|own| own.compliance.is_open()));
+        (both.open).extend(found.filter(|spring| spring.compliance.is_open()));
         both
     }
 
     /// Returns the model in which noisy springs have the stiffness by their compliance, and open ones the least stiffness
     /// that the logs allow; `None` if there are no such springs.
     pub(in crate::estimate) fn settled(&self, model: &Model) -> Option<Model> {
-        let open = self.open.iter().flat_map(|own| {
-            let stiffness = own.about.unwrap_or(own.compliance.stiffness_above());
+        let open = self.open.iter().flat_map(|spring| {
+            let stiffness = spring.about.unwrap_or(spring.compliance.stiffness_above());
             [
-                (own.joint, JointParameter::Stiffness, stiffness),
-                (own.joint, JointParameter::CubicStiffness, 0.0),
-                (own.joint, JointParameter::Damping, 0.0),
+                (spring.joint, JointParameter::Stiffness, stiffness),
+                (spring.joint, JointParameter::CubicStiffness, 0.0),
+                (spring.joint, JointParameter::Damping, 0.0),
             ]
         });
-        let noisy = (self.noisy.iter()).map(|own| {
+        let noisy = (self.noisy.iter()).map(|spring| {
             (
-                own.joint,
+                spring.joint,
                 JointParameter::Stiffness,
-                own.compliance.stiffness().0,
+                spring.compliance.stiffness().0,
             )
         });
         let values: Vec<(usize, f64)> = (open.chain(noisy))
@@ -120,22 +122,26 @@ impl Undetermined {
     /// Returns the joints for the results.
     pub(in crate::estimate) fn described(&self, model: &Model) -> Vec<RigidJoint> {
         (self.open.iter())
-            .map(|own| own.compliance.described(&model.joints()[own.joint], None))
+            .map(|spring| {
+                spring
+                    .compliance
+                    .described(&model.joints()[spring.joint], None)
+            })
             .collect()
     }
 
     /// Puts the standard errors of noisy springs into a result, before it is judged.
     pub(in crate::estimate) fn complete(&self, model: &Model, result: &mut EstimateResult) {
-        for own in &self.noisy {
-            let Some(index) = model.index(JointParameter::Stiffness, own.joint) else {
+        for spring in &self.noisy {
+            let Some(index) = model.index(JointParameter::Stiffness, spring.joint) else {
                 continue;
             };
-            let (_, error) = own.compliance.stiffness();
+            let (_, error) = spring.compliance.stiffness();
             let parameter = &mut result.parameters[index];
             parameter.fixed = false;
             parameter.error_parts = None;
             parameter.standard_error = Some(error);
-            parameter.ci95 = Some(own.compliance.interval());
+            parameter.ci95 = Some(spring.compliance.interval());
         }
     }
 
@@ -146,16 +152,18 @@ impl Undetermined {
             JointParameter::CubicStiffness,
             JointParameter::Damping,
         ];
-        for own in &self.open {
+        for spring in &self.open {
             for index in kinds
                 .iter()
-                .filter_map(|kind| model.index(*kind, own.joint))
+                .filter_map(|kind| model.index(*kind, spring.joint))
             {
                 result.parameters[index].forget();
                 let name = &model.parameters()[index].name;
                 for route in &mut result.cross_checks {
-                    let kept = (route.values.iter()).filter(|(own, _)| own != name);
-                    route.values = kept.map(|(own, value)| (own.to_owned(), value)).collect();
+                    let kept = (route.values.iter()).filter(|(other, _)| other != name);
+                    route.values = kept
+                        .map(|(parameter, value)| (parameter.to_owned(), value))
+                        .collect();
                 }
             }
         }
@@ -183,7 +191,7 @@ fn without_link(reading: &Reading, system: &System) -> Vec<Spring> {
             about: Some(about),
         })
     });
-    found.filter(|own| own.compliance.is_open()).collect()
+    found.filter(|spring| spring.compliance.is_open()).collect()
 }
 
 /// Returns the index of a stiffness that the description does not give.
@@ -225,10 +233,10 @@ fn by_deflection(
     let rows = (&stretches[..], memory / system.duration());
     let compliance = ColumnFit::new(rows, of, &by(torque))?;
     let stiffness = ColumnFit::new(rows, torque, &by(of))?;
-    let own = Spring {
+    let spring = Spring {
         joint,
         compliance: compliance.into(),
         about: None,
     };
-    Some((own, compliance.value * stiffness.value))
+    Some((spring, compliance.value * stiffness.value))
 }

@@ -14,7 +14,7 @@ use crate::log::LogSource;
 /// The logs of a robot.
 pub(in crate::estimate) struct Logs<'a, 's> {
     /// Logs that serve the robot's own parameters.
-    pub(in crate::estimate) own: &'a mut [LogSource<'s>],
+    pub(in crate::estimate) of_robot: &'a mut [LogSource<'s>],
     /// Logs with an unknown payload.
     pub(in crate::estimate) loaded: &'a mut [LogSource<'s>],
 }
@@ -23,9 +23,9 @@ impl<'a, 's> Logs<'a, 's> {
     /// Sorts logs by their purpose.
     pub(in crate::estimate) fn new(sources: &'a mut [LogSource<'s>]) -> Self {
         sources.sort_by_key(LogSource::has_unknown_payload);
-        let own = sources.partition_point(|source| !source.has_unknown_payload());
-        let (own, loaded) = sources.split_at_mut(own);
-        Self { own, loaded }
+        let count = sources.partition_point(|source| !source.has_unknown_payload());
+        let (of_robot, loaded) = sources.split_at_mut(count);
+        Self { of_robot, loaded }
     }
 }
 

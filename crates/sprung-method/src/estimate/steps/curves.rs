@@ -83,7 +83,7 @@ pub(super) fn fit_curves<'a>(
     let mut sets = vec![set("measured", measured, deflected)];
     let mut of_joints = Vec::new();
     for (estimator, theta) in thetas {
-        if let Some(first) = first.filter(|own| own.estimator == estimator.name()) {
+        if let Some(first) = first.filter(|result| result.estimator == estimator.name()) {
             of_joints = joint_curves(model, theta, first, system);
         }
         let fitted = |row: usize, sample: &[f64]| -> f64 {
@@ -103,7 +103,7 @@ pub(super) fn fit_curves<'a>(
     for JointCurve { name, values } in of_joints {
         columns.push(name);
         for set in &mut sets {
-            let is_first = first.is_some_and(|own| own.estimator == set.label);
+            let is_first = first.is_some_and(|result| result.estimator == set.label);
             set.values.push(if is_first {
                 values.clone()
             } else {

@@ -48,14 +48,14 @@ pub(in crate::estimate) fn describe(
     findings.extend(finding(model, &rigid_joints));
     findings.extend(look_again(basis, &results));
     // The intervals of a refinement do not contain a delay that it has not found.
-    let is_refined = results.iter().any(|own| own.refined().is_some());
+    let is_refined = results.iter().any(|result| result.refined().is_some());
     let nuisances = (basis.linear.nuisances.as_ref()).filter(|_| !is_refined);
     let (reading, names) = (basis.ready.prepared.reading(), basis.ready.prepared.names());
     let file = names.first().map_or("", String::as_str);
-    let lacking = nuisances.iter().flat_map(|own| &own.lacking);
-    findings.extend(lacking.filter_map(|own| own.finding(file, reading.channels())));
+    let lacking = nuisances.iter().flat_map(|nuisances| &nuisances.lacking);
+    findings.extend(lacking.filter_map(|effect| effect.finding(file, reading.channels())));
     let of_torques = nuisances
-        .and_then(|own| own.torques_delay)
+        .and_then(|nuisances| nuisances.torques_delay)
         .map(|later| DelayOfTorques {
             delay: -later,
             period: basis.ready.prepared.excerpt().period(),
@@ -69,7 +69,10 @@ pub(in crate::estimate) fn describe(
     for result in &mut results {
         decide(result, &findings);
     }
-    let about_payloads = estimates.payloads.iter().flat_map(|(_, own)| own);
+    let about_payloads = estimates
+        .payloads
+        .iter()
+        .flat_map(|(_, about_payload)| about_payload);
     findings.extend(about_payloads.cloned());
     progress.tell(Phase::Examining, 2, Some(2))?;
     let judged = Judged {

@@ -50,10 +50,10 @@ pub(super) fn springs_of_motors(basis: &Basis<'_>) -> (Vec<SpringFromMotor>, Vec
 /// are taken to be correlated as those of least squares.
 fn moves(fitted: &Fitted, numbers: &Numbers) -> Vec<Vec<f64>> {
     (fitted.moves.iter().enumerate())
-        .map(|(i, own)| {
+        .map(|(i, movement)| {
             let scale = numbers.errors[i] / fitted.sampling_error[i];
             let scale = if scale.is_finite() { scale } else { 0.0 };
-            own.iter().map(|x| scale * x).collect()
+            movement.iter().map(|x| scale * x).collect()
         })
         .collect()
 }

@@ -65,11 +65,13 @@ impl<'a> Row<'a> {
     fn place(&self, kind: JointParameter) -> Option<(usize, usize)> {
         let column = self.model.index(kind, self.joint)?;
         let columns = self.model.row_columns(self.model.torque_row(self.joint));
-        Some((columns.iter().position(|&own| own == column)?, column))
+        Some((columns.iter().position(|&other| other == column)?, column))
     }
 
-    fn places(&self, is_own: impl Fn(JointParameter) -> bool) -> Vec<(usize, usize)> {
-        let kinds = JointParameter::ALL.into_iter().filter(|kind| is_own(*kind));
+    fn places(&self, is_wanted: impl Fn(JointParameter) -> bool) -> Vec<(usize, usize)> {
+        let kinds = JointParameter::ALL
+            .into_iter()
+            .filter(|kind| is_wanted(*kind));
         kinds.filter_map(|kind| self.place(kind)).collect()
     }
 
@@ -135,7 +137,7 @@ impl<'a> Row<'a> {
             return Vec::new();
         };
         let columns = self.model.row_columns(self.joint);
-        let Some(of_link) = columns.iter().position(|&own| own == column) else {
+        let Some(of_link) = columns.iter().position(|&other| other == column) else {
             return Vec::new();
         };
         let alike: f64 = (self.samples.iter().zip(self.link))
@@ -174,8 +176,13 @@ struct Errors {
 
 impl Errors {
     fn of(model: &Model, result: &EstimateResult) -> Self {
-        let own = result.covariance.as_ref();
-        let row = |name: &str| own?.parameters.iter().position(|known| known == name);
+        let covariance = result.covariance.as_ref();
+        let row = |name: &str| {
+            covariance?
+                .parameters
+                .iter()
+                .position(|known| known == name)
+        };
         let names = || {
             model
                 .parameters()
@@ -183,7 +190,10 @@ impl Errors {
                 .map(|parameter| parameter.name.as_str())
         };
         let error = |name: &str| {
-            let found = result.parameters.iter().find(|own| own.name == name)?;
+            let found = result
+                .parameters
+                .iter()
+                .find(|parameter| parameter.name == name)?;
             if found.fixed {
                 Some(0.0)
             } else {
@@ -192,7 +202,7 @@ impl Errors {
         };
         Self {
             rows: names().map(row).collect(),
-            covariance: own.map_or_else(Vec::new, |own| own.values.clone()),
+            covariance: covariance.map_or_else(Vec::new, |covariance| covariance.values.clone()),
             alone: names().map(error).collect(),
         }
     }

@@ -37,7 +37,7 @@ fn digest(figures: &LogFigures) -> String {
 pub(in crate::estimate) fn log_names(log: Option<&Log>, opened: &[String]) -> Vec<String> {
     // Logs with an unknown payload serve only the payload.
     let has_unknown =
-        |file: &&FilePart| (file.payload.as_ref()).is_some_and(|own| own.known().is_none());
+        |file: &&FilePart| (file.payload.as_ref()).is_some_and(|payload| payload.known().is_none());
     let files = log.into_iter().flat_map(|log| log.file.iter().flatten());
     let names: Vec<String> = files
         .filter(|file| !has_unknown(file))

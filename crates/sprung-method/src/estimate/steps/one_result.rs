@@ -78,7 +78,7 @@ pub(super) fn result_of(
         condition_number_scaled: finite(fitted.condition_number_scaled),
         parameters,
         covariance: (information.as_ref())
-            .and_then(|own| covariance(model, found, own, limits.as_deref())),
+            .and_then(|information| covariance(model, found, information, limits.as_deref())),
         encoder_offsets,
         stribeck_velocity: stribeck_velocities(model, &found.criterion),
         coulomb_sharpness: sharpnesses(model, &found.criterion),
@@ -131,9 +131,10 @@ fn value_of(
     if !is_constrained {
         return found.theta.clone();
     }
-    let is_moved = (bodies.result.as_ref()).is_some_and(|own| own.moved_standard_errors > SAME);
-    let own = bodies.theta.as_ref().filter(|_| is_moved);
-    without_rounding(model, own.unwrap_or(&found.theta), limits)
+    let is_moved =
+        (bodies.result.as_ref()).is_some_and(|result| result.moved_standard_errors > SAME);
+    let theta = bodies.theta.as_ref().filter(|_| is_moved);
+    without_rounding(model, theta.unwrap_or(&found.theta), limits)
 }
 
 /// Returns the parameters of an estimate in the form of the files.
@@ -160,10 +161,10 @@ fn parameters(
             estimate.unconstrained = beside.unconstrained.map(|theta| theta[i]);
             estimate.physical = beside.physical.map(|theta| theta[i]);
         }
-        if let Some(own) = beside.limits.and_then(|limits| limits[i]) {
-            estimate.ci95 = Some(own.ends);
-            estimate.one_sided = own.is_one_sided;
-            estimate.standard_error = finite(own.standard_error(found.interval));
+        if let Some(limits) = beside.limits.and_then(|limits| limits[i]) {
+            estimate.ci95 = Some(limits.ends);
+            estimate.one_sided = limits.is_one_sided;
+            estimate.standard_error = finite(limits.standard_error(found.interval));
         }
         if estimate.standard_error.is_some() {
             estimate.error_parts = found.error_parts.get(i).copied();
@@ -183,7 +184,7 @@ fn without_rounding(model: &Model, theta: &[f64], limits: Option<&[Option<Limits
     let of = |(i, value): (usize, &f64)| {
         let most = limits
             .and_then(|limits| limits[i])
-            .map_or(0.0, |own| own.ends[1]);
+            .map_or(0.0, |limits| limits.ends[1]);
         let is_zero = model.parameters()[i].is_friction() && value.abs() < SEARCH_ACCURACY * most;
         if is_zero { 0.0 } else { *value }
     };
@@ -248,7 +249,7 @@ fn stribeck_velocities(model: &Model, criterion: &Criterion) -> Named {
     let used = criterion.refinement().filter(|refinement| refinement.used);
     let refined = |name: &str| {
         let mut all = used?.stribeck_velocities.iter();
-        Some(all.find(|own| own.joint == name)?.velocity)
+        Some(all.find(|velocity| velocity.joint == name)?.velocity)
     };
     (model.joints().iter().enumerate())
         .filter(|(joint, _)| model.has_law(Scale::Stribeck, *joint))
@@ -264,11 +265,11 @@ fn stribeck_velocities(model: &Model, criterion: &Criterion) -> Named {
 fn sharpnesses(model: &Model, criterion: &Criterion) -> Named {
     let used = criterion.refinement().filter(|refinement| refinement.used);
     let value = |joint: usize| {
-        let mut refined = used.iter().flat_map(|own| &own.sharpnesses);
-        let refined = refined.find(|own| own.joint == model.joints()[joint]);
-        let is_changed = |own: &f64| own.to_bits() != Joint::USUAL_SHARPNESS.to_bits();
+        let mut refined = used.iter().flat_map(|refinement| &refinement.sharpnesses);
+        let refined = refined.find(|sharpness| sharpness.joint == model.joints()[joint]);
+        let is_changed = |sharpness: &f64| sharpness.to_bits() != Joint::USUAL_SHARPNESS.to_bits();
         let in_model = Some(model.sharpness(joint)).filter(is_changed);
-        refined.map(|own| own.sharpness).or(in_model)
+        refined.map(|refined| refined.sharpness).or(in_model)
     };
     (model.open_sharpness().iter())
         .filter_map(|&joint| Some((model.joints()[joint].clone(), value(joint)?)))

@@ -48,8 +48,8 @@ impl Ready {
             .is_some_and(|(before, after)| before.adds_as(after))
         {
             let mut same = self.with_prepared(applied(&self.prepared))?;
-            if let (Some(own), Some(after)) = (&mut same.laws, laws) {
-                own.update(after);
+            if let (Some(before), Some(after)) = (&mut same.laws, laws) {
+                before.update(after);
             }
             return Ok((same, true));
         }
@@ -211,9 +211,13 @@ fn add_laws(
     let reading = prepared.reading().with_delays(before.delays());
     let prepared = prepared.with_reading(reading);
     let joints = model.joints();
-    let velocities = (likely.velocities.iter()).filter(|own| prepared.uses(own));
-    chosen.set_velocities(
-        velocities.map(|own| (joints[own.joint].as_str(), own.velocity, own.standard_error)),
-    );
+    let velocities = (likely.velocities.iter()).filter(|velocity| prepared.uses(velocity));
+    chosen.set_velocities(velocities.map(|velocity| {
+        (
+            joints[velocity.joint].as_str(),
+            velocity.velocity,
+            velocity.standard_error,
+        )
+    }));
     Ok(Some(prepared.weighted(progress)?))
 }

@@ -37,7 +37,7 @@ pub(in crate::estimate) fn refine(
     let estimators = basis.ready.prepared.reading().settings().estimator.iter();
     let mut robot: Vec<(Estimator, Found)> = Vec::new();
     for &estimator in estimators {
-        match run(basis, estimator, logs.own, progress)? {
+        match run(basis, estimator, logs.of_robot, progress)? {
             Refinements::Found(found) => robot.push((estimator, *found)),
             Refinements::Retimed(retiming) => return Ok(Refined::Retimed(retiming)),
         }
@@ -103,7 +103,7 @@ fn payloads(
     for logs in sources.chunk_by_mut(|a, b| name(a) == name(b)) {
         let passed = read_through(reading, logs, &mut (), Phase::Reading, progress)?;
         let payload = logs.first().and_then(LogSource::payload);
-        let link = payload.and_then(|own| reading.model().link_of_payload(own).ok());
+        let link = payload.and_then(|payload| reading.model().link_of_payload(payload).ok());
         let (Some(link), Some((estimator, found))) = (link, robot.first()) else {
             continue;
         };

@@ -58,8 +58,8 @@ fn step(equations: &Equations<'_>, x: &[f64], errors: &Errors, damping: f64) -> 
     let scales = scales(&errors.normal);
     let count = x.len();
     let matrix = Mat::from_fn(count, count, |i, j| {
-        let own = errors.normal[(i, j)] / (scales[i] * scales[j]);
-        if i == j { own + damping } else { own }
+        let entry = errors.normal[(i, j)] / (scales[i] * scales[j]);
+        if i == j { entry + damping } else { entry }
     });
     let right = Mat::from_fn(count, 1, |i, _| errors.gradient[i] / scales[i]);
     let solved = matrix.llt(Side::Lower).ok()?.solve(right);
@@ -81,8 +81,8 @@ pub(super) fn covariance(errors: &Errors) -> Option<Mat<f64>> {
     let count = scales.len();
     let is_used = |i: usize| errors.normal[(i, i)] > 0.0;
     let matrix = Mat::from_fn(count, count, |i, j| {
-        let own = errors.normal[(i, j)] / (scales[i] * scales[j]);
-        if i == j && !is_used(i) { 1.0 } else { own }
+        let entry = errors.normal[(i, j)] / (scales[i] * scales[j]);
+        if i == j && !is_used(i) { 1.0 } else { entry }
     });
     let inverse = matrix
         .llt(Side::Lower)
@@ -97,6 +97,6 @@ pub(super) fn covariance(errors: &Errors) -> Option<Mat<f64>> {
 fn scales(normal: &Mat<f64>) -> Vec<f64> {
     (0..normal.nrows())
         .map(|i| normal[(i, i)].sqrt())
-        .map(|own| if own > 0.0 { own } else { 1.0 })
+        .map(|scale| if scale > 0.0 { scale } else { 1.0 })
         .collect()
 }

@@ -120,13 +120,13 @@ impl Equations<'_> {
         };
         let mut slopes = vec![ZERO; count];
         for line in 0..self.lines.s.len() {
-            let own = self.at_line(x, line)?;
+            let state = self.at_line(x, line)?;
             for motor in 0..n {
-                let error = self.lines.motor[motor][line] - own.positions[n + motor];
+                let error = self.lines.motor[motor][line] - state.positions[n + motor];
                 let weight = self.variances[motor][line].recip();
                 errors.cost += weight * error.norm_sqr();
                 errors.residuals[motor].push(error);
-                self.slopes(x, line, (&own, motor), &mut slopes);
+                self.slopes(x, line, (&state, motor), &mut slopes);
                 for (i, a) in slopes.iter().enumerate() {
                     let left = a.conj() * weight;
                     errors.gradient[i] += (left * error).re;
@@ -149,9 +149,9 @@ impl Equations<'_> {
         let n = self.places.n;
         let mut cost = 0.0;
         for line in 0..self.lines.s.len() {
-            let own = self.at_line(x, line)?;
+            let state = self.at_line(x, line)?;
             for motor in 0..n {
-                let error = self.lines.motor[motor][line] - own.positions[n + motor];
+                let error = self.lines.motor[motor][line] - state.positions[n + motor];
                 cost += error.norm_sqr() / self.variances[motor][line];
             }
         }
@@ -193,13 +193,13 @@ impl Equations<'_> {
         };
         let torques: Vec<c64> = (0..2 * n)
             .map(|coordinate| {
-                let own = transient(coordinate);
+                let transient_part = transient(coordinate);
                 let Some(motor) = coordinate.checked_sub(n) else {
-                    return own;
+                    return transient_part;
                 };
                 let dry = self.lines.direction[motor].as_ref();
-                let dry = dry.map_or(ZERO, |own| own[line] * x[places.dry(motor)]);
-                own + self.lines.torque[motor][line] - dry
+                let dry = dry.map_or(ZERO, |spectrum| spectrum[line] * x[places.dry(motor)]);
+                transient_part + self.lines.torque[motor][line] - dry
             })
             .collect();
         let of_motors: Vec<c64> = (0..n)
@@ -224,10 +224,10 @@ impl Equations<'_> {
     }
 
     /// Writes the derivatives of a motor position by the unknowns.
-    fn slopes(&self, x: &[f64], line: usize, (own, motor): (&AtLine, usize), out: &mut [c64]) {
+    fn slopes(&self, x: &[f64], line: usize, (state, motor): (&AtLine, usize), out: &mut [c64]) {
         let (n, places, s) = (self.places.n, self.places, self.lines.s[line]);
-        let response = &own.response[motor * 2 * n..(motor + 1) * 2 * n];
-        let positions = &own.positions;
+        let response = &state.response[motor * 2 * n..(motor + 1) * 2 * n];
+        let positions = &state.positions;
         for i in 0..n {
             for j in 0..=i {
                 let mut moved = response[i] * positions[j];
@@ -244,7 +244,8 @@ impl Equations<'_> {
             let spring = (response[n + i] - response[i]) * deflection;
             out[places.stiffness(i)] = -(spring * x[places.stiffness(i)].exp());
             let direction = self.lines.direction[i].as_ref();
-            out[places.dry(i)] = direction.map_or(ZERO, |own| -(response[n + i] * own[line]));
+            out[places.dry(i)] =
+                direction.map_or(ZERO, |spectrum| -(response[n + i] * spectrum[line]));
         }
         for (coordinate, value) in response.iter().enumerate() {
             out[places.transient(coordinate, 0)] = *value;

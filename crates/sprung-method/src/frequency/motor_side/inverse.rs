@@ -29,8 +29,8 @@ pub(super) fn inverse(matrix: &[c64], n: usize) -> Option<Vec<c64>> {
         for i in (0..n).filter(|&i| i != k) {
             let factor = left[i * n + k];
             for j in 0..n {
-                let (own, of_inverse) = (left[k * n + j], right[k * n + j]);
-                left[i * n + j] -= factor * own;
+                let (entry, of_inverse) = (left[k * n + j], right[k * n + j]);
+                left[i * n + j] -= factor * entry;
                 right[i * n + j] -= factor * of_inverse;
             }
         }

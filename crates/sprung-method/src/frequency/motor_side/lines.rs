@@ -61,7 +61,7 @@ impl Lines {
     /// Returns the lines of a part of the log up to a frequency, Hz; `None` if it is too short.
     pub(super) fn below(stretch: &Stretch, sharpness: &[Option<f64>], hz: f64) -> Option<Self> {
         let spectra = Spectra::of_whole(stretch)?;
-        let count = spectra.hz.partition_point(|own| *own <= hz);
+        let count = spectra.hz.partition_point(|frequency| *frequency <= hz);
         let directions = spectra.of_columns(&directions(stretch, sharpness));
         Some(Self::first(&spectra, &directions, sharpness, count).thinned(MOST_LINES))
     }
@@ -84,7 +84,7 @@ impl Lines {
             torque: spectra.torque.iter().map(whole).collect(),
             motor: spectra.motor.iter().map(whole).collect(),
             direction: (sharpness.iter().zip(directions))
-                .map(|(own, spectrum)| own.map(|_| whole(spectrum)))
+                .map(|(sharpness, spectrum)| sharpness.map(|_| whole(spectrum)))
                 .collect(),
         }
     }
@@ -95,8 +95,9 @@ impl Lines {
         let every = self.s.len().div_ceil(most).max(1);
         let strength = |line: usize| -> f64 {
             (self.motor.iter())
-                .map(|own| {
-                    own[line].norm_sqr() / mean_power(own, line, every).max(f64::MIN_POSITIVE)
+                .map(|spectrum| {
+                    spectrum[line].norm_sqr()
+                        / mean_power(spectrum, line, every).max(f64::MIN_POSITIVE)
                 })
                 .sum()
         };
@@ -114,7 +115,7 @@ impl Lines {
             torque: self.torque.iter().map(pick).collect(),
             motor: self.motor.iter().map(pick).collect(),
             direction: (self.direction.iter())
-                .map(|own| own.as_ref().map(pick))
+                .map(|spectrum| spectrum.as_ref().map(pick))
                 .collect(),
         }
     }
@@ -152,7 +153,7 @@ fn directions(stretch: &Stretch, sharpness: &[Option<f64>]) -> Vec<Vec<f64>> {
                     let (from, to) = (k.saturating_sub(lag), (k + lag).min(count - 1));
                     let velocity =
                         (motor[to] - motor[from]) / ((to - from) as f64 * stretch.period());
-                    sharpness.map_or(0.0, |own| (own * velocity).tanh())
+                    sharpness.map_or(0.0, |sharpness| (sharpness * velocity).tanh())
                 })
                 .collect()
         })

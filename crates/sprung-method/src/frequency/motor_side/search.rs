@@ -141,16 +141,20 @@ fn weighted(lines: &Lines, x: &[f64]) -> Option<(Vec<f64>, Errors, f64)> {
         };
         let (x, errors) = descend(&equations, start, STEPS)?;
         variances = (errors.residuals.iter())
-            .map(|own| {
-                (0..own.len())
-                    .map(|line| mean_power(own, line, POWER_LINES).max(LEAST_VARIANCE))
+            .map(|residuals| {
+                (0..residuals.len())
+                    .map(|line| mean_power(residuals, line, POWER_LINES).max(LEAST_VARIANCE))
                     .collect()
             })
             .collect();
         end = Some((x, errors));
     }
     let (x, errors) = end?;
-    let size = variances.iter().flatten().map(|own| own.ln()).sum();
+    let size = variances
+        .iter()
+        .flatten()
+        .map(|variance| variance.ln())
+        .sum();
     Some((x, errors, size))
 }
 
@@ -158,9 +162,9 @@ fn weighted(lines: &Lines, x: &[f64]) -> Option<(Vec<f64>, Errors, f64)> {
 fn relative_variances(lines: &Lines) -> Vec<Vec<f64>> {
     let half = POWER_LINES / 2;
     (lines.motor.iter())
-        .map(|own| {
-            (0..own.len())
-                .map(|line| mean_power(own, line, half).max(LEAST_VARIANCE))
+        .map(|spectrum| {
+            (0..spectrum.len())
+                .map(|line| mean_power(spectrum, line, half).max(LEAST_VARIANCE))
                 .collect()
         })
         .collect()

@@ -79,13 +79,17 @@ fn determined(record: &Record, model: &Model) -> Option<Vec<SpringFromMotor>> {
     let between = half_differences(halves, &x);
     let springs = (0..lines.joints()).map(|joint| {
         let error = |place: usize| -> f64 {
-            let own = covariance.as_ref().map(|own| own[(place, place)].sqrt());
-            own.map_or(f64::INFINITY, |own| own.hypot(between[place]))
+            let sampling_error = covariance
+                .as_ref()
+                .map(|covariance| covariance[(place, place)].sqrt());
+            sampling_error.map_or(f64::INFINITY, |sampling_error| {
+                sampling_error.hypot(between[place])
+            })
         };
         let name = model.joints()[joint].clone();
-        let own = Places::inertia(joint, joint);
+        let inertia = Places::inertia(joint, joint);
         let share = error(places.stiffness(joint));
-        let of_inertias = error(places.rotor(joint)).max(error(own) / x[own]);
+        let of_inertias = error(places.rotor(joint)).max(error(inertia) / x[inertia]);
         let is_determined = share <= LARGEST_ERROR && of_inertias <= LARGEST_ERROR_OF_INERTIA;
         if !is_determined {
             return SpringFromMotor {
@@ -103,10 +107,10 @@ fn determined(record: &Record, model: &Model) -> Option<Vec<SpringFromMotor>> {
             stiffness_standard_error: Some(stiffness * share),
             rotor_inertia: Some(rotor),
             rotor_inertia_standard_error: Some(rotor * error(places.rotor(joint))),
-            link_inertia: Some(x[own]),
-            link_inertia_standard_error: Some(error(own)),
-            antiresonance_hz: Some((stiffness / x[own]).sqrt() / TAU),
-            resonance_hz: Some((stiffness * (x[own].recip() + rotor.recip())).sqrt() / TAU),
+            link_inertia: Some(x[inertia]),
+            link_inertia_standard_error: Some(error(inertia)),
+            antiresonance_hz: Some((stiffness / x[inertia]).sqrt() / TAU),
+            resonance_hz: Some((stiffness * (x[inertia].recip() + rotor.recip())).sqrt() / TAU),
         }
     });
     Some(springs.collect())
@@ -124,22 +128,22 @@ pub(crate) fn about_springs(
     let name = |joint: &str| format!("{joint}.stiffness");
     let (mut found, mut open) = (Vec::new(), Vec::new());
     let all = model.joints().iter().enumerate();
-    for (joint, own) in all {
-        let spring = springs.iter().find(|spring| spring.joint == *own);
+    for (joint, joint_name) in all {
+        let spring = springs.iter().find(|spring| spring.joint == *joint_name);
         let unit = match model.kind(joint) {
             JointKind::Revolute => "N·m/rad",
             JointKind::Prismatic => "N/m",
         };
         match spring.and_then(|spring| Some((spring.stiffness?, spring))) {
             Some((stiffness, spring)) => found.push((
-                name(own),
+                name(joint_name),
                 format!(
-                    "{own} {} ± {} {unit}",
+                    "{joint_name} {} ± {} {unit}",
                     rounded(stiffness, 4),
                     rounded(spring.stiffness_standard_error.unwrap_or_default(), 2)
                 ),
             )),
-            None => open.push((name(own), own.clone())),
+            None => open.push((name(joint_name), joint_name.clone())),
         }
     }
     let finding = |severity, code, text: String, remedy: &str, of: Vec<String>| {

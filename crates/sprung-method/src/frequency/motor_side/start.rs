@@ -64,8 +64,13 @@ fn rigid(lines: &Lines) -> (Vec<f64>, Vec<f64>) {
                 size += weight * torque[line].norm_sqr();
             }
             let scale = (size / acceleration).sqrt();
-            let found = normal.llt(Side::Lower).ok().map(|own| own.solve(&right));
-            let found = found.map_or((scale, 0.0), |own| (own[(0, 0)], own[(1, 0)]));
+            let found = normal
+                .llt(Side::Lower)
+                .ok()
+                .map(|factor| factor.solve(&right));
+            let found = found.map_or((scale, 0.0), |solution| {
+                (solution[(0, 0)], solution[(1, 0)])
+            });
             (found.0.abs().max(LEAST_INERTIA * scale), found.1.max(0.0))
         })
         .unzip()

@@ -55,7 +55,8 @@ impl Session {
         accept_unusable: bool,
         progress: &mut dyn Listener,
     ) -> Result<Controlled, SessionError> {
-        if let Some(joint) = (self.experiment().robot.joint.iter()).find(|own| own.servo.is_some())
+        if let Some(joint) =
+            (self.experiment().robot.joint.iter()).find(|joint| joint.servo.is_some())
         {
             return Err(ControlError::Servo {
                 joint: joint.name.clone(),
@@ -128,7 +129,8 @@ impl Setup {
         if settings.feedback == Feedback::Declared && experiment.controller.is_none() {
             return Err(ControlError::NoController.into());
         }
-        let result = (parameters.identification.as_ref()).and_then(|own| own.results.first());
+        let result = (parameters.identification.as_ref())
+            .and_then(|identification| identification.results.first());
         let period = period(&experiment, parameters)?;
         let (model, mut theta, mut draws) = values(
             session,
@@ -164,18 +166,18 @@ impl Setup {
         let declared = experiment
             .controller
             .as_ref()
-            .map(|own| own.velocity_window);
+            .map(|controller| controller.velocity_window);
         let window = settings.velocity_window.or(declared).unwrap_or(WINDOW);
         let ranges = ranges(&experiment, &model, &mut assumed);
         let twin = match experiment.simulate.clone() {
-            Some(own) => own,
+            Some(simulate) => simulate,
             None => assumed_twin(&experiment, &mut assumed)?,
         };
         let bounds = Bounds::new(&experiment);
         // The controller reads encoders; the noise of logged torques does not count.
         let twin = completed(twin, &experiment, &model, &bounds, &mut Vec::new());
         Ok(Self {
-            verdict: result.map(|own| own.verdict.word().to_owned()),
+            verdict: result.map(|result| result.verdict.word().to_owned()),
             model,
             theta,
             draws,
@@ -217,27 +219,29 @@ impl Setup {
             return Ok(None);
         }
         let found = parameters.identification.as_ref();
-        let joints = found.and_then(|own| own.frequency_response.as_ref());
+        let joints = found.and_then(|found| found.frequency_response.as_ref());
         let features = joints
             .iter()
-            .flat_map(|own| &own.joints)
-            .flat_map(|own| &own.features);
+            .flat_map(|response| &response.joints)
+            .flat_map(|joint| &joint.features);
         let mut all: Vec<MeasuredMode> = features
-            .filter(|own| own.kind == FeatureKind::Antiresonance)
-            .filter_map(|own| {
+            .filter(|feature| feature.kind == FeatureKind::Antiresonance)
+            .filter_map(|feature| {
                 Some(MeasuredMode {
-                    hz: own.log_hz?,
-                    standard_error_hz: own.log_standard_error_hz?,
-                    damping: own.log_damping?,
+                    hz: feature.log_hz?,
+                    standard_error_hz: feature.log_standard_error_hz?,
+                    damping: feature.log_damping?,
                 })
             })
             .collect();
-        let springs = found.into_iter().flat_map(|own| &own.springs_from_motor);
-        all.extend(springs.filter_map(|own| {
+        let springs = found
+            .into_iter()
+            .flat_map(|found| &found.springs_from_motor);
+        all.extend(springs.filter_map(|spring| {
             let part = |value: Option<f64>, error: Option<f64>| Some(error? / value?);
-            let stiffness = part(own.stiffness, own.stiffness_standard_error)?;
-            let inertia = part(own.link_inertia, own.link_inertia_standard_error)?;
-            let hz = own.antiresonance_hz?;
+            let stiffness = part(spring.stiffness, spring.stiffness_standard_error)?;
+            let inertia = part(spring.link_inertia, spring.link_inertia_standard_error)?;
+            let hz = spring.antiresonance_hz?;
             Some(MeasuredMode {
                 hz,
                 standard_error_hz: 0.5 * hz * stiffness.hypot(inertia),
@@ -256,15 +260,19 @@ impl Setup {
         let runs = self.experiment.validate.iter().rev();
         let runs = runs.filter_map(|run| run.controller.as_ref());
         let mut all = runs.chain(&self.experiment.controller);
-        all.find(|own| !own.reference.sines.is_empty())
-            .map(|own| own.reference.clone())
+        all.find(|settings| !settings.reference.sines.is_empty())
+            .map(|settings| settings.reference.clone())
     }
 }
 
 /// Returns the period of the controller.
 fn period(experiment: &Experiment, parameters: &Parameters) -> Result<f64, SessionError> {
-    let log = (parameters.identification.as_ref()).map(|own| own.log.period_s);
-    let twin = experiment.simulate.as_ref().map(|own| own.period_s);
+    let log =
+        (parameters.identification.as_ref()).map(|identification| identification.log.period_s);
+    let twin = experiment
+        .simulate
+        .as_ref()
+        .map(|settings| settings.period_s);
     let asked = experiment.control.period_s;
     if let (Some(period_s), Some(log_s)) = (asked, log)
         && period_s < log_s * (1.0 - SAME_PERIOD)

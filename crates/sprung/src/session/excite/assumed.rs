@@ -31,10 +31,12 @@ pub(super) fn with_assumed_drives(
     assumed: &mut Vec<String>,
 ) -> Result<Vec<f64>, SessionError> {
     let parameters = model.parameters();
-    let known = |own: &sprung_model::Parameter| (own.nominal).or(own.may_be_zero().then_some(0.0));
+    let known = |parameter: &sprung_model::Parameter| {
+        (parameter.nominal).or(parameter.may_be_zero().then_some(0.0))
+    };
     let masses: Vec<String> = (parameters.iter())
-        .filter(|own| own.joint.is_none() && known(own).is_none())
-        .map(|own| own.short().into_owned())
+        .filter(|parameter| parameter.joint.is_none() && known(parameter).is_none())
+        .map(|parameter| parameter.short().into_owned())
         .collect();
     if !masses.is_empty() {
         return Err(ExciteError::NoMasses {
@@ -44,19 +46,19 @@ pub(super) fn with_assumed_drives(
     }
     let mut theta: Vec<f64> = parameters
         .iter()
-        .map(|own| known(own).unwrap_or(0.0))
+        .map(|parameter| known(parameter).unwrap_or(0.0))
         .collect();
     let inertias = inertias(model, &theta);
     let mut filled = Vec::new();
-    for (index, own) in parameters.iter().enumerate() {
-        let (None, Some((kind, joint))) = (known(own), own.joint) else {
+    for (index, parameter) in parameters.iter().enumerate() {
+        let (None, Some((kind, joint))) = (known(parameter), parameter.joint) else {
             continue;
         };
         let rotor = model
             .index(JointParameter::RotorInertia, joint)
             .map(|index| theta[index]);
         let rotor = rotor
-            .filter(|own| *own > 0.0)
+            .filter(|inertia| *inertia > 0.0)
             .unwrap_or(ROTOR_PART * inertias[joint]);
         theta[index] = if kind == JointParameter::Stiffness {
             let angular = std::f64::consts::TAU * RESONANCE_HZ;
@@ -64,7 +66,7 @@ pub(super) fn with_assumed_drives(
         } else {
             rotor
         };
-        filled.push(own.name.clone());
+        filled.push(parameter.name.clone());
     }
     assumed.push(format!(
         "values of usual drives for {}, which the file does not give: rotors with {ROTOR_PART} of the link's inertia, \
@@ -81,7 +83,7 @@ fn fast_inertias(model: &Model, theta: &[f64]) -> Vec<f64> {
         model.is_flexible(joint).then(|| theta[index])
     };
     let all = inertias(model, theta).into_iter().enumerate();
-    all.map(|(joint, own)| rotor(joint).unwrap_or(own))
+    all.map(|(joint, inertia)| rotor(joint).unwrap_or(inertia))
         .collect()
 }
 
@@ -107,11 +109,11 @@ fn inertias(model: &Model, theta: &[f64]) -> Vec<f64> {
     (0..n)
         .map(|joint| {
             let motor = model.torque_row(joint);
-            let own = matrix[joint * (rows + 1)];
+            let diagonal = matrix[joint * (rows + 1)];
             if motor == joint {
-                own
+                diagonal
             } else {
-                own + matrix[motor * (rows + 1)]
+                diagonal + matrix[motor * (rows + 1)]
             }
         })
         .collect()
@@ -184,7 +186,7 @@ pub(in crate::session) fn completed(
     twin.parameters = None;
     twin.torque_disturbance_nm.resize(n, 0.0);
     twin.link_torque_disturbance_nm.resize(n, 0.0);
-    let is_given = |counts: &[u32]| counts.iter().any(|own| *own > 0);
+    let is_given = |counts: &[u32]| counts.iter().any(|count| *count > 0);
     if !is_given(&twin.motor_encoder_counts_per_turn) {
         twin.motor_encoder_counts_per_turn = vec![COUNTS; n];
         assumed.push(format!(
@@ -201,7 +203,7 @@ pub(in crate::session) fn completed(
         }
     }
     let noise = &twin.torque_noise_nm;
-    if noise.len() != n || noise.iter().any(|own| *own <= 0.0) {
+    if noise.len() != n || noise.iter().any(|level| *level <= 0.0) {
         twin.torque_noise_nm = (0..n)
             .map(|joint| {
                 let torque = bounds.joints[joint].torque;

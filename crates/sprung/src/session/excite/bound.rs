@@ -25,15 +25,15 @@ impl Session {
         progress: &mut dyn Listener,
     ) -> Result<Information, SessionError> {
         let reference = series.reference(&setup.model);
-        let own = self.with_experiment(setup.with_motion(reference, frequencies.duration()))?;
+        let session = self.with_experiment(setup.with_motion(reference, frequencies.duration()))?;
         let parameters = Parameters::named("design", setup.named());
-        let twin = own.twin(None, Some(&parameters))?;
-        let bound = match own.bound(&twin, progress) {
+        let twin = session.twin(None, Some(&parameters))?;
+        let bound = match session.bound(&twin, progress) {
             Err(SessionError::NoBound) => None,
             other => Information::of_bound(&other?),
         };
-        if let Some(own) = bound {
-            return Ok(own);
+        if let Some(bound) = bound {
+            return Ok(bound);
         }
         assumed.push(
             "the motion tells almost nothing about some combination of parameters, so that the bound of the default estimator \
@@ -42,8 +42,8 @@ impl Session {
                 .to_owned(),
         );
         let task = setup.task(None, &[]);
-        let own = information(&task, frequencies, series);
-        own.ok_or_else(|| ExciteError::NoBound.into())
+        let information = information(&task, frequencies, series);
+        information.ok_or_else(|| ExciteError::NoBound.into())
     }
 
     /// Returns the information of a recorded log at the values of the design.

@@ -22,21 +22,27 @@ impl Setup {
         approach: Option<&Approach>,
     ) -> MotionResult {
         let joints = self.model.joints().iter().zip(&series.joints).enumerate();
-        let side =
-            |own: &[f64], side: usize| own[1..].iter().skip(side).step_by(2).copied().collect();
+        let side = |coefficients: &[f64], side: usize| {
+            coefficients[1..]
+                .iter()
+                .skip(side)
+                .step_by(2)
+                .copied()
+                .collect()
+        };
         MotionResult {
             duration_s: frequencies.duration(),
-            approach_s: approach.map_or(0.0, |own| own.duration),
+            approach_s: approach.map_or(0.0, |approach| approach.duration),
             base_frequency_hz: frequencies.rate / TAU,
             harmonics: frequencies.harmonics.clone(),
             periods: frequencies.periods,
             joints: joints
-                .map(|(joint, (name, own))| JointMotion {
+                .map(|(joint, (name, coefficients))| JointMotion {
                     joint: name.clone(),
-                    centre_rad: own[0],
+                    centre_rad: coefficients[0],
                     start_rad: series.at(joint, 0.0)[0],
-                    sine_rad: side(own, 0),
-                    cosine_rad: side(own, 1),
+                    sine_rad: side(coefficients, 0),
+                    cosine_rad: side(coefficients, 1),
                 })
                 .collect(),
         }
@@ -47,8 +53,8 @@ impl Setup {
         let all = [(certified, "between samples"), (simulated, "simulated")];
         let mut rows: Vec<LimitUsed> = Vec::new();
         for (kept, shown) in all {
-            for own in kept {
-                let row = self.limit(own, shown);
+            for limit in kept {
+                let row = self.limit(limit, shown);
                 let same = |other: &&mut LimitUsed| {
                     other.joint == row.joint && other.quantity == row.quantity
                 };
@@ -63,26 +69,26 @@ impl Setup {
         rows
     }
 
-    fn limit(&self, own: &Kept, shown: &str) -> LimitUsed {
-        let is_tool = own.what == Limited::ToolSpeed;
+    fn limit(&self, kept: &Kept, shown: &str) -> LimitUsed {
+        let is_tool = kept.what == Limited::ToolSpeed;
         let interval = if is_tool {
             self.bounds.tool_speed
         } else {
-            self.bounds.joints[own.joint].of(own.what)
+            self.bounds.joints[kept.joint].of(kept.what)
         };
-        let is_height = own.what == Limited::Height;
+        let is_height = kept.what == Limited::Height;
         LimitUsed {
-            joint: (!is_tool).then(|| self.model.joints()[own.joint].clone()),
-            quantity: own.what.word().to_owned(),
-            unit: unit(own.what, &self.model, own.joint),
+            joint: (!is_tool).then(|| self.model.joints()[kept.joint].clone()),
+            quantity: kept.what.word().to_owned(),
+            unit: unit(kept.what, &self.model, kept.joint),
             lowest: if is_height {
                 self.bounds.floor
             } else {
                 Some(interval.middle - interval.half)
             },
             highest: (!is_height).then_some(interval.middle + interval.half),
-            used_percent: 100.0 * own.part,
-            time_s: own.time_s,
+            used_percent: 100.0 * kept.part,
+            time_s: kept.time_s,
             shown: shown.to_owned(),
         }
     }
@@ -93,22 +99,24 @@ impl Setup {
         let simulation = &plan.simulation;
         let every = simulation.time_s.len().div_ceil(FRAMES).max(1);
         let n = self.model.joint_count();
-        let mut own = Skeleton {
+        let mut skeleton = Skeleton {
             parents: kinematics.parents(),
             ..Skeleton::default()
         };
-        own.parents.push(Some(n - 1));
+        skeleton.parents.push(Some(n - 1));
         let upright = upright(kinematics.up);
         for t in (0..simulation.time_s.len()).step_by(every) {
             let q: Vec<f64> = (0..n).map(|joint| simulation.link[joint][t]).collect();
             let places = kinematics.places(&q, &vec![0.0; n]);
-            own.time_s.push(simulation.time_s[t]);
+            skeleton.time_s.push(simulation.time_s[t]);
             let turned = |point: &[f64; 3]| {
                 upright.map(|axis| axis.iter().zip(point).map(|(a, x)| a * x).sum())
             };
-            own.points.push(places.points.iter().map(turned).collect());
+            skeleton
+                .points
+                .push(places.points.iter().map(turned).collect());
         }
-        Some(own)
+        Some(skeleton)
     }
 }
 

@@ -44,14 +44,14 @@ impl Session {
         setup.require_limits()?;
         let frequencies = Frequencies::of(task);
         let found = plan(task, &frequencies, &setup.runs, progress);
-        let found = found.map_err(|own| setup.refused(&own))?;
+        let found = found.map_err(|refusal| setup.refused(&refusal))?;
         let approach = setup.approach(&found.designed.series)?;
         let mut assumed = setup.assumed.clone();
         let series = &found.designed.series;
-        let own = self.bought(setup, (&frequencies, series), &mut assumed, progress)?;
+        let bought = self.bought(setup, (&frequencies, series), &mut assumed, progress)?;
         let full = match task.known {
-            Some(known) => own.with(known),
-            None => own,
+            Some(known) => bought.with(known),
+            None => bought,
         };
 
         let hold_out = Excite {
@@ -63,7 +63,7 @@ impl Session {
         let hold_out = self.beside(setup, task, &hold_out, progress)?;
         let slow = match task.settings.slow_sweep_s {
             Some(duration_s) => {
-                let own = Excite {
+                let slow_settings = Excite {
                     duration_s,
                     base_frequency_hz: Some(1.0 / duration_s),
                     harmonics: Some(SLOW_HARMONICS),
@@ -76,7 +76,7 @@ impl Session {
                     chosen: &friction,
                     ..task.clone()
                 };
-                Some(self.beside(setup, &beside, &own, progress)?)
+                Some(self.beside(setup, &beside, &slow_settings, progress)?)
             }
             None => None,
         };
@@ -90,8 +90,8 @@ impl Session {
             &setup.named(),
         );
         let mut others = vec![("this motion and the validation one", &hold_out.information)];
-        if let Some(own) = &slow {
-            others.push(("this motion and the slow one", &own.information));
+        if let Some(slow) = &slow {
+            others.push(("this motion and the slow one", &slow.information));
         }
         let more = more(setup.robot(), &setup.bounds, &full, &others);
         let trajectory = samples(
@@ -101,7 +101,7 @@ impl Session {
             approach.as_ref(),
             setup.runs.period,
         );
-        let (slow_motion, slow) = slow.map(|own| (own.motion, own.trajectory)).unzip();
+        let (slow_motion, slow) = slow.map(|slow| (slow.motion, slow.trajectory)).unzip();
         let excitation = Excitation {
             format: EXCITATION_FORMAT,
             generator: GENERATOR.to_owned(),
@@ -153,8 +153,8 @@ impl Session {
             ..task.clone()
         };
         let frequencies = Frequencies::of(&task);
-        let found: Plan =
-            plan(&task, &frequencies, &setup.runs, progress).map_err(|own| setup.refused(&own))?;
+        let found: Plan = plan(&task, &frequencies, &setup.runs, progress)
+            .map_err(|refusal| setup.refused(&refusal))?;
         let series = &found.designed.series;
         let approach = setup.approach(series)?;
         Ok(Beside {
@@ -174,12 +174,14 @@ impl Session {
 impl Setup {
     /// Returns the places of the friction parameters among the free ones.
     fn friction(&self) -> Vec<usize> {
-        let free = (self.model.parameters().iter()).filter(|own| own.fixed.is_none());
-        let is_friction = |own: &sprung_model::Parameter| {
-            matches!(own.joint, Some((JointParameter::Friction(..), _)))
+        let free = (self.model.parameters().iter()).filter(|parameter| parameter.fixed.is_none());
+        let is_friction = |parameter: &sprung_model::Parameter| {
+            matches!(parameter.joint, Some((JointParameter::Friction(..), _)))
         };
-        (free.enumerate().filter(|(_, own)| is_friction(own)))
-            .map(|(place, _)| place)
-            .collect()
+        (free
+            .enumerate()
+            .filter(|(_, parameter)| is_friction(parameter)))
+        .map(|(place, _)| place)
+        .collect()
     }
 }

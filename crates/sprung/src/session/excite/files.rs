@@ -18,7 +18,7 @@ pub(super) fn samples(
     period: f64,
 ) -> Trajectory {
     let n = model.joint_count();
-    let mut own = Trajectory {
+    let mut trajectory = Trajectory {
         joints: model.joints().to_vec(),
         turns: (0..n)
             .map(|joint| model.kind(joint) == JointKind::Revolute)
@@ -28,43 +28,47 @@ pub(super) fn samples(
         acceleration: vec![Vec::new(); n],
         time_s: Vec::new(),
     };
-    let before = approach.map_or(0.0, |own| {
-        ((own.duration + REST_S) / period).ceil() * period
+    let before = approach.map_or(0.0, |approach| {
+        ((approach.duration + REST_S) / period).ceil() * period
     });
     let first = (before / period).round() as usize;
     let count = first + (duration / period).round() as usize;
     for k in 0..=count {
         let time = k as f64 * period;
-        own.time_s.push(rounded(time, 9));
+        trajectory.time_s.push(rounded(time, 9));
         for joint in 0..n {
             let at = match approach {
                 Some(approach) if k < first => approach.at(joint, time),
                 _ => series.at(joint, time - before),
             };
-            own.position[joint].push(rounded(at[0], 9));
-            own.velocity[joint].push(rounded(at[1], 9));
-            own.acceleration[joint].push(rounded(at[2], 9));
+            trajectory.position[joint].push(rounded(at[0], 9));
+            trajectory.velocity[joint].push(rounded(at[1], 9));
+            trajectory.acceleration[joint].push(rounded(at[2], 9));
         }
     }
     // Rounding must not leave a last velocity.
-    for list in own.velocity.iter_mut().chain(&mut own.acceleration) {
+    for list in trajectory
+        .velocity
+        .iter_mut()
+        .chain(&mut trajectory.acceleration)
+    {
         for end in [0, count] {
             list[end] = 0.0;
         }
     }
-    own
+    trajectory
 }
 
 fn rounded(x: f64, digits: i32) -> f64 {
     let scale = 10.0_f64.powi(digits);
-    let own = (x * scale).round() / scale;
-    if own == 0.0 { 0.0 } else { own }
+    let value = (x * scale).round() / scale;
+    if value == 0.0 { 0.0 } else { value }
 }
 
 /// Returns a motion as CSV.
-pub(super) fn csv(own: &Trajectory) -> String {
+pub(super) fn csv(trajectory: &Trajectory) -> String {
     let mut text = "t_s".to_owned();
-    for (joint, turns) in own.joints.iter().zip(&own.turns) {
+    for (joint, turns) in trajectory.joints.iter().zip(&trajectory.turns) {
         let unit = if *turns { "rad" } else { "m" };
         let _ = write!(
             text,
@@ -72,13 +76,15 @@ pub(super) fn csv(own: &Trajectory) -> String {
         );
     }
     text.push('\n');
-    for (t, time) in own.time_s.iter().enumerate() {
+    for (t, time) in trajectory.time_s.iter().enumerate() {
         let _ = write!(text, "{time}");
-        for joint in 0..own.joints.len() {
+        for joint in 0..trajectory.joints.len() {
             let _ = write!(
                 text,
                 ",{},{},{}",
-                own.position[joint][t], own.velocity[joint][t], own.acceleration[joint][t]
+                trajectory.position[joint][t],
+                trajectory.velocity[joint][t],
+                trajectory.acceleration[joint][t]
             );
         }
         text.push('\n');
@@ -88,10 +94,10 @@ pub(super) fn csv(own: &Trajectory) -> String {
 
 /// Returns every how many samples the points of a message are, so that polynomials of degree five between them differ from
 /// the motion by less than `part` of its largest velocity and acceleration.
-pub(super) fn spacing(own: &Trajectory, part: f64) -> usize {
-    let mut step = 64.min(own.time_s.len().max(2) - 1);
+pub(super) fn spacing(trajectory: &Trajectory, part: f64) -> usize {
+    let mut step = 64.min(trajectory.time_s.len().max(2) - 1);
     while step > 1 {
-        if is_close(own, step, part) {
+        if is_close(trajectory, step, part) {
             return step;
         }
         step /= 2;
@@ -99,27 +105,35 @@ pub(super) fn spacing(own: &Trajectory, part: f64) -> usize {
     1
 }
 
-fn is_close(own: &Trajectory, step: usize, part: f64) -> bool {
-    let last = own.time_s.len() - 1;
-    for joint in 0..own.joints.len() {
+fn is_close(trajectory: &Trajectory, step: usize, part: f64) -> bool {
+    let last = trajectory.time_s.len() - 1;
+    for joint in 0..trajectory.joints.len() {
         let most = |list: &[f64]| list.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let limits = [most(&own.velocity[joint]), most(&own.acceleration[joint])];
+        let limits = [
+            most(&trajectory.velocity[joint]),
+            most(&trajectory.acceleration[joint]),
+        ];
         let mut from = 0;
         while from < last {
             let to = (from + step).min(last);
-            let length = own.time_s[to] - own.time_s[from];
+            let length = trajectory.time_s[to] - trajectory.time_s[from];
             let end = |t: usize| {
                 [
-                    own.position[joint][t],
-                    own.velocity[joint][t],
-                    own.acceleration[joint][t],
+                    trajectory.position[joint][t],
+                    trajectory.velocity[joint][t],
+                    trajectory.acceleration[joint][t],
                 ]
             };
             for t in from..=to {
-                let found = quintic(end(from), end(to), length, own.time_s[t] - own.time_s[from]);
+                let found = quintic(
+                    end(from),
+                    end(to),
+                    length,
+                    trajectory.time_s[t] - trajectory.time_s[from],
+                );
                 let off = [
-                    (found[1] - own.velocity[joint][t]).abs(),
-                    (found[2] - own.acceleration[joint][t]).abs(),
+                    (found[1] - trajectory.velocity[joint][t]).abs(),
+                    (found[2] - trajectory.acceleration[joint][t]).abs(),
                 ];
                 if off[0] > part * limits[0] + 1e-7 || off[1] > part * limits[1] + 1e-5 {
                     return false;
@@ -150,27 +164,27 @@ fn quintic(from: [f64; 3], to: [f64; 3], length: f64, time: f64) -> [f64; 3] {
 }
 
 /// Returns a motion as a ROS 2 message `trajectory_msgs/msg/JointTrajectory` in YAML.
-pub(super) fn yaml(own: &Trajectory, step: usize) -> String {
+pub(super) fn yaml(trajectory: &Trajectory, step: usize) -> String {
     let list = |values: &[Vec<f64>], t: usize| -> String {
-        let all: Vec<String> = values.iter().map(|own| float(own[t])).collect();
+        let all: Vec<String> = values.iter().map(|series| float(series[t])).collect();
         all.join(", ")
     };
-    let names: Vec<String> = own
+    let names: Vec<String> = trajectory
         .joints
         .iter()
         .map(|name| format!("\"{name}\""))
         .collect();
     let mut text = format!("joint_names: [{}]\npoints:\n", names.join(", "));
-    let last = own.time_s.len() - 1;
+    let last = trajectory.time_s.len() - 1;
     let mut t = 0;
     loop {
-        let nanoseconds = (own.time_s[t] * 1e9).round() as u64;
+        let nanoseconds = (trajectory.time_s[t] * 1e9).round() as u64;
         let _ = write!(
             text,
             "- positions: [{}]\n  velocities: [{}]\n  accelerations: [{}]\n  time_from_start: {{sec: {}, nanosec: {}}}\n",
-            list(&own.position, t),
-            list(&own.velocity, t),
-            list(&own.acceleration, t),
+            list(&trajectory.position, t),
+            list(&trajectory.velocity, t),
+            list(&trajectory.acceleration, t),
             nanoseconds / 1_000_000_000,
             nanoseconds % 1_000_000_000
         );
@@ -195,13 +209,13 @@ fn float(x: f64) -> String {
 pub(super) fn toml(series: &Series, model: &Model, duration: f64) -> String {
     let reference = series.reference(model);
     let list = |values: &[f64]| -> String {
-        let all: Vec<String> = values.iter().map(|own| float(*own)).collect();
+        let all: Vec<String> = values.iter().map(|value| float(*value)).collect();
         all.join(", ")
     };
     let mut text = format!(
         "# A motion of {duration} s that begins and ends at rest, designed by sprung excite.\n[controller.reference]\n"
     );
-    let any = |values: &[f64]| values.iter().any(|own| *own != 0.0);
+    let any = |values: &[f64]| values.iter().any(|value| *value != 0.0);
     if any(&reference.centre_deg) {
         let _ = writeln!(text, "centre_deg = [{}]", list(&reference.centre_deg));
     }

@@ -49,15 +49,15 @@ impl Session {
         let judged = certify(&wider, frequencies, &setup.runs, series);
         let (mut certified, mut simulated, simulation) =
             judged.map_err(|broken| setup.refused(&Refused::Motion(broken)))?;
-        for own in certified.iter_mut().chain(&mut simulated) {
-            own.part *= WIDER;
+        for limit in certified.iter_mut().chain(&mut simulated) {
+            limit.part *= WIDER;
         }
         let is_certified = certify(task, frequencies, &setup.runs, series).is_ok();
         let mut assumed = setup.assumed.clone();
-        let own = self.bought(setup, (frequencies, series), &mut assumed, progress)?;
+        let bought = self.bought(setup, (frequencies, series), &mut assumed, progress)?;
         let full = match task.known {
-            Some(known) => own.with(known),
-            None => own,
+            Some(known) => bought.with(known),
+            None => bought,
         };
         let mut promised = promise(setup.robot(), &setup.bounds, &full);
         add_cures(

@@ -67,9 +67,14 @@ impl Session {
         };
         let (experiment, model) = (self.experiment().clone(), self.model().clone());
         // The design may know laws that an identification added.
-        let known = |own: &&Promise| model.parameters().iter().any(|one| one.name == own.name);
+        let known = |promise: &&Promise| {
+            model
+                .parameters()
+                .iter()
+                .any(|one| one.name == promise.name)
+        };
         let values = (design.promise.iter().filter(known))
-            .map(|own| (own.name.clone(), own.value))
+            .map(|promise| (promise.name.clone(), promise.value))
             .collect();
         model
             .theta(&values)
@@ -83,8 +88,8 @@ impl Session {
             return Ok(());
         };
         let errors: BTreeMap<&str, f64> = (setup.model.parameters().iter())
-            .filter(|own| own.fixed.is_none())
-            .map(|own| own.name.as_str())
+            .filter(|parameter| parameter.fixed.is_none())
+            .map(|parameter| parameter.name.as_str())
             .zip(information.standard_errors())
             .collect();
         let error = |name: &str| errors.get(name).copied();
@@ -104,7 +109,7 @@ impl Session {
         let text = read_text(&*self.files, &path)?;
         let file = path.display().to_string();
         match serde_json::from_str::<Design>(&text) {
-            Ok(own) => Ok(Some(Design { file, ..own })),
+            Ok(design) => Ok(Some(Design { file, ..design })),
             Err(error) => Err(ExciteError::NoDesign {
                 file,
                 why: error.to_string(),
@@ -142,14 +147,14 @@ fn compared(
     words: &Words,
 ) -> Option<Finding> {
     let mut ratios: Vec<(f64, &str)> = (design.promise.iter())
-        .filter_map(|own| {
-            let ratio = error(&own.name)? / own.standard_error?;
-            (ratio.is_finite() && ratio > 0.0).then_some((ratio, own.name.as_str()))
+        .filter_map(|promise| {
+            let ratio = error(&promise.name)? / promise.standard_error?;
+            (ratio.is_finite() && ratio > 0.0).then_some((ratio, promise.name.as_str()))
         })
         .collect();
     ratios.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (worst, name) = *ratios.last()?;
-    let logs: f64 = ratios.iter().map(|own| own.0.ln()).sum();
+    let logs: f64 = ratios.iter().map(|ratio| ratio.0.ln()).sum();
     let mean = (logs / ratios.len() as f64).exp();
     let (kept, remedy) = if mean <= LARGER {
         (words.kept, "no action")
@@ -160,6 +165,6 @@ fn compared(
         "{kept}: standard errors are {mean:.2} times the promised ones in the geometric mean, {worst:.1} times for {name}"
     );
     let finding = Finding::new(Severity::Info, DESIGN_PROMISE, text, remedy);
-    let missed = ratios.iter().filter(|own| own.0 > 2.0 * LARGER);
-    Some(finding.about(missed.map(|own| own.1.to_owned())))
+    let missed = ratios.iter().filter(|ratio| ratio.0 > 2.0 * LARGER);
+    Some(finding.about(missed.map(|ratio| ratio.1.to_owned())))
 }

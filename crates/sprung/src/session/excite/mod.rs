@@ -83,7 +83,8 @@ impl Session {
         parameters: Option<&Parameters>,
         progress: &mut dyn Listener,
     ) -> Result<Excited, SessionError> {
-        if let Some(joint) = (self.experiment().robot.joint.iter()).find(|own| own.servo.is_some())
+        if let Some(joint) =
+            (self.experiment().robot.joint.iter()).find(|joint| joint.servo.is_some())
         {
             return Err(ExciteError::Servo {
                 joint: joint.name.clone(),
@@ -93,7 +94,7 @@ impl Session {
         self.allow(Verb::Simulate)?;
         let progress = &mut UntilDesigned(progress);
         let (experiment, model) = match parameters {
-            Some(own) => self.described_by(own)?,
+            Some(parameters) => self.described_by(parameters)?,
             None => (self.experiment().clone(), self.model().clone()),
         };
         let setup = Setup::new(experiment, model, parameters, request.is_warm_up)?;
@@ -118,7 +119,7 @@ impl Session {
                 let frequencies = Frequencies::of(&task);
                 let part = 1.0 - task.settings.margin;
                 let series = random(&task, &frequencies, part, task.settings.seed)
-                    .map_err(|own| setup.refused(&Refused::Pose(own)))?;
+                    .map_err(|pose| setup.refused(&Refused::Pose(pose)))?;
                 self.judged("random", &setup, &task, &series, progress)
             }
         }
@@ -129,22 +130,22 @@ impl Session {
 /// `hold-out.csv` if there is a motion for validation, `slow.csv` if there is a slow one.
 #[must_use]
 pub fn excitation_files(session: &Session, excited: &Excited) -> Vec<(&'static str, String)> {
-    let own = &excited.trajectory;
-    let step = files::spacing(own, INTERPOLATED);
+    let trajectory = &excited.trajectory;
+    let step = files::spacing(trajectory, INTERPOLATED);
     let motion = &excited.excitation.motion;
     let series = series_of(motion);
     let reference = files::toml(&series, session.model(), motion.duration_s);
     let mut all = vec![
-        ("trajectory.csv", files::csv(own)),
-        ("trajectory.yaml", files::yaml(own, step)),
+        ("trajectory.csv", files::csv(trajectory)),
+        ("trajectory.yaml", files::yaml(trajectory, step)),
         ("reference.toml", reference),
     ];
-    for (name, own) in [
+    for (name, trajectory) in [
         ("hold-out.csv", &excited.hold_out),
         ("slow.csv", &excited.slow),
     ] {
-        if let Some(own) = own {
-            all.push((name, files::csv(own)));
+        if let Some(trajectory) = trajectory {
+            all.push((name, files::csv(trajectory)));
         }
     }
     all

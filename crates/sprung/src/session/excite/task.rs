@@ -58,21 +58,21 @@ impl Setup {
         let kinematics = kinematics(&experiment)?;
         let mut experiment = experiment;
         let declared = experiment.controller.clone();
-        let is_pd = (declared.as_ref()).is_some_and(|own| own.kind == ControllerKind::Pd);
+        let is_pd = (declared.as_ref()).is_some_and(|declared| declared.kind == ControllerKind::Pd);
         let controller = match declared {
-            Some(own) => own,
+            Some(declared) => declared,
             None => assumed_controller(&model, &theta, &mut assumed),
         };
         let period = experiment.excite.period_s;
         if is_pd
-            && let Some(own) = stability(
+            && let Some(stability) = stability(
                 &model,
                 &theta,
                 &controller,
                 &vec![0.0; model.joint_count()],
                 period,
             )
-            && let Some(rate) = own.growth_per_s
+            && let Some(rate) = stability.growth_per_s
         {
             return Err(ExciteError::Unstable {
                 time_s: 1.0 / rate,
@@ -81,7 +81,7 @@ impl Setup {
             .into());
         }
         let twin = match experiment.simulate.take() {
-            Some(own) => own,
+            Some(simulate) => simulate,
             None => assumed_twin(&experiment, &mut assumed)?,
         };
         let twin = completed(twin, &experiment, &model, &bounds, &mut assumed);
@@ -123,20 +123,20 @@ impl Setup {
     /// Returns the values by name.
     pub(super) fn named(&self) -> BTreeMap<String, f64> {
         (self.model.parameters().iter().zip(&self.theta))
-            .map(|(own, value)| (own.name.clone(), *value))
+            .map(|(parameter, value)| (parameter.name.clone(), *value))
             .collect()
     }
 
     /// Returns the experiment whose twin makes a motion of some length.
     pub(super) fn with_motion(&self, reference: Reference, duration: f64) -> Experiment {
-        let mut own = self.experiment.clone();
-        if let Some(controller) = &mut own.controller {
+        let mut experiment = self.experiment.clone();
+        if let Some(controller) = &mut experiment.controller {
             controller.reference = reference;
         }
-        if let Some(twin) = &mut own.simulate {
+        if let Some(twin) = &mut experiment.simulate {
             twin.duration_s = duration;
         }
-        own
+        experiment
     }
 
     /// Returns the noise of the log and the disturbances.
@@ -171,12 +171,12 @@ impl Setup {
     /// Returns the places of the parameters that count among the free ones.
     pub(super) fn chosen(&self) -> Result<Vec<usize>, ExciteError> {
         let free: Vec<&str> = (self.model.parameters().iter())
-            .filter(|own| own.fixed.is_none())
-            .map(|own| own.name.as_str())
+            .filter(|parameter| parameter.fixed.is_none())
+            .map(|parameter| parameter.name.as_str())
             .collect();
         let place = |name: &String| {
-            free.iter().position(|own| own == name).ok_or_else(|| {
-                let known = self.model.parameters().iter().find(|own| own.name == *name);
+            free.iter().position(|other| other == name).ok_or_else(|| {
+                let known = self.model.parameters().iter().find(|parameter| parameter.name == *name);
                 let why = match known {
                     Some(_) => format!("{name} has a fixed value, so nothing is to be determined"),
                     None => format!(
@@ -218,9 +218,9 @@ impl Setup {
             .model
             .parameters()
             .iter()
-            .filter(|own| own.fixed.is_none());
+            .filter(|parameter| parameter.fixed.is_none());
         let places: Vec<usize> = (free.enumerate())
-            .filter(|(_, own)| own.joint.is_none())
+            .filter(|(_, parameter)| parameter.joint.is_none())
             .map(|(place, _)| place)
             .collect();
         (!places.is_empty()).then(|| information.condition_number(&places))
@@ -249,7 +249,7 @@ fn values(
     is_warm_up: bool,
     assumed: &mut Vec<String>,
 ) -> Result<(Model, Vec<f64>), SessionError> {
-    if let Some(set) = parameters.and_then(|own| own.sets.first()) {
+    if let Some(set) = parameters.and_then(|parameters| parameters.sets.first()) {
         let theta = model.theta(&set.values)?;
         return Ok((model.shaped(&set.values), theta));
     }
@@ -269,9 +269,9 @@ fn values(
 
 /// Returns the standard errors of identified values, zero for those without; empty without an identification.
 fn uncertainties(model: &Model, parameters: Option<&Parameters>) -> Vec<f64> {
-    let result = parameters.and_then(|own| {
-        let label = &own.sets.first()?.label;
-        let mut results = own.identification.as_ref()?.results.iter();
+    let result = parameters.and_then(|parameters| {
+        let label = &parameters.sets.first()?.label;
+        let mut results = parameters.identification.as_ref()?.results.iter();
         results.find(|result| result.estimator == *label)
     });
     let Some(result) = result else {
@@ -279,9 +279,9 @@ fn uncertainties(model: &Model, parameters: Option<&Parameters>) -> Vec<f64> {
     };
     let error = |name: &str| result.parameter(name)?.standard_error;
     (model.parameters().iter())
-        .map(|own| {
-            error(&own.name)
-                .filter(|own| own.is_finite())
+        .map(|parameter| {
+            error(&parameter.name)
+                .filter(|error| error.is_finite())
                 .unwrap_or(0.0)
         })
         .collect()
@@ -289,9 +289,9 @@ fn uncertainties(model: &Model, parameters: Option<&Parameters>) -> Vec<f64> {
 
 /// Returns the limits; a first motion of an unknown robot uses a part of them.
 fn bounds(experiment: &Experiment, is_warm_up: bool, assumed: &mut Vec<String>) -> Bounds {
-    let own = Bounds::new(experiment);
+    let bounds = Bounds::new(experiment);
     if !is_warm_up {
-        return own;
+        return bounds;
     }
     assumed.push(format!(
         "the first motion uses {} % of the ranges of positions, {} % of the limits of torques and deflections, and {} % of those \
@@ -311,7 +311,7 @@ fn bounds(experiment: &Experiment, is_warm_up: bool, assumed: &mut Vec<String>) 
         | Limited::ToolSpeed => WARM_UP,
     };
     let parts = Limited::ALL.map(part);
-    own.narrowed(&parts)
+    bounds.narrowed(&parts)
 }
 
 fn kinematics(experiment: &Experiment) -> Result<Option<Kinematics>, SessionError> {

@@ -22,7 +22,9 @@ pub(super) fn half_below(prepared: &Prepared, row: usize, thetas: [&Theta; 2]) -
     let (reading, excerpt) = (prepared.reading(), prepared.excerpt());
     let model = reading.model();
     let highest = reading.position_cutoff_hz();
-    let weights: Vec<f64> = (0..model.rows()).map(|own| f64::from(own == row)).collect();
+    let weights: Vec<f64> = (0..model.rows())
+        .map(|other| f64::from(other == row))
+        .collect();
     let power = |cutoff_hz: f64| {
         let reading = reading.with_position_cutoff(cutoff_hz);
         let system = excerpt.smoothed(&reading)?.reduce(&reading)?;
@@ -31,7 +33,7 @@ pub(super) fn half_below(prepared: &Prepared, row: usize, thetas: [&Theta; 2]) -
         Some(squared_distance(&normal.information, one, other))
     };
     let all = power(highest)?;
-    std::iter::successors(Some(LOWEST_HZ), |own| Some(own * STEP))
+    std::iter::successors(Some(LOWEST_HZ), |cutoff| Some(cutoff * STEP))
         .take_while(|cutoff| *cutoff < highest)
-        .find(|cutoff| power(*cutoff).is_some_and(|own| own >= SHARE * all))
+        .find(|cutoff| power(*cutoff).is_some_and(|below| below >= SHARE * all))
 }

@@ -122,9 +122,9 @@ impl Rows<'_> {
             );
             let linear: Vec<Triangle> = (self.factors.iter().enumerate())
                 .map(|(row, factor)| {
-                    let own = self.own(row, &x);
+                    let values = self.values_of(row, &x);
                     match self.spring(row) {
-                        Some(spring) => factor.over_unknown(&own, spring),
+                        Some(spring) => factor.over_unknown(&values, spring),
                         None => factor.clone(),
                     }
                     .scaled(1.0 / scales[row])
@@ -133,7 +133,7 @@ impl Rows<'_> {
             let next = solve_quickly(&parts(&self.free.columns, &linear), x.len())?;
             // A stiffness that is not positive is not physical.
             let left = (0..self.factors.len()).any(|row| {
-                let spring = |x: &[f64]| self.spring(row).map(|at| self.own(row, x)[at]);
+                let spring = |x: &[f64]| self.spring(row).map(|at| self.values_of(row, x)[at]);
                 spring(&next).is_some_and(|k| k.is_nan() || k <= 0.0)
             });
             if left {
@@ -152,9 +152,9 @@ impl Rows<'_> {
     /// Returns the root mean square residual of a row, divided by the stiffness if it is a link
     /// row.
     fn relative_residual(&self, row: usize, x: &[f64]) -> f64 {
-        let own = self.own(row, x);
-        let scale = self.spring(row).map_or(1.0, |spring| own[spring].abs());
-        length(&self.factors[row].residual(&own)) / (scale * self.counts[row].max(1.0).sqrt())
+        let values = self.values_of(row, x);
+        let scale = self.spring(row).map_or(1.0, |spring| values[spring].abs());
+        length(&self.factors[row].residual(&values)) / (scale * self.counts[row].max(1.0).sqrt())
     }
 
     /// Returns the position of the joint's stiffness among the unknowns of a link row.
@@ -166,7 +166,7 @@ impl Rows<'_> {
         self.free.columns[row].iter().position(|c| *c == unknown)
     }
 
-    fn own(&self, row: usize, x: &[f64]) -> Vec<f64> {
+    fn values_of(&self, row: usize, x: &[f64]) -> Vec<f64> {
         self.free.columns[row].iter().map(|&c| x[c]).collect()
     }
 

@@ -115,14 +115,14 @@ fn price(with: &[f64], without: &[f64]) -> Option<Price> {
                 .iter()
                 .enumerate()
                 .filter(|(part, _)| Some(*part) != left_out);
-            kept.map(|(_, own)| own).sum()
+            kept.map(|(_, square)| square).sum()
         };
         (sum(with) / sum(without)).sqrt()
     };
     let count = with.len() as f64;
     let each: Vec<f64> = (0..with.len()).map(|part| ratio(Some(part))).collect();
     let mean = each.iter().sum::<f64>() / count;
-    let squares: f64 = each.iter().map(|own| (own - mean).powi(2)).sum();
+    let squares: f64 = each.iter().map(|value| (value - mean).powi(2)).sum();
     let price = Price {
         ratio: ratio(None),
         standard_error: ((count - 1.0) / count * squares).sqrt(),
@@ -131,7 +131,7 @@ fn price(with: &[f64], without: &[f64]) -> Option<Price> {
 }
 
 fn sum(parts: impl Iterator<Item = Missed>) -> Missed {
-    parts.fold(Missed::default(), |sum, own| sum.with(&own))
+    parts.fold(Missed::default(), |sum, missed| sum.with(&missed))
 }
 
 #[cfg(test)]

@@ -74,9 +74,9 @@ impl MotorEquation<'_> {
             factor: &open,
         };
         let values = solve_quickly(&[part], m).map(|x| {
-            let mut own = x[of_model..].iter();
+            let mut estimates = x[of_model..].iter();
             (known[of_model..].iter())
-                .filter_map(|known| known.or_else(|| own.next().copied()))
+                .filter_map(|known| known.or_else(|| estimates.next().copied()))
                 .collect()
         });
         (open.entry(m, m).abs() / self.factor.rhs_norm(), values)
@@ -89,9 +89,9 @@ impl MotorEquation<'_> {
         let (with, values) = self.fit(is_turn);
         let column = self.factor.unknowns() - self.probes.len() + at;
         let part = values?[at] * self.factor.column_norm(column) / self.factor.rhs_norm();
-        let own = without.mul_add(without, -with * with).max(0.0).sqrt();
+        let independent = without.mul_add(without, -with * with).max(0.0).sqrt();
         let is_large = part.abs() >= SATURATING_PART
-            && own >= OWN_PART * part.abs()
+            && independent >= OWN_PART * part.abs()
             && with <= UNEXPLAINED
             && with.powi(2) <= LEFT_WITH_SATURATION * without.powi(2);
         is_large.then_some(Lacking {
@@ -156,10 +156,10 @@ pub(super) fn lacking(
     theta: &Theta,
 ) -> Vec<Lacking> {
     (equations.iter())
-        .flat_map(|own| {
-            let stiffness = model.index(JointParameter::Stiffness, own.joint);
-            let eccentricity = stiffness.and_then(|index| own.eccentricity(theta[index]));
-            own.saturation().into_iter().chain(eccentricity)
+        .flat_map(|equation| {
+            let stiffness = model.index(JointParameter::Stiffness, equation.joint);
+            let eccentricity = stiffness.and_then(|index| equation.eccentricity(theta[index]));
+            equation.saturation().into_iter().chain(eccentricity)
         })
         .collect()
 }

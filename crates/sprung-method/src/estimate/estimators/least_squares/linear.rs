@@ -99,19 +99,19 @@ impl<'a> Linear<'a> {
             };
             Constrained::new((model, system), &weights, &fitted.theta, possible)
         };
-        let (mut own, mut tool) = (constrained(Tool::InRegion)?, Tool::InRegion);
-        if own.is_dear(model) {
+        let (mut result, mut tool) = (constrained(Tool::InRegion)?, Tool::InRegion);
+        if result.is_dear(model) {
             // A tool may be longer than the region of its link leaves room for.
             let other = constrained(Tool::Anywhere)?;
-            if other.held_out.error() < own.held_out.error() {
-                (own, tool) = (other, Tool::Anywhere);
+            if other.held_out.error() < result.held_out.error() {
+                (result, tool) = (other, Tool::Anywhere);
             }
         }
         let Constrained {
             theta,
             possible,
             held_out,
-        } = own;
+        } = result;
         fitted.theta = theta;
         let band = |joint: usize| {
             let row = model.torque_row(joint);
@@ -126,7 +126,7 @@ impl<'a> Linear<'a> {
             bands: (0..model.joint_count()).map(band).collect(),
             contradicted: possible
                 .as_ref()
-                .and_then(|own| own.contradicted(&settings.physical, (&speeds, tool))),
+                .and_then(|possible| possible.contradicted(&settings.physical, (&speeds, tool))),
             speeds,
             fitted,
             possible,
@@ -162,8 +162,9 @@ impl<'a> Constrained<'a> {
             .map_err(IdentifyError::NoRobot)?;
         let is_moved = best.as_ref().is_some_and(|best| *best != plain);
         let theta = best.unwrap_or_else(|| plain.to_vec());
-        let without_each = (possible.as_ref().filter(|_| is_moved))
-            .map(|own| |hold_out: &HoldOut<'_>, fits: &[Theta]| own.without_each(hold_out, fits));
+        let without_each = (possible.as_ref().filter(|_| is_moved)).map(|possible| {
+            |hold_out: &HoldOut<'_>, fits: &[Theta]| possible.without_each(hold_out, fits)
+        });
         Ok(Self {
             held_out: HeldOut::new((model, system), weights, &theta, without_each),
             theta,
@@ -187,7 +188,7 @@ pub(in crate::estimate) fn linear_numbers(
     possible: Option<&PossibleFit<'_>>,
 ) -> Numbers {
     Numbers {
-        unconstrained: possible.map(|own| own.unconstrained.clone()),
+        unconstrained: possible.map(|possible| possible.unconstrained.clone()),
         ..Numbers::of(fitted)
     }
 }

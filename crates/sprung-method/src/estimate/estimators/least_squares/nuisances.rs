@@ -66,25 +66,30 @@ struct Columns {
 impl Columns {
     fn new(model: &Model, channels: &Channels, is_coupled: bool) -> Self {
         let (mut probes, mut count) = (Vec::new(), 0);
-        let torques = (channels.all.iter()).filter(|own| own.quantity == Quantity::MotorTorque);
+        let torques =
+            (channels.all.iter()).filter(|channel| channel.quantity == Quantity::MotorTorque);
         let torques_delay = is_timing_open(channels).then_some(count);
         if torques_delay.is_some() {
-            probes.extend(torques.clone().map(|own| {
-                let row = model.torque_row(own.joint);
+            probes.extend(torques.clone().map(|channel| {
+                let row = model.torque_row(channel.joint);
                 (Probe::TorqueRate { row }, Some(count))
             }));
             count += 1;
         }
         if !is_coupled {
-            for own in torques {
-                let (row, joint) = (model.torque_row(own.joint), own.joint);
+            for channel in torques {
+                let (row, joint) = (model.torque_row(channel.joint), channel.joint);
                 probes.push((Probe::TorqueCube { row, joint }, Some(count)));
                 count += 1;
             }
         }
         for &joint in model.open_sharpness() {
-            for own in sharpness_columns(model, joint, model.robot().terms, SHARPER) {
-                probes.extend(own.into_iter().map(|probe| (probe, Some(count))));
+            for sharpness_probes in sharpness_columns(model, joint, model.robot().terms, SHARPER) {
+                probes.extend(
+                    sharpness_probes
+                        .into_iter()
+                        .map(|probe| (probe, Some(count))),
+                );
                 count += 1;
             }
         }
@@ -104,8 +109,8 @@ impl Columns {
         (0..model.joint_count())
             .map(|joint| {
                 let row = model.torque_row(joint);
-                let own = self.probes.iter().map(|(probe, _)| probe);
-                let probes: Vec<&Probe> = own.filter(|probe| probe.row() == row).collect();
+                let all = self.probes.iter().map(|(probe, _)| probe);
+                let probes: Vec<&Probe> = all.filter(|probe| probe.row() == row).collect();
                 let mut known: Vec<Option<f64>> = (model.row_columns(row).iter())
                     .map(|&c| model.known(c))
                     .collect();
@@ -152,6 +157,7 @@ impl Columns {
 
 /// Returns whether the description leaves the timing of the torques open.
 fn is_timing_open(channels: &Channels) -> bool {
-    let mut torques = (channels.all.iter()).filter(|own| own.quantity == Quantity::MotorTorque);
-    channels.torque_hold.is_none() && torques.all(|own| own.delay.is_none())
+    let mut torques =
+        (channels.all.iter()).filter(|channel| channel.quantity == Quantity::MotorTorque);
+    channels.torque_hold.is_none() && torques.all(|channel| channel.delay.is_none())
 }

@@ -60,7 +60,7 @@ pub(crate) fn widened(
     }
     // Nuisance parameters are the same for all values of a covariate, so changes with covariates do not inherit their bias.
     for i in all {
-        let change = nuisances.map_or(0.0, |own| own.changes[i]);
+        let change = nuisances.map_or(0.0, |nuisances| nuisances.changes[i]);
         if fitted.identifiable[i] && change.is_finite() {
             bias[i] = bias[i].hypot(change);
         }
@@ -70,12 +70,12 @@ pub(crate) fn widened(
 
 /// Returns the bias of a parameter by noise and by smearing, from the neighbouring cut-offs.
 fn bias_by_filter(sweep: &Sweep, index: usize) -> f64 {
-    let own = sweep.points[sweep.chosen].theta[index];
+    let chosen = sweep.points[sweep.chosen].theta[index];
     let change = |point: Option<usize>, power: i32| {
         let point = point.and_then(|point| sweep.points.get(point));
         // The bias at one cut-off is this fraction of its change by one step.
         let share = 1.0 / (CUTOFF_STEP.powi(power) - 1.0);
-        point.map_or(0.0, |point| share * (point.theta[index] - own))
+        point.map_or(0.0, |point| share * (point.theta[index] - chosen))
     };
     let noise = change(Some(sweep.chosen + 1), NOISE_POWER);
     let smearing = change(sweep.chosen.checked_sub(1), SMEARING_POWER);

@@ -136,12 +136,12 @@ impl Lsff {
             self.recursion.forget();
             for row in 0..self.model.rows() {
                 self.row.fill(0.0);
-                let own = &entries[self.model.row_entries(row)];
-                for (&column, entry) in self.model.row_columns(row).iter().zip(own) {
+                let row_entries = &entries[self.model.row_entries(row)];
+                for (&column, entry) in self.model.row_columns(row).iter().zip(row_entries) {
                     self.row[column] = *entry;
                 }
                 let mut rhs = self.model.right_hand_side(row).of(motor, of_spring)
-                    + shift(&self.model.known_deflections(row), own);
+                    + shift(&self.model.known_deflections(row), row_entries);
                 for (entry, parameter) in self.row.iter_mut().zip(self.model.parameters()) {
                     if let Some(known) = parameter.fixed {
                         rhs -= *entry * known;

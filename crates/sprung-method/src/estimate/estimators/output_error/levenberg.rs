@@ -256,9 +256,9 @@ fn damped(normal: &Mat<f64>, gradient: &[f64], damping: f64) -> Option<Vec<f64>>
         })
         .collect();
     let matrix = Mat::from_fn(m, m, |i, j| {
-        let own = if i == j { damping + 1e-12 } else { 0.0 };
+        let ridge = if i == j { damping + 1e-12 } else { 0.0 };
         let unseen = i == j && scale[i] == 0.0;
-        normal[(i, j)] * scale[i] * scale[j] + own + f64::from(u8::from(unseen))
+        normal[(i, j)] * scale[i] * scale[j] + ridge + f64::from(u8::from(unseen))
     });
     let right = Mat::from_fn(m, 1, |i, _| -gradient[i] * scale[i]);
     let step = matrix.llt(Side::Lower).ok()?.solve(&right);

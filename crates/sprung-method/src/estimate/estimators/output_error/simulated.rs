@@ -76,12 +76,12 @@ impl<'a> Loop<'a> {
         errors: &[f64],
         counter: &'b SimulationCounter<'_>,
     ) -> Problem<'b> {
-        let own = self.free.iter().map(|&i| {
+        let parameter_scales = self.free.iter().map(|&i| {
             let error = Some(errors[i]).filter(|e| e.is_finite()).unwrap_or(0.0);
             self.base[i].abs().max(error).max(f64::MIN_POSITIVE.sqrt())
         });
         let offsets = || self.record.positions.iter().map(|p| p.noise);
-        let scale: Vec<f64> = own.chain(offsets()).collect();
+        let scale: Vec<f64> = parameter_scales.chain(offsets()).collect();
         let parameters = self.free.len();
         Problem {
             residuals: Box::new(|x| {
@@ -132,8 +132,8 @@ impl<'a> Loop<'a> {
         others: &[T],
     ) -> Vec<T> {
         let mut all = others.to_vec();
-        for (&i, own) in self.free.iter().zip(of) {
-            all[i] = value(*own);
+        for (&i, entry) in self.free.iter().zip(of) {
+            all[i] = value(*entry);
         }
         all
     }

@@ -69,8 +69,8 @@ pub(super) fn channel_updates(
     let steps = steps(unknowns, normal, covariance, count);
     let of_parts: Vec<Vec<Step>> = (parts.iter())
         .filter_map(|part| {
-            let own = covariance_of(&part.first(count).information, count)?;
-            Some(self::steps(unknowns, part, &own, count))
+            let covariance = covariance_of(&part.first(count).information, count)?;
+            Some(self::steps(unknowns, part, &covariance, count))
         })
         .collect();
     let influences: Vec<&Influence> = steps.iter().map(|step| &step.influence).collect();
@@ -126,7 +126,7 @@ fn steps(
             let correction = -dot(&influence.row, &normal.gradient);
             Step {
                 correction,
-                moves: moves.iter().map(|own| own * correction).collect(),
+                moves: moves.iter().map(|movement| movement * correction).collect(),
                 influence,
             }
         })

@@ -87,21 +87,21 @@ pub(super) fn winners(
     };
     let limit = limit(effects.len());
     while winners.len() < MAX_ITERATIONS {
-        let is_new = |effect: &usize| winners.iter().all(|own| own.effect != *effect);
+        let is_new = |effect: &usize| winners.iter().all(|winner| winner.effect != *effect);
         let tested = (0..effects.len())
             .filter(is_new)
             .filter_map(|effect| field.test(effect, &effects[effect].columns));
         // Effects of another joint are no rivals.
-        let best_rival = |own: &Winner| {
+        let best_rival = |winner: &Winner| {
             let rivals = winners.iter().filter(|other| {
-                let joints = [own, *other].map(|one| effects[one.effect].joint);
+                let joints = [winner, *other].map(|one| effects[one.effect].joint);
                 joints[0].is_none() || joints[0] == joints[1]
             });
             rivals.map(|other| other.gain).fold(0.0, f64::max)
         };
         let best = tested
-            .filter(|own| own.significance() > limit)
-            .filter(|own| own.gain >= LEAST_SHARE_OF_GAIN * best_rival(own))
+            .filter(|candidate| candidate.significance() > limit)
+            .filter(|candidate| candidate.gain >= LEAST_SHARE_OF_GAIN * best_rival(candidate))
             .max_by(|a, b| a.gain.total_cmp(&b.gain));
         let Some(best) = best else { break };
         let mut active = field.active;
@@ -165,7 +165,7 @@ impl<'a> Field<'a> {
             effect,
             value,
             standard_error: (widening / information.sqrt()).hypot(between),
-            moves: direction.row.iter().map(|own| own * value).collect(),
+            moves: direction.row.iter().map(|entry| entry * value).collect(),
             gain,
         })
     }
@@ -207,26 +207,23 @@ impl<'a> Field<'a> {
     fn direction(&self, column: usize) -> Option<Direction> {
         let count = self.active.len();
         let cross: Vec<f64> = (self.active.iter())
-            .map(|&own| self.evidence.entry(own, column))
+            .map(|&other| self.evidence.entry(other, column))
             .collect();
         let mut row = vec![0.0; self.evidence.normal.count];
-        let mut own = self.evidence.entry(column, column);
-        let whole = own;
+        let mut information = self.evidence.entry(column, column);
+        let whole = information;
         for (i, &at) in self.active.iter().enumerate() {
             let moved = -dot(&self.covariance[i * count..(i + 1) * count], &cross);
             row[at] = moved;
-            own += cross[i] * moved;
+            information += cross[i] * moved;
         }
         row[column] = 1.0;
-        (own > RELATIVE_INFORMATION * whole).then_some(Direction {
-            row,
-            information: own,
-        })
+        (information > RELATIVE_INFORMATION * whole).then_some(Direction { row, information })
     }
 
     /// Returns the direction with the likeliest phase between two directions.
     fn phase(&self, [sine, cosine]: [Direction; 2]) -> Option<Direction> {
-        let score = |own: &Direction| -dot(&own.row, &self.evidence.normal.gradient);
+        let score = |direction: &Direction| -dot(&direction.row, &self.evidence.normal.gradient);
         let (a, b) = (score(&sine), score(&cosine));
         let mixed = self.evidence.normal.bilinear(&sine.row, &cosine.row);
         let determinant = sine.information * cosine.information - mixed * mixed;
@@ -272,12 +269,16 @@ impl NormalEquations {
     fn bilinear(&self, a: &[f64], b: &[f64]) -> f64 {
         let used = |row: &[f64]| -> Vec<(usize, f64)> {
             (row.iter().copied().enumerate())
-                .filter(|(_, own)| own.abs() > 0.0)
+                .filter(|(_, value)| value.abs() > 0.0)
                 .collect()
         };
         let b = used(b);
-        let of_row = |i: usize| -> f64 { b.iter().map(|&(j, own)| own * self.entry(i, j)).sum() };
-        used(a).into_iter().map(|(i, own)| own * of_row(i)).sum()
+        let of_row =
+            |i: usize| -> f64 { b.iter().map(|&(j, value)| value * self.entry(i, j)).sum() };
+        used(a)
+            .into_iter()
+            .map(|(i, value)| value * of_row(i))
+            .sum()
     }
 }
 
@@ -285,16 +286,16 @@ impl NormalEquations {
 ///
 /// - `blocks`: score and information of each block.
 fn held_out_gain(blocks: &[(f64, f64)]) -> f64 {
-    let (score, information) = (blocks.iter()).fold((0.0, 0.0), |(score, information), own| {
-        (score + own.0, information + own.1)
+    let (score, information) = (blocks.iter()).fold((0.0, 0.0), |(score, information), block| {
+        (score + block.0, information + block.1)
     });
-    let gain = |&(own_score, own_information): &(f64, f64)| {
-        let others = information - own_information;
+    let gain = |&(block_score, block_information): &(f64, f64)| {
+        let others = information - block_information;
         if others <= 0.0 {
             return 0.0;
         }
-        let value = (score - own_score) / others;
-        own_score * value - 0.5 * own_information * value * value
+        let value = (score - block_score) / others;
+        block_score * value - 0.5 * block_information * value * value
     };
     blocks.iter().map(gain).sum()
 }
@@ -323,7 +324,7 @@ mod tests {
                 let row = [1.0, first, 0.8 * first + 0.6 * second, third];
                 let error = random()
                     + (row[1..].iter().zip(truth))
-                        .map(|(x, own)| x * own)
+                        .map(|(x, value)| x * value)
                         .sum::<f64>();
                 for i in 0..4 {
                     block.gradient[i] -= row[i] * error;
@@ -332,11 +333,11 @@ mod tests {
                     }
                 }
             }
-            for (own, block) in whole.information.iter_mut().zip(&block.information) {
-                *own += block;
+            for (sum, block) in whole.information.iter_mut().zip(&block.information) {
+                *sum += block;
             }
-            for (own, block) in whole.gradient.iter_mut().zip(&block.gradient) {
-                *own += block;
+            for (sum, block) in whole.gradient.iter_mut().zip(&block.gradient) {
+                *sum += block;
             }
             gradients.push(whole.gradient.clone());
             blocks.push(block);
@@ -381,7 +382,7 @@ mod tests {
     #[test]
     fn two_effects_win_in_the_order_of_their_gains() {
         let effects: Vec<usize> = (found([0.5, 0.0, 1.0]).iter())
-            .map(|own| own.effect)
+            .map(|winner| winner.effect)
             .collect();
         assert_eq!(effects, [2, 0]);
     }

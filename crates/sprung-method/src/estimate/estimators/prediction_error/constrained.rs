@@ -40,8 +40,8 @@ fn to_possible(
     let unknowns = problem.unknowns;
     let (count, width) = (by.len(), unknowns.free.len());
     let entry = |i: usize, j: usize| {
-        let own = normal.information[i.max(j) * count + i.min(j)];
-        own * if i == j { 1.0 + damping } else { 1.0 }
+        let information = normal.information[i.max(j) * count + i.min(j)];
+        information * if i == j { 1.0 + damping } else { 1.0 }
     };
     let others = Mat::from_fn(count - width, count - width, |i, j| {
         entry(width + i, width + j)
@@ -73,11 +73,11 @@ fn to_possible(
         .map(|&i| found[i] - theta[i])
         .collect();
     let mut step = by;
-    for (own, moved) in step.iter_mut().zip(&moved) {
-        *own += moved;
+    for (entry, moved) in step.iter_mut().zip(&moved) {
+        *entry += moved;
     }
-    for (i, own) in step[width..].iter_mut().enumerate() {
-        *own -= moved
+    for (i, entry) in step[width..].iter_mut().enumerate() {
+        *entry -= moved
             .iter()
             .enumerate()
             .map(|(j, moved)| follow[(i, j)] * moved)

@@ -51,8 +51,8 @@ impl Correction {
         self.cross.resize(before + states, 0.0);
         let (earlier, cross) = self.cross.split_at_mut(before);
         for (state, weight) in observation.clone() {
-            let own = &covariance[state * states..(state + 1) * states];
-            add(cross, weight, own);
+            let row = &covariance[state * states..(state + 1) * states];
+            add(cross, weight, row);
         }
         for (gain, earlier) in self.gains.chunks(states).zip(earlier.chunks(states)) {
             add(cross, observe(gain, observation.clone()), earlier);
@@ -108,9 +108,9 @@ pub(super) fn propagate(
     let moving = transition.len() / states;
     let product = &mut memory.product;
     multiply(transition, covariance, states, product);
-    for (i, own) in product.chunks(states).enumerate() {
-        for (j, own) in own.iter().enumerate().skip(moving) {
-            let entry = decay.factor * own;
+    for (i, row) in product.chunks(states).enumerate() {
+        for (j, value) in row.iter().enumerate().skip(moving) {
+            let entry = decay.factor * value;
             covariance[i * states + j] = entry;
             covariance[j * states + i] = entry;
         }
@@ -118,21 +118,21 @@ pub(super) fn propagate(
     for (row, reversal) in reversals.iter().enumerate() {
         let variance = levels.torque_variance(row, *reversal);
         let at = moving + row;
-        for (own, by_torque) in (product.chunks_mut(states)).zip(transition.chunks(states)) {
-            own[at] += variance * by_torque[at];
+        for (row, by_torque) in (product.chunks_mut(states)).zip(transition.chunks(states)) {
+            row[at] += variance * by_torque[at];
         }
     }
     transpose(transition, states, &mut memory.transposed);
     multiply(product, &memory.transposed, moving, &mut memory.moving);
-    for (i, own) in memory.moving.chunks(moving).enumerate() {
-        for (j, entry) in own.iter().enumerate().take(i + 1) {
+    for (i, row) in memory.moving.chunks(moving).enumerate() {
+        for (j, entry) in row.iter().enumerate().take(i + 1) {
             covariance[i * states + j] = *entry;
             covariance[j * states + i] = *entry;
         }
     }
-    for (row, own) in (covariance[moving * states..].chunks_mut(states)).enumerate() {
-        scale(&mut own[moving..], decay.factor * decay.factor);
-        own[moving + row] += levels.added_variance(row, decay);
+    for (row, values) in (covariance[moving * states..].chunks_mut(states)).enumerate() {
+        scale(&mut values[moving..], decay.factor * decay.factor);
+        values[moving + row] += levels.added_variance(row, decay);
     }
 }
 
@@ -167,8 +167,8 @@ pub(super) fn adjoint_state(
     for (factor, row) in weight.iter().zip(transition.chunks(states)) {
         add(memory, *factor, row);
     }
-    for (i, own) in memory.iter_mut().enumerate().skip(moving) {
-        *own += decay * weight[i];
+    for (i, entry) in memory.iter_mut().enumerate().skip(moving) {
+        *entry += decay * weight[i];
     }
     weight.copy_from_slice(memory);
 }
@@ -220,12 +220,12 @@ pub(super) fn adjoint_covariance(
 ) {
     let states = by_covariance.len().isqrt();
     let moving = moving_states(states);
-    for (own, product) in (memory.moving.chunks_mut(moving)).zip(product.chunks(states)) {
-        own.copy_from_slice(&product[..moving]);
+    for (row, product) in (memory.moving.chunks_mut(moving)).zip(product.chunks(states)) {
+        row.copy_from_slice(&product[..moving]);
     }
     multiply(&memory.moving, transition, states, &mut memory.moved);
-    for (own, product) in (memory.moved.chunks_mut(states)).zip(product.chunks(states)) {
-        add(&mut own[moving..], decay, &product[moving..]);
+    for (row, product) in (memory.moved.chunks_mut(states)).zip(product.chunks(states)) {
+        add(&mut row[moving..], decay, &product[moving..]);
     }
     for i in 0..states {
         for j in 0..=i {

@@ -280,8 +280,8 @@ impl LevelSearch {
 /// - `biases`: by noise of the logged torque, of each segment.
 fn gradient(problem: &Problem<'_>, run: &FilterRun, z: &[f64], biases: &[NoiseBias]) -> Gradient {
     let mut by_noise = NoiseBias::zero(problem.unknowns.values());
-    for own in biases {
-        by_noise.add(own);
+    for bias in biases {
+        by_noise.add(bias);
     }
     let mut normal = run.sums.normal.clone();
     let cost = run.sums.cost + add_prior(problem.unknowns, z, &mut normal);

@@ -76,24 +76,24 @@ pub(super) fn describe(
             })
             .collect(),
         torques_delay_s: (refined.torques_delay.as_ref())
-            .filter(|own| own.estimated)
-            .map(|own| (own.value(), own.standard_error)),
+            .filter(|delay| delay.estimated)
+            .map(|delay| (delay.value(), delay.standard_error)),
         saturations: (refined.saturations.iter())
-            .map(|own| RefinedSaturation {
-                column: column(own.channel),
-                share: own.value(),
-                standard_error: Some(own.standard_error).filter(|e| e.is_finite()),
-                largest_move: (largest_move(refined, &own.moves))
+            .map(|saturation| RefinedSaturation {
+                column: column(saturation.channel),
+                share: saturation.value(),
+                standard_error: Some(saturation.standard_error).filter(|e| e.is_finite()),
+                largest_move: (largest_move(refined, &saturation.moves))
                     .map(|(_, moved)| moved)
                     .filter(|moved| moved.is_finite()),
             })
             .collect(),
         eccentricities: (refined.eccentricities.iter())
-            .map(|own| RefinedEccentricity {
-                column: column(own.channel),
-                shape: own.effect.shape().to_owned(),
-                amplitude_rad: own.value(),
-                standard_error_rad: Some(own.standard_error).filter(|e| e.is_finite()),
+            .map(|eccentricity| RefinedEccentricity {
+                column: column(eccentricity.channel),
+                shape: eccentricity.effect.shape().to_owned(),
+                amplitude_rad: eccentricity.value(),
+                standard_error_rad: Some(eccentricity.standard_error).filter(|e| e.is_finite()),
             })
             .collect(),
         residual_levels: (refined.residual.iter())
@@ -110,9 +110,9 @@ pub(super) fn describe(
             .collect(),
         each_log: (refined.logs.iter())
             .map(|log| {
-                let own = |index| refined.free.iter().position(|free| *free == index);
+                let position_of = |index| refined.free.iter().position(|free| *free == index);
                 (0..model.parameters().len())
-                    .map(|index| own(index).map(|place| log[place]))
+                    .map(|index| position_of(index).map(|place| log[place]))
                     .collect()
             })
             .collect(),
@@ -121,26 +121,29 @@ pub(super) fn describe(
 
 fn stribeck_velocities(model: &Model, refined: &Refined) -> Vec<RefinedVelocity> {
     (of_scale(refined, Scale::Stribeck))
-        .map(|own| RefinedVelocity {
-            joint: model.joints()[own.joint].clone(),
-            velocity: own.value,
-            standard_error: own.standard_error,
+        .map(|scale| RefinedVelocity {
+            joint: model.joints()[scale.joint].clone(),
+            velocity: scale.value,
+            standard_error: scale.standard_error,
         })
         .collect()
 }
 
 fn sharpnesses(model: &Model, refined: &Refined) -> Vec<RefinedSharpness> {
     (of_scale(refined, Scale::Sharpness))
-        .map(|own| RefinedSharpness {
-            joint: model.joints()[own.joint].clone(),
-            sharpness: own.value,
-            standard_error: own.standard_error,
+        .map(|scale| RefinedSharpness {
+            joint: model.joints()[scale.joint].clone(),
+            sharpness: scale.value,
+            standard_error: scale.standard_error,
         })
         .collect()
 }
 
 fn of_scale(refined: &Refined, scale: Scale) -> impl Iterator<Item = &FrictionScale> {
-    refined.scales.iter().filter(move |own| own.scale == scale)
+    refined
+        .scales
+        .iter()
+        .filter(move |friction_scale| friction_scale.scale == scale)
 }
 
 /// Returns the residuals of a comparison; `None` if the refinement has no finite one.

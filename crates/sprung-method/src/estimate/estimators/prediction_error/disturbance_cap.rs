@@ -18,8 +18,8 @@ pub(super) fn held_by_cap(
 ) -> Vec<usize> {
     let rows = 0..levels.disturbance.len();
     rows.filter(|&row| {
-        let own = unknown.index(Level::Disturbance(row));
-        let (Some(at), Some(cap)) = (own, unknown.cap(levels, row)) else {
+        let index = unknown.index(Level::Disturbance(row));
+        let (Some(at), Some(cap)) = (index, unknown.cap(levels, row)) else {
             return false;
         };
         let held = levels.disturbance[row] >= (1.0 - ROUNDING) * cap && gradient[at] < 0.0;
@@ -88,10 +88,10 @@ mod tests {
                 score(&likelihood, &search, &levels).unwrap().loss
             };
             let difference = (at(1e-4) - at(-1e-4)) / 2e-4;
-            let own = here.information[i * (logs.len() + 1)].sqrt().max(1.0);
+            let scale = here.information[i * (logs.len() + 1)].sqrt().max(1.0);
             let far = (here.gradient[i] - difference).abs();
             assert!(
-                far < 1e-5 * own,
+                far < 1e-5 * scale,
                 "level {i}: {} {difference}",
                 here.gradient[i]
             );
@@ -116,7 +116,7 @@ mod tests {
         follow_cap(&search, &[row], &mut score);
         let moves = |i: usize, j: usize| match () {
             () if i == from => match search.all[j] {
-                Level::TorqueNoise(own) if own == row => 1.0,
+                Level::TorqueNoise(noisy_row) if noisy_row == row => 1.0,
                 Level::TorqueNoise(_)
                 | Level::ReversalNoise(_)
                 | Level::Disturbance(_)

@@ -123,11 +123,11 @@ impl Effect {
         let sum =
             |of: &[f64]| -> f64 { coordinates.iter().map(|&(c, weight)| weight * of[c]).sum() };
         match self {
-            Self::SensorDelay(own) if own == sensor => sum(velocity),
+            Self::SensorDelay(affected) if affected == sensor => sum(velocity),
             Self::Eccentricity {
-                sensor: own,
+                sensor: affected,
                 is_cosine,
-            } if own == sensor => {
+            } if affected == sensor => {
                 let (sine, cosine) = sum(position).sin_cos();
                 -if is_cosine { cosine } else { sine }
             }
@@ -148,17 +148,20 @@ impl Effect {
         match self {
             // The torque of a late channel is logged later, so its derivative by the delay is
             // its rate.
-            Self::TorqueDelay(own) if own == row => segment.torque_rate[at],
+            Self::TorqueDelay(affected) if affected == row => segment.torque_rate[at],
             Self::TorquesDelay => segment.torque_rate[at],
-            Self::Saturation { row: own, scale } if own == row => {
+            Self::Saturation {
+                row: affected,
+                scale,
+            } if affected == row => {
                 let torque = segment.torque[at];
                 -torque * (torque / scale).powi(2)
             }
             Self::Ripple {
-                row: own,
+                row: affected,
                 scale,
                 wave,
-            } if own == row => scale * wave.mean(segment.period, x),
+            } if affected == row => scale * wave.mean(segment.period, x),
             Self::TransmissionError {
                 link,
                 motor,
@@ -169,8 +172,10 @@ impl Effect {
                 if row == link { torque } else { -torque }
             }
             Self::Drift {
-                row: own, viscous, ..
-            } if own == row => -viscous * x[x.len() / 2 + row] * (segment.share(sample) - 0.5),
+                row: affected,
+                viscous,
+                ..
+            } if affected == row => -viscous * x[x.len() / 2 + row] * (segment.share(sample) - 0.5),
             _ => 0.0,
         }
     }

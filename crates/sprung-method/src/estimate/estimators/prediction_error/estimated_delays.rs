@@ -93,11 +93,11 @@ pub(in crate::estimate) fn likely(
             })
             .collect(),
         velocities: (best.scales.iter())
-            .filter(|own| own.scale == Scale::Stribeck)
-            .map(|own| VelocityByLikelihood {
-                joint: own.joint,
-                velocity: own.value,
-                standard_error: own.standard_error,
+            .filter(|scale| scale.scale == Scale::Stribeck)
+            .map(|scale| VelocityByLikelihood {
+                joint: scale.joint,
+                velocity: scale.value,
+                standard_error: scale.standard_error,
             })
             .collect(),
     })

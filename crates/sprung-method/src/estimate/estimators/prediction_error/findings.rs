@@ -26,7 +26,7 @@ const LARGE_DISTURBANCE_SHARE: f64 = 0.15;
 /// Returns the refined parameter that moves most: index in theta and move in standard errors.
 pub(super) fn largest_move(refined: &Refined, moves: &[f64]) -> Option<(usize, f64)> {
     (refined.free.iter().zip(moves))
-        .map(|(&index, own)| (index, own.abs() / refined.standard_error[index]))
+        .map(|(&index, movement)| (index, movement.abs() / refined.standard_error[index]))
         .max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
@@ -87,7 +87,7 @@ pub(super) fn about(reading: &Reading, refined: &Refined) -> Vec<Finding> {
 
 /// Reports the delays that the description asks to estimate.
 fn estimated_delays(channels: &Channels, refined: &Refined) -> Vec<Finding> {
-    let estimated = refined.delays.iter().filter(|own| own.estimated);
+    let estimated = refined.delays.iter().filter(|delay| delay.estimated);
     let finding = |delay: &ChannelUpdate| {
         Finding::new(
             Severity::Info,
@@ -117,8 +117,8 @@ fn together(model: &Model, refined: &Refined) -> Vec<Finding> {
         } else {
             ("difference", '-')
         };
-        let (own, other) = (refined.standard_error[a], refined.standard_error[b]);
-        let both = (2.0 * own * own * (1.0 - correlation.abs())).sqrt();
+        let (error, other) = (refined.standard_error[a], refined.standard_error[b]);
+        let both = (2.0 * error * error * (1.0 - correlation.abs())).sqrt();
         findings.push(
             Finding::new(
                 Severity::Info,
@@ -126,8 +126,8 @@ fn together(model: &Model, refined: &Refined) -> Vec<Finding> {
                 format!(
                     "the log determines only a {known} of {a} and {b} well (correlation \
                      {correlation:.3}): the standard error of {a} {sign} {:.3} times {b} is {both:.2e} \
-                     {}, that of {a} alone {own:.2e}",
-                    own / other,
+                     {}, that of {a} alone {error:.2e}",
+                    error / other,
                     first.unit,
                     a = first.short(),
                     b = second.short(),

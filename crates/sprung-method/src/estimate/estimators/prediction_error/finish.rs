@@ -116,7 +116,7 @@ pub(super) fn finish(
         cost: sums.cost / sums.measurements.max(1) as f64,
         offsets: sensor_offsets(problem, &unknowns, &descent.z, error),
         residual: (unknowns.residual.iter())
-            .map(|own| (own.joint, own.side, own.level))
+            .map(|residual| (residual.joint, residual.side, residual.level))
             .collect(),
         scales: (unknowns.scales(&descent.z).enumerate())
             .map(|(i, (joint, scale, value))| FrictionScale {
@@ -167,48 +167,48 @@ pub(super) fn last_run(
         keep,
         |index, stretch| {
             let before = (starts[index].0, measurements.segments[index].burn_in);
-            let own = BiasOfParts::new(problem, &noise, (index, stretch), before, part);
+            let bias = BiasOfParts::new(problem, &noise, (index, stretch), before, part);
             *stretch = StretchRun::default();
-            own
+            bias
         },
     )?;
     let none = NoiseBias::zero(unknowns.values());
     let mut of_points = vec![none.clone(); run.sums.growing.len() + 1];
     let mut of_parts = vec![vec![0.0; unknowns.values()]; run.sums.gradients.len() + 1];
     let mut of_logs = vec![none.clone(); run.sums.logs.len()];
-    for (segment, own) in measurements.segments.iter().zip(&biases) {
-        for (at, own) in &own.points {
-            of_points[*at].add(own);
+    for (segment, bias) in measurements.segments.iter().zip(&biases) {
+        for (at, point) in &bias.points {
+            of_points[*at].add(point);
             if let Some(log) = of_logs.get_mut(segment.log) {
-                log.add(own);
+                log.add(point);
             }
         }
-        for (at, own) in &own.gradients {
-            add(&mut of_parts[*at], 1.0, own);
+        for (at, gradient) in &bias.gradients {
+            add(&mut of_parts[*at], 1.0, gradient);
         }
     }
     let mut sums = run.sums;
     let mut whole = none.clone();
-    for own in &of_points {
-        whole.add(own);
+    for point in &of_points {
+        whole.add(point);
     }
     let limit = whole.limit(&sums.normal);
     whole.scale_information(limit);
     whole.correct(&mut sums.normal);
     let mut up_to = none;
-    for ((_, normal), own) in sums.growing.iter_mut().zip(&mut of_points) {
-        own.scale_information(limit);
-        up_to.add(own);
+    for ((_, normal), point) in sums.growing.iter_mut().zip(&mut of_points) {
+        point.scale_information(limit);
+        up_to.add(point);
         up_to.correct(normal);
     }
     let mut up_to = vec![0.0; unknowns.values()];
-    for (gradient, own) in sums.gradients.iter_mut().zip(&of_parts) {
-        add(&mut up_to, 1.0, own);
+    for (gradient, part) in sums.gradients.iter_mut().zip(&of_parts) {
+        add(&mut up_to, 1.0, part);
         add(gradient, -1.0, &up_to);
     }
-    for (normal, own) in sums.logs.iter_mut().zip(&mut of_logs) {
-        own.scale_information(limit);
-        own.correct(normal);
+    for (normal, log) in sums.logs.iter_mut().zip(&mut of_logs) {
+        log.scale_information(limit);
+        log.correct(normal);
     }
     Some((sums, whole))
 }
@@ -238,13 +238,13 @@ impl BiasOfParts {
             points: BTreeMap::new(),
             gradients: BTreeMap::new(),
         };
-        noise.visit(segment, run, |sample, own| {
+        noise.visit(segment, run, |sample, bias| {
             let at = (before + sample.saturating_sub(burn_in)) / part;
             let gradient = all.gradients.entry(at).or_insert_with(|| vec![0.0; values]);
-            add(gradient, 1.0, &own.gradient);
+            add(gradient, 1.0, &bias.gradient);
             let point =
                 (all.points.entry(at / PARTS_OF_POINT)).or_insert_with(|| NoiseBias::zero(values));
-            point.add(own);
+            point.add(bias);
         });
         all
     }
@@ -309,7 +309,7 @@ fn with_noise_of_score(influence: &[f64], count: usize, bias: &NoiseBias) -> Vec
             *moved = row
                 .iter()
                 .enumerate()
-                .map(|(k, own)| own * noise(k, j))
+                .map(|(k, entry)| entry * noise(k, j))
                 .sum();
         }
         for k in 0..count {
@@ -330,8 +330,8 @@ fn moves_by_noise(influence: &[f64], count: usize, bias: &NoiseBias, free: usize
 /// Returns the estimates of the delays of channels, of the delay of all torques, of saturations and eccentricities.
 fn by_kind(updates: Vec<ChannelUpdate>) -> [Vec<ChannelUpdate>; 4] {
     let mut kinds = [const { Vec::new() }; 4];
-    for own in updates {
-        let kind = match own.effect {
+    for update in updates {
+        let kind = match update.effect {
             Effect::SensorDelay(_) | Effect::TorqueDelay(_) => 0,
             Effect::TorquesDelay => 1,
             Effect::Saturation { .. } => 2,
@@ -341,7 +341,7 @@ fn by_kind(updates: Vec<ChannelUpdate>) -> [Vec<ChannelUpdate>; 4] {
                 continue;
             }
         };
-        kinds[kind].push(own);
+        kinds[kind].push(update);
     }
     kinds
 }
@@ -375,7 +375,7 @@ fn trace(problem: &Problem<'_>, descent: &Descent, sums: &Sums) -> Vec<(f64, The
 /// Returns the estimate from each log alone.
 fn each_log(problem: &Problem<'_>, descent: &Descent, sums: &Sums) -> Vec<Alone> {
     (sums.logs.iter())
-        .filter_map(|own| alone(problem, descent, own))
+        .filter_map(|log| alone(problem, descent, log))
         .collect()
 }
 

@@ -73,16 +73,16 @@ impl<'a> Blocks<'a> {
 
     /// Returns both residuals. That of a refinement that has no finite residual is infinite.
     pub(super) fn compare(&self, refined: &Refined) -> HeldOut {
-        let own = self.residual(|block| refined.without.get(block).map(|(_, theta)| theta));
+        let residual = self.residual(|block| refined.without.get(block).map(|(_, theta)| theta));
         HeldOut {
-            refined: own.unwrap_or(f64::INFINITY),
+            refined: residual.unwrap_or(f64::INFINITY),
             linear: self.linear,
         }
     }
 
     /// Returns the estimate of least squares from all blocks but one.
     fn fit_without(&self, block: usize, possible: Option<&PossibleFit<'_>>) -> Option<Theta> {
-        let is_used = |part: usize| self.block_of[part].is_some_and(|own| own != block);
+        let is_used = |part: usize| self.block_of[part].is_some_and(|other| other != block);
         match possible {
             None => self.parts.fit(is_used),
             Some(possible) => possible.fit(&self.parts, is_used),

@@ -65,7 +65,7 @@ pub(super) fn climb(
     let mut tried: Vec<Tried> = Vec::new();
     let model = refinery.reading.model();
     let warm = match before.timing {
-        Timing::Found(own) => own.end.as_ref(),
+        Timing::Found(retiming) => retiming.end.as_ref(),
         Timing::Open | Timing::Kept => None,
     };
     let is_auto = refinery.reading.settings().laws == Laws::Auto;
@@ -80,10 +80,12 @@ pub(super) fn climb(
         let mut end = refinery.climb(rung, from, progress)?;
         if is_open
             && let Some(found) = &end
-            && let Some(own) = refinery.retiming((rung, found), before.experiment)?
+            && let Some(retiming) = refinery.retiming((rung, found), before.experiment)?
             && let Some(end) = end.take()
         {
-            return Ok(Climbed::Retimed(Box::new(own.with(end, refinery.reading))));
+            return Ok(Climbed::Retimed(Box::new(
+                retiming.with(end, refinery.reading),
+            )));
         }
         if let (None, Some(end)) = (&blocks, &end) {
             blocks = Blocks::new(model, before.system, &end.refined, refinery.possible);
@@ -121,7 +123,7 @@ pub(super) fn choose(tried: &[Tried]) -> Option<usize> {
         .fold(f64::INFINITY, f64::min);
     ratios
         .iter()
-        .position(|ratio| ratio.is_some_and(|own| own <= TIE * least))
+        .position(|ratio| ratio.is_some_and(|ratio| ratio <= TIE * least))
 }
 
 /// Returns the index of the rung that is described although none is used: the one with the least

@@ -99,8 +99,8 @@ pub(super) fn score(
     let mut score = likelihood.score(unknown, levels)?;
     let count = unknown.all.len();
     let scales: Vec<f64> = (unknown.all.iter().zip(&score.expected).zip(&score.gradient))
-        .map(|((level, expected), own)| {
-            let found = expected - own;
+        .map(|((level, expected), derivative)| {
+            let found = expected - derivative;
             if *level == Level::Corner || !(found > 0.0 && *expected > 0.0) {
                 1.0
             } else {
@@ -140,12 +140,12 @@ fn scoring_step(unknown: &UnknownLevels, logs: &[f64], score: &Score) -> Option<
         let part: Vec<f64> = (free.iter())
             .flat_map(|&i| free.iter().map(move |&j| (i, j)))
             .map(|(i, j)| {
-                let own = if i == j { added } else { 0.0 };
-                own + information[i.max(j) * count + i.min(j)]
+                let damping = if i == j { added } else { 0.0 };
+                damping + information[i.max(j) * count + i.min(j)]
             })
             .collect();
-        let own: Vec<f64> = free.iter().map(|&i| gradient[i]).collect();
-        let step = damped_step(&part, &own, 0.0)?;
+        let free_gradient: Vec<f64> = free.iter().map(|&i| gradient[i]).collect();
+        let step = damped_step(&part, &free_gradient, 0.0)?;
         if step.iter().any(|step| step.abs() > MAX_LOG_CHANGE) {
             added /= SHORTENING;
             continue;

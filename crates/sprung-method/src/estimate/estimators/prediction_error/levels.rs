@@ -227,7 +227,7 @@ impl UnknownLevels {
 
     /// Returns the index of a level; `None` if it is known.
     pub(super) fn index(&self, level: Level) -> Option<usize> {
-        self.all.iter().position(|own| *own == level)
+        self.all.iter().position(|other| *other == level)
     }
 
     /// Returns whether the disturbance of a row is at its upper bound.

@@ -157,8 +157,8 @@ impl Product<'_> {
             if EDGE {
                 simd.partial_store_f64s(out, sums[0]);
             } else {
-                let (own, _) = S::as_mut_simd_f64s(&mut out[..V * S::F64_LANES]);
-                own.copy_from_slice(sums);
+                let (vectors, _) = S::as_mut_simd_f64s(&mut out[..V * S::F64_LANES]);
+                vectors.copy_from_slice(sums);
             }
         }
     }
@@ -175,8 +175,8 @@ fn add_terms<S: Simd, const R: usize, const V: usize>(
 ) {
     for (r, sums) in sums.iter_mut().enumerate() {
         let factor = simd.splat_f64s(factor(r));
-        for (sum, own) in sums.iter_mut().zip(row) {
-            *sum = simd.mul_add_e_f64s(factor, own, *sum);
+        for (sum, value) in sums.iter_mut().zip(row) {
+            *sum = simd.mul_add_e_f64s(factor, value, *sum);
         }
     }
 }
@@ -188,8 +188,8 @@ fn load<S: Simd, const V: usize, const EDGE: bool>(simd: S, row: &[f64]) -> [S::
     if EDGE {
         [simd.partial_load_f64s(row); V]
     } else {
-        let (own, _) = S::as_simd_f64s(&row[..V * S::F64_LANES]);
-        std::array::from_fn(|v| own[v])
+        let (vectors, _) = S::as_simd_f64s(&row[..V * S::F64_LANES]);
+        std::array::from_fn(|v| vectors[v])
     }
 }
 
@@ -291,13 +291,13 @@ mod tests {
             add_squares(&a, rows, &mut squares);
             for i in 0..rows {
                 for j in 0..columns {
-                    let own = (0..inner).map(|k| a[k * rows + i] * b[k * columns + j]);
-                    near(out[i * columns + j], own.chain([before[i * columns + j]]));
+                    let terms = (0..inner).map(|k| a[k * rows + i] * b[k * columns + j]);
+                    near(out[i * columns + j], terms.chain([before[i * columns + j]]));
                 }
                 for j in 0..=i {
-                    let own = (0..inner).map(|k| a[k * rows + i] * a[k * rows + j]);
+                    let terms = (0..inner).map(|k| a[k * rows + i] * a[k * rows + j]);
                     let first = numbers(rows * rows)[i * rows + j];
-                    near(squares[i * rows + j], own.chain([first]));
+                    near(squares[i * rows + j], terms.chain([first]));
                 }
             }
         }

@@ -137,14 +137,14 @@ pub(in crate::estimate) fn prediction_error(
     let shown = (used.or_else(|| nearest(&tried))).map(|index| tried.swap_remove(index));
     let mut findings: Vec<Finding> = status.finding().into_iter().collect();
     if let Some(refined) = shown.as_ref().and_then(Tried::refined) {
-        let mut own = about_undeclared(reading, refined, &missing);
-        own.extend(about(reading, refined));
+        let mut notes = about_undeclared(reading, refined, &missing);
+        notes.extend(about(reading, refined));
         let contradicted = contradicted(reading, excerpt, refined);
         if !refined.converged() || contradicted.is_some() {
             // At other values than the likeliest ones, or with a wrong timing, every effect seems to be missing.
-            own.iter_mut().for_each(Finding::note);
+            notes.iter_mut().for_each(Finding::note);
         }
-        findings.extend(own);
+        findings.extend(notes);
         findings.extend(contradicted.filter(|_| refined.converged()));
     }
     let refinement =
@@ -221,7 +221,7 @@ fn start<'a>(reading: &Reading, before: &Before<'_>, theta: &'a [f64]) -> Start<
         free,
         torque_noise: TorqueNoise::of(channels, before.excerpt.period()),
         torques: match before.timing {
-            Timing::Found(own) if own.torques.is_some() => TorquesTiming::Estimated,
+            Timing::Found(retiming) if retiming.torques.is_some() => TorquesTiming::Estimated,
             Timing::Found(_) | Timing::Open => timing_of(channels),
             Timing::Kept => TorquesTiming::Given,
         },
@@ -248,14 +248,14 @@ fn refined_numbers(refined: Refined, rung: Rung, fitted: &Fitted, undeclared: &[
     let error_parts: Vec<ErrorParts> = (0..refined.theta.len())
         .map(|i| {
             let (error, between) = (refined.standard_error[i], refined.between_parts[i]);
-            let own = (error.powi(2) - between.powi(2)).max(0.0).sqrt();
+            let within = (error.powi(2) - between.powi(2)).max(0.0).sqrt();
             let both = error.hypot(fitted.standard_error[i]);
             let difference = refined.theta[i] - fitted.theta[i];
             let excess = (difference.powi(2) - both.powi(2)).max(0.0).sqrt();
             ErrorParts {
                 sampling: match rung {
-                    Rung::Flat => own.max(fitted.sampling_error[i]),
-                    Rung::Free | Rung::Cap10 | Rung::Cap3 => own,
+                    Rung::Flat => within.max(fitted.sampling_error[i]),
+                    Rung::Free | Rung::Cap10 | Rung::Cap3 => within,
                 },
                 between_parts: between,
                 bias: match rung {

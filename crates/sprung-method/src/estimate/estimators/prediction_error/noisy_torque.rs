@@ -79,11 +79,11 @@ impl NoiseBias {
     pub(super) fn correct(&self, normal: &mut NormalEquations) {
         let values = self.gradient.len();
         add(&mut normal.gradient, -1.0, &self.gradient);
-        for (i, own) in self.information.chunks(values.max(1)).enumerate() {
+        for (i, row) in self.information.chunks(values.max(1)).enumerate() {
             add(
                 &mut normal.information[i * normal.count..],
                 -1.0,
-                &own[..=i],
+                &row[..=i],
             );
         }
     }
@@ -92,9 +92,9 @@ impl NoiseBias {
     /// Δz · A_n Δz`.
     pub(super) fn cost(&self, by: &[f64]) -> f64 {
         let mut sum = 0.0;
-        for (i, own) in self.information.chunks(by.len().max(1)).enumerate() {
-            let off: f64 = own[..i].iter().zip(by).map(|(a, d)| a * d).sum();
-            sum += by[i] * (2.0 * (self.gradient[i] + off) + own[i] * by[i]);
+        for (i, row) in self.information.chunks(by.len().max(1)).enumerate() {
+            let off: f64 = row[..i].iter().zip(by).map(|(a, d)| a * d).sum();
+            sum += by[i] * (2.0 * (self.gradient[i] + off) + row[i] * by[i]);
         }
         sum
     }
@@ -125,7 +125,7 @@ impl<'a> NoiseSource<'a> {
     /// - `run`: of the segment, with the linearization, at the unknowns and levels.
     pub(super) fn bias(&self, segment: usize, run: &StretchRun) -> NoiseBias {
         let mut sum = NoiseBias::zero(self.problem.unknowns.values());
-        self.visit(segment, run, |_, own| sum.add(own));
+        self.visit(segment, run, |_, bias| sum.add(bias));
         sum
     }
 
@@ -213,13 +213,13 @@ impl<'a> NoiseSource<'a> {
                 }
                 if sample.is_multiple_of(2 * GRADIENT_STRIDE) {
                     bias.information.resize(values * values, 0.0);
-                    for own in changes.chunk_by(|a, b| a.0 == b.0) {
+                    for group in changes.chunk_by(|a, b| a.0 == b.0) {
                         let variance =
-                            logged_noise[own[0].0].powi(2) * (2 * GRADIENT_STRIDE) as f64;
-                        for &(_, row, place, torque) in own {
+                            logged_noise[group[0].0].powi(2) * (2 * GRADIENT_STRIDE) as f64;
+                        for &(_, row, place, torque) in group {
                             let about = &about.entries[row * rows..][..rows];
                             let entries = &mut bias.information[place * values..][..=place];
-                            for &(_, other, at, change) in own {
+                            for &(_, other, at, change) in group {
                                 if at <= place {
                                     entries[at] += variance * torque * change * about[other];
                                 }
@@ -286,13 +286,13 @@ impl AboutTorques {
     /// - `information`: N, \[3 rows × 3 rows\]; `transition`: F, \[2 rows × 3 rows\].
     fn write(&mut self, information: &[f64], transition: &[f64]) {
         let (rows, moving, states) = (self.rows, 2 * self.rows, state_count(self.rows));
-        for (own, row) in (self.by_torque.chunks_mut(rows)).zip(transition.chunks(states)) {
-            own.copy_from_slice(&row[moving..]);
+        for (target, row) in (self.by_torque.chunks_mut(rows)).zip(transition.chunks(states)) {
+            target.copy_from_slice(&row[moving..]);
         }
         transpose(&self.by_torque, rows, &mut self.transposed);
         multiply(&self.transposed, information, states, &mut self.product);
-        for (own, row) in (self.moving.chunks_mut(moving)).zip(self.product.chunks(states)) {
-            own.copy_from_slice(&row[..moving]);
+        for (target, row) in (self.moving.chunks_mut(moving)).zip(self.product.chunks(states)) {
+            target.copy_from_slice(&row[..moving]);
         }
         multiply(&self.moving, &self.by_torque, rows, &mut self.entries);
     }
@@ -393,8 +393,8 @@ mod tests {
         )
         .unwrap();
         let mut bias = NoiseBias::zero(unknowns.values());
-        for own in &biases {
-            bias.add(own);
+        for addend in &biases {
+            bias.add(addend);
         }
         (ran.sums.normal, bias)
     }
@@ -424,7 +424,7 @@ mod tests {
             .map(|name| {
                 let column = (case.model.parameters().iter()).position(|p| p.name == *name);
                 let place = places[column.unwrap()].unwrap();
-                let diagonal = |own: &[f64], count: usize| own[place * (count + 1)];
+                let diagonal = |matrix: &[f64], count: usize| matrix[place * (count + 1)];
                 let whole = diagonal(&exact.information, exact.count);
                 ByNoise {
                     gradient: [
@@ -451,8 +451,8 @@ mod tests {
         ];
         // Fine positions correct the state within a sample, coarser ones within many.
         for deviation in [1e-6, 1e-5] {
-            for (name, own) in names.iter().zip(by_noise(&names, deviation)) {
-                let [found, expected] = own.gradient;
+            for (name, by_noise) in names.iter().zip(by_noise(&names, deviation)) {
+                let [found, expected] = by_noise.gradient;
                 let ratio = expected / found;
                 // Measured 0.89 to 1.04. Without the state behind the period the ratios would be 1.3 to
                 // 1.6 for the inertias and below 0.15 for the friction.
@@ -461,7 +461,7 @@ mod tests {
                     "{name}, {deviation}: {expected} expected, {found} found"
                 );
                 if name.ends_with("inertia") {
-                    let [found, expected] = own.information;
+                    let [found, expected] = by_noise.information;
                     let ratio = expected / found;
                     // Measured 1.4 to 1.8: the formula leaves out the motion behind the period.
                     assert!(

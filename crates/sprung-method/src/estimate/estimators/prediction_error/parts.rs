@@ -34,12 +34,12 @@ pub(super) fn blocks(problem: &Problem<'_>, sums: &Sums) -> Vec<Block> {
             let at = block * sums.growing.len() / count;
             let kept = (sums.growing.get(at.wrapping_sub(1))).filter(|_| block < count);
             let (end, up_to) = kept.map_or(whole, |(time, normal)| (time / duration, normal));
-            let own = Block {
+            let difference = Block {
                 normal: up_to.without(&before.1),
                 end,
             };
             before = (end, up_to.clone());
-            own
+            difference
         })
         .collect()
 }
@@ -55,9 +55,9 @@ pub(super) fn alone(
     part: &NormalEquations,
 ) -> Option<Alone> {
     let count = problem.unknowns.values();
-    let own = with_prior(problem, descent, part);
-    let covariance = covariance(&own.information, count)?;
-    let z = step(descent, &own)?;
+    let normal = with_prior(problem, descent, part);
+    let covariance = covariance(&normal.information, count)?;
+    let z = step(descent, &normal)?;
     let error = |i: usize| covariance[i * (count + 1)].sqrt();
     Some((0..count).map(|i| (z[i], error(i))).collect())
 }
@@ -71,8 +71,8 @@ pub(super) fn values_alone(
     step(descent, &with_prior(problem, descent, part))
 }
 
-fn step(descent: &Descent, own: &NormalEquations) -> Option<Vec<f64>> {
-    let step = damped_step(&own.information, &own.gradient, 0.0)?;
+fn step(descent: &Descent, normal: &NormalEquations) -> Option<Vec<f64>> {
+    let step = damped_step(&normal.information, &normal.gradient, 0.0)?;
     Some(descent.z.iter().zip(&step).map(|(x, d)| x + d).collect())
 }
 
@@ -107,8 +107,8 @@ pub(super) fn possible_alone(
     descent: &Descent,
     part: &NormalEquations,
 ) -> Option<Vec<f64>> {
-    let own = with_prior(problem, descent, part);
-    let step = constrained::step(problem, &descent.z, &own, 0.0)?;
+    let normal = with_prior(problem, descent, part);
+    let step = constrained::step(problem, &descent.z, &normal, 0.0)?;
     Some(descent.z.iter().zip(&step).map(|(x, d)| x + d).collect())
 }
 

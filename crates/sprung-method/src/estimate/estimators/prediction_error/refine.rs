@@ -90,7 +90,7 @@ impl End {
     /// Returns the scales of friction laws that were estimated.
     pub(super) fn scales(&self) -> Vec<ScaleOfJoint> {
         (self.refined.scales.iter())
-            .map(|own| (own.joint, own.scale, own.value))
+            .map(|scale| (scale.joint, scale.scale, scale.value))
             .collect()
     }
 }
@@ -142,15 +142,17 @@ impl<'a> Refinery<'a> {
         delays: &[f64],
     ) -> Result<Option<Arc<Measurements>>, PassError> {
         let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, own)) = made.as_ref().filter(|(of, _)| of == delays) {
-            return Ok(Some(own.clone()));
+        if let Some((_, measurements)) = made.as_ref().filter(|(of, _)| of == delays) {
+            return Ok(Some(measurements.clone()));
         }
         // Two at a time would need twice the memory.
         *made = None;
         let reading = self.reading.with_delays(delays);
-        let own = build(&reading, self.excerpt, &self.raw, self.left_out)?.map(Arc::new);
-        *made = own.clone().map(|own| (delays.to_vec(), own));
-        Ok(own)
+        let measurements = build(&reading, self.excerpt, &self.raw, self.left_out)?.map(Arc::new);
+        *made = measurements
+            .clone()
+            .map(|measurements| (delays.to_vec(), measurements));
+        Ok(measurements)
     }
 
     /// Adds a comparison with least squares, which ends hopeless descents.
@@ -210,7 +212,7 @@ impl<'a> Refinery<'a> {
                 noisy_rows: &noisy_rows,
                 // No lower rung follows the last one.
                 guard: self.guard.as_ref().filter(|_| rung != Rung::Flat),
-                robots: self.possible.map(|own| &own.robots),
+                robots: self.possible.map(|possible| &possible.robots),
             };
             if round == 1
                 && before.is_none()
@@ -253,8 +255,9 @@ impl<'a> Refinery<'a> {
     /// - `delays`: of all channels, s.
     fn move_delays(&self, refined: &Refined, delays: &mut [f64]) -> bool {
         let period = self.excerpt.period();
-        let updates =
-            || (refined.delays.iter().chain(&refined.torques_delay)).filter(|own| own.estimated);
+        let updates = || {
+            (refined.delays.iter().chain(&refined.torques_delay)).filter(|delay| delay.estimated)
+        };
         let far =
             |update: &ChannelUpdate| update.correction.abs() > SETTLED * update.standard_error;
         for update in updates() {
@@ -264,11 +267,11 @@ impl<'a> Refinery<'a> {
                 .iter_mut()
                 .zip(self.reading.channels().all.iter().enumerate())
             {
-                let is_own = match update.effect {
+                let is_affected = match update.effect {
                     Effect::TorquesDelay => channel.1.quantity == Quantity::MotorTorque,
                     _ => channel.0 == update.channel,
                 };
-                if is_own {
+                if is_affected {
                     *delay += by;
                 }
             }
@@ -331,12 +334,12 @@ fn residual_levels(before: &[ResidualLevel], refined: &Refined) -> (Vec<Residual
     let values: Vec<f64> = refined.free.iter().map(|&i| refined.theta[i]).collect();
     let mut settled = true;
     let after = (before.iter())
-        .map(|own| {
-            let level = own.evidence(&values, &refined.covariance, values.len());
-            settled &= (level / own.level).ln().abs() < SETTLED;
+        .map(|residual| {
+            let level = residual.evidence(&values, &refined.covariance, values.len());
+            settled &= (level / residual.level).ln().abs() < SETTLED;
             ResidualLevel {
                 level,
-                ..own.clone()
+                ..residual.clone()
             }
         })
         .collect();

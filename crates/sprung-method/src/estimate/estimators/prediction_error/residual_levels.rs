@@ -40,7 +40,7 @@ impl ResidualLevel {
                 let indices = kinds
                     .filter_map(|&law| model.index(JointParameter::Friction(side, law), joint));
                 let places: Vec<usize> = indices
-                    .filter_map(|index| free.iter().position(|own| *own == index))
+                    .filter_map(|index| free.iter().position(|other| *other == index))
                     .collect();
                 let values: Vec<f64> = places.iter().map(|&place| theta[free[place]]).collect();
                 (!places.is_empty()).then(|| Self {
@@ -61,12 +61,12 @@ impl ResidualLevel {
     ///
     /// - `values`: refined parameters; `covariance`: their covariance, \[width × width\].
     pub(super) fn evidence(&self, values: &[f64], covariance: &[f64], width: usize) -> f64 {
-        let own: Vec<f64> = self.places.iter().map(|&place| values[place]).collect();
+        let residuals: Vec<f64> = self.places.iter().map(|&place| values[place]).collect();
         let trace: f64 = (self.places.iter())
             .map(|&place| covariance[place * (width + 1)])
             .sum();
-        let determined = own.len() as f64 - trace / (self.level * self.level);
-        root_mean_square(&own, determined.max(MIN_DETERMINED))
+        let determined = residuals.len() as f64 - trace / (self.level * self.level);
+        root_mean_square(&residuals, determined.max(MIN_DETERMINED))
     }
 }
 

@@ -23,7 +23,7 @@ impl<'a> Guard<'a> {
 
     /// Returns the residual of an estimate over that of least squares.
     pub(super) fn ratio(&self, theta: &[f64]) -> f64 {
-        let own = self.whole.missed(0, theta).of_torque_rows();
-        own.map_or(f64::INFINITY, |own| over_reference(own, self.linear))
+        let missed = self.whole.missed(0, theta).of_torque_rows();
+        missed.map_or(f64::INFINITY, |missed| over_reference(missed, self.linear))
     }
 }

@@ -60,7 +60,7 @@ pub(super) struct Wanted {
 impl Wanted {
     /// - `end`: of the refinement; `reading`: of the logs, with the timing before.
     pub(super) fn with(self, end: End, reading: &Reading) -> Retiming {
-        let by = self.torques.map_or(0.0, |own| own.by);
+        let by = self.torques.map_or(0.0, |torques| torques.by);
         Retiming {
             end: Some(End {
                 delays: delayed(reading, by),
@@ -92,7 +92,7 @@ impl Retiming {
 
     /// Returns the settings for reading the logs with the new timing.
     pub(in crate::estimate) fn applied(&self, reading: &Reading) -> Reading {
-        let by = self.torques.map_or(0.0, |own| own.by);
+        let by = self.torques.map_or(0.0, |torques| torques.by);
         let model = sharpened(reading.model(), &self.sharpness);
         (reading.with_delays(&delayed(reading, by))).with_model(model)
     }
@@ -101,9 +101,10 @@ impl Retiming {
 /// Returns the treatment of the delay of all torques. One that the description gives is tested with the meaning of the
 /// torques.
 pub(super) fn timing_of(channels: &Channels) -> TorquesTiming {
-    let mut torques = (channels.all.iter()).filter(|own| own.quantity == Quantity::MotorTorque);
+    let mut torques =
+        (channels.all.iter()).filter(|channel| channel.quantity == Quantity::MotorTorque);
     let is_declared = channels.torque_hold.is_some();
-    let is_given = torques.any(|own| match own.delay {
+    let is_given = torques.any(|channel| match channel.delay {
         Some(Delay::Known(_)) => !is_declared,
         Some(Delay::Estimate) => true,
         None => false,
@@ -134,8 +135,13 @@ impl Refinery<'_> {
         let mut torques = self.torques_delay(end, &sharpness);
         if torques.is_some() {
             let undeclared = self.undeclared(rung, end, experiment)?;
-            let is_own = |cause: &Cause| matches!(cause, Cause::Effect(_, Effect::TorquesDelay));
-            torques = torques.filter(|_| undeclared.iter().any(|own| is_own(&own.cause)));
+            let is_torques_delay =
+                |cause: &Cause| matches!(cause, Cause::Effect(_, Effect::TorquesDelay));
+            torques = torques.filter(|_| {
+                undeclared
+                    .iter()
+                    .any(|undeclared| is_torques_delay(&undeclared.cause))
+            });
         }
         let wanted = torques.is_some() || !sharpness.is_empty();
         Ok(wanted.then_some(Wanted { torques, sharpness }))
@@ -143,31 +149,32 @@ impl Refinery<'_> {
 
     /// - `sharpness`: of Coulomb friction by joint, with which hold-out compares.
     fn torques_delay(&self, end: &End, sharpness: &[(usize, f64)]) -> Option<TorquesDelay> {
-        let own = end.refined.torques_delay.as_ref()?;
+        let delay = end.refined.torques_delay.as_ref()?;
         let period = self.excerpt.period();
         let is_open = self.start.torques == TorquesTiming::Tested
             && self.reading.channels().torque_hold.is_none();
-        let is_likely = is_certain(own, period) && own.correction.abs() < LONGEST_SAMPLES * period;
+        let is_likely =
+            is_certain(delay, period) && delay.correction.abs() < LONGEST_SAMPLES * period;
         if !(is_open && is_likely) {
             return None;
         }
         let reading = self
             .reading
             .with_model(sharpened(self.reading.model(), sharpness));
-        let by = own.correction;
+        let by = delay.correction;
         let gain = DelayGain::between(self.excerpt, &reading, &delayed(&reading, by))?;
         (gain.with < (1.0 + OBJECTION) * gain.without).then_some(TorquesDelay {
             by,
-            delay: own.value(),
-            standard_error: own.standard_error,
+            delay: delay.value(),
+            standard_error: delay.standard_error,
             gain,
         })
     }
 }
 
 /// Returns whether a correction of the delay of all torques is no chance.
-fn is_certain(own: &ChannelUpdate, period: f64) -> bool {
-    own.significance() > CERTAIN_SIGMAS && own.correction.abs() > MIN_DELAY_SAMPLES * period
+fn is_certain(update: &ChannelUpdate, period: f64) -> bool {
+    update.significance() > CERTAIN_SIGMAS && update.correction.abs() > MIN_DELAY_SAMPLES * period
 }
 
 /// Reports that the torques of a log act at another time than the description says.
@@ -178,10 +185,10 @@ pub(super) fn contradicted(
 ) -> Option<Finding> {
     let hold = reading.channels().torque_hold?;
     let period = excerpt.period();
-    let own =
-        (refined.torques_delay.as_ref()).filter(|own| !own.estimated && is_certain(own, period))?;
-    let acts = 0.5 * period - hold.delay(period) - own.assumed;
-    let gain = DelayGain::between(excerpt, reading, &delayed(reading, own.correction));
+    let delay = (refined.torques_delay.as_ref())
+        .filter(|delay| !delay.estimated && is_certain(delay, period))?;
+    let acts = 0.5 * period - hold.delay(period) - delay.assumed;
+    let gain = DelayGain::between(excerpt, reading, &delayed(reading, delay.correction));
     let held_out = gain.map_or_else(String::new, |gain| {
         format!(
             "; the held-out error of the filtered torque goes {}",
@@ -194,9 +201,9 @@ pub(super) fn contradicted(
          (standard error {:.3} ms). The log-likelihood is {likelihood:.0} as declared and {:.0} with this timing{held_out}",
         when(acts),
         hold.words(),
-        when(acts - own.correction),
-        in_ms(own.standard_error),
-        likelihood + 0.5 * own.significance().powi(2),
+        when(acts - delay.correction),
+        in_ms(delay.standard_error),
+        likelihood + 0.5 * delay.significance().powi(2),
     );
     let remedy = "correct torque and controller_period_s in [log]; if the log has a torque one period of the controller late, \
                   give this period as delay_s of each torque; or remove both, then sprung finds the timing";
@@ -241,8 +248,8 @@ fn sharpness(model: &Model, end: &End) -> Vec<(usize, f64)> {
         change > SAME_SHARPNESS && change > CERTAIN_SIGMAS * error / value
     };
     (end.refined.scales.iter())
-        .filter(|own| own.scale == Scale::Sharpness)
-        .filter(|own| differs(own.joint, own.value, own.standard_error))
-        .map(|own| (own.joint, own.value))
+        .filter(|scale| scale.scale == Scale::Sharpness)
+        .filter(|scale| differs(scale.joint, scale.value, scale.standard_error))
+        .map(|scale| (scale.joint, scale.value))
         .collect()
 }

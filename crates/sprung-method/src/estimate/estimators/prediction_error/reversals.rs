@@ -86,7 +86,10 @@ impl Reversals {
 
     /// Returns whether each row has Coulomb friction, \[rows\].
     pub(super) fn rows(&self) -> Vec<bool> {
-        self.rows.iter().map(|own| !own.is_empty()).collect()
+        self.rows
+            .iter()
+            .map(|reversals| !reversals.is_empty())
+            .collect()
     }
 
     /// Writes how near each row's friction is to a reversal during a period: 1 at zero velocity, 0
@@ -94,8 +97,10 @@ impl Reversals {
     ///
     /// - `before`, `after`: velocities of the coordinates at both ends of the period, \[rows\].
     pub(super) fn write(&self, before: &[f64], after: &[f64], weights: &mut [f64]) {
-        for (weight, own) in weights.iter_mut().zip(&self.rows) {
-            let each = own.iter().map(|reversal| reversal.weight(before, after));
+        for (weight, reversals) in weights.iter_mut().zip(&self.rows) {
+            let each = reversals
+                .iter()
+                .map(|reversal| reversal.weight(before, after));
             *weight = each.fold(0.0, f64::max);
         }
     }

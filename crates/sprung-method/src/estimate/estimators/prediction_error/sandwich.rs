@@ -35,17 +35,20 @@ pub(super) fn widening(
     gradients: &[Vec<f64>],
     duration: f64,
 ) -> Vec<f64> {
-    let of_number = |own: &&Influence| {
-        let score: Vec<f64> = gradients.iter().map(|part| dot(&own.row, part)).collect();
+    let of_number = |influence: &&Influence| {
+        let score: Vec<f64> = gradients
+            .iter()
+            .map(|part| dot(&influence.row, part))
+            .collect();
         let Some(whole) = score.last().copied() else {
             return 1.0;
         };
         let share = |part: usize| (part + 1) as f64 / score.len() as f64;
         let centred = score.iter().enumerate();
         let centred: Vec<f64> = centred
-            .map(|(part, own)| own - share(part) * whole)
+            .map(|(part, value)| value - share(part) * whole)
             .collect();
-        widening_of(&centred, own.variance, duration)
+        widening_of(&centred, influence.variance, duration)
     };
     influences.iter().map(of_number).collect()
 }

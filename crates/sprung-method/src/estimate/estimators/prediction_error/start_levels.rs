@@ -48,7 +48,7 @@ impl TorqueNoise {
     ///
     /// - `period`: of the log, s.
     pub(super) fn of(channels: &Channels, period: f64) -> Self {
-        let lacks_torques = (channels.torque_hold).is_some_and(|own| own.lacks_torques(period));
+        let lacks_torques = (channels.torque_hold).is_some_and(|hold| hold.lacks_torques(period));
         if channels.exact_torque && !lacks_torques {
             Self::Exact
         } else {
@@ -114,8 +114,8 @@ pub(super) fn start_levels(
 /// Returns the start levels of a rung after another rung: its levels, but white noise and noise at
 /// reversals of at least the usual start, because a lower rung leaves them more to explain.
 pub(super) fn levels_after(before: &Levels, usual: &Levels, rung: Rung) -> Levels {
-    let at_least = |own: &[f64], least: &[f64]| -> Vec<f64> {
-        own.iter().zip(least).map(|(a, b)| a.max(*b)).collect()
+    let at_least = |values: &[f64], least: &[f64]| -> Vec<f64> {
+        values.iter().zip(least).map(|(a, b)| a.max(*b)).collect()
     };
     Levels {
         torque_noise: at_least(&before.torque_noise, &usual.torque_noise),

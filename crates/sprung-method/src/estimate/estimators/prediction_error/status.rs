@@ -97,9 +97,9 @@ impl Outcome {
         };
         match self {
             Self::Used(None) => "it is used".to_owned(),
-            Self::Used(Some(own)) => format!("it is used: {}", held(own)),
-            Self::Passed(own) => format!("another rung is preferred: {}", held(own)),
-            Self::NotPredictive(own) => format!("it predicts worse: {}", held(own)),
+            Self::Used(Some(held_out)) => format!("it is used: {}", held(held_out)),
+            Self::Passed(held_out) => format!("another rung is preferred: {}", held(held_out)),
+            Self::NotPredictive(held_out) => format!("it predicts worse: {}", held(held_out)),
             Self::NotFollowed => "the filter does not follow the log".to_owned(),
             Self::AtBound { rows } => format!(
                 "in {} the torque that the model does not explain is a quarter of the motor's or more",
@@ -126,7 +126,7 @@ impl Status {
             return Self::Impossible;
         }
         let outcomes = (tried.iter().enumerate())
-            .map(|(i, own)| (own.rung, Outcome::of(model, own, used == Some(i))))
+            .map(|(i, attempt)| (attempt.rung, Outcome::of(model, attempt, used == Some(i))))
             .collect();
         match used {
             Some(used) => Self::Used(tried[used].rung, outcomes),

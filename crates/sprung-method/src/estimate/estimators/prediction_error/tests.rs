@@ -288,13 +288,13 @@ fn compare_gradient(case: &Case) {
             cost(&there)
         };
         let difference = 0.5 * (at(by) - at(-by)) / (2.0 * by);
-        let own = run.sums.normal.information[i * (z.len() + 1)].sqrt();
+        let scale = run.sums.normal.information[i * (z.len() + 1)].sqrt();
         // The derivatives are those of steps linearised in their middles. Measured 0.1 standard
         // deviations of the gradient, for the Coulomb friction of a motor at reversals.
         agree(
             run.sums.normal.gradient[i],
             difference,
-            own,
+            scale,
             0.15,
             &format!("unknown {i}"),
         );
@@ -345,12 +345,12 @@ fn levels_have_the_gradient_of_the_likelihood() {
         let here = at(0, 0.0);
         for (i, found) in here.gradient.iter().enumerate() {
             let difference = (at(i, 1e-4).loss - at(i, -1e-4).loss) / 2e-4;
-            let own = here.information[i * (here.gradient.len() + 1)].sqrt();
+            let scale = here.information[i * (here.gradient.len() + 1)].sqrt();
             // Error of the differences, measured 4.5e-8; the limit allows a factor of 22.
             agree(
                 *found,
                 difference,
-                own.max(1.0),
+                scale.max(1.0),
                 1e-6,
                 &format!("level {i} at {factor}"),
             );
@@ -395,8 +395,8 @@ fn information_is_what_the_found_part_of_the_gradient_changes_by() {
             if let (Level::Corner, _) | (Level::Disturbance(_), Level::Corner) = both {
                 continue;
             }
-            let own = if i == j { 2.0 * here[i] } else { 0.0 };
-            let expected = 0.5 * (own - (after[i] - before[i]) / 2e-4);
+            let diagonal = if i == j { 2.0 * here[i] } else { 0.0 };
+            let expected = 0.5 * (diagonal - (after[i] - before[i]) / 2e-4);
             let entry = score.information[i.max(j) * count + i.min(j)];
             let scale =
                 (score.information[i * (count + 1)] * score.information[j * (count + 1)]).sqrt();
@@ -405,8 +405,8 @@ fn information_is_what_the_found_part_of_the_gradient_changes_by() {
             agree(entry, expected, scale.max(1.0), 1e-4, &format!("{both:?}"));
         }
         if search.all[j] != Level::Corner {
-            let own = score.expected[j] - score.gradient[j];
-            agree(own, here[j], 1.0, 1e-9, "found part");
+            let found = score.expected[j] - score.gradient[j];
+            agree(found, here[j], 1.0, 1e-9, "found part");
         }
     }
 }

@@ -79,7 +79,7 @@ impl Undeclared {
 /// Returns the possible error of each parameter by undeclared effects: its largest move with one of them, \[p\]. The
 /// error of the correction for noise counts as such a move.
 pub(super) fn bias(refined: &Refined, undeclared: &[Undeclared]) -> Vec<f64> {
-    let moves = undeclared.iter().map(|own| &own.moves[..]);
+    let moves = undeclared.iter().map(|undeclared| &undeclared.moves[..]);
     let mut largest = largest_moves(refined.theta.len(), &refined.free, moves);
     for (&index, moved) in refined.free.iter().zip(&refined.by_noise) {
         largest[index] = largest[index].max(ERROR_OF_NOISE_CORRECTION * moved.abs());
@@ -97,9 +97,9 @@ fn largest_moves<'m>(
 ) -> Vec<f64> {
     let mut largest = vec![0.0_f64; parameters];
     for moves in moves {
-        for (&index, own) in free.iter().zip(moves) {
-            if own.is_finite() {
-                largest[index] = largest[index].max(own.abs());
+        for (&index, movement) in free.iter().zip(moves) {
+            if movement.is_finite() {
+                largest[index] = largest[index].max(movement.abs());
             }
         }
     }
@@ -225,15 +225,18 @@ impl Refinery<'_> {
         let found = winners(&evidence, active, &entrants).into_iter();
         Some(
             found
-                .map(|own| scales.undeclared(causes[own.effect].clone(), &own))
+                .map(|winner| scales.undeclared(causes[winner.effect].clone(), &winner))
                 // On a lower rung the model error is larger than an effect without a practical size, unless the effect
                 // moves a parameter far out of its interval.
-                .filter(|own| {
+                .filter(|undeclared| {
                     let is_far = || {
-                        own.largest_move(&end.refined)
+                        undeclared
+                            .largest_move(&end.refined)
                             .is_some_and(|(_, moved)| moved > FAR_MOVE)
                     };
-                    rung == Rung::Free || own.size >= 1.0 || own.size >= LEAST_FAR_SIZE && is_far()
+                    rung == Rung::Free
+                        || undeclared.size >= 1.0
+                        || undeclared.size >= LEAST_FAR_SIZE && is_far()
                 })
                 .collect(),
         )
@@ -241,15 +244,15 @@ impl Refinery<'_> {
 
     /// Returns the parameters of a richer model at an end, and the indices of those that were refined.
     fn in_model(&self, end: &End, richer: &Model) -> Option<(Vec<f64>, Vec<usize>)> {
-        let own = self.reading.model().parameters();
+        let parameters = self.reading.model().parameters();
         let place = |name: &str| richer.parameters().iter().position(|p| p.name == name);
         let mut theta = vec![0.0; richer.parameters().len()];
-        for (parameter, value) in own.iter().zip(&end.refined.theta) {
+        for (parameter, value) in parameters.iter().zip(&end.refined.theta) {
             if let Some(at) = place(&parameter.name) {
                 theta[at] = *value;
             }
         }
-        let free = (end.refined.free.iter()).map(|&index| place(&own[index].name));
+        let free = (end.refined.free.iter()).map(|&index| place(&parameters[index].name));
         Some((theta, free.collect::<Option<Vec<usize>>>()?))
     }
 }
@@ -265,8 +268,8 @@ struct Scales<'a> {
 }
 
 impl Scales<'_> {
-    fn undeclared(&self, cause: Cause, own: &Winner) -> Undeclared {
-        let mut moves = own.moves[..self.free.len()].to_vec();
+    fn undeclared(&self, cause: Cause, winner: &Winner) -> Undeclared {
+        let mut moves = winner.moves[..self.free.len()].to_vec();
         if let Cause::Effect(
             _,
             Effect::Drift {
@@ -276,15 +279,15 @@ impl Scales<'_> {
             && let Some(place) = self.free.iter().position(|index| *index == parameter)
         {
             // The value at the beginning and that at the end differ from the mean by half the change.
-            moves[place] = moves[place].abs().max((0.5 * own.value * viscous).abs());
+            moves[place] = moves[place].abs().max((0.5 * winner.value * viscous).abs());
         }
         Undeclared {
-            size: self.size(&cause, own.value.abs()),
+            size: self.size(&cause, winner.value.abs()),
             cause,
-            value: own.value,
-            standard_error: own.standard_error,
+            value: winner.value,
+            standard_error: winner.standard_error,
             moves,
-            gain: own.gain,
+            gain: winner.gain,
         }
     }
 
@@ -304,8 +307,10 @@ impl Scales<'_> {
                 Effect::Eccentricity { sensor, .. } => counts(sensor),
                 Effect::TransmissionError { link, .. } => {
                     let sensors = self.measurements.sensors.iter();
-                    let of_link = |own: &[(usize, f64)]| own == [(link, 1.0)];
-                    let sensor = sensors.clone().position(|own| of_link(&own.coordinates));
+                    let of_link = |coordinates: &[(usize, f64)]| coordinates == [(link, 1.0)];
+                    let sensor = sensors
+                        .clone()
+                        .position(|sensor| of_link(&sensor.coordinates));
                     sensor.map_or(f64::INFINITY, counts)
                 }
                 Effect::Drift { row, viscous, .. } => {
@@ -321,11 +326,11 @@ impl Scales<'_> {
     /// Returns the root mean square velocity of a coordinate with a sensor of its own, rad/s (m/s).
     fn speed(&self, coordinate: usize) -> f64 {
         let sensors = self.measurements.sensors.iter();
-        let own = sensors
+        let index = sensors
             .clone()
-            .position(|own| own.coordinates == [(coordinate, 1.0)]);
+            .position(|sensor| sensor.coordinates == [(coordinate, 1.0)]);
         let segments = self.measurements.segments.iter();
-        own.map_or(0.0, |sensor| {
+        index.map_or(0.0, |sensor| {
             segments.fold(0.0, |most, segment| most.max(segment.speeds[sensor]))
         })
     }
@@ -352,7 +357,7 @@ mod tests {
     #[test]
     fn the_largest_move_by_an_effect_counts() {
         let moves = [[-0.5, f64::NAN], [0.2, 0.3]];
-        let moves = moves.iter().map(|own| &own[..]);
+        let moves = moves.iter().map(|movement| &movement[..]);
         assert_eq!(largest_moves(4, &[1, 3], moves), [0.0, 0.5, 0.0, 0.3]);
     }
 }

@@ -24,8 +24,10 @@ pub(super) fn about_undeclared(
         refined,
     };
     (undeclared.iter())
-        .filter(|own| own.significance() > CERTAIN_SIGMAS && own.matters(refined))
-        .filter_map(|own| about.finding(own))
+        .filter(|undeclared| {
+            undeclared.significance() > CERTAIN_SIGMAS && undeclared.matters(refined)
+        })
+        .filter_map(|undeclared| about.finding(undeclared))
         .collect()
 }
 
@@ -38,8 +40,8 @@ struct About<'a> {
 }
 
 impl About<'_> {
-    fn finding(&self, own: &Undeclared) -> Option<Finding> {
-        let (index, moved) = own.largest_move(self.refined)?;
+    fn finding(&self, undeclared: &Undeclared) -> Option<Finding> {
+        let (index, moved) = undeclared.largest_move(self.refined)?;
         let severity = if moved > CERTAIN_SIGMAS {
             Severity::Warning
         } else {
@@ -50,16 +52,22 @@ impl About<'_> {
             "With it {} would move by {moved:.1} of its standard errors",
             short(name)
         );
-        let finding = match &own.cause {
-            Cause::Law(law) => self.law(own, law, severity, &moves),
+        let finding = match &undeclared.cause {
+            Cause::Law(law) => self.law(undeclared, law, severity, &moves),
             Cause::Effect(channel, effect) => {
-                self.effect(own, (*channel, *effect), severity, &moves)
+                self.effect(undeclared, (*channel, *effect), severity, &moves)
             }
         };
         Some(finding.about([name.clone()]))
     }
 
-    fn law(&self, own: &Undeclared, law: &Tested, severity: Severity, moves: &str) -> Finding {
+    fn law(
+        &self,
+        undeclared: &Undeclared,
+        law: &Tested,
+        severity: Severity,
+        moves: &str,
+    ) -> Finding {
         let (joint, of, word) = (&self.model.joints()[law.joint], law.of, law.law);
         Finding::new(
             severity,
@@ -67,8 +75,8 @@ impl About<'_> {
             format!(
                 "{joint}: the likelihood asks for {of} \"{word}\", which the model lacks ({:.1} \
                  standard errors from zero, {}). {moves}",
-                own.significance(),
-                of_torque(own.size),
+                undeclared.significance(),
+                of_torque(undeclared.size),
             ),
             "add the law to the joint; the parameters of this joint contain the effect",
         )
@@ -76,17 +84,20 @@ impl About<'_> {
 
     fn effect(
         &self,
-        own: &Undeclared,
+        undeclared: &Undeclared,
         (channel, effect): (usize, Effect),
         severity: Severity,
         moves: &str,
     ) -> Finding {
         let column = &self.channels.all[channel].column;
         let joint = &self.model.joints()[self.channels.all[channel].joint];
-        let (percent, error) = (in_percent(own.value), in_percent(own.standard_error));
+        let (percent, error) = (
+            in_percent(undeclared.value),
+            in_percent(undeclared.standard_error),
+        );
         let (code, text, remedy, unit) = match effect {
             Effect::SensorDelay(_) | Effect::TorqueDelay(_) | Effect::TorquesDelay => {
-                return self.late(own, (channel, effect), severity, moves);
+                return self.late(undeclared, (channel, effect), severity, moves);
             }
             Effect::Saturation { .. } => (
                 "torque-saturates",
@@ -104,8 +115,8 @@ impl About<'_> {
                 format!(
                     "\"{column}\" deviates from the angle of the link by {:.3} ± {:.3} mrad once a turn, as an encoder \
                      does whose disc is not centred",
-                    in_ms(own.value),
-                    in_ms(own.standard_error),
+                    in_ms(undeclared.value),
+                    in_ms(undeclared.standard_error),
                 ),
                 "calibrate the encoder over a turn and correct its readings, or use two reading heads",
                 "rad",
@@ -124,8 +135,8 @@ impl About<'_> {
                 "transmission-error",
                 format!(
                     "{joint}: the gear has a transmission error of {:.4} ± {:.4} mrad, {}",
-                    in_ms(own.value),
-                    in_ms(own.standard_error),
+                    in_ms(undeclared.value),
+                    in_ms(undeclared.standard_error),
                     times(wave)
                 ),
                 "nothing in the log; measure the error of the gear at rest, and correct the motor positions by it",
@@ -142,19 +153,22 @@ impl About<'_> {
             ),
         };
         let text = format!("by likelihood, {text}. {moves}");
-        Finding::new(severity, code, text, remedy).seen("", column, own.value, unit)
+        Finding::new(severity, code, text, remedy).seen("", column, undeclared.value, unit)
     }
 
     /// The hold-out that follows completes the name of the log.
     fn late(
         &self,
-        own: &Undeclared,
+        undeclared: &Undeclared,
         (channel, effect): (usize, Effect),
         severity: Severity,
         moves: &str,
     ) -> Finding {
         let column = &self.channels.all[channel].column;
-        let (before, after) = (self.delays[channel], self.delays[channel] + own.value);
+        let (before, after) = (
+            self.delays[channel],
+            self.delays[channel] + undeclared.value,
+        );
         let what = match effect {
             Effect::TorquesDelay => "every motor torque".to_owned(),
             _ => format!("\"{column}\""),
@@ -167,8 +181,8 @@ impl About<'_> {
                  that the estimate has not seen +{:.0}). {moves}",
                 when(after),
                 when(before),
-                own.standard_error,
-                own.gain
+                undeclared.standard_error,
+                undeclared.gain
             ),
             &format!("set delay_s = {{ \"{column}\" = \"estimate\" }} in [log]"),
         )

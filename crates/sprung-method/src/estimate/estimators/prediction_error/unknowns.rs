@@ -90,8 +90,11 @@ impl Unknowns {
         free: Vec<usize>,
     ) -> Self {
         let deviation = |joint: usize| -> f64 {
-            let own = |channel: usize| channels.all[channel].joint == joint;
-            let sensors = measurements.sensors.iter().filter(|s| own(s.channel));
+            let is_of_joint = |channel: usize| channels.all[channel].joint == joint;
+            let sensors = measurements
+                .sensors
+                .iter()
+                .filter(|s| is_of_joint(s.channel));
             let variance: f64 = sensors.map(|s| s.noise.variance()).sum();
             variance.sqrt()
         };
@@ -194,9 +197,9 @@ impl Unknowns {
 
     /// Returns the same unknowns with some of the scales alone, each by joint and scale.
     pub(super) fn with_bends_of(mut self, kept: &[ScaleOfJoint]) -> Self {
-        self.bends.retain(|own| {
+        self.bends.retain(|bend| {
             kept.iter()
-                .any(|(joint, scale, _)| (*joint, *scale) == (own.joint, own.scale))
+                .any(|(joint, scale, _)| (*joint, *scale) == (bend.joint, bend.scale))
         });
         self
     }
@@ -205,11 +208,11 @@ impl Unknowns {
     pub(super) fn priors(&self) -> impl Iterator<Item = Prior> {
         let offsets = (self.offsets.iter()).map(|offset| (0.0, offset.deviation));
         let bends = (self.bends.iter()).map(|bend| (bend.start, bend.deviation()));
-        let residual = self.residual.iter().flat_map(|own| {
-            own.places.iter().map(|&at| Prior {
+        let residual = self.residual.iter().flat_map(|residual| {
+            residual.places.iter().map(|&at| Prior {
                 at,
                 mean: 0.0,
-                deviation: own.level,
+                deviation: residual.level,
             })
         });
         residual.chain(
@@ -274,8 +277,8 @@ impl Unknowns {
         (sensor, measurement): (&Sensor, &Measurement),
         (x, rows): (&[f64], usize),
     ) -> f64 {
-        let spring = sensor.spring.as_ref().map_or(0.0, |own| {
-            own.beyond((x, rows, measurement.age), |index| self.value(z, index))
+        let spring = sensor.spring.as_ref().map_or(0.0, |spring| {
+            spring.beyond((x, rows, measurement.age), |index| self.value(z, index))
         });
         self.offset(z, measurement.sensor) + spring
     }
@@ -289,10 +292,10 @@ impl Unknowns {
         (sensor, measurement): (&Sensor, &Measurement),
         (x, rows): (&[f64], usize),
     ) -> Option<[(usize, f64); 4]> {
-        let own = sensor.spring.as_ref()?;
+        let spring = sensor.spring.as_ref()?;
         let value = |index| self.value(z, index);
         Some(
-            own.slopes((x, rows, measurement.age), value, |index, slope| {
+            spring.slopes((x, rows, measurement.age), value, |index, slope| {
                 if let Some(place) = self.free.iter().position(|free| *free == index) {
                     gradient[place] -= slope;
                 }
@@ -302,8 +305,8 @@ impl Unknowns {
 
     /// Returns the offset of a sensor, rad (m).
     pub(super) fn offset(&self, z: &[f64], sensor: usize) -> f64 {
-        let own = self.offsets.iter().position(|o| o.sensor == sensor);
-        own.map_or(0.0, |i| z[self.free.len() + i])
+        let index = self.offsets.iter().position(|o| o.sensor == sensor);
+        index.map_or(0.0, |i| z[self.free.len() + i])
     }
 
     /// Corrects a start state by the offsets of its sensors.

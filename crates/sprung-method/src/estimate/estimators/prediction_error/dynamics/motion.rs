@@ -114,8 +114,8 @@ impl Dynamics {
         let Some(change) = change else {
             return;
         };
-        for (own, by) in self.theta.iter_mut().zip(change) {
-            *own += by;
+        for (value, by) in self.theta.iter_mut().zip(change) {
+            *value += by;
         }
         self.bodies = self.model.bodies(&self.theta);
     }

@@ -113,10 +113,10 @@ impl<'t> Acting<'t> {
             return self.torque;
         }
         let away = time - self.middle;
-        let own = self.torque.iter().zip(&self.ramp);
+        let pairs = self.torque.iter().zip(&self.ramp);
         self.now.clear();
         self.now
-            .extend(own.map(|(torque, ramp)| torque + ramp * away));
+            .extend(pairs.map(|(torque, ramp)| torque + ramp * away));
         &self.now
     }
 }

@@ -113,9 +113,9 @@ impl Tangent {
     fn expand(&mut self, dynamics: &Dynamics, h: f64) {
         let (rows, moving, states) = (self.rows, 2 * self.rows, state_count(self.rows));
         for (i, row) in self.by_motion.chunks_mut(moving).enumerate() {
-            let own = i * rows..(i + 1) * rows;
-            row[..rows].copy_from_slice(&dynamics.by_position[own.clone()]);
-            row[rows..].copy_from_slice(&dynamics.by_velocity[own]);
+            let range = i * rows..(i + 1) * rows;
+            row[..rows].copy_from_slice(&dynamics.by_position[range.clone()]);
+            row[rows..].copy_from_slice(&dynamics.by_velocity[range]);
         }
         // Horner's rule: F ← 1 + (h/k) A F for k = 4, 3, 2, 1.
         self.step.fill(0.0);
@@ -135,10 +135,10 @@ impl Tangent {
             }
             for i in 0..rows {
                 positions[i * states + i] += 1.0;
-                let own = &mut velocities[i * states..(i + 1) * states];
-                own[rows + i] += 1.0;
+                let velocity = &mut velocities[i * states..(i + 1) * states];
+                velocity[rows + i] += 1.0;
                 let by_torque = &dynamics.inverse[i * rows..(i + 1) * rows];
-                for (entry, inverse) in own[moving..].iter_mut().zip(by_torque) {
+                for (entry, inverse) in velocity[moving..].iter_mut().zip(by_torque) {
                     *entry += step * inverse;
                 }
             }

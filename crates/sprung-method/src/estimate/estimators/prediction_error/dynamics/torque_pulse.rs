@@ -28,7 +28,7 @@ impl Pulse<'_> {
     /// - `moved`: changes of positions and velocities, \[2 rows\].
     fn scale_to_spread(self, moved: &[f64]) -> Option<f64> {
         let largest = (moved.iter().zip(self.spread))
-            .map(|(own, spread)| own.abs() / spread.max(LEAST_SPREAD))
+            .map(|(change, spread)| change.abs() / spread.max(LEAST_SPREAD))
             .fold(0.0, f64::max);
         (largest > 0.0).then(|| largest.recip())
     }
@@ -97,8 +97,8 @@ impl Dynamics {
         let mut moved = vec![0.0; 2 * rows];
         let mut rate = vec![0.0; rows];
         for &push in pushed {
-            let own = self.inverse[push * rows..(push + 1) * rows].to_vec();
-            for (row, (a, response)) in own.iter().zip(&responses).enumerate() {
+            let inverse_column = self.inverse[push * rows..(push + 1) * rows].to_vec();
+            for (row, (a, response)) in inverse_column.iter().zip(&responses).enumerate() {
                 moved[rows + row] = a * response.velocity;
                 rate[row] = a * response.acceleration;
             }
@@ -126,8 +126,8 @@ impl Dynamics {
             for (at, (state, moved)) in at.iter_mut().zip(state.iter().zip(moved)) {
                 *at = state + sign * moved;
             }
-            for (own, rate) in self.rate.iter_mut().zip(rate) {
-                *own = sign * rate;
+            for (entry, rate) in self.rate.iter_mut().zip(rate) {
+                *entry = sign * rate;
             }
             self.unpack(&at);
             self.write_entries();

@@ -112,7 +112,7 @@ impl Sums {
             weight * weight * innovation.value,
             innovation.gradient,
         );
-        (self.pending).extend(innovation.gradient.iter().map(|own| weight * own));
+        (self.pending).extend(innovation.gradient.iter().map(|entry| weight * entry));
         if self.pending.len() == PENDING * self.normal.count {
             self.complete();
         }

@@ -16,8 +16,8 @@ pub(crate) struct FilterRun {
 impl FilterRun {
     /// Replaces the trajectories of all segments.
     pub(in super::super) fn set_trajectories(&mut self, all: Vec<Trajectory>) {
-        for (stretch, own) in self.stretches.iter_mut().zip(all) {
-            stretch.trajectory = own;
+        for (stretch, trajectory) in self.stretches.iter_mut().zip(all) {
+            stretch.trajectory = trajectory;
         }
     }
 

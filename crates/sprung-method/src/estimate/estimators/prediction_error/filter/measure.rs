@@ -44,10 +44,10 @@ impl Filter<'_> {
         let (cross, variance) = correction.measure(&self.covariance, observation, noise);
         let (states, count) = (state_count(rows), self.unknowns.columns());
         let (gains, gradients) = (&mut self.taken.gains, &self.taken.gradients);
-        let own = gains.len();
+        let start = gains.len();
         let short = |cross: &f64| f64::from(Short::new(cross / variance));
         gains.extend(cross.iter().map(short));
-        add(&mut self.x, value, &gains[own..]);
+        add(&mut self.x, value, &gains[start..]);
         Innovation {
             value,
             deviation: variance.sqrt(),
@@ -75,12 +75,12 @@ impl Filter<'_> {
         gradients.resize(before + count, 0.0);
         let (earlier, gradient) = gradients.split_at_mut(before);
         let state = (self.x.as_slice(), rows);
-        let own = (sensor, measurement);
-        let more = (self.unknowns).spring_innovation(gradient, self.z, own, state);
+        let measured = (sensor, measurement);
+        let more = (self.unknowns).spring_innovation(gradient, self.z, measured, state);
         let observation = observation.chain(more.into_iter().flatten());
         for (state, weight) in observation.clone() {
-            let own = &self.tangent.sensitivity[state * count..(state + 1) * count];
-            add(gradient, -weight, own);
+            let sensitivity = &self.tangent.sensitivity[state * count..(state + 1) * count];
+            add(gradient, -weight, sensitivity);
         }
         for (gains, earlier) in gains
             .chunks(state_count(rows))

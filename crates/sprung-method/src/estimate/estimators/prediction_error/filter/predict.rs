@@ -47,9 +47,10 @@ impl Filter<'_> {
     fn differentiate_torques(&mut self, segment: &Segment, sample: usize) {
         let (columns, rows) = (self.tangent.columns, self.dynamics.rows());
         self.tangent.torque.fill(0.0);
-        for (row, own) in (self.tangent.torque.chunks_mut(columns.max(1))).enumerate() {
+        for (row, sensitivity) in (self.tangent.torque.chunks_mut(columns.max(1))).enumerate() {
             let moving = &self.x[..2 * rows];
-            self.unknowns.torque(own, (segment, sample), row, moving);
+            self.unknowns
+                .torque(sensitivity, (segment, sample), row, moving);
         }
     }
 }

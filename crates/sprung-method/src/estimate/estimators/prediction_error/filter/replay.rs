@@ -81,8 +81,8 @@ impl Replay<'_> {
                 let sensor = &self.measurements.sensors[measurement.sensor];
                 let observation = sensor.observation(measurement, rows);
                 let state = (x.as_slice(), rows);
-                let own = (sensor, measurement);
-                let offset = (self.unknowns).beyond_observation(self.z, own, state);
+                let measured = (sensor, measurement);
+                let offset = (self.unknowns).beyond_observation(self.z, measured, state);
                 let innovation = innovation(x, measurement, offset, observation);
                 if segment.counts(k) {
                     cost += whitened(innovation * whitening).powi(2);

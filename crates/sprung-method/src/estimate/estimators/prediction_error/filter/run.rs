@@ -56,8 +56,8 @@ pub(in super::super) fn run<T: Send>(
             dynamics.carry(segment.carried.as_deref());
             let filter = Filter::new(&mut dynamics, unknowns, z, levels, &measurements.reversals);
             let (sums, mut run) = run_segment(measurements, filter, segment, *start, keep)?;
-            let own = each(index, &mut run);
-            Some((sums, run, own))
+            let result = each(index, &mut run);
+            Some((sums, run, result))
         })
         .collect();
     let mut results = Vec::with_capacity(measurements.segments.len());
@@ -65,10 +65,10 @@ pub(in super::super) fn run<T: Send>(
         sums: Sums::new(unknowns.columns()),
         stretches: Vec::new(),
     };
-    for (index, (sums, stretch, own)) in found?.into_iter().enumerate() {
+    for (index, (sums, stretch, result)) in found?.into_iter().enumerate() {
         run.sums.append(sums);
         run.stretches.push(stretch);
-        results.push(own);
+        results.push(result);
         let next = measurements.segments.get(index + 1);
         let log = measurements.segments[index].log;
         if measurements.logs() > 1 && next.is_none_or(|next| next.log != log) {
@@ -118,12 +118,12 @@ fn run_segment(
             run.keep_period(&filter);
         }
         if let (Some(part), true) = (keep.part, segment.counts(k)) {
-            let own = k + 1 - segment.burn_in;
-            let parts = (before + own) / part;
-            if (before + own).is_multiple_of(part) {
+            let counted = k + 1 - segment.burn_in;
+            let parts = (before + counted) / part;
+            if (before + counted).is_multiple_of(part) {
                 sums.keep_gradient();
                 if parts.is_multiple_of(keep.parts_of_block) {
-                    sums.keep(begin + own as f64 * segment.period);
+                    sums.keep(begin + counted as f64 * segment.period);
                 }
             }
         }

@@ -200,10 +200,10 @@ impl Case {
         let channels = Channels::new(&experiment.robot, experiment.log.as_ref().unwrap()).unwrap();
         let sensors = (0..2).map(|row| {
             let column = ["link", "motor"][row];
-            let own = channels.all.iter().position(|c| c.column == column);
+            let index = channels.all.iter().position(|c| c.column == column);
             Sensor {
                 spring: None,
-                channel: own.unwrap(),
+                channel: index.unwrap(),
                 coordinates: vec![(row, 1.0)],
                 offset: 0.0,
                 noise: Noise::White(1e-4),
@@ -398,8 +398,8 @@ fn textbook_run(
     let mut all = Vec::new();
     for (k, steps) in steps.iter().enumerate() {
         for measurement in case.segment().at(k) {
-            let (own, e, s) = textbook.gain(measurement, z[FREE]);
-            let (gain, s) = held.map_or((own, s), |held| held[all.len()].clone());
+            let (optimal, e, s) = textbook.gain(measurement, z[FREE]);
+            let (gain, s) = held.map_or((optimal, s), |held| held[all.len()].clone());
             textbook.measure(&gain, e, s);
             all.push((gain, e, s));
         }
@@ -451,13 +451,13 @@ fn sums_are_those_of_the_textbook_and_its_differences() {
         })
         .collect();
     let normal = &run.sums.normal;
-    for (i, own) in derivatives.iter().enumerate() {
+    for (i, derivative) in derivatives.iter().enumerate() {
         let sum = |other: &dyn Fn(usize) -> f64| -> f64 {
             (here.iter().enumerate())
-                .map(|(k, (_, _, s))| own[k] * other(k) / s)
+                .map(|(k, (_, _, s))| derivative[k] * other(k) / s)
                 .sum()
         };
-        let size = sum(&|k| own[k]).sqrt();
+        let size = sum(&|k| derivative[k]).sqrt();
         let close = |found: f64, expected: f64, scale: f64, what: String| {
             let far = (found - expected).abs();
             // The derivatives are those of steps linearised in their middles. Measured 6.1e-3; the

@@ -93,12 +93,12 @@ impl Added<'_> {
     /// Writes the contribution of each level to an innovation, and corrects the states by the gain.
     fn measure(&mut self, (measurement, index): (&Measurement, usize)) {
         let (states, count) = (self.linear.states, self.levels.len());
-        let own = index * states..(index + 1) * states;
-        widen(&mut self.gains, &self.forward.gains[own]);
+        let range = index * states..(index + 1) * states;
+        widen(&mut self.gains, &self.forward.gains[range]);
         self.found.fill(0.0);
         for (state, weight) in self.linear.observation(measurement) {
-            let own = &self.states[state * count..(state + 1) * count];
-            add(&mut self.found, weight, own);
+            let row = &self.states[state * count..(state + 1) * count];
+            add(&mut self.found, weight, row);
         }
         let sensor = measurement.sensor;
         for (found, level) in self.found.iter_mut().zip(self.levels) {
@@ -143,8 +143,8 @@ impl Added<'_> {
                     let column = || transition[2 * rows + row..].iter().step_by(states);
                     let pulled: f64 = column().zip(adjoint).map(|(a, r)| a * r).sum();
                     let factor = 2.0 * variance * pulled;
-                    for (own, a) in moving[level..].iter_mut().step_by(count).zip(column()) {
-                        *own += factor * a;
+                    for (entry, a) in moving[level..].iter_mut().step_by(count).zip(column()) {
+                        *entry += factor * a;
                     }
                 }
                 Level::Disturbance(row) => {

@@ -82,18 +82,18 @@ pub(super) fn backward(
     let mut adjoint = Adjoint::new(rows, states);
     let (mut covariance, mut transition) = (Vec::new(), Vec::new());
     for k in (0..linear.samples).rev() {
-        let own = k * states..(k + 1) * states;
-        backward.state_adjoint[own].copy_from_slice(&adjoint.state);
-        let own = k * rows..(k + 1) * rows;
-        backward.corner_adjoint[own.clone()].copy_from_slice(&adjoint.corner);
-        let of_disturbances = &forward.covariance[own.start * states..own.end * states];
+        let range = k * states..(k + 1) * states;
+        backward.state_adjoint[range].copy_from_slice(&adjoint.state);
+        let range = k * rows..(k + 1) * rows;
+        backward.corner_adjoint[range.clone()].copy_from_slice(&adjoint.corner);
+        let of_disturbances = &forward.covariance[range.start * states..range.end * states];
         widen(&mut covariance, of_disturbances);
         let period = linear.period(k, &mut transition);
-        let before = (covariance.as_slice(), &forward.disturbances[own.clone()]);
+        let before = (covariance.as_slice(), &forward.disturbances[range.clone()]);
         adjoint.back_over_period(linear, &period, before, gradient);
         // The smoothed disturbance is the filtered one plus P r.
         let covariance = covariance.chunks(states);
-        for (smoothed, covariance) in backward.smoothed[own].iter_mut().zip(covariance) {
+        for (smoothed, covariance) in backward.smoothed[range].iter_mut().zip(covariance) {
             *smoothed += dot(covariance, &adjoint.state);
         }
         for event in segment.at(k).iter().rev() {
@@ -122,8 +122,8 @@ impl Adjoint {
     ) {
         let (rows, levels) = (linear.rows, linear.levels);
         let (transition, decay) = (period.transition, period.decay);
-        for (corner, own) in self.corner.iter_mut().zip(&self.state[2 * rows..]) {
-            *corner = decay.factor * *corner + decay.by_log_corner * own;
+        for (corner, adjoint) in self.corner.iter_mut().zip(&self.state[2 * rows..]) {
+            *corner = decay.factor * *corner + decay.by_log_corner * adjoint;
         }
         gradient.add_disturbance(&self.covariance, &self.state, levels, decay, disturbances);
         adjoint_product(
@@ -167,17 +167,17 @@ impl Adjoint {
         moved.fill(0.0);
         add_rows(moved, gains, &self.covariance);
         let ahead = dot(&self.state, gains);
-        let (own_by_variance, own_error) = if counts {
+        let (direct_by_variance, direct_error) = if counts {
             (0.5 * (1.0 / variance - scaled * scaled), scaled)
         } else {
             (0.0, 0.0)
         };
-        let by_variance = own_by_variance + ahead * scaled + dot(moved, gains);
-        let error = own_error - ahead;
+        let by_variance = direct_by_variance + ahead * scaled + dot(moved, gains);
+        let error = direct_error - ahead;
         gradient.add_sensor_noise(measurement.sensor, by_variance, error, linear.levels);
         for (state, factor) in observation.clone() {
-            for (i, (moved, own)) in moved.iter().zip(&self.state).enumerate() {
-                let both = -factor * (moved + 0.5 * scaled * own);
+            for (i, (moved, adjoint)) in moved.iter().zip(&self.state).enumerate() {
+                let both = -factor * (moved + 0.5 * scaled * adjoint);
                 self.covariance[state * states + i] += both;
                 self.covariance[i * states + state] += both;
             }

@@ -69,8 +69,8 @@ pub(super) fn forward(linear: &LinearRun<'_>) -> Option<Forward> {
         let disturbance = disturbances.next()?;
         let of_disturbances = covariance[2 * rows * states..].iter().copied();
         extend_single(&mut forward.covariance, of_disturbances);
-        let own = deviation[2 * rows..].iter().zip(disturbance);
-        forward.disturbances.extend(own.map(|(a, b)| a + b));
+        let pairs = deviation[2 * rows..].iter().zip(disturbance);
+        forward.disturbances.extend(pairs.map(|(a, b)| a + b));
         let period = linear.period(k, &mut transition);
         propagate(
             &mut covariance,

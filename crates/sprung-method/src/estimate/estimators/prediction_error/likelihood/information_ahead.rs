@@ -44,8 +44,8 @@ pub(in super::super) fn information_ahead(
         visit(k, &information, transition);
         adjoint_product(&information, transition, decay, &mut product, &mut memory);
         adjoint_covariance(&product, transition, decay, &mut information, &mut memory);
-        let own = segment.first[k]..segment.first[k + 1];
-        for (index, measurement) in own.clone().zip(&segment.measurements[own]).rev() {
+        let range = segment.first[k]..segment.first[k + 1];
+        for (index, measurement) in range.clone().zip(&segment.measurements[range]).rev() {
             let counts = segment.counts(k);
             let (short, inverse_variance) = run.gain(index, states);
             widen(&mut gains, short);
@@ -71,8 +71,8 @@ impl LinearRun<'_> {
         // N K; N is symmetric.
         moved.fill(0.0);
         add_rows(moved, gains, information);
-        let own = if counts { inverse_variance } else { 0.0 };
-        let both = own + dot(moved, gains);
+        let added = if counts { inverse_variance } else { 0.0 };
+        let both = added + dot(moved, gains);
         let observation = self.observation(measurement);
         for (state, weight) in observation.clone() {
             for (i, moved) in moved.iter().enumerate() {

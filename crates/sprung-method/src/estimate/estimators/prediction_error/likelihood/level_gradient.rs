@@ -67,11 +67,11 @@ impl LevelGradient {
         levels: &Levels,
     ) {
         let states = state_adjoint.len();
-        for (row, own) in self.disturbance.iter_mut().enumerate() {
+        for (row, disturbance) in self.disturbance.iter_mut().enumerate() {
             let at = moving_states(states) + row;
             let variance = levels.disturbance[row].powi(2);
-            own.gradient += 2.0 * variance * covariance_adjoint[at * (states + 1)];
-            own.found += variance * state_adjoint[at] * state_adjoint[at];
+            disturbance.gradient += 2.0 * variance * covariance_adjoint[at * (states + 1)];
+            disturbance.found += variance * state_adjoint[at] * state_adjoint[at];
         }
     }
 
@@ -88,12 +88,12 @@ impl LevelGradient {
         disturbances: &[f64],
     ) {
         let states = state_adjoint.len();
-        for (row, own) in self.disturbance.iter_mut().enumerate() {
+        for (row, disturbance) in self.disturbance.iter_mut().enumerate() {
             let at = moving_states(states) + row;
             let by_variance = covariance_adjoint[at * (states + 1)];
             let variance = levels.added_variance(row, decay);
-            own.gradient += 2.0 * variance * by_variance;
-            own.found += variance * state_adjoint[at] * state_adjoint[at];
+            disturbance.gradient += 2.0 * variance * by_variance;
+            disturbance.found += variance * state_adjoint[at] * state_adjoint[at];
             let less = 2.0 * decay.factor * decay.by_log_corner * levels.disturbance[row].powi(2);
             self.corner -=
                 less * by_variance + state_adjoint[at] * decay.by_log_corner * disturbances[row];
@@ -129,9 +129,9 @@ impl LevelGradient {
                 alone += a * state_adjoint[i];
             }
             let noises = [&mut self.torque_noise, &mut self.reversal_noise];
-            for (own, variance) in noises.into_iter().zip([always, reversing]) {
-                own[row].gradient += 2.0 * variance * both;
-                own[row].found += variance * alone * alone;
+            for (noise, variance) in noises.into_iter().zip([always, reversing]) {
+                noise[row].gradient += 2.0 * variance * both;
+                noise[row].found += variance * alone * alone;
             }
         }
     }
@@ -142,9 +142,9 @@ impl LevelGradient {
     pub(super) fn add_decay(&mut self, product: &[f64], covariance: &[f64], decay: Decay) {
         let rows = self.disturbance.len();
         let states = state_count(rows);
-        for (row, own) in covariance.chunks(states).enumerate() {
+        for (row, covariance_row) in covariance.chunks(states).enumerate() {
             let column = product[2 * rows + row..].iter().step_by(states);
-            let sum: f64 = own.iter().zip(column).map(|(a, b)| a * b).sum();
+            let sum: f64 = covariance_row.iter().zip(column).map(|(a, b)| a * b).sum();
             self.corner += 2.0 * decay.by_log_corner * sum;
         }
     }
@@ -160,8 +160,8 @@ impl LevelGradient {
         levels: &Levels,
     ) {
         let variance = levels.sensor_noise[sensor].powi(2);
-        let own = &mut self.sensor_noise[sensor];
-        own.gradient += 2.0 * variance * by_variance;
-        own.found += variance * error * error;
+        let noise = &mut self.sensor_noise[sensor];
+        noise.gradient += 2.0 * variance * by_variance;
+        noise.found += variance * error * error;
     }
 }

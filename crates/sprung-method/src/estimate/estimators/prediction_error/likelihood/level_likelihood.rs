@@ -73,9 +73,9 @@ impl Score {
             (&mut self.expected, &next.expected),
             (&mut self.information, &next.information),
         ];
-        for (sum, own) in pairs {
-            sum.resize(own.len(), 0.0);
-            add(sum, 1.0, own);
+        for (sum, addend) in pairs {
+            sum.resize(addend.len(), 0.0);
+            add(sum, 1.0, addend);
         }
     }
 }
@@ -106,8 +106,8 @@ impl<'a> LevelLikelihood<'a> {
             .map(|&segment| self.score_of(segment, unknown, levels))
             .collect();
         let mut score = Score::default();
-        for own in &each? {
-            score.append(own);
+        for part in &each? {
+            score.append(part);
         }
         Some(score)
     }
@@ -123,7 +123,7 @@ impl<'a> LevelLikelihood<'a> {
             .map(|level| all.gradient(*level))
             .collect();
         let expected = (unknown.all.iter().zip(&gradient))
-            .map(|(level, own)| own + all.found(*level))
+            .map(|(level, derivative)| derivative + all.found(*level))
             .collect();
         Some(Score {
             loss: forward.loss,
@@ -140,6 +140,11 @@ fn linear_run<'a>(
     segment: usize,
     levels: &'a Levels,
 ) -> LinearRun<'a> {
-    let own = &measurements.segments[segment];
-    LinearRun::new(&measurements.sensors, own, &run.stretches[segment], levels)
+    let measured = &measurements.segments[segment];
+    LinearRun::new(
+        &measurements.sensors,
+        measured,
+        &run.stretches[segment],
+        levels,
+    )
 }

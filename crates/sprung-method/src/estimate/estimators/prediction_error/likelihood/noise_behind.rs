@@ -39,8 +39,8 @@ pub(in super::super) fn noise_behind(
     let mut cross = vec![0.0; states];
     let mut memory = Propagation::new(linear.rows);
     for k in 0..segment.samples() {
-        let own = segment.first[k]..segment.first[k + 1];
-        for (index, measurement) in own.clone().zip(&segment.measurements[own]) {
+        let range = segment.first[k]..segment.first[k + 1];
+        for (index, measurement) in range.clone().zip(&segment.measurements[range]) {
             widen(&mut gains, run.gain(index, states).0);
             cross.fill(0.0);
             for (state, weight) in linear.observation(measurement) {

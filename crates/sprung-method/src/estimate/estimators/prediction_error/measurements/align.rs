@@ -122,12 +122,15 @@ pub(super) fn align(
     let torque_rate = rates(&torque, rows, filter, period)?;
     let moving = moving_shares(model, channels, &window);
     let first = first_of_samples(&found, window.samples);
-    let change = raw.payload.as_ref().map(|own| model.change_by_payload(own));
+    let change = raw
+        .payload
+        .as_ref()
+        .map(|payload| model.change_by_payload(payload));
     let carried: Option<Arc<[f64]>> = change.flatten().map(Into::into);
     let each = stretches.iter().zip(begins).map(|(stretch, begins)| {
         let (start, start_deviation) = start_state(rows, sensors, &begins)?;
         let of_rows = stretch.from * rows..stretch.to * rows;
-        let own = first[stretch.from]..first[stretch.to];
+        let range = first[stretch.from]..first[stretch.to];
         Some(Segment {
             log: raw.log,
             carried: carried.clone(),
@@ -139,9 +142,12 @@ pub(super) fn align(
             moving: moving.clone(),
             excess: excess[stretch.from * per_sample..stretch.to * per_sample].to_vec(),
             first: (first[stretch.from..=stretch.to].iter())
-                .map(|at| at - own.start)
+                .map(|at| at - range.start)
                 .collect(),
-            measurements: found[own].iter().map(|(_, own)| *own).collect(),
+            measurements: found[range]
+                .iter()
+                .map(|(_, measurement)| *measurement)
+                .collect(),
             start,
             start_deviation,
             speeds: speeds.clone(),
@@ -157,7 +163,7 @@ fn moving_shares(model: &Model, channels: &Channels, window: &Window<'_>) -> Arc
     for (i, channel) in channels.all.iter().enumerate() {
         if channel.quantity == Quantity::MotorTorque {
             let hold = match channels.torque_hold {
-                Some(own) => own.hold(window.period) / window.period,
+                Some(torque_hold) => torque_hold.hold(window.period) / window.period,
                 None => hold_by_delay(window.shift(i)),
             };
             shares[model.torque_row(channel.joint)] = moving_share(hold);
@@ -260,10 +266,10 @@ fn velocity(values: &[f64], filter: &Butterworth, period: f64) -> Option<Vec<f64
 fn rates(torque: &[f64], rows: usize, filter: &Butterworth, period: f64) -> Option<Vec<f64>> {
     let mut rates = vec![0.0; torque.len()];
     for row in 0..rows {
-        let own: Vec<f64> = torque.iter().skip(row).step_by(rows).copied().collect();
-        let smooth = velocity(&own, filter, period)?;
-        for (rate, own) in rates[row..].iter_mut().step_by(rows).zip(smooth) {
-            *rate = own;
+        let series: Vec<f64> = torque.iter().skip(row).step_by(rows).copied().collect();
+        let smooth = velocity(&series, filter, period)?;
+        for (rate, value) in rates[row..].iter_mut().step_by(rows).zip(smooth) {
+            *rate = value;
         }
     }
     Some(rates)

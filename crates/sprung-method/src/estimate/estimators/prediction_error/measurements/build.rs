@@ -41,8 +41,8 @@ pub(in super::super) fn build(
     for raw in raw {
         let filter = Butterworth::new(order, reading.position_cutoff_hz(), raw.period)?;
         let delays = reading.delays();
-        let own = align(raw, model, channels, &sensors, delays, &filter);
-        segments.extend(own.into_iter().flatten());
+        let aligned = align(raw, model, channels, &sensors, delays, &filter);
+        segments.extend(aligned.into_iter().flatten());
     }
     if segments.is_empty() {
         return Ok(None);
@@ -72,7 +72,7 @@ pub(in super::super) fn with_laws(
     channels: &Channels,
 ) -> Measurements {
     let sensors = measurements.sensors.iter().map(|sensor| Sensor {
-        spring: (sensor.spring.as_ref()).map(|own| own.of_model(model)),
+        spring: (sensor.spring.as_ref()).map(|spring| spring.of_model(model)),
         ..sensor.clone()
     });
     let speeds = joint_speeds(
@@ -101,7 +101,7 @@ fn joint_speeds(
         let speed = &mut speeds[channels.all[sensor.channel].joint];
         *speed = segments
             .iter()
-            .fold(*speed, |most, own| most.max(own.speeds[i]));
+            .fold(*speed, |most, segment| most.max(segment.speeds[i]));
     }
     speeds
 }

@@ -126,15 +126,15 @@ impl Kept {
             let (log, period, begin) = (first.log, first.period, first.begin);
             let further = rest[1..].iter().take_while(|piece| piece.continues);
             let count = 1 + if self.stride == 1 { further.count() } else { 0 };
-            let (own, next) = rest.split_at_mut(count);
+            let (pieces, next) = rest.split_at_mut(count);
             rest = next;
-            let samples = own.iter().map(length).sum();
-            let payload = own[0].payload.take();
-            let channels = own[0].values.len();
+            let samples = pieces.iter().map(length).sum();
+            let payload = pieces[0].payload.take();
+            let channels = pieces[0].values.len();
             // One channel after the other, so that little is in memory twice.
             let values = (0..channels).map(|channel| {
                 let mut all = Vec::with_capacity(samples);
-                for piece in own.iter_mut() {
+                for piece in pieces.iter_mut() {
                     all.extend(std::mem::take(&mut piece.values[channel]));
                 }
                 all
@@ -214,8 +214,8 @@ fn read_log(
                 let next = new(piece.index + 1, block.time[k], !is_gap);
                 kept.push(std::mem::replace(&mut piece, next));
             }
-            for (own, column) in piece.values.iter_mut().zip(&block.values) {
-                own.push(column[k]);
+            for (series, column) in piece.values.iter_mut().zip(&block.values) {
+                series.push(column[k]);
             }
         }
         taken += block.len();
@@ -249,7 +249,10 @@ mod tests {
     #[test]
     fn short_logs_are_used_up_to_their_gaps() {
         let segments = kept(50, &[false, true, true, false, true]).segments();
-        let lengths: Vec<usize> = segments.iter().map(|own| own.values[0].len()).collect();
+        let lengths: Vec<usize> = segments
+            .iter()
+            .map(|segment| segment.values[0].len())
+            .collect();
         assert_eq!(lengths, [30, 20]);
     }
 
@@ -260,7 +263,10 @@ mod tests {
             assert_eq!(kept.stride, stride, "{count} pieces");
             assert!(kept.samples <= 50);
             let segments = kept.segments();
-            let first: Vec<f64> = segments.iter().map(|own| own.values[0][0]).collect();
+            let first: Vec<f64> = segments
+                .iter()
+                .map(|segment| segment.values[0][0])
+                .collect();
             let joined = if stride == 1 {
                 1
             } else {

@@ -51,8 +51,8 @@ impl Segment {
     /// Returns the place of a sample among all samples that count, from 0 to 1.
     pub(in super::super) fn share(&self, sample: usize) -> f64 {
         let [begin, end] = self.span;
-        let own = (sample as f64 - self.burn_in as f64) / self.counted().max(1) as f64;
-        begin + own * (end - begin)
+        let share = (sample as f64 - self.burn_in as f64) / self.counted().max(1) as f64;
+        begin + share * (end - begin)
     }
 
     /// Returns whether the measurements of a sample count.
@@ -115,8 +115,8 @@ impl Segment {
         torque: &mut [f64],
     ) {
         let rows = disturbance.len();
-        let own = &self.torque[sample * rows..(sample + 1) * rows];
-        for (sum, (tau, disturbance)) in torque.iter_mut().zip(own.iter().zip(disturbance)) {
+        let logged = &self.torque[sample * rows..(sample + 1) * rows];
+        for (sum, (tau, disturbance)) in torque.iter_mut().zip(logged.iter().zip(disturbance)) {
             *sum = tau + disturbance;
         }
     }
@@ -159,10 +159,10 @@ impl Measurements {
     /// Returns for each segment the samples that count before it: their number and their time, s.
     pub(in super::super) fn starts(&self) -> Vec<(usize, f64)> {
         let starts = self.segments.iter().scan((0, 0.0), |next, segment| {
-            let own = *next;
+            let start = *next;
             next.0 += segment.counted();
             next.1 += segment.counted() as f64 * segment.period;
-            Some(own)
+            Some(start)
         });
         starts.collect()
     }

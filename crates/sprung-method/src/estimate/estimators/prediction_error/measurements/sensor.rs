@@ -47,7 +47,7 @@ impl Sensor {
     pub(super) fn factor(&self) -> f64 {
         self.spring
             .as_ref()
-            .map_or(1.0, |own| own.stiffness.recip())
+            .map_or(1.0, |spring| spring.stiffness.recip())
     }
 
     /// Returns the entries of H for one measurement that are not zero: states and their weights.

@@ -47,8 +47,8 @@ pub(super) fn start_state(
     }
     let matrix = Mat::from_fn(count, rows, |i, j| {
         let coordinates = &mut sensors[needed[i]].coordinates.iter();
-        let own = coordinates.find(|(coordinate, _)| *coordinate == j);
-        own.map_or(0.0, |(_, weight)| *weight)
+        let coordinate = coordinates.find(|(coordinate, _)| *coordinate == j);
+        coordinate.map_or(0.0, |(_, weight)| *weight)
     });
     let both = Mat::from_fn(count, 2, |i, j| {
         let begin = begins[needed[i]];

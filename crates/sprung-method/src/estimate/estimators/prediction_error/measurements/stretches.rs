@@ -52,12 +52,12 @@ mod tests {
             let found = stretches(samples, period);
             assert_eq!(found.len(), count);
             let mut next = 0;
-            for own in &found {
-                assert_eq!(own.from + own.burn_in, next);
-                next = own.to;
+            for stretch in &found {
+                assert_eq!(stretch.from + stretch.burn_in, next);
+                next = stretch.to;
             }
             assert_eq!(next, samples);
-            assert!(found[1..].iter().all(|own| own.burn_in > 0));
+            assert!(found[1..].iter().all(|stretch| stretch.burn_in > 0));
         }
     }
 }

@@ -14,10 +14,10 @@ const MIN_RELATIVE_TORQUE_SCALE: f64 = 1e-3;
 pub(super) fn torque_scale(model: &Model, segments: &[Segment]) -> Vec<f64> {
     let rows = model.coordinates();
     let of_row = |row: usize| {
-        let own = segments
+        let torques = segments
             .iter()
             .map(|segment| segment.torque.iter().skip(row).step_by(rows));
-        deviation(own.flatten().copied())
+        deviation(torques.flatten().copied())
     };
     let scales: Vec<f64> = (0..rows)
         .map(|row| of_row(model.torque_row(model.joint_of(row))))
@@ -35,8 +35,8 @@ pub(super) fn torque_scale(model: &Model, segments: &[Segment]) -> Vec<f64> {
 pub(super) fn fast_noise(rows: usize, segments: &[Segment]) -> Vec<f64> {
     let of_row = |row: usize| -> f64 {
         let torques = segments.iter().map(|segment| {
-            let own = segment.torque.iter().skip(row).step_by(rows);
-            white_noise(&own.copied().collect::<Vec<f64>>())
+            let torque = segment.torque.iter().skip(row).step_by(rows);
+            white_noise(&torque.copied().collect::<Vec<f64>>())
         });
         torques.fold(0.0, f64::max)
     };
@@ -48,8 +48,8 @@ pub(super) fn torques(model: &Model, inputs: &RawBlock) -> Vec<f64> {
     let rows = model.coordinates();
     let mut torque = vec![0.0; inputs.len() * rows];
     for (joint, tau) in inputs.tau.iter().enumerate() {
-        let own = torque[model.torque_row(joint)..].iter_mut().step_by(rows);
-        for (on_row, tau) in own.zip(tau) {
+        let targets = torque[model.torque_row(joint)..].iter_mut().step_by(rows);
+        for (on_row, tau) in targets.zip(tau) {
             *on_row = *tau;
         }
     }
