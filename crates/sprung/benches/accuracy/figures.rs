@@ -121,6 +121,12 @@ impl Runs<'_> {
             let what = text("95 % intervals that contain the truth");
             Figure::neutral(&key("inside"), &what, 100.0 * inside, "%").note();
         }
+        // Noise shrinks stiffnesses most with coarse encoders.
+        let stiffnesses = all.iter().filter(|p| p.name.ends_with(".stiffness"));
+        for p in stiffnesses.filter(|_| case.starts_with("clean, 4096")) {
+            let what = text(&format!("mean error of `{}`", p.name));
+            Figure::neutral(&key(&p.name), &what, 100.0 * p.mean, "%").note();
+        }
         if ratio.is_finite() {
             let what = text("median of error over Cramér-Rao bound");
             Figure::lower(&key("bound"), &what, ratio, "").note();
