@@ -37,10 +37,10 @@ use sprung_robot as description;
 
 pub use arrays::{Array, Arrays, ArraysError};
 pub use block::LogBlock;
-pub use clock::{Sampling, Timing};
+pub use clock::{Jitter, Sampling, Timing};
 pub use clock::{TIME_UNIT, check_timing, time_unit};
 pub use columns::Mix;
-pub use columns::{Channel, Origin, TimeOrigin};
+pub use columns::{Channel, Origin, TimeOrigin, TimeSource};
 pub use columns::{ChannelError, Channels, CovariateOfJoint};
 pub use columns::{InertialSensor, InertialSensors, LinkMotion};
 pub use error::{LogError, Place};

@@ -111,7 +111,7 @@ impl LogReader {
             first,
             beside,
             followers,
-            grid: Grid::new(&window.of(file), channels.sampling, &smooth, &of_grid),
+            grid: Grid::new(&window.of(file), channels.time.sampling, &smooth, &of_grid),
             of_grid,
             ended: false,
             window: Selector::new(window),
@@ -326,7 +326,7 @@ enum Time<'a> {
 
 /// Returns the streams of a log. The first one gives the time.
 fn streams(channels: &Channels) -> Vec<Stream> {
-    let first = match (&channels.time_stream, &channels.time) {
+    let first = match (&channels.time.stream, &channels.time.origin) {
         (Some(stream), _) => Some(stream.clone()),
         (None, TimeOrigin::Messages) => None,
         (None, _) => Some(Stream::default()),
@@ -342,10 +342,10 @@ fn streams(channels: &Channels) -> Vec<Stream> {
 }
 
 fn time_of<'a>(channels: &'a Channels, stream: &'a Stream, first: bool) -> Time<'a> {
-    match (&stream.time, &stream.topic, &channels.time) {
-        (Some(name), None, _) => Time::Column(name, channels.time_factor),
+    match (&stream.time, &stream.topic, &channels.time.origin) {
+        (Some(name), None, _) => Time::Column(name, channels.time.factor),
         (_, Some(_), _) => Time::Messages,
-        (None, None, TimeOrigin::Column(name)) if first => Time::Column(name, channels.time_factor),
+        (None, None, TimeOrigin::Column(name)) if first => Time::Column(name, channels.time.factor),
         (None, None, TimeOrigin::Period(period)) if first => Time::Period(*period),
         _ => Time::None,
     }
@@ -404,7 +404,7 @@ fn rows(
         file: name,
         picks: &picks,
         time: has_time.then_some(0),
-        dates: channels.dates && matches!(time, Time::Column(..)),
+        dates: channels.time.are_dates && matches!(time, Time::Column(..)),
         topic: stream.topic.as_deref(),
         csv: &channels.csv,
         nan: channels.nan,

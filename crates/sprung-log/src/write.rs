@@ -25,7 +25,7 @@ impl<W: Write> LogWriter<W> {
     /// The writer's error.
     pub fn new(write: W, channels: &Channels) -> Result<Self, std::io::Error> {
         let mut writer = csv::Writer::from_writer(write);
-        let time = match &channels.time {
+        let time = match &channels.time.origin {
             TimeOrigin::Column(name) => name.to_string(),
             TimeOrigin::Period(_) | TimeOrigin::Messages => "t_s".to_owned(),
         };
@@ -79,7 +79,7 @@ impl<W: Write> LogWriter<W> {
             let value = (channel.quantity).shown([q[i], phi[i]], torques, of_link, covariate);
             value / channel.factor - channel.origin.offset
         });
-        let values = std::iter::once(time / self.channels.time_factor).chain(of_channels);
+        let values = std::iter::once(time / self.channels.time.factor).chain(of_channels);
         for (cell, value) in self.cells.iter_mut().zip(values) {
             cell.clear();
             write!(cell, "{value}").map_err(std::io::Error::other)?;
@@ -138,7 +138,7 @@ impl<W: Write> SampleWriter<W> {
             };
             (value(channel.quantity) - zero) / channel.factor - channel.origin.offset
         });
-        let values = std::iter::once(time / channels.time_factor).chain(of_channels);
+        let values = std::iter::once(time / channels.time.factor).chain(of_channels);
         for (cell, value) in log.cells.iter_mut().zip(values) {
             cell.clear();
             write!(cell, "{value}").map_err(std::io::Error::other)?;

@@ -26,6 +26,15 @@ const VELOCITY: f64 = 2.0;
 const ACCELERATION: f64 = 10.0;
 const TORQUE: f64 = 10.0;
 
+/// Given torques of links and motors, and their accelerations.
+#[derive(Clone, Debug, Default)]
+struct Forward {
+    tau_link: Vec<f64>,
+    tau_motor: Vec<f64>,
+    ddq: Vec<f64>,
+    ddphi: Vec<f64>,
+}
+
 /// A state and the numbers of the identified model.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Vector {
@@ -41,11 +50,7 @@ pub(super) struct Vector {
     /// Torques of inverse dynamics.
     link: Vec<f64>,
     motor: Vec<f64>,
-    /// Given torques, and their accelerations.
-    tau_link: Vec<f64>,
-    tau_motor: Vec<f64>,
-    ddq_by_tau: Vec<f64>,
-    ddphi_by_tau: Vec<f64>,
+    forward: Forward,
     /// Regressor of the equations, row by row.
     regressor: Vec<f64>,
 }
@@ -65,10 +70,10 @@ impl Vector {
             &self.mass,
             &self.link,
             &self.motor,
-            &self.tau_link,
-            &self.tau_motor,
-            &self.ddq_by_tau,
-            &self.ddphi_by_tau,
+            &self.forward.tau_link,
+            &self.forward.tau_motor,
+            &self.forward.ddq,
+            &self.forward.ddphi,
         ]
     }
 
@@ -90,8 +95,11 @@ impl Vector {
             dphi: some(VELOCITY),
             ddq: some(ACCELERATION),
             ddphi: some(ACCELERATION),
-            tau_link: some(TORQUE),
-            tau_motor: some(TORQUE),
+            forward: Forward {
+                tau_link: some(TORQUE),
+                tau_motor: some(TORQUE),
+                ..Forward::default()
+            },
             ..Self::default()
         };
         for i in (0..n).filter(|i| source.robot.motor_rows[*i].is_none()) {
@@ -165,8 +173,8 @@ impl Vector {
         self.mass = (0..n * n).map(|at| all[at / n * rows + at % n]).collect();
         let mut torque = vec![0.0; rows];
         let given = Torques {
-            motor: &self.tau_motor,
-            link: Some(&self.tau_link),
+            motor: &self.forward.tau_motor,
+            link: Some(&self.forward.tau_link),
         };
         robot.coordinate_torques(&given, &mut torque)?;
         let mut accelerations = vec![0.0; rows];
@@ -177,8 +185,8 @@ impl Vector {
             &mut scratch.workspace(),
             &mut accelerations,
         )?;
-        self.ddq_by_tau = accelerations[..n].to_vec();
-        self.ddphi_by_tau = (0..n)
+        self.forward.ddq = accelerations[..n].to_vec();
+        self.forward.ddphi = (0..n)
             .map(|i| accelerations[robot.motor_coordinate(i)])
             .collect();
         self.compute_regressor(source)
@@ -318,9 +326,9 @@ fn compare(source: &Source<'_>, all: &[Traced], vector: &Vector, proof: &mut Pro
 
     // Forward dynamics, as the code computes it.
     let still = of("inverse_dynamics", true);
-    let left = |i: usize| vector.tau_motor[i] - still[n + i];
+    let left = |i: usize| vector.forward.tau_motor[i] - still[n + i];
     let mut ddq: Vec<f64> = (0..n)
-        .map(|i| vector.tau_link[i] - still[i] + if is_rigid(i) { left(i) } else { 0.0 })
+        .map(|i| vector.forward.tau_link[i] - still[i] + if is_rigid(i) { left(i) } else { 0.0 })
         .collect();
     let mut factors = masses;
     if factor(&mut factors, n) {
@@ -338,6 +346,6 @@ fn compare(source: &Source<'_>, all: &[Traced], vector: &Vector, proof: &mut Pro
             }
         })
         .collect();
-    worst(&mut proof.accelerations, &vector.ddq_by_tau, &ddq);
-    worst(&mut proof.accelerations, &vector.ddphi_by_tau, &ddphi);
+    worst(&mut proof.accelerations, &vector.forward.ddq, &ddq);
+    worst(&mut proof.accelerations, &vector.forward.ddphi, &ddphi);
 }

@@ -112,10 +112,10 @@ pub fn time_unit(file: &str, channels: &Channels, period: f64) -> Option<Finding
     }
     let off = |rate: f64| (rate / LIKELIEST_RATE_HZ).ln().abs();
     let (unit, size, likely) = (TIME_UNITS.iter())
-        .map(|&(unit, size)| (unit, size, rate * channels.time_factor / size))
+        .map(|&(unit, size)| (unit, size, rate * channels.time.factor / size))
         .filter(|(_, _, rate)| USUAL_RATES_HZ.contains(rate))
         .min_by(|a, b| off(a.2).total_cmp(&off(b.2)))?;
-    let (what, line) = match (&channels.time, &channels.time_stream) {
+    let (what, line) = match (&channels.time.origin, &channels.time.stream) {
         // Times of messages have a fixed unit.
         (TimeOrigin::Messages, _) => return None,
         (TimeOrigin::Period(_), _) => (
@@ -149,7 +149,7 @@ pub fn time_unit(file: &str, channels: &Channels, period: f64) -> Option<Finding
         ),
         "replace the present key of the time by a key with the right unit",
     );
-    let column = match &channels.time {
+    let column = match &channels.time.origin {
         TimeOrigin::Column(column) => column.to_string(),
         TimeOrigin::Period(_) | TimeOrigin::Messages => String::new(),
     };
@@ -231,21 +231,21 @@ fn counted(
 fn uneven(file: &str, channels: &Channels, timing: &Timing) -> Option<Finding> {
     let (evidence, sampling) = (timing.evidence?, timing.sampling?);
     // Even sampling with small jitter needs no finding: the stamps merely have few digits.
-    if sampling == Sampling::Even && timing.jitter <= JITTER_LIMIT {
+    if sampling == Sampling::Even && timing.jitter.largest <= JITTER_LIMIT {
         return None;
     }
     let steps = format!(
         "{file}: steps between time stamps differ from the period of {:.4} ms by up to {:.0} % ({:.1} % \
          RMS)",
         1e3 * timing.period,
-        100.0 * timing.jitter,
-        100.0 * timing.jitter_rms
+        100.0 * timing.jitter.largest,
+        100.0 * timing.jitter.rms
     );
     let outcome = format!(
         "{} of {} samples were interpolated",
         timing.interpolated, timing.recorded
     );
-    let seen = |finding: Finding| finding.seen(file, "", 100.0 * timing.jitter, "%");
+    let seen = |finding: Finding| finding.seen(file, "", 100.0 * timing.jitter.largest, "%");
     if !evidence.decisive {
         return Some(seen(Finding::new(
             Severity::Warning,
@@ -333,6 +333,7 @@ fn rounded(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::clock::timing::Jitter;
     use crate::description::{no_files, read};
     use crate::error::Place;
 
@@ -376,7 +377,10 @@ mod tests {
     fn delays_of_all_channels_rest_on_uneven_stamps() {
         let timing = Timing {
             period: 2e-3,
-            jitter: 0.4,
+            jitter: Jitter {
+                largest: 0.4,
+                ..Jitter::default()
+            },
             sampling: Some(Sampling::AsStamped),
             evidence: Some(evidence(false)),
             ..Timing::default()
@@ -408,10 +412,8 @@ mod tests {
         for period in [0.1, 0.02, 1e-3, 2.5e-5, 0.0, f64::NAN] {
             assert_eq!(told(period), None, "{period}");
         }
-        let channels = Channels {
-            time_factor: 1e-3,
-            ..channels.clone()
-        };
+        let mut channels = channels.clone();
+        channels.time.factor = 1e-3;
         let finding = time_unit("log.csv", &channels, 1e-6).unwrap();
         assert_eq!(finding.setting.as_deref(), Some("[log] time_s = \"t\""));
         assert!(
@@ -419,11 +421,8 @@ mod tests {
             "{}",
             finding.text
         );
-        let channels = Channels {
-            time: TimeOrigin::Period(5.0),
-            time_factor: 1.0,
-            ..channels
-        };
+        channels.time.origin = TimeOrigin::Period(5.0);
+        channels.time.factor = 1.0;
         let finding = time_unit("log.csv", &channels, 5.0).unwrap();
         assert_eq!(finding.setting.as_deref(), Some("[log] period_s = 0.005"));
     }
@@ -462,7 +461,10 @@ mod tests {
         let quiet = Timing {
             recorded: 1000,
             sampling: Some(Sampling::Even),
-            jitter: 0.09,
+            jitter: Jitter {
+                largest: 0.09,
+                ..Jitter::default()
+            },
             evidence: Some(evidence(true)),
             ..Timing::default()
         };
@@ -475,7 +477,10 @@ mod tests {
             let timing = Timing {
                 recorded: 1000,
                 period: 4e-3,
-                jitter: 0.9,
+                jitter: Jitter {
+                    largest: 0.9,
+                    ..Jitter::default()
+                },
                 sampling: Some(sampling),
                 evidence: Some(evidence(decisive)),
                 ..Timing::default()

@@ -3,7 +3,7 @@
 use super::cycle::{Cycle, GAP_PERIODS, JITTER_LIMIT, LOOK_AHEAD_SAMPLES, refined, usual_step};
 use super::evidence::{EVEN_STEP_PART, weigh};
 use super::resample::{Resampler, SAME_TIME_PART};
-use super::timing::{Sampling, Timing};
+use super::timing::{Jitter, Sampling, Timing};
 use super::watch::Watch;
 use crate::block::LogBlock;
 use crate::error::{LogError, Place};
@@ -101,7 +101,10 @@ impl Grid {
         Timing {
             start: self.first,
             duration: self.last.unwrap_or_default() - self.first,
-            jitter_rms: (squares / steps.max(1) as f64).sqrt(),
+            jitter: Jitter {
+                rms: (squares / steps.max(1) as f64).sqrt(),
+                ..self.timing.jitter
+            },
             interpolated: self.resampler.interpolated,
             ..self.timing
         }
@@ -456,7 +459,7 @@ impl Grid {
                 self.timing.dropped.add(missing.max(0.0) as u64, place);
                 let step = (stamp - before) / self.timing.period;
                 let off = (step - step.round().max(1.0)).abs();
-                self.timing.jitter = self.timing.jitter.max(off);
+                self.timing.jitter.largest = self.timing.jitter.largest.max(off);
                 self.steps.0 += 1;
                 self.steps.1 += off * off;
             }

@@ -13,4 +13,4 @@ pub(super) mod timing;
 mod watch;
 
 pub use check::{TIME_UNIT, check_timing, time_unit};
-pub use timing::{Sampling, Timing};
+pub use timing::{Jitter, Sampling, Timing};

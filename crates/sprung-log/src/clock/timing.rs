@@ -85,6 +85,15 @@ pub struct Evidence {
     pub decisive: bool,
 }
 
+/// Deviations of steps between time stamps from the nearest whole number of periods, as a fraction of the period.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Jitter {
+    /// The largest.
+    pub largest: f64,
+    /// Root mean square.
+    pub rms: f64,
+}
+
 /// Sampling of the part of a log that was read.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Timing {
@@ -100,11 +109,8 @@ pub struct Timing {
     pub start: f64,
     /// Time between the first and the last sample, s.
     pub duration: f64,
-    /// Largest deviation of a step between time stamps from the nearest whole number of periods, as
-    /// a fraction of the period.
-    pub jitter: f64,
-    /// Root mean square of these deviations, as a fraction of the period.
-    pub jitter_rms: f64,
+    /// How uneven the time stamps are.
+    pub jitter: Jitter,
     /// When samples were taken; `None` until it is known.
     pub sampling: Option<Sampling>,
     /// Evidence for this decision, if it was needed.

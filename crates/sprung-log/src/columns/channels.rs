@@ -7,27 +7,18 @@ use super::channel::{Channel, ChannelError};
 use super::from_keys::channels;
 use super::inertial::{InertialSensors, check_sensors};
 use super::mix::Mix;
-use super::origin::{Stream, TimeOrigin};
-use super::time::{TimeSource, sampling, time};
-use crate::clock::timing::Sampling;
+use super::origin::TimeOrigin;
+use super::time::{TimeSource, are_dates, sampling, time};
 use crate::description::{
     CsvForm, Instrumentation, Joint, Key, Log, MissingValues, Quantity, Robot, Scaling, Side,
-    Signal, TorqueHold, Unit, WrongSamples,
+    Signal, TorqueHold, WrongSamples,
 };
 
 /// The channels of a log: link positions, motor positions and motor torques, joint by joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channels {
     /// Source of the time.
-    pub time: TimeOrigin,
-    /// The stream that gives the time, if it is declared.
-    pub time_stream: Option<Stream>,
-    /// Factor from the reading to the time in s.
-    pub time_factor: f64,
-    /// When samples were taken, if it is declared.
-    pub sampling: Option<Sampling>,
-    /// Whether times are dates.
-    pub dates: bool,
+    pub time: TimeSource,
     /// Form of CSV files, as far as the description declares it.
     pub csv: CsvForm,
     /// Treatment of samples without a value.
@@ -117,6 +108,8 @@ impl Channels {
                 origin: TimeOrigin::Messages,
                 stream: None,
                 factor: 1.0,
+                sampling: sampling(log),
+                are_dates: are_dates(log),
             },
             None => {
                 return Err(ChannelError::NotSaid {
@@ -130,11 +123,7 @@ impl Channels {
         Ok(Self {
             inertial,
             instruments: Instrumentation::new(robot, Some(log)),
-            time: source.origin,
-            time_stream: source.stream,
-            time_factor: source.factor,
-            sampling: sampling(log),
-            dates: (log.time.as_ref()).is_some_and(|time| time.unit.is_some_and(Unit::is_date)),
+            time: source,
             csv: log.csv.clone().unwrap_or_default(),
             nan: log.nan.unwrap_or_default(),
             wrong_samples: log.wrong_samples.unwrap_or_default(),

@@ -21,3 +21,4 @@ pub use channels::{Channels, CovariateOfJoint};
 pub use inertial::{InertialSensor, InertialSensors, LinkMotion};
 pub use mix::Mix;
 pub use origin::{Origin, TimeOrigin};
+pub use time::TimeSource;

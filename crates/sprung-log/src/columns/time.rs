@@ -5,11 +5,18 @@ use crate::clock::timing::Sampling;
 use crate::description::{Log, SamplingTimes, Unit};
 
 /// Where the time of a log comes from.
-pub(crate) struct TimeSource {
-    pub(crate) origin: TimeOrigin,
-    pub(crate) stream: Option<Stream>,
-    /// Seconds per unit.
-    pub(crate) factor: f64,
+#[derive(Clone, Debug, PartialEq)]
+pub struct TimeSource {
+    /// Column, messages or period.
+    pub origin: TimeOrigin,
+    /// The stream that gives the time, if it is declared.
+    pub stream: Option<Stream>,
+    /// Factor from the reading to the time in s.
+    pub factor: f64,
+    /// When samples were taken, if it is declared.
+    pub sampling: Option<Sampling>,
+    /// Whether times are dates.
+    pub are_dates: bool,
 }
 
 /// Returns the source of the time; `None` if the description names none.
@@ -18,6 +25,8 @@ pub(crate) fn time(log: &Log) -> Option<TimeSource> {
         origin,
         stream,
         factor,
+        sampling: sampling(log),
+        are_dates: are_dates(log),
     };
     let named = [
         (&log.time_s, 1.0),
@@ -50,4 +59,9 @@ pub(crate) fn sampling(log: &Log) -> Option<Sampling> {
         (_, SamplingTimes::Even) => Some(Sampling::Even),
         (_, SamplingTimes::AsStamped) => Some(Sampling::AsStamped),
     }
+}
+
+/// Returns whether the times are dates.
+pub(crate) fn are_dates(log: &Log) -> bool {
+    (log.time.as_ref()).is_some_and(|time| time.unit.is_some_and(Unit::is_date))
 }

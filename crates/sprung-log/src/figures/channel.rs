@@ -118,21 +118,46 @@ impl Overview {
     }
 }
 
-/// Statistics of one channel of a log. Their memory does not grow with the log.
-#[derive(Clone, Debug)]
-pub struct Figures {
-    extent: Extent,
+/// Mean and scatter of a channel.
+#[derive(Clone, Copy, Debug, Default)]
+struct Moments {
     samples: u64,
     mean: f64,
     // Sum of squared deviations from the mean.
     squares: f64,
+}
+
+impl Moments {
+    fn take(&mut self, value: f64) {
+        self.samples += 1;
+        let deviation = value - self.mean;
+        self.mean += deviation / self.samples as f64;
+        self.squares += deviation * (value - self.mean);
+    }
+
+    fn deviation(&self) -> f64 {
+        (self.squares / self.samples.max(1) as f64).max(0.0).sqrt()
+    }
+}
+
+/// Samples of a channel that stand out, the largest first.
+#[derive(Clone, Debug, Default)]
+struct Outstanding {
+    spikes: Vec<Event>,
+    jumps: Vec<Event>,
+    stalls: Vec<Stretch>,
+}
+
+/// Statistics of one channel of a log. Their memory does not grow with the log.
+#[derive(Clone, Debug)]
+pub struct Figures {
+    extent: Extent,
+    moments: Moments,
     changes: u64,
     steps: Sizes,
     bends: Sizes,
     lone: Sizes,
-    spikes: Vec<Event>,
-    jumps: Vec<Event>,
-    stalls: Vec<Stretch>,
+    outstanding: Outstanding,
     run: Stretch,
     longest: Stretch,
     low: Extreme,
@@ -165,16 +190,12 @@ impl Figures {
                 min: value,
                 max: value,
             },
-            samples: 0,
-            mean: 0.0,
-            squares: 0.0,
+            moments: Moments::default(),
             changes: 0,
             steps: Sizes::default(),
             bends: Sizes::default(),
             lone: Sizes::default(),
-            spikes: Vec::new(),
-            jumps: Vec::new(),
-            stalls: Vec::new(),
+            outstanding: Outstanding::default(),
             run,
             longest: run,
             low: extreme,
@@ -186,10 +207,7 @@ impl Figures {
 
     /// Takes the next sample.
     pub(crate) fn take(&mut self, time: f64, value: f64) {
-        self.samples += 1;
-        let deviation = value - self.mean;
-        self.mean += deviation / self.samples as f64;
-        self.squares += deviation * (value - self.mean);
+        self.moments.take(value);
         self.extent.min = self.extent.min.min(value);
         self.extent.max = self.extent.max.max(value);
         self.overview.take(time, value);
@@ -224,7 +242,9 @@ impl Figures {
                 self.changes += 1;
                 self.run.jump = value - self.run.value;
                 if self.run.samples >= MIN_STALL_SAMPLES {
-                    keep(&mut self.stalls, self.run, |stall| stall.jump.abs());
+                    keep(&mut self.outstanding.stalls, self.run, |stall| {
+                        stall.jump.abs()
+                    });
                 }
             }
             self.run = Stretch {
@@ -250,7 +270,9 @@ impl Figures {
                 time: self.last[1].0,
                 size: bend,
             };
-            keep(&mut self.spikes, event, |event| event.size.abs());
+            keep(&mut self.outstanding.spikes, event, |event| {
+                event.size.abs()
+            });
         }
         let (before, step, after) = (x[1] - x[0], x[2] - x[1], x[3] - x[2]);
         if before.abs().max(after.abs()) < LONE_STEP_RATIO * step.abs() {
@@ -258,7 +280,7 @@ impl Figures {
                 time: self.last[2].0,
                 size: step,
             };
-            keep(&mut self.jumps, event, |event| event.size.abs());
+            keep(&mut self.outstanding.jumps, event, |event| event.size.abs());
         }
     }
 
@@ -271,25 +293,25 @@ impl Figures {
     /// Returns the number of samples.
     #[must_use]
     pub fn samples(&self) -> u64 {
-        self.samples
+        self.moments.samples
     }
 
     /// Returns the mean.
     #[must_use]
     pub fn mean(&self) -> f64 {
-        self.mean
+        self.moments.mean
     }
 
     /// Returns the standard deviation.
     #[must_use]
     pub fn deviation(&self) -> f64 {
-        (self.squares / self.samples.max(1) as f64).max(0.0).sqrt()
+        self.moments.deviation()
     }
 
     /// Returns the fraction of samples that differ from the preceding one.
     #[must_use]
     pub fn changing(&self) -> f64 {
-        self.changes as f64 / self.samples.max(2).saturating_sub(1) as f64
+        self.changes as f64 / self.moments.samples.max(2).saturating_sub(1) as f64
     }
 
     /// Returns the distribution of absolute steps between consecutive samples.
@@ -313,20 +335,20 @@ impl Figures {
     /// Returns the samples farthest from two neighbours that agree, largest distance first.
     #[must_use]
     pub fn spikes(&self) -> &[Event] {
-        &self.spikes
+        &self.outstanding.spikes
     }
 
     /// Returns the largest steps between two much smaller steps, largest first.
     #[must_use]
     pub fn jumps(&self) -> &[Event] {
-        &self.jumps
+        &self.outstanding.jumps
     }
 
     /// Returns stretches of at least five equal samples, sorted by the change at their end, largest
     /// first.
     #[must_use]
     pub fn stalls(&self) -> &[Stretch] {
-        &self.stalls
+        &self.outstanding.stalls
     }
 
     /// Returns the longest stretch of equal values.

@@ -84,7 +84,7 @@ fn log(
         period_s: figures.timing.period,
         rate_hz: 1.0 / figures.timing.period,
         duration_s: figures.timing.duration,
-        jitter_percent: 100.0 * figures.timing.jitter,
+        jitter_percent: 100.0 * figures.timing.jitter.largest,
         sampling: (figures.timing.sampling)
             .map_or("even", Sampling::name)
             .to_owned(),

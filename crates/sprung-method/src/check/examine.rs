@@ -222,19 +222,19 @@ fn gaps(file: &str, figures: &LogFigures) -> Option<Finding> {
 
 /// Returns a finding about a slightly uneven clock.
 fn jitter(file: &str, timing: &Timing) -> Option<Finding> {
-    (timing.jitter > NOTED_JITTER_SHARE).then(|| {
+    (timing.jitter.largest > NOTED_JITTER_SHARE).then(|| {
         Finding::new(
             Severity::Info,
             "jitter",
             format!(
                 "{file}: steps of the time differ from the period of {:.4} ms by up to {:.1} %",
                 1e3 * timing.period,
-                100.0 * timing.jitter
+                100.0 * timing.jitter.largest
             ),
             "nothing if the times are rounded; otherwise let the controller stamp each sample when it is \
              taken",
         )
-        .seen(file, "", 100.0 * timing.jitter, "%")
+        .seen(file, "", 100.0 * timing.jitter.largest, "%")
     })
 }
 

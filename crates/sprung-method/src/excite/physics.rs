@@ -44,6 +44,35 @@ impl MotionAt {
     }
 }
 
+/// Work memory for numbers with derivatives.
+#[derive(Clone, Debug)]
+struct DualScratch {
+    joints: Vec<JointScratch<Partial>>,
+    steps: Vec<Step<Partial>>,
+    pairs: Vec<PairScratch<Partial>>,
+    numbers: Vec<Partial>,
+}
+
+impl DualScratch {
+    fn new(joints: usize) -> Self {
+        Self {
+            joints: vec![JointScratch::default(); joints],
+            steps: vec![Step::default(); joints],
+            pairs: vec![PairScratch::default(); joints * joints],
+            numbers: vec![Partial::ZERO; numbers_len(joints)],
+        }
+    }
+
+    fn workspace(&mut self) -> Workspace<'_, Partial> {
+        Workspace {
+            joints: &mut self.joints,
+            steps: &mut self.steps,
+            pairs: &mut self.pairs,
+            numbers: &mut self.numbers,
+        }
+    }
+}
+
 /// A robot with values and work memory.
 #[derive(Clone, Debug)]
 pub(super) struct Physics {
@@ -51,10 +80,7 @@ pub(super) struct Physics {
     pub(super) theta: Theta,
     bodies: Vec<[f64; BODY]>,
     scratch: Scratch,
-    joints: Vec<JointScratch<Partial>>,
-    steps: Vec<Step<Partial>>,
-    pairs: Vec<PairScratch<Partial>>,
-    numbers: Vec<Partial>,
+    dual: DualScratch,
     partials: [Vec<Partial>; 4],
     accelerations: Vec<f64>,
     weights: Vec<f64>,
@@ -88,10 +114,7 @@ impl Physics {
             bodies: model.bodies(theta),
             theta: theta.to_vec(),
             scratch: Scratch::new(n),
-            joints: vec![JointScratch::default(); n],
-            steps: vec![Step::default(); n],
-            pairs: vec![PairScratch::default(); n * n],
-            numbers: vec![Partial::ZERO; numbers_len(n)],
+            dual: DualScratch::new(n),
             partials: std::array::from_fn(|_| vec![Partial::ZERO; n]),
             accelerations: vec![0.0; rows],
             weights: vec![0.0; model.robot().entries],
@@ -142,12 +165,7 @@ impl Physics {
 
     fn pull_weights(&mut self, at: &MotionAt, out: &mut MotionAt) {
         self.accelerations(at);
-        let mut workspace = Workspace {
-            joints: &mut self.joints,
-            steps: &mut self.steps,
-            pairs: &mut self.pairs,
-            numbers: &mut self.numbers,
-        };
+        let mut workspace = self.dual.workspace();
         let [q, dq, ddq, _] = &mut self.partials;
         let MotionAt { link, motor } = out;
         let mut gradient = Gradient {
@@ -217,7 +235,7 @@ impl Physics {
         let [q, dq, ddq, tau] = &mut self.partials;
         let mut partials = Partials {
             numbers: [q, dq, ddq, tau],
-            steps: &mut self.steps,
+            steps: &mut self.dual.steps,
         };
         let (rate, inverse) = (&mut self.rate, &mut self.inverse);
         let moved = robot.motion(&values, &state, torque, &mut workspace, rate, inverse);

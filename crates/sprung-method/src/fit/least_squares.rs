@@ -16,6 +16,22 @@ const LEAST_RESIDUAL: f64 = 1e-9;
 const MAX_GROUPS: usize = 32;
 const MIN_GROUPS: usize = 4;
 
+/// How well data determine parameters together.
+#[derive(Clone, Debug)]
+pub struct Excitation {
+    /// Participation of each parameter in the least excited direction, columns scaled to unit
+    /// length.
+    pub weakest_direction: Vec<f64>,
+    /// Numerical rank, at most `unknowns`.
+    pub rank: usize,
+    /// Number of parameters that are not known.
+    pub unknowns: usize,
+    /// Ratio of the extreme singular values, without column scaling.
+    pub condition_number: f64,
+    /// Ratio of the extreme singular values, columns scaled to unit length.
+    pub condition_number_scaled: f64,
+}
+
 /// A parameter vector with its uncertainty.
 #[derive(Clone, Debug)]
 pub struct Fitted {
@@ -35,17 +51,8 @@ pub struct Fitted {
     pub between_parts: Vec<f64>,
     /// Estimated size of the bias that all stretches share.
     pub bias: Vec<f64>,
-    /// Participation of each parameter in the least excited direction, columns scaled to unit
-    /// length.
-    pub weakest_direction: Vec<f64>,
-    /// Numerical rank, at most `unknowns`.
-    pub rank: usize,
-    /// Number of parameters that are not known.
-    pub unknowns: usize,
-    /// Ratio of the extreme singular values, without column scaling.
-    pub condition_number: f64,
-    /// Ratio of the extreme singular values, columns scaled to unit length.
-    pub condition_number_scaled: f64,
+    /// How well the data determine the parameters together.
+    pub excitation: Excitation,
     /// Half width of a 95 % interval, in standard errors.
     pub interval: f64,
     /// Solutions of the motor rows alone, one per flexible joint.
@@ -132,11 +139,13 @@ pub(crate) fn fit_weighted(
         moves: moves(&free, &stacked),
         between_parts: vec![0.0; model.parameters().len()],
         bias: vec![0.0; model.parameters().len()],
-        weakest_direction: free.whole(&solution.weakest_direction, |_| 0.0),
-        rank: solution.rank,
-        unknowns: free.unknowns.len(),
-        condition_number: solution.condition_number,
-        condition_number_scaled: solution.condition_number_scaled,
+        excitation: Excitation {
+            weakest_direction: free.whole(&solution.weakest_direction, |_| 0.0),
+            rank: solution.rank,
+            unknowns: free.unknowns.len(),
+            condition_number: solution.condition_number,
+            condition_number_scaled: solution.condition_number_scaled,
+        },
         interval: student_95(groups.len().saturating_sub(1)),
         motor_rows,
         weights,

@@ -382,11 +382,13 @@ mod tests {
             })
             .collect();
         Channels {
-            time: crate::log::TimeOrigin::Period(PERIOD),
-            time_stream: None,
-            time_factor: 1.0,
-            sampling: None,
-            dates: false,
+            time: crate::log::TimeSource {
+                origin: crate::log::TimeOrigin::Period(PERIOD),
+                stream: None,
+                factor: 1.0,
+                sampling: None,
+                are_dates: false,
+            },
             csv: crate::description::CsvForm::default(),
             nan: crate::description::MissingValues::Refuse,
             wrong_samples: crate::description::WrongSamples::Keep,

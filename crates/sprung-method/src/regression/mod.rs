@@ -18,6 +18,8 @@ mod pass;
 mod probes;
 mod reading;
 mod reduction;
+mod row_factors;
+mod row_reduction;
 mod solution;
 mod stored;
 mod system;

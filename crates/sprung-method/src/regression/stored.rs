@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::householder::place;
 use super::packed::Packed;
-use super::reduction::max_stretches;
+use super::row_factors::max_stretches;
 use super::system::{Kept, System};
 use super::triangle::Triangle;
 use crate::model::Model;

@@ -39,9 +39,14 @@ pub(crate) struct Case {
     pub(crate) robot: Experiment,
     pub(crate) plant: Model,
     pub(crate) of_robot: Theta,
-    // The parameters of the simulation, whose encoders have no zeros.
-    theta: Theta,
+    recorder: Recorder,
+}
+
+/// What makes the logs.
+struct Recorder {
     arm: Arm,
+    /// The parameters of the simulation, whose encoders have no zeros.
+    theta: Theta,
     controller: Controller,
     settings: Simulate,
     sensors: Sensors,
@@ -78,11 +83,15 @@ impl Case {
         let sensors = Sensors::random(&arm, fault, &mut rng);
         let preloads = sensors.preloads(&arm);
         let mut case = Self {
-            settings: settings(&arm, kind, fault, &mut rng),
-            theta: theta(&plant, &plant_truth(&arm, fault, &vec![0.0; joints])),
             of_robot: theta(&plant, &plant_truth(&arm, fault, &preloads)),
             truth: Some(theta(&model, &model_truth(&arm, fault, &preloads))),
-            sensors,
+            recorder: Recorder {
+                settings: settings(&arm, kind, fault, &mut rng),
+                theta: theta(&plant, &plant_truth(&arm, fault, &vec![0.0; joints])),
+                arm,
+                controller,
+                sensors,
+            },
             kind,
             seed,
             fault,
@@ -91,9 +100,7 @@ impl Case {
             text,
             model,
             robot,
-            arm,
             plant,
-            controller,
         };
         if fault == Fault::WrongUnit(WrongUnit::Foreign) {
             case.truth = None;
@@ -135,15 +142,15 @@ impl Case {
         rng.set_stream(100 + number);
         let controller = Controller {
             reference: reference(self.fault, self.joints, self.seed, &mut rng),
-            ..self.controller.clone()
+            ..self.recorder.controller.clone()
         };
         let settings = Simulate {
             seed: rng.random(),
-            ..self.settings.clone()
+            ..self.recorder.settings.clone()
         };
         let setup = TwinSetup {
             model: &self.plant,
-            theta: &self.theta,
+            theta: &self.recorder.theta,
             controller: &controller,
             settings: &settings,
         };
@@ -161,18 +168,18 @@ impl Case {
             if let Fault::Misfit(misfit) = fault {
                 for joint in 0..self.joints {
                     let motion = [q[joint], phi[joint], velocity[joint]];
-                    let drive = &self.arm.drives[joint];
+                    let drive = &self.recorder.arm.drives[joint];
                     tau[joint] = logged_torque(drive, misfit, tau[joint], motion, part);
                     if let Misfit::Eccentric(size) = misfit {
                         q[joint] += size * q[joint].sin();
                     }
                 }
             }
-            let encoders = self.sensors.encoders.iter();
+            let encoders = self.recorder.sensors.encoders.iter();
             for ((step, phase), value) in encoders.zip(q.iter_mut().chain(&mut phi)) {
                 *value = step * (*value / step + phase).floor();
             }
-            for (value, noise) in tau.iter_mut().zip(&self.sensors.torque_noise) {
+            for (value, noise) in tau.iter_mut().zip(&self.recorder.sensors.torque_noise) {
                 *value += noise * rng.sample::<f64, _>(StandardNormal);
             }
             table.time.push(sample.time);
@@ -181,7 +188,7 @@ impl Case {
                 column.push(*value);
             }
         }
-        damage(&self.arm, self.seed, &mut table, fault);
+        damage(&self.recorder.arm, self.seed, &mut table, fault);
         Some(table)
     }
 

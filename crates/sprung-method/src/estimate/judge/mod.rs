@@ -81,7 +81,7 @@ pub(crate) fn judge(
     collinear(
         model,
         result,
-        &linear.fitted.weakest_direction,
+        &linear.fitted.excitation.weakest_direction,
         &mut findings,
     );
     if result.has_linear_values() {

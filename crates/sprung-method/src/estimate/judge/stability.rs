@@ -21,7 +21,7 @@ const LOWEST_COMPARED_CUTOFF: f64 = 0.49;
 /// Reports the parameters that change between parts of the logs by more than their standard errors
 /// allow.
 pub(super) fn parts_disagree(model: &Model, linear: &Linear<'_>) -> Option<Finding> {
-    let unknowns = linear.fitted.unknowns.max(1) as f64;
+    let unknowns = linear.fitted.excitation.unknowns.max(1) as f64;
     let mut changes = Vec::new();
     let mut names = Vec::new();
     let mut disagreeing = Vec::new();

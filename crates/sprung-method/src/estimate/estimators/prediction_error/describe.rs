@@ -34,12 +34,12 @@ pub(super) fn describe(
         rungs: rungs(status),
         values: values(model, refined),
         converged: refined.converged(),
-        runs: refined.runs,
-        samples: refined.samples,
-        duration_s: refined.duration,
-        measurements: refined.measurements,
-        minus_log_likelihood: refined.loss,
-        disturbances: (refined.levels.iter().enumerate())
+        runs: refined.search.runs,
+        samples: refined.read.samples,
+        duration_s: refined.read.duration,
+        measurements: refined.read.measurements,
+        minus_log_likelihood: refined.search.loss,
+        disturbances: (refined.noise.rows.iter().enumerate())
             .map(|(row, level)| RowDisturbance {
                 row: model.row_name(row),
                 torque_noise_nm: level.torque_noise,
@@ -49,17 +49,17 @@ pub(super) fn describe(
                 at_bound: level.at_bound,
             })
             .collect(),
-        disturbance_corner_hz: refined.corner,
-        cost_per_measurement: refined.cost,
+        disturbance_corner_hz: refined.noise.corner,
+        cost_per_measurement: refined.search.cost,
         held_out_residual: shown.held_out.and_then(residual),
-        sensor_noise: (refined.sensors.iter())
+        sensor_noise: (refined.noise.sensors.iter())
             .map(|sensor| SensorNoise {
                 column: column(sensor.channel),
                 noise_rad: sensor.noise,
                 deviation_rad: sensor.scale,
             })
             .collect(),
-        encoder_offsets: (refined.offsets.iter())
+        encoder_offsets: (refined.channels.offsets.iter())
             .map(|offset| RefinedOffset {
                 joint: model.joints()[offset.joint].clone(),
                 column: column(offset.channel),
@@ -67,7 +67,7 @@ pub(super) fn describe(
                 standard_error_rad: offset.standard_error,
             })
             .collect(),
-        delays: (refined.delays.iter())
+        delays: (refined.channels.delays.iter())
             .map(|delay| RefinedDelay {
                 column: column(delay.channel),
                 delay_s: delay.value(),
@@ -75,10 +75,10 @@ pub(super) fn describe(
                 used_s: delay.assumed,
             })
             .collect(),
-        torques_delay_s: (refined.torques_delay.as_ref())
+        torques_delay_s: (refined.channels.torques_delay.as_ref())
             .filter(|delay| delay.estimated)
             .map(|delay| (delay.value(), delay.standard_error)),
-        saturations: (refined.saturations.iter())
+        saturations: (refined.channels.saturations.iter())
             .map(|saturation| RefinedSaturation {
                 column: column(saturation.channel),
                 share: saturation.value(),
@@ -88,7 +88,7 @@ pub(super) fn describe(
                     .filter(|moved| moved.is_finite()),
             })
             .collect(),
-        eccentricities: (refined.eccentricities.iter())
+        eccentricities: (refined.channels.eccentricities.iter())
             .map(|eccentricity| RefinedEccentricity {
                 column: column(eccentricity.channel),
                 shape: eccentricity.effect.shape().to_owned(),
@@ -96,7 +96,7 @@ pub(super) fn describe(
                 standard_error_rad: Some(eccentricity.standard_error).filter(|e| e.is_finite()),
             })
             .collect(),
-        residual_levels: (refined.residual.iter())
+        residual_levels: (refined.noise.residual.iter())
             .map(|(joint, side, level)| ResidualPrior {
                 joint: model.joints()[*joint].clone(),
                 side: side.name().to_owned(),
@@ -108,7 +108,7 @@ pub(super) fn describe(
         correlations: (correlations(refined).into_iter())
             .map(|pair| (name(pair.first), name(pair.second), pair.correlation))
             .collect(),
-        each_log: (refined.logs.iter())
+        each_log: (refined.parts.logs.iter())
             .map(|log| {
                 let position_of = |index| refined.free.iter().position(|free| *free == index);
                 (0..model.parameters().len())

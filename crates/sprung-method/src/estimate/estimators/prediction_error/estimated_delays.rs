@@ -85,7 +85,7 @@ pub(in crate::estimate) fn likely(
         return Ok(Likely::default());
     };
     Ok(Likely {
-        delays: (best.delays.iter().filter(|delay| delay.estimated))
+        delays: (best.channels.delays.iter().filter(|delay| delay.estimated))
             .map(|delay| DelayByLikelihood {
                 channel: delay.channel,
                 delay: delay.value(),
@@ -119,15 +119,12 @@ fn is_sound(reading: &Reading, excerpt: &Excerpt, estimated: &[usize]) -> bool {
 /// Returns minus the log-likelihood per measurement. A late channel reduces the number of
 /// measurements.
 fn per_measurement(refined: &Refined) -> f64 {
-    refined.loss / refined.measurements.max(1) as f64
+    refined.search.loss / refined.read.measurements.max(1) as f64
 }
 
 fn agree(one: &Refined, other: &Refined, period: f64) -> bool {
-    let estimated = one
-        .delays
-        .iter()
-        .zip(&other.delays)
-        .filter(|(d, _)| d.estimated);
+    let delays = one.channels.delays.iter().zip(&other.channels.delays);
+    let estimated = delays.filter(|(d, _)| d.estimated);
     let same = estimated.into_iter().all(|(a, b)| {
         let difference = (a.assumed + a.correction - b.assumed - b.correction).abs();
         difference < SIGNIFICANT_SIGMAS * a.standard_error.max(MIN_DELAY_SAMPLES * period)

@@ -34,14 +34,14 @@ pub(super) fn largest_move(refined: &Refined, moves: &[f64]) -> Option<(usize, f
 pub(super) fn about(reading: &Reading, refined: &Refined) -> Vec<Finding> {
     let model = reading.model();
     let mut findings = Vec::new();
-    if refined.left_out {
+    if refined.read.left_out {
         findings.push(Finding::new(
             Severity::Info,
             "refined-on-part",
             format!(
                 "the refinement used {:.1} s ({} samples) in pieces that are spread evenly over the \
                  logs; more samples need more memory and time",
-                refined.duration, refined.samples
+                refined.read.duration, refined.read.samples
             ),
             "set identify.refinement_memory_mib higher, or cut the logs to their exciting parts",
         ));
@@ -49,7 +49,7 @@ pub(super) fn about(reading: &Reading, refined: &Refined) -> Vec<Finding> {
     findings.extend(estimated_delays(reading.channels(), refined));
     findings.extend(together(model, refined));
     findings.extend(disagree(model, refined));
-    let unexplained: Vec<String> = (refined.levels.iter().enumerate())
+    let unexplained: Vec<String> = (refined.noise.rows.iter().enumerate())
         .filter(|(_, level)| level.disturbance > SMALL_SHARE * level.torque)
         .map(|(row, level)| {
             let part = in_percent(level.disturbance / level.torque);
@@ -62,7 +62,7 @@ pub(super) fn about(reading: &Reading, refined: &Refined) -> Vec<Finding> {
         })
         .collect();
     if !unexplained.is_empty() {
-        let is_large = (refined.levels.iter())
+        let is_large = (refined.noise.rows.iter())
             .any(|level| level.disturbance > LARGE_DISTURBANCE_SHARE * level.torque);
         findings.push(Finding::new(
             if is_large {
@@ -87,7 +87,11 @@ pub(super) fn about(reading: &Reading, refined: &Refined) -> Vec<Finding> {
 
 /// Reports the delays that the description asks to estimate.
 fn estimated_delays(channels: &Channels, refined: &Refined) -> Vec<Finding> {
-    let estimated = refined.delays.iter().filter(|delay| delay.estimated);
+    let estimated = refined
+        .channels
+        .delays
+        .iter()
+        .filter(|delay| delay.estimated);
     let finding = |delay: &ChannelUpdate| {
         Finding::new(
             Severity::Info,
@@ -173,14 +177,14 @@ pub(super) fn correlations(refined: &Refined) -> Vec<Correlated> {
 
 /// Reports the parameters on which several logs disagree.
 fn disagree(model: &Model, refined: &Refined) -> Option<Finding> {
-    if refined.logs.len() < 2 {
+    if refined.parts.logs.len() < 2 {
         return None;
     }
     let mut disagreeing = Vec::new();
     let mut names = Vec::new();
     let mut indices = Vec::new();
     for (place, &index) in refined.free.iter().enumerate() {
-        let values: Vec<(f64, f64)> = refined.logs.iter().map(|log| log[place]).collect();
+        let values: Vec<(f64, f64)> = refined.parts.logs.iter().map(|log| log[place]).collect();
         let found = between_parts(&values);
         if found.is_some_and(|found| {
             found.probability < FALSE_ALARM_PROBABILITY / refined.free.len() as f64

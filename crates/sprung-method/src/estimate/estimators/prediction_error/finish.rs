@@ -16,7 +16,10 @@ use super::parts::{
     without_blocks,
 };
 use super::problem::{Problem, add_prior};
-use super::refined::{FrictionScale, Refined, RowLevel, SensorLevel, SensorOffset};
+use super::refined::{
+    FoundChannels, FoundNoise, FrictionScale, OfParts, Read, Refined, RowLevel, Search,
+    SensorLevel, SensorOffset,
+};
 use super::sandwich::{Influence, widening};
 use super::solve::covariance as covariance_of;
 use super::unknowns::Unknowns;
@@ -102,42 +105,37 @@ pub(super) fn finish(
         theta: unknowns.theta(&descent.z),
         standard_error: standard_errors(model, &free, error),
         between_parts: standard_errors(model, &free, between),
-        ending: descent.ending,
-        runs: descent.runs,
-        moved,
-        loss: sums.loss,
-        measurements: sums.measurements,
-        samples: measurements.samples(),
-        duration,
-        left_out: measurements.left_out,
-        levels: row_levels(problem, &descent.levels),
-        corner: descent.levels.corner,
-        sensors: sensor_levels(problem, &descent.levels),
-        cost: sums.cost / sums.measurements.max(1) as f64,
-        offsets: sensor_offsets(problem, &unknowns, &descent.z, error),
-        residual: (unknowns.residual.iter())
-            .map(|residual| (residual.joint, residual.side, residual.level))
-            .collect(),
-        scales: (unknowns.scales(&descent.z).enumerate())
-            .map(|(i, of)| FrictionScale {
-                joint: of.joint,
-                scale: of.scale,
-                value: of.value,
-                // The unknown is the logarithm.
-                standard_error: of.value * error(width + unknowns.offsets.len() + i),
-            })
-            .collect(),
-        delays,
-        torques_delay: torques_delay.into_iter().next(),
-        saturations,
-        eccentricities,
+        search: Search {
+            ending: descent.ending,
+            runs: descent.runs,
+            moved,
+            loss: sums.loss,
+            cost: sums.cost / sums.measurements.max(1) as f64,
+        },
+        read: Read {
+            measurements: sums.measurements,
+            samples: measurements.samples(),
+            duration,
+            left_out: measurements.left_out,
+        },
+        noise: found_noise(problem, &unknowns, &descent.levels),
+        scales: friction_scales(&unknowns, &descent.z, error),
+        channels: FoundChannels {
+            offsets: sensor_offsets(problem, &unknowns, &descent.z, error),
+            delays,
+            torques_delay: torques_delay.into_iter().next(),
+            saturations,
+            eccentricities,
+        },
         by_noise: moves_by_noise(&influence, count, &bias, width),
-        trace: trace(problem, descent, &sums),
         unconstrained,
-        without: (possible_without.into_iter())
-            .map(|(end, z)| (end, unknowns.theta(&z)))
-            .collect(),
-        logs,
+        parts: OfParts {
+            trace: trace(problem, descent, &sums),
+            without: (possible_without.into_iter())
+                .map(|(end, z)| (end, unknowns.theta(&z)))
+                .collect(),
+            logs,
+        },
         free,
     })
 }
@@ -378,6 +376,37 @@ fn each_log(problem: &Problem<'_>, descent: &Descent, sums: &Sums) -> Vec<Alone>
     (sums.logs.iter())
         .filter_map(|log| alone(problem, descent, log))
         .collect()
+}
+
+/// Returns the scales of friction laws.
+///
+/// - `error`: standard error of an unknown, by its place.
+fn friction_scales(
+    unknowns: &Unknowns,
+    z: &[f64],
+    error: impl Fn(usize) -> f64,
+) -> Vec<FrictionScale> {
+    let first = unknowns.free.len() + unknowns.offsets.len();
+    (unknowns.scales(z).enumerate())
+        .map(|(i, of)| FrictionScale {
+            joint: of.joint,
+            scale: of.scale,
+            value: of.value,
+            // The unknown is the logarithm.
+            standard_error: of.value * error(first + i),
+        })
+        .collect()
+}
+
+fn found_noise(problem: &Problem<'_>, unknowns: &Unknowns, levels: &Levels) -> FoundNoise {
+    FoundNoise {
+        rows: row_levels(problem, levels),
+        corner: levels.corner,
+        sensors: sensor_levels(problem, levels),
+        residual: (unknowns.residual.iter())
+            .map(|residual| (residual.joint, residual.side, residual.level))
+            .collect(),
+    }
 }
 
 fn row_levels(problem: &Problem<'_>, levels: &Levels) -> Vec<RowLevel> {

@@ -55,7 +55,11 @@ impl<'a> Blocks<'a> {
         let block_of = (0..parts.len())
             .map(|part| {
                 let middle = (part as f64 + 0.5) / parts.len() as f64;
-                refined.without.iter().position(|(end, _)| middle < *end)
+                refined
+                    .parts
+                    .without
+                    .iter()
+                    .position(|(end, _)| middle < *end)
             })
             .collect();
         let mut blocks = Self {
@@ -63,7 +67,7 @@ impl<'a> Blocks<'a> {
             block_of,
             linear: 0.0,
         };
-        let linear: Option<Vec<Theta>> = (0..refined.without.len())
+        let linear: Option<Vec<Theta>> = (0..refined.parts.without.len())
             .map(|block| blocks.fit_without(block, possible))
             .collect();
         let linear = linear?;
@@ -73,7 +77,8 @@ impl<'a> Blocks<'a> {
 
     /// Returns both residuals. That of a refinement that has no finite residual is infinite.
     pub(super) fn compare(&self, refined: &Refined) -> HeldOut {
-        let residual = self.residual(|block| refined.without.get(block).map(|(_, theta)| theta));
+        let residual =
+            self.residual(|block| refined.parts.without.get(block).map(|(_, theta)| theta));
         HeldOut {
             refined: residual.unwrap_or(f64::INFINITY),
             linear: self.linear,

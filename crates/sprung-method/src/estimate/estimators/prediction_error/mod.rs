@@ -279,7 +279,7 @@ fn refined_numbers(refined: Refined, rung: Rung, fitted: &Fitted, undeclared: &[
         theta: refined.theta,
         unconstrained: refined.unconstrained,
         interval: NORMAL_95,
-        points: (refined.trace.into_iter())
+        points: (refined.parts.trace.into_iter())
             .map(|(time, theta)| (time, Some(theta)))
             .collect(),
         ..Numbers::of(fitted)

@@ -261,7 +261,12 @@ impl<'a> Refinery<'a> {
     fn move_delays(&self, refined: &Refined, delays: &mut [f64]) -> bool {
         let period = self.excerpt.period();
         let updates = || {
-            (refined.delays.iter().chain(&refined.torques_delay)).filter(|delay| delay.estimated)
+            (refined
+                .channels
+                .delays
+                .iter()
+                .chain(&refined.channels.torques_delay))
+            .filter(|delay| delay.estimated)
         };
         let far =
             |update: &ChannelUpdate| update.correction.abs() > SETTLED * update.standard_error;

@@ -23,7 +23,26 @@ pub(super) struct Refined {
     pub(super) free: Vec<usize>,
     /// Covariance of the refined parameters, \[free × free\].
     pub(super) covariance: Vec<f64>,
-    /// Reason why the search ended.
+    /// How the search went.
+    pub(super) search: Search,
+    /// What was read of the logs.
+    pub(super) read: Read,
+    /// Noise and disturbances.
+    pub(super) noise: FoundNoise,
+    /// Estimates of the scales of friction laws that the description leaves open.
+    pub(super) scales: Vec<FrictionScale>,
+    /// What the channels do to the quantities.
+    pub(super) channels: FoundChannels,
+    /// Moves of the refined parameters by the correction for noise of the logged torques, \[free\].
+    pub(super) by_noise: Vec<f64>,
+    /// Estimates from parts of the logs.
+    pub(super) parts: OfParts,
+}
+
+/// How a search went.
+#[derive(Clone, Debug)]
+pub(super) struct Search {
+    /// Reason why it ended.
     pub(super) ending: Ending,
     /// Number of runs of the filter.
     pub(super) runs: usize,
@@ -32,6 +51,13 @@ pub(super) struct Refined {
     pub(super) moved: Vec<(usize, f64)>,
     /// Minus the logarithm of the likelihood, without its constant.
     pub(super) loss: f64,
+    /// Mean squared whitened innovation.
+    pub(super) cost: f64,
+}
+
+/// What was read of the logs.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Read {
     /// Number of measurements used.
     pub(super) measurements: u64,
     /// Number of samples used.
@@ -40,20 +66,26 @@ pub(super) struct Refined {
     pub(super) duration: f64,
     /// Whether the logs contain more samples.
     pub(super) left_out: bool,
+}
+
+/// Noise and disturbances.
+#[derive(Clone, Debug)]
+pub(super) struct FoundNoise {
     /// Levels of noise and disturbance, one entry per row of the regressor.
-    pub(super) levels: Vec<RowLevel>,
+    pub(super) rows: Vec<RowLevel>,
     /// Corner frequency of the disturbances' spectrum, Hz.
     pub(super) corner: f64,
     /// Noise of sensors beyond the noise that their samples show.
     pub(super) sensors: Vec<SensorLevel>,
-    /// Mean squared whitened innovation.
-    pub(super) cost: f64,
-    /// Offsets of the sensors.
-    pub(super) offsets: Vec<SensorOffset>,
     /// Prior levels of the residual laws by joint and side, N·m (N).
     pub(super) residual: Vec<(usize, Side, f64)>,
-    /// Estimates of the scales of friction laws that the description leaves open.
-    pub(super) scales: Vec<FrictionScale>,
+}
+
+/// What channels do to the quantities.
+#[derive(Clone, Debug)]
+pub(super) struct FoundChannels {
+    /// Offsets of the sensors.
+    pub(super) offsets: Vec<SensorOffset>,
     /// Estimates of the delays, one per channel.
     pub(super) delays: Vec<ChannelUpdate>,
     /// Estimate of the delay that all torques have together; `None` if the description gives delays of torques.
@@ -62,8 +94,11 @@ pub(super) struct Refined {
     pub(super) saturations: Vec<ChannelUpdate>,
     /// Estimates of the eccentricities, two per link encoder.
     pub(super) eccentricities: Vec<ChannelUpdate>,
-    /// Moves of the refined parameters by the correction for noise of the logged torques, \[free\].
-    pub(super) by_noise: Vec<f64>,
+}
+
+/// Estimates from parts of the logs.
+#[derive(Clone, Debug)]
+pub(super) struct OfParts {
     /// Parameter vectors for growing parts of the log, with the end of each part, s.
     pub(super) trace: Vec<(f64, Theta)>,
     /// Parameter vectors without each of the blocks in turn, with the end of each block as a
@@ -77,12 +112,12 @@ pub(super) struct Refined {
 impl Refined {
     /// Returns whether a disturbance ended at its upper bound.
     pub(super) fn at_bound(&self) -> bool {
-        self.levels.iter().any(|level| level.at_bound)
+        self.noise.rows.iter().any(|level| level.at_bound)
     }
 
     /// Returns whether the search converged.
     pub(super) fn converged(&self) -> bool {
-        match self.ending {
+        match self.search.ending {
             Ending::Converged => true,
             Ending::AtBound | Ending::GivenUp | Ending::OnlyNoise | Ending::OutOfRuns => false,
         }

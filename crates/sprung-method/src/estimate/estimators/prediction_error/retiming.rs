@@ -149,7 +149,7 @@ impl Refinery<'_> {
 
     /// - `sharpness`: of Coulomb friction by joint, with which hold-out compares.
     fn torques_delay(&self, end: &End, sharpness: &[(usize, f64)]) -> Option<TorquesDelay> {
-        let delay = end.refined.torques_delay.as_ref()?;
+        let delay = end.refined.channels.torques_delay.as_ref()?;
         let period = self.excerpt.period();
         let is_open = self.start.torques == TorquesTiming::Tested
             && self.reading.channels().torque_hold.is_none();
@@ -185,7 +185,7 @@ pub(super) fn contradicted(
 ) -> Option<Finding> {
     let hold = reading.channels().torque_hold?;
     let period = excerpt.period();
-    let delay = (refined.torques_delay.as_ref())
+    let delay = (refined.channels.torques_delay.as_ref())
         .filter(|delay| !delay.estimated && is_certain(delay, period))?;
     let acts = 0.5 * period - hold.delay(period) - delay.assumed;
     let gain = DelayGain::between(excerpt, reading, &delayed(reading, delay.correction));
@@ -195,7 +195,7 @@ pub(super) fn contradicted(
             gain.words()
         )
     });
-    let likelihood = -refined.loss;
+    let likelihood = -refined.search.loss;
     let text = format!(
         "[log] says that the motor torques act on average {} their time stamps ({}); by likelihood they act {} them \
          (standard error {:.3} ms). The log-likelihood is {likelihood:.0} as declared and {:.0} with this timing{held_out}",

@@ -52,17 +52,17 @@ impl Outcome {
         let Some(refined) = tried.refined() else {
             return Self::NotFollowed;
         };
-        let bound: Vec<String> = (refined.levels.iter().enumerate())
+        let bound: Vec<String> = (refined.noise.rows.iter().enumerate())
             .filter(|(_, level)| level.at_bound)
             .map(|(row, _)| model.row_name(row))
             .collect();
-        match (refined.ending, tried.held_out) {
+        match (refined.search.ending, tried.held_out) {
             _ if !bound.is_empty() => Self::AtBound { rows: bound },
             (Ending::GivenUp, Some(held)) => Self::NotPredictive(held),
             (Ending::AtBound | Ending::GivenUp | Ending::OnlyNoise | Ending::OutOfRuns, _) => {
                 Self::NotConverged {
-                    runs: refined.runs,
-                    moved: (refined.moved.iter().take(MAX_NAMED_PARAMETERS))
+                    runs: refined.search.runs,
+                    moved: (refined.search.moved.iter().take(MAX_NAMED_PARAMETERS))
                         .map(|(index, by)| (model.parameters()[*index].short().into_owned(), *by))
                         .collect(),
                 }

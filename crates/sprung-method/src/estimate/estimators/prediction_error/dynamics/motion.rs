@@ -34,21 +34,58 @@ pub(in crate::estimate::estimators::prediction_error) struct Dynamics {
     pub(super) excess: Vec<f64>,
     /// Rate of the torque within a period, N·m/s (N/s), \[rows\]; empty if the torque is held.
     pub(super) ramp: Vec<f64>,
+    pub(super) rate: Vec<f64>,
     pub(super) inverse: Vec<f64>,
+    pub(super) slopes: Slopes,
+    pub(super) regressor: Regressor,
+    pub(super) within: WithinStep,
+}
+
+/// Derivatives of the accelerations by the state, and their work memory.
+#[derive(Clone, Debug)]
+pub(super) struct Slopes {
     pub(super) by_position: Vec<f64>,
     pub(super) by_velocity: Vec<f64>,
-    pub(super) entries: Vec<f64>,
-    /// Changes of these entries when the motion changes.
-    pub(super) changes: Vec<f64>,
-    // Column of theta of each entry.
-    pub(super) entry_columns: Vec<usize>,
-    pub(super) entry_rows: Vec<usize>,
     partials: [Vec<Partial>; 4],
     steps: Vec<Step<Partial>>,
-    // States and rates within an integration step.
+}
+
+/// The entries of the regressor.
+#[derive(Clone, Debug)]
+pub(super) struct Regressor {
+    pub(super) entries: Vec<f64>,
+    /// Changes of the entries when the motion changes.
+    pub(super) changes: Vec<f64>,
+    /// Row of each entry, and its column of theta.
+    pub(super) rows: Vec<usize>,
+    pub(super) columns: Vec<usize>,
+}
+
+/// State within an integration step, and the sum of the rates.
+#[derive(Clone, Debug)]
+pub(super) struct WithinStep {
     pub(super) at: Vec<f64>,
-    pub(super) rate: Vec<f64>,
     pub(super) sum: Vec<f64>,
+}
+
+impl Regressor {
+    fn new(model: &Model) -> Self {
+        let count = model.robot().entries;
+        let mut all = Self {
+            entries: vec![0.0; count],
+            changes: Vec::new(),
+            rows: vec![0; count],
+            columns: vec![0; count],
+        };
+        for row in 0..model.robot().rows() {
+            let columns = model.equation_columns(row).iter();
+            for (entry, &column) in model.equation_entries(row).zip(columns) {
+                all.columns[entry] = column;
+                all.rows[entry] = row;
+            }
+        }
+        all
+    }
 }
 
 impl Dynamics {
@@ -58,15 +95,6 @@ impl Dynamics {
     ) -> Self {
         let robot = model.robot();
         let (n, rows) = (robot.joints(), robot.rows());
-        let mut entry_columns = vec![0; model.robot().entries];
-        let mut entry_rows = vec![0; model.robot().entries];
-        for row in 0..rows {
-            let columns = model.equation_columns(row).iter();
-            for (entry, &column) in model.equation_entries(row).zip(columns) {
-                entry_columns[entry] = column;
-                entry_rows[entry] = row;
-            }
-        }
         Self {
             model: model.clone(),
             bodies: model.bodies(theta),
@@ -79,17 +107,18 @@ impl Dynamics {
             excess: Vec::new(),
             ramp: Vec::new(),
             inverse: vec![0.0; rows * rows],
-            by_position: vec![0.0; rows * rows],
-            by_velocity: vec![0.0; rows * rows],
-            entries: vec![0.0; model.robot().entries],
-            changes: Vec::new(),
-            entry_columns,
-            entry_rows,
-            partials: std::array::from_fn(|_| vec![Partial::ZERO; n]),
-            steps: vec![Step::default(); n],
-            at: vec![0.0; 2 * rows],
             rate: vec![0.0; rows],
-            sum: vec![0.0; 2 * rows],
+            slopes: Slopes {
+                by_position: vec![0.0; rows * rows],
+                by_velocity: vec![0.0; rows * rows],
+                partials: std::array::from_fn(|_| vec![Partial::ZERO; n]),
+                steps: vec![Step::default(); n],
+            },
+            regressor: Regressor::new(model),
+            within: WithinStep {
+                at: vec![0.0; 2 * rows],
+                sum: vec![0.0; 2 * rows],
+            },
         }
     }
 
@@ -201,14 +230,15 @@ impl Dynamics {
         };
         let robot = self.model.robot();
         let mut workspace = self.scratch.workspace();
-        let [q, dq, ddq, tau] = &mut self.partials;
+        let slopes = &mut self.slopes;
+        let [q, dq, ddq, tau] = &mut slopes.partials;
         let mut partials = Partials {
             numbers: [q, dq, ddq, tau],
-            steps: &mut self.steps,
+            steps: &mut slopes.steps,
         };
         let mut out = Derivatives {
-            by_position: &mut self.by_position,
-            by_velocity: &mut self.by_velocity,
+            by_position: &mut slopes.by_position,
+            by_velocity: &mut slopes.by_velocity,
         };
         let fits = robot.derivatives(
             &values,
@@ -230,9 +260,10 @@ impl Dynamics {
         let state = state(&self.joints, self.n, &self.excess);
         let mut workspace = self.scratch.workspace();
         let robot = self.model.robot();
-        let fits = robot.torque_entries(&state, &self.rate, &mut workspace, &mut self.entries);
+        let entries = &mut self.regressor.entries;
+        let fits = robot.torque_entries(&state, &self.rate, &mut workspace, entries);
         if fits.is_err() {
-            self.entries.fill(f64::NAN);
+            entries.fill(f64::NAN);
         }
     }
 }

@@ -18,22 +18,22 @@ impl Dynamics {
     ) {
         let rows = self.rows;
         let h = period / steps as f64;
-        let mut at = std::mem::take(&mut self.at);
+        let mut at = std::mem::take(&mut self.within.at);
         let mut acting = Acting::new(torque, &self.ramp, period);
         for step in 0..steps {
             at.copy_from_slice(x);
-            self.sum.fill(0.0);
+            self.within.sum.fill(0.0);
             for (stage, (weight, ahead)) in STAGES.into_iter().enumerate() {
                 self.accelerate(&at, acting.at(h * (step as f64 + PLACES[stage])));
                 for i in 0..rows {
-                    self.sum[i] += weight * at[rows + i];
-                    self.sum[rows + i] += weight * self.rate[i];
+                    self.within.sum[i] += weight * at[rows + i];
+                    self.within.sum[rows + i] += weight * self.rate[i];
                 }
                 next(x, h * ahead, &self.rate, &mut at);
             }
-            add(x, h / 6.0, &self.sum);
+            add(x, h / 6.0, &self.within.sum);
         }
-        self.at = at;
+        self.within.at = at;
     }
 
     /// Moves the state by one period, together with its derivatives. They come from the equations
@@ -48,11 +48,11 @@ impl Dynamics {
     ) {
         let rows = self.rows;
         let h = period / steps.count as f64;
-        let mut at = std::mem::take(&mut self.at);
+        let mut at = std::mem::take(&mut self.within.at);
         let mut acting = Acting::new(torque, &self.ramp, period);
         for step in 0..steps.count {
             at.copy_from_slice(x);
-            self.sum.fill(0.0);
+            self.within.sum.fill(0.0);
             let middle = middle_stage(steps, step);
             for (stage, (weight, ahead)) in STAGES.into_iter().enumerate() {
                 let torque = acting.at(h * (step as f64 + PLACES[stage]));
@@ -69,14 +69,14 @@ impl Dynamics {
                     self.accelerate(&at, torque);
                 }
                 for i in 0..rows {
-                    self.sum[i] += weight * at[rows + i];
-                    self.sum[rows + i] += weight * self.rate[i];
+                    self.within.sum[i] += weight * at[rows + i];
+                    self.within.sum[rows + i] += weight * self.rate[i];
                 }
                 next(x, h * ahead, &self.rate, &mut at);
             }
-            add(x, h / 6.0, &self.sum);
+            add(x, h / 6.0, &self.within.sum);
         }
-        self.at = at;
+        self.within.at = at;
     }
 }
 

@@ -121,8 +121,8 @@ impl Tangent {
         let (rows, moving, states) = (self.rows, 2 * self.rows, state_count(self.rows));
         for (i, row) in self.by_motion.chunks_mut(moving).enumerate() {
             let range = i * rows..(i + 1) * rows;
-            row[..rows].copy_from_slice(&dynamics.by_position[range.clone()]);
-            row[rows..].copy_from_slice(&dynamics.by_velocity[range]);
+            row[..rows].copy_from_slice(&dynamics.slopes.by_position[range.clone()]);
+            row[rows..].copy_from_slice(&dynamics.slopes.by_velocity[range]);
         }
         // Horner's rule: F ← 1 + (h/k) A F for k = 4, 3, 2, 1.
         self.step.fill(0.0);
@@ -162,8 +162,12 @@ impl Tangent {
         for (force, (disturbance, torque)) in force.iter_mut().zip(all) {
             *force = disturbance + torque;
         }
-        let entries = dynamics.entries.iter().zip(&dynamics.entry_columns);
-        for ((entry, &column), row) in entries.zip(&dynamics.entry_rows) {
+        let entries = dynamics
+            .regressor
+            .entries
+            .iter()
+            .zip(&dynamics.regressor.columns);
+        for ((entry, &column), row) in entries.zip(&dynamics.regressor.rows) {
             if let Some(place) = self.places[column] {
                 force[row * columns + place] -= entry;
             }

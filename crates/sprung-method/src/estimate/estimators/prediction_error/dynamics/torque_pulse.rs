@@ -108,8 +108,8 @@ impl Dynamics {
             scale(&mut moved, torque);
             scale(&mut rate, torque);
             self.write_changes(pulse.state, &moved, &rate);
-            let places = self.entry_rows.iter().zip(&self.entry_columns);
-            for (change, (&row, &column)) in self.changes.iter().zip(places) {
+            let places = self.regressor.rows.iter().zip(&self.regressor.columns);
+            for (change, (&row, &column)) in self.regressor.changes.iter().zip(places) {
                 if change.abs() > 0.0 {
                     visit(push, row, column, change / torque);
                 }
@@ -132,10 +132,15 @@ impl Dynamics {
             self.unpack(&at);
             self.write_entries();
             if sign < 0.0 {
-                self.changes.clone_from(&self.entries);
+                self.regressor.changes.clone_from(&self.regressor.entries);
             }
         }
-        for (change, after) in self.changes.iter_mut().zip(&self.entries) {
+        for (change, after) in self
+            .regressor
+            .changes
+            .iter_mut()
+            .zip(&self.regressor.entries)
+        {
             *change = 0.5 * (after - *change);
         }
     }
@@ -172,9 +177,9 @@ impl Dynamics {
             scale(&mut rate, part);
             self.write_changes(pulse.state, &moved, &rate);
             for entry in self.model.equation_entries(row) {
-                let change = self.changes[entry] / part;
+                let change = self.regressor.changes[entry] / part;
                 if change.abs() > 0.0 {
-                    visit(row, self.entry_columns[entry], change);
+                    visit(row, self.regressor.columns[entry], change);
                 }
             }
         }

@@ -1,0 +1,149 @@
+//! The factors of one row of the regression, one per stretch of the log.
+
+use super::householder::RowBlock;
+use super::system::joined_in_pairs;
+use super::triangle::Triangle;
+use crate::model::Model;
+
+/// Limits of the stretches of a log: each row keeps one factor per stretch. When the largest number
+/// of factors is reached, neighbours are merged and the stretches double in length. Models with
+/// many parameters have large factors, so they keep fewer.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stretches {
+    pub(super) max_factors: usize,
+    pub(super) initial_samples: u64,
+}
+
+impl Stretches {
+    pub(super) fn of(model: &Model) -> Self {
+        if model.parameters().len() <= 40 {
+            Self {
+                max_factors: 512,
+                initial_samples: 16,
+            }
+        } else {
+            Self {
+                max_factors: 128,
+                initial_samples: 64,
+            }
+        }
+    }
+}
+
+/// Returns the number of stretches up to which neighbours are not merged.
+pub(super) fn max_stretches(model: &Model) -> usize {
+    Stretches::of(model).max_factors
+}
+
+impl Stretches {
+    /// Returns the limits of one of several logs, whose factors are joined later. Longer first stretches
+    /// save small factors that would be merged.
+    pub(super) fn among(self, logs: usize) -> Self {
+        let levels = logs.clamp(1, self.max_factors).ilog2();
+        Self {
+            initial_samples: self.initial_samples << levels,
+            ..self
+        }
+    }
+}
+
+/// Rows that are transposed into columns together.
+const TILE_ROWS: usize = 16;
+
+/// The factors of one row, and the samples that are not yet factored.
+#[derive(Clone, Debug)]
+pub(super) struct RowFactors {
+    /// Number of columns with that of the right-hand side.
+    width: usize,
+    tile: Vec<f64>,
+    in_tile: usize,
+    gathered: RowBlock,
+    rows: usize,
+    in_current: u64,
+    limits: Stretches,
+    /// Samples of a stretch.
+    stretch: u64,
+    current: Option<Triangle>,
+    pub(super) done: Vec<Triangle>,
+}
+
+impl RowFactors {
+    /// - `width`: number of columns with that of the right-hand side.
+    pub(super) fn new(model: &Model, width: usize) -> Self {
+        let limits = Stretches::of(model);
+        Self {
+            width,
+            tile: vec![0.0; TILE_ROWS * width],
+            in_tile: 0,
+            gathered: RowBlock::of_width(width),
+            rows: 0,
+            in_current: 0,
+            stretch: limits.initial_samples,
+            limits,
+            current: None,
+            done: Vec::new(),
+        }
+    }
+
+    /// Replaces the limits before the first sample.
+    pub(super) fn limit(&mut self, limits: Stretches, stretch: u64) {
+        self.limits = limits;
+        self.stretch = stretch;
+    }
+
+    /// Returns the place of the next row with its right-hand side.
+    pub(super) fn next_row(&mut self) -> &mut [f64] {
+        &mut self.tile[self.in_tile * self.width..][..self.width]
+    }
+
+    /// Counts the row that was written into the tile, and factors or closes a stretch when it is
+    /// full.
+    pub(super) fn advance(&mut self) {
+        self.in_tile += 1;
+        self.in_current += 1;
+        let full = self.rows + self.in_tile == self.gathered.capacity();
+        let ended = self.in_current == self.stretch;
+        if self.in_tile == TILE_ROWS || full || ended {
+            self.untile();
+        }
+        if ended {
+            self.close();
+        } else if full {
+            self.factor();
+        }
+    }
+
+    /// Transposes the tile's rows into the columns of the gathered rows.
+    pub(super) fn untile(&mut self) {
+        let count = std::mem::take(&mut self.in_tile);
+        let width = self.width;
+        for column in 0..width {
+            let gathered = self.gathered.column_mut(column);
+            let rows = self.tile.chunks(width).take(count);
+            for (entry, row) in gathered[self.rows..].iter_mut().zip(rows) {
+                *entry = row[column];
+            }
+        }
+        self.rows += count;
+    }
+
+    fn factor(&mut self) {
+        let rows = std::mem::take(&mut self.rows);
+        if rows == 0 {
+            return;
+        }
+        let width = self.width;
+        let current = self.current.get_or_insert_with(|| Triangle::zero(width));
+        current.fold(&mut self.gathered, rows);
+    }
+
+    pub(super) fn close(&mut self) {
+        self.factor();
+        self.in_current = 0;
+        self.done.extend(self.current.take());
+        if self.done.len() == self.limits.max_factors {
+            self.done = joined_in_pairs(&self.done, Triangle::sum);
+            self.stretch *= 2;
+        }
+    }
+}
