@@ -122,9 +122,14 @@ pub(super) fn explanations(context: &CheckContext<'_>, joints: &[usize]) -> Vec<
             table: "[log]",
             line: String::new(),
         }));
-        for explanation in &mut found {
-            (explanation.table, explanation.line) =
-                ("[log]", gain_line(context, *joint, explanation.factors[0]));
+        for Explanation {
+            factors,
+            table,
+            line,
+            ..
+        } in &mut found
+        {
+            (*table, *line) = ("[log]", gain_line(context, *joint, factors[0]));
         }
     }
     found
