@@ -122,14 +122,8 @@ pub(super) fn explanations(context: &CheckContext<'_>, joints: &[usize]) -> Vec<
             table: "[log]",
             line: String::new(),
         }));
-        for Explanation {
-            factors,
-            table,
-            line,
-            ..
-        } in &mut found
-        {
-            (*table, *line) = ("[log]", gain_line(context, *joint, factors[0]));
+        for cause in &mut found {
+            (cause.table, cause.line) = ("[log]", gain_line(context, *joint, cause.factors[0]));
         }
     }
     found
