@@ -225,7 +225,7 @@ impl Tree {
             let axis = turned(&orientation, joint.axis);
             match joint.kind {
                 JointKind::Revolute => {
-                    orientation = product(&orientation, &rodrigues(joint.axis, *q))
+                    orientation = product(&orientation, &rodrigues(joint.axis, *q));
                 }
                 JointKind::Prismatic => at = add(at, axis.map(|x| x * q)),
             }

@@ -122,9 +122,8 @@ pub(super) fn explanations(context: &CheckContext<'_>, joints: &[usize]) -> Vec<
             table: "[log]",
             line: String::new(),
         }));
-        for explanation in &mut found {
-            (explanation.table, explanation.line) =
-                ("[log]", gain_line(context, *joint, explanation.factors[0]));
+        for cause in &mut found {
+            (cause.table, cause.line) = ("[log]", gain_line(context, *joint, cause.factors[0]));
         }
     }
     found

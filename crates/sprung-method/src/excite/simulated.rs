@@ -191,7 +191,7 @@ impl Simulated {
                     entries[(t, entry)] = *x;
                 }
                 fill_torque(&self.physics, &sample_entries, |row, sum| {
-                    torque[(t, row)] = sum
+                    torque[(t, row)] = sum;
                 });
                 at.push(instant.clone());
             }
