@@ -11,7 +11,8 @@ use sprung_method::estimate::{Decided, EstimateResult, Identified, ParameterEsti
 use sprung_method::simulate::{TwinSetup, record};
 use sprung_model::{Model, Theta};
 use sprung_robot::{
-    self, Constraints, Cutoff, EncoderOffset, Estimator, Experiment, Payload, Simulate, no_files,
+    self as description, Constraints, Cutoff, EncoderOffset, Estimator, Experiment, Payload,
+    Simulate, no_files,
 };
 
 use crate::in_memory::with_source;
