@@ -203,7 +203,10 @@ impl Figures {
         }
         if self.last.len() == 4 {
             self.look_back();
-            self.last.remove(0);
+            if let [first, second, third, fourth] = &mut self.last[..] {
+                (*first, *second, *third) = (*second, *third, *fourth);
+            }
+            self.last.truncate(3);
         }
     }
 

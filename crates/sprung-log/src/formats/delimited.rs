@@ -151,6 +151,10 @@ fn has_decimal_commas(data: &[&str], delimiter: Delimiter) -> bool {
 
 /// Parses a cell as a number.
 pub(super) fn number(cell: &[u8], decimal_comma: bool) -> Option<f64> {
+    if !decimal_comma && let Ok(value) = fast_float2::parse(cell.trim_ascii()) {
+        return Some(value);
+    }
+    // Other blanks, decimal commas, and cells that are no numbers.
     let text = std::str::from_utf8(cell).ok()?.trim();
     if !decimal_comma {
         return text.parse().ok();
