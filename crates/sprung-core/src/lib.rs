@@ -32,7 +32,7 @@
 //! All quantities are in SI units and radians. Units in parentheses are those of prismatic joints.
 //! Equation numbers without a reference are those of Miranda-Colorado and Moreno-Valenzuela,
 //! Robotica 2017.
-// A new law or parameter is named wherever it is told from the others.
+// The compiler names each place that must handle a new law or parameter.
 #![warn(clippy::wildcard_enum_match_arm)]
 #![no_std]
 

@@ -265,7 +265,7 @@ impl ColumnCheck<'_> {
         (known && range > std::f64::consts::TAU).then(|| {
             let column = &channels.all[motor].column;
             Finding::new(
-                // Many joints turn more than once; only the equations of the robot tell.
+                // Many joints turn more than once; only the equations of the robot decide.
                 Severity::Info,
                 LOOKS_LIKE_DEGREES,
                 format!(

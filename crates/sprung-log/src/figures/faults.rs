@@ -142,7 +142,7 @@ impl SampleCheck<'_> {
         )
     }
 
-    /// Reports a stretch in which the column repeats one value although the joint moves.
+    /// Reports a run of samples in which the column repeats one value although the joint moves.
     fn stalled(&self) -> Option<Finding> {
         let figures = self.figures;
         let stall = if self.channel.quantity.is_position() {

@@ -117,9 +117,9 @@ impl Joint {
 /// - `weak`: joints with a negative stiffness or an unexplained torque. Their delay may be long, so
 ///   all their channels are searched in the whole range of [`estimate_delays`].
 ///
-/// Only delays between channels can be determined. A link that is slightly late looks like more
-/// viscous friction of the motor and less of the link: such delays need the likelihood of the whole
-/// robot. Joints with a delay in the description are skipped.
+/// Only delays between channels can be determined. A slightly late link resembles more viscous
+/// friction of the motor and less of the link: such delays need the likelihood of the whole robot.
+/// Joints with a delay in the description are skipped.
 ///
 /// Joints are missing in the result if the excerpt is too short.
 #[must_use]

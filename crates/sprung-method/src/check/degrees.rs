@@ -201,14 +201,14 @@ impl WholeRobot<'_> {
             self.context.widest(&joints)
         );
         let mut finding = self.context.degrees_finding(severity, text, &joints);
-        // Two causes remain, and the line of one would be wrong for the other.
+        // Two causes are possible, so no line is suggested.
         if !gears.is_empty() {
             finding.setting = None;
         }
         finding
     }
 
-    /// Finding: nothing but range and speed tell the unit.
+    /// Finding: only range and speed show the unit.
     fn by_speed(&self, joint: usize) -> Finding {
         let (range, speed) = (self.context.range(joint), self.context.speed(joint));
         let severity = if speed > FASTEST_JOINT {
@@ -294,7 +294,7 @@ impl WholeRobot<'_> {
 
 /// Joints whose positions are degrees by the equations of the robot.
 struct CertainDegrees {
-    /// The joints; empty if the equations do not tell.
+    /// The joints; empty if the equations do not determine it.
     joints: Vec<usize>,
     /// Gain if all joints are read as degrees.
     all: f64,

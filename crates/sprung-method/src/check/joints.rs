@@ -20,8 +20,8 @@ use crate::regression::Reading;
 const MIN_DELAY_IMPROVEMENT: f64 = 0.15;
 const DELAY_SIGMAS: f64 = 3.0;
 
-/// Smallest residual over torque for a finding about a delay. Below it, the hold of the torque between
-/// two samples looks like a delay.
+/// Smallest residual over torque for a finding about a delay. Below it, the hold of the torque between two samples
+/// resembles a delay.
 const MIN_DELAY_RESIDUAL: f64 = 0.01;
 
 /// Ratio to the nominal parameters, for all of them in one direction, at which the scale of the
@@ -44,7 +44,7 @@ pub(super) struct Examined {
 pub(super) struct Tested {
     /// Joints that move and whose columns are not wrong by themselves.
     pub(super) moving: Vec<usize>,
-    /// Joints whose encoders have different scales; the motor row tells the ratio.
+    /// Joints whose encoders have different scales; the motor row determines the ratio.
     pub(super) unequal: Vec<usize>,
 }
 
@@ -189,11 +189,11 @@ fn figures(
         .collect()
 }
 
-/// What motor rows and torque sensors tell about the meaning of columns.
+/// Evidence of motor rows and torque sensors about the meaning of columns.
 struct ByRows {
     /// Fits of few samples.
     few: Vec<RowFit>,
-    /// Exchanged joints, which the equations of the whole robot tell better.
+    /// Exchanged joints, which the equations of the whole robot show better.
     swaps: Vec<Winner>,
     reported: Vec<usize>,
     /// Joints whose motor torque has another scale by the torque sensors.

@@ -84,8 +84,8 @@ impl WholeRobot<'_> {
             })
     }
 
-    /// Returns whether the log has so many independent samples that a fit of the whole robot tells the
-    /// meaning of the columns.
+    /// Returns whether the log has enough independent samples for a fit of the whole robot to decide the meaning of the
+    /// columns.
     pub(super) fn is_long_enough(&self) -> bool {
         let unknowns = self.context.reading.model().parameters().len() as f64;
         self.context.independent * self.moving.len() as f64 > SAMPLES_PER_UNKNOWN * unknowns
@@ -111,7 +111,7 @@ impl WholeRobot<'_> {
                 break;
             };
             tried.retain(|attempt| attempt.gain > most - SAME_GAIN);
-            // Torques of one joint too large look like those of the others too small.
+            // Too large torques of one joint resemble too small torques of the others.
             if let Change::Scaled(..) = tried[0].change {
                 let off = |attempt: &Tried| self.off_nominal(&attempt.change, fits);
                 tried.sort_by(|a, b| off(a).total_cmp(&off(b)));

@@ -25,7 +25,7 @@ pub(super) struct WholeRobot<'a> {
     pub(super) scales: Vec<BodyScale>,
     /// Whether the bodies have nominal values.
     pub(super) has_bodies: bool,
-    /// The log as it is described, and what its equations leave unexplained.
+    /// The log as described, and the torque that its equations do not explain.
     pub(super) given: Trial,
     pub(super) given_left: Vec<f64>,
 }

@@ -1,8 +1,8 @@
 //! Checks of joint torque sensors by the motor rows.
 //!
-//! The motor row balances the motor torque with rotor, friction and spring torque, so it tells the gain
-//! of the sensor, its offset and the torques of other joints in its reading. The columns of the sensors
-//! are added to the row, whose right-hand side already contains the reading:
+//! The motor row balances the motor torque with rotor, friction and spring torque, so it shows the gain of the sensor,
+//! its offset and the torques of other joints in its reading. The columns of the sensors are added to the row, whose
+//! right-hand side already contains the reading:
 //!
 //! ```text
 //! tau = … + tau_m + a tau_m,i + Σ c_j tau_m,j        gain 1/(1 + a), cross-talk -c_j/(1 + a)
@@ -284,7 +284,7 @@ impl CheckContext<'_> {
             "give the unit and the side of the motor torque; if it is right, give the torque sensor its gain",
         )
         .seen(self.file, motor, inverse, "");
-        // Without the gear ratio two causes remain, and the line of one would be wrong for the other.
+        // Without the gear ratio two causes are possible, so no line is suggested.
         Some(match explanation.filter(|_| !is_open) {
             Some(explanation) => finding.mended_by(explanation.table, &explanation.line),
             None => finding,

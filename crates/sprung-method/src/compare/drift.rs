@@ -9,8 +9,8 @@ use super::trend::{FEWEST_RUNS, Trend, adjusted, trend};
 use crate::finding::{Finding, Severity};
 use crate::model::short;
 
-/// Least part of a standard error that belongs to a run alone. Without it a run whose error is all bias would
-/// have an infinite weight.
+/// Least part of a standard error that belongs to a run alone. Without it a run with only a bias would have an infinite
+/// weight.
 const LEAST_OWN_PART: f64 = 0.01;
 
 /// Tests the results of each estimator for drift.

@@ -30,7 +30,7 @@ pub(super) fn prove(
     let plan = Plan::new(task, designed);
     let count = 1 + task.settings.simulations.min(task.draws.len());
     let mut robots = Vec::with_capacity(count);
-    // In blocks, so that progress is seen and a stop is heard.
+    // In blocks, for progress and stops.
     for first in (0..count).step_by(8) {
         progress.tell(Phase::Simulating, first as u64, Some(count as u64))?;
         let block: Vec<Result<Robot, ControlRefusal>> = (first..count.min(first + 8))

@@ -16,8 +16,8 @@ use crate::stopwatch::Stopwatch;
 /// Identifies the parameters of a robot from its logs.
 ///
 /// Each log is read block by block, so memory does not grow with the length of a log. The beginning
-/// of the first log is enough for searches (cut-off, delays, Stribeck velocities) and for further
-/// tests of suspicious results. The refinement reads the beginning of every log again.
+/// of the first log suffices for searches (cut-off, delays, Stribeck velocities) and for further
+/// tests of doubtful results. The refinement reads the beginning of every log again.
 ///
 /// - `sources`: the logs, all with the same columns.
 /// - `progress`: receives the choices made, the samples read, the runs of the filter and the
@@ -43,7 +43,7 @@ pub fn identify(
 /// Identifies the parameters as [`identify`], and hands over the result of least squares before a
 /// refinement begins, because a refinement may take minutes.
 ///
-/// - `first`: receives the result of least squares. It is not called if no refinement is asked for.
+/// - `first`: receives the result of least squares. It is not called if no refinement is requested.
 ///
 /// # Errors
 ///

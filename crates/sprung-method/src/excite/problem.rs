@@ -22,7 +22,7 @@ pub(super) struct Scenario {
     pub(super) weighting: Weighting,
 }
 
-/// What a search makes best, within which limits.
+/// Objective and limits of a search.
 #[derive(Clone, Debug)]
 pub(super) struct Problem {
     pub(super) model: Model,

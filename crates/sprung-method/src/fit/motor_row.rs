@@ -41,9 +41,9 @@ pub(super) struct Reduced<'a> {
     pub(super) free: &'a Free,
     /// Factor of each row.
     pub(super) whole: &'a [Triangle],
-    /// Factors of each row, stretch by stretch.
+    /// Factors of each row, segment by segment.
     pub(super) groups: &'a [Vec<Triangle>],
-    /// Change of each unknown of the stacked system when a stretch is left out, \[p × groups\].
+    /// Change of each unknown of the stacked system when a segment is left out, \[p × groups\].
     pub(super) stacked: &'a Mat<f64>,
 }
 

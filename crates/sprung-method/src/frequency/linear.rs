@@ -52,7 +52,7 @@ pub(crate) struct Pose {
 }
 
 impl OperatingPoint {
-    /// Returns the operating point of a stretch of a log.
+    /// Returns the operating point of a segment of a log.
     ///
     /// Friction that is not linear becomes the viscous friction with the least mean square error along
     /// the log, `Σ f v/Σ v²`. For a Gaussian velocity this is the slope of the best linear

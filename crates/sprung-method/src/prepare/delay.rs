@@ -34,8 +34,8 @@ pub(crate) struct DelayEstimate {
     pub with: MotorRowFit,
 }
 
-/// Estimates the delays of any channels by the smallest residual of the motor torque. Channels of one joint take turns, each
-/// with the last estimates of the others.
+/// Estimates the delays of any channels by the smallest residual of the motor torque. The delays of one joint are
+/// searched in turn, each with the last estimates of the others.
 ///
 /// - `wanted`: indices of channels.
 ///

@@ -245,7 +245,7 @@ impl Prepared {
         &self.reading
     }
 
-    /// Returns the settings with which a check reads the logs: without weights, which could hide
+    /// Returns the settings with which a check reads the logs: without weights, which could mask
     /// faulty samples, and with the cut-off that the noise allows, which alters the motion least.
     pub(crate) fn examined(&self) -> Reading {
         (self.reading.without_weights()).with_position_cutoff(self.noise_cutoff_hz)

@@ -25,7 +25,7 @@ const HOLD_OUT_PARTS: usize = 8;
 /// standard error.
 const BY_CHANCE: f64 = 1.0;
 
-/// Excess of the held-out residual that does not matter, whatever its standard error is.
+/// Excess of the held-out residual that is irrelevant for any standard error.
 const SMALL_EXCESS: f64 = 0.02;
 
 /// Estimates with several cut-offs.
@@ -63,8 +63,8 @@ impl CutoffAt {
         student_95(differences.len().saturating_sub(1)) * jackknife(&differences)
     }
 
-    /// Returns whether the held-out residual exceeds another one by what matters and by more than chance: by the scatter of
-    /// the ratio of both without each part in turn.
+    /// Returns whether the held-out residual exceeds another one by a relevant and significant amount: by the scatter
+    /// of the ratio of both without each part in turn.
     fn is_worse_than(&self, other: &Self) -> bool {
         let (Some(held_out), Some(least)) = (self.held_out, other.held_out) else {
             return true;

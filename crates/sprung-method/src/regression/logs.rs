@@ -95,10 +95,10 @@ impl Shared<'_> {
 ///
 /// The system has one time axis, on which the logs follow one another.
 ///
-/// As many logs as there are threads are read and reduced at the same time, unless the observer must
-/// see them one after the other. Each log has its own filters and its own factors, which are joined in
-/// the order of the logs, so the result does not depend on the number of threads. If a thread is free,
-/// it reads and smooths the next block of a log while the last one is reduced.
+/// As many logs as there are threads are read and reduced at the same time, unless the observer needs them in sequence.
+/// Each log has its own filters and its own factors, which are joined in the order of the logs, so the result does not
+/// depend on the number of threads. If a thread is free, it reads and smooths the next block of a log while the last
+/// one is reduced.
 ///
 /// - `progress`: receives the number of samples read so far, as part of `phase`.
 ///

@@ -64,8 +64,8 @@ pub(crate) trait Observer: Send {
     /// - `period`: T, s.
     fn raw(&mut self, _period: f64, _samples: &RawBlock) {}
 
-    /// Returns an observer of one log alone, which may see its log at the same time as others see
-    /// theirs; `None` if one observer must see the logs one after the other.
+    /// Returns an observer of one log alone, which may process its log in parallel to others;
+    /// `None` if one observer needs the logs in sequence.
     fn of_one_log(&self) -> Option<Self>
     where
         Self: Sized,
@@ -73,7 +73,7 @@ pub(crate) trait Observer: Send {
         None
     }
 
-    /// Takes what an observer of the next log alone has seen.
+    /// Takes the result of an observer of the next log.
     fn join(&mut self, _next: Self)
     where
         Self: Sized,

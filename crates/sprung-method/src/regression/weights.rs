@@ -216,8 +216,8 @@ impl TransitionWeights {
     /// Returns the largest friction of each row at each sample at rest, N·m (N), zero for samples in
     /// motion, \[samples × rows\]; empty if no sample is at rest.
     ///
-    /// At rest the friction is anywhere between plus and minus this bound; the law, which is zero at
-    /// zero velocity, says nothing about it.
+    /// At rest the friction is anywhere between plus and minus this bound; the law, zero at zero velocity, does not
+    /// describe it.
     pub(super) fn bounds_at_rest(
         &self,
         model: &Model,

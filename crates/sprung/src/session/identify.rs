@@ -22,8 +22,8 @@ impl Session {
     /// Identifies the parameters from the logs that the experiment names, and hands over the result
     /// of least squares before a refinement begins, because a refinement may take minutes.
     ///
-    /// - `first`: receives the result of least squares. It is not called if no refinement is asked
-    ///   for.
+    /// - `first`: receives the result of least squares. It is not called if no refinement is
+    ///   requested.
     ///
     /// # Errors
     ///

@@ -120,7 +120,7 @@ fn faults() -> &'static [Checked] {
     ALL.get_or_init(|| {
         let demo = Demo::new();
         let check = |kind: &'static Kind| {
-            // With this seed, the frozen stretch is not at a reversal, where the check cannot see it.
+            // With this seed, the run of frozen samples is not at a reversal, where the check cannot see it.
             let fault = kind.inject(&demo, kind.sizes[3], 2);
             let report = report(&going_on(&fault.experiment(&demo.experiment)), &fault.table);
             Checked {

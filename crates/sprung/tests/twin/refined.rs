@@ -183,7 +183,7 @@ fn noise_of_the_torque_pulls_no_inertia_up() {
     for sum in away {
         let mean = sum / f64::from(seeds);
         println!("rotor inertia: {mean:.2} standard errors in the mean");
-        // Measured -1.2 and -1.5: the correction leaves out the deceleration behind the period of
+        // Measured -1.2 and -1.5: the correction leaves out the deceleration after the period of
         // the noise. Without the correction the inertias are many standard errors too large.
         assert!((-2.0..1.5).contains(&mean), "{mean}");
     }

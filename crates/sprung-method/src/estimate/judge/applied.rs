@@ -1,4 +1,4 @@
-//! The list of changes that the log asked for and that were applied.
+//! The list of applied changes that the log requires.
 
 use crate::description::Joint;
 use crate::estimate::estimators::prediction_error::Retiming;

@@ -1,4 +1,4 @@
-//! Whether a robot with the estimated parameters can exist, and what it costs if the equations ask for another one.
+//! Whether a robot with the estimated parameters can exist, and the price of the constraints otherwise.
 
 use sprung_core::parameters::JointParameter;
 
@@ -319,7 +319,7 @@ fn impossible_bodies(model: &Model, result: &EstimateResult) -> Option<Finding> 
     }
 }
 
-/// Returns the standard error of a parameter: zero if it is known, infinite if nothing tells its error.
+/// Returns the standard error of a parameter: zero if the parameter is known, infinite if its error is unknown.
 fn error(parameter: &ParameterEstimate) -> f64 {
     if parameter.fixed {
         return 0.0;

@@ -27,8 +27,8 @@ pub(super) fn weak(model: &Model, result: &EstimateResult, findings: &mut Vec<Fi
     let is_vital = |known: &Parameter| known.joint.is_some_and(|(kind, _)| kind.is_vital());
     let weak: Vec<(&ParameterEstimate, &Parameter)> = (result.parameters.iter())
         .zip(model.parameters())
-        // An interval that ends at zero tells itself how little is known. Offsets and preloads may be zero, so their
-        // relative error means nothing.
+        // An interval that ends at zero already shows the uncertainty. Offsets and preloads may be zero, so their
+        // relative error has no meaning.
         .filter(|(p, known)| match known.joint {
             Some((kind, joint)) if p.one_sided => kind.is_vital() && model.is_flexible(joint),
             Some((kind, _)) if kind.is_friction() => p.value.is_none_or(|value| value >= 0.0),

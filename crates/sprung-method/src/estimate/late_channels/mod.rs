@@ -14,7 +14,7 @@ use crate::progress::Listener;
 use refined::{Refined, significance};
 use stretch::{RowDelay, Stretch};
 
-/// Maximum number of refinements with the delay of a suspect.
+/// Maximum number of refinements with the delay of a suspected channel.
 const MAX_TRIALS: usize = 16;
 
 /// A suspect is no rival of a channel that explains the log if the evidence for its delay is below
@@ -37,7 +37,7 @@ const SAME_START_SAMPLES: f64 = 5.0;
 /// channel if no other significant delay is left and the delay does not raise the held-out error of
 /// the motor torques. Joints whose description gives a delay are not searched.
 ///
-/// All refinements use one stretch of the log, whose length bounds their work.
+/// All refinements use one segment of the log, whose length bounds their work.
 ///
 /// # Errors
 ///
@@ -193,7 +193,8 @@ impl LateSearch<'_, '_> {
         Ok(best.map(|(_, accepted)| accepted))
     }
 
-    /// Estimates the delay of a suspect from several starts. Returns it if it explains the log.
+    /// Estimates the delay of a suspected channel from several starts. Returns it if it explains
+    /// the log.
     fn explanation(
         &mut self,
         explains: Explains,

@@ -93,7 +93,7 @@ impl Columns {
         found
     }
 
-    /// Returns the parameters of the other laws; `None` if the log does not tell these laws apart.
+    /// Returns the parameters of the other laws; `None` if the log does not separate these laws.
     fn projected(
         &self,
         model: &Model,

@@ -9,7 +9,7 @@ use crate::estimate::statistics::{MAX_ITERATIONS, NEGLIGIBLE_SHARE, SIGNIFICANT_
 const MIN_LINK_GAIN: f64 = 0.2;
 
 /// Least torque of a change, as a fraction of the joint's torque, and least part of it that no other law explains. On a
-/// log without noise even the smearing of the filters asks for laws.
+/// log without noise even the smearing of the filters adds laws.
 const LEAST_TORQUE_SHARE: f64 = 0.01;
 const LEAST_OWN_SHARE: f64 = 0.002;
 
@@ -116,8 +116,8 @@ impl<'a> Ladder<'a> {
         Some(ladder)
     }
 
-    /// Climbs over the candidates that `may` allows. A tier is climbed until none of its changes
-    /// counts.
+    /// Climbs over the candidates that `may` allows. A tier ends when none of its changes is
+    /// significant.
     ///
     /// - `least`: least gain of a change.
     pub(super) fn climb(

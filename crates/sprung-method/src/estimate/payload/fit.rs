@@ -30,8 +30,8 @@ pub(in crate::estimate) struct Loaded<'a> {
 /// Estimates a payload; `None` for a robot in closed form, or if the logs determine nothing.
 ///
 /// - `estimator`, `numbers`: estimate of the robot without the payload.
-/// - `empty`, `linear`: reduced system of the logs without it, and their least squares. Its standard
-///   errors tell the colour of the residuals.
+/// - `empty`, `linear`: reduced system of the logs without it, and their least squares. Its standard errors contain the
+///   colour of the residuals.
 ///
 /// # Source
 ///
@@ -155,7 +155,7 @@ fn without_bias(numbers: &Numbers) -> Vec<f64> {
     }
 }
 
-/// Returns whether the loaded logs have a value of a parameter of their own.
+/// Returns whether a parameter has a separate value in the loaded logs.
 fn has_loaded_value(model: &Model, parameter: usize) -> bool {
     (model.parameters()[parameter].joint).is_some_and(|(kind, _)| {
         matches!(kind, JointParameter::Friction(..) | JointParameter::Preload)

@@ -25,7 +25,8 @@ pub(in crate::estimate) struct Estimated<'a> {
     pub(in crate::estimate) unconstrained: &'a [f64],
     /// Parameters of a robot that can exist, \[p\].
     pub(in crate::estimate) theta: &'a [f64],
-    /// Standard errors without constraints, \[p\]; they contain more than the equations tell.
+    /// Standard errors without constraints, \[p\]; they contain more than the information of the
+    /// equations.
     pub(in crate::estimate) errors: &'a [f64],
 }
 

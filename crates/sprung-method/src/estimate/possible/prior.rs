@@ -9,12 +9,12 @@ use crate::model::{Block, Model, Program, Region, TreeLinks, is_possible, second
 /// would make the entropic distance infinite in one direction.
 const THINNEST: f64 = 1e-4;
 
-/// Weight of the entropic distance from bodies of equal size in all directions, where no nominal body
-/// is given, and beside the Euclidean distance. It only decides where nothing else does.
+/// Weight of the entropic distance from bodies of equal size in all directions, where no nominal body is given, and
+/// beside the Euclidean distance. It decides only directions that the log does not determine.
 const WEAK: f64 = 1e-3;
 
-/// Weight of nominal values beside a log where the log decides. Values that are wrong by three of their errors then
-/// move a parameter that the log determines as well as they do by a thirtieth of its standard error.
+/// Weight of nominal values beside a log where the log decides. A parameter that the log determines as accurately as
+/// the prior then moves by a thirtieth of its standard error, if the prior is wrong by three of its errors.
 const WHERE_LOG_DECIDES: f64 = 1e-2;
 
 /// Mass of a link of a cobot with a region of this radius, kg and m: links of arms of 0.5 to 1.5 m reach have 1 to 5 kg.
@@ -42,7 +42,7 @@ pub(in crate::estimate) enum Tool {
     Anywhere,
 }
 
-/// What the prior and the regions of the links stand beside.
+/// Information that prior and regions of the links complement.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::estimate) enum Beside<'a> {
     /// A finished estimate, whose bodies are wanted: nominal values count with their errors.
@@ -198,7 +198,7 @@ pub(super) fn impossible(model: &Model, links: &TreeLinks) -> Vec<String> {
 ///
 /// - `block`: the second moments of the body in the program, or its rotor inertia.
 /// - `unknowns`: unknown of each parameter of the body; `None` for known values.
-/// - `settings`, and what the prior stands beside.
+/// - `settings`, and the information that the prior complements.
 pub(super) fn add_prior(
     program: &mut Program,
     block: &mut Block,

@@ -28,7 +28,7 @@ pub(in crate::estimate) struct Robots<'a> {
     pub(in crate::estimate) outside: Vec<String>,
     /// Indices in theta of the other unknowns.
     pub(in crate::estimate) others: Vec<usize>,
-    /// What each block says, as the subject of a sentence.
+    /// Condition of each block, as the subject of a sentence.
     subjects: Vec<String>,
     /// Change of theta by each unknown, \[p\] each.
     pub(in crate::estimate) columns: Vec<Theta>,

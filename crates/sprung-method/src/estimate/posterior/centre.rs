@@ -22,7 +22,7 @@ pub(super) fn borders_of(robots: &Robots<'_>) -> Vec<Block> {
     robots.prior.blocks.iter().map(without_prior).collect()
 }
 
-/// Returns the robot of the result, as far as it tells it, else of the prior.
+/// Returns the robot of the result where the result determines it, else of the prior.
 pub(super) fn start(robots: &Robots<'_>, rest: &Rest, result: &EstimateResult) -> Vec<f64> {
     let mut start = robots.start.clone();
     for (entry, index) in start.iter_mut().zip(&robots.standard) {

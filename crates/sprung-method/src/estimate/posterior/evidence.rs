@@ -1,4 +1,4 @@
-//! What the log tells about the parameters.
+//! Information of the log about the parameters.
 
 use faer::Mat;
 

@@ -20,8 +20,8 @@ pub(super) struct Normal {
 }
 
 impl Normal {
-    /// The prior decides only what the log leaves open: the distribution of the parameters that the log determines is that
-    /// of the log.
+    /// The prior decides only directions that the log does not determine: the distribution of the parameters that the
+    /// log determines is that of the log.
     ///
     /// - `bodies`: most likely bodies by the prior, \[unknowns\].
     pub(super) fn new(

@@ -9,7 +9,7 @@ use super::density::Density;
 use super::normal::coordinates;
 use crate::model::Block;
 
-/// Number of draws that tell how many can exist, and the least share of these.
+/// Number of draws for the share of possible robots, and the least share of these.
 const TRIALS: u64 = 400;
 const LEAST_SHARE: f64 = 0.05;
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A change beyond the description, which the log asked for.
+/// A change beyond the description, which the log requires.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Applied {
     /// Kind of change: `samples` (that were mended), `timing` (of the torques), `sharpness` (of Coulomb friction) or `law`.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Laws that the held-out residual of a log asks for.
+/// Laws that reduce the held-out residual of a log.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LawsByHoldOut {
     /// Held-out residual of the filtered torque with the laws of the description, relative to the

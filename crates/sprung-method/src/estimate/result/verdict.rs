@@ -26,7 +26,7 @@ pub struct Decision {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// The result predicts held-out parts of the log, and its intervals are believed.
+    /// The result predicts held-out parts of the log, and its confidence intervals can be trusted.
     Good,
     /// The result predicts, but some parameters are not to be trusted alone.
     Doubtful,

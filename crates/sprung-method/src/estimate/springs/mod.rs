@@ -1,4 +1,4 @@
-//! Springs that a log does not determine: how stiff they are at least, and what to estimate instead.
+//! Springs that a log does not determine: lower bounds of their stiffness, and the model without them.
 //!
 //! The estimate of such a stiffness is a torque over a deflection that is noise, so it has any value and any sign, and
 //! where the rows of links have no right-hand side the links shrink with it. The compliance has no such error: noise of

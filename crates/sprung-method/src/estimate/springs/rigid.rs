@@ -21,14 +21,14 @@ use crate::regression::{Reading, Reduction, System};
 /// position, which the check names.
 const LARGEST_DEFLECTION: f64 = 0.01;
 
-/// Joints that are rigid by a log, and what the log says of their springs.
+/// Joints that are rigid by a log, and the bounds of their springs.
 pub(in crate::estimate) struct RigidByLog {
     pub(in crate::estimate) prepared: Prepared,
     pub(in crate::estimate) joints: Vec<RigidJoint>,
 }
 
-/// Least share of the torque's variance that is no noise. Below it, noise of the torque hides the spring and not its
-/// stiffness.
+/// Least share of the torque's variance that is no noise. Below it, the spring is masked by noise of the torque, not by
+/// its stiffness.
 const LEAST_RELIABILITY: f64 = 0.5;
 
 /// A joint that may be rigid.
@@ -58,8 +58,8 @@ impl Candidate {
     }
 }
 
-/// Makes the joints rigid whose springs the beginning of the first log does not show, unless a spring predicts parts of
-/// it clearly better that the fit has not seen.
+/// Makes the joints rigid whose springs the beginning of the first log does not show, unless a spring predicts held-out
+/// parts of it clearly better.
 ///
 /// # Errors
 ///

@@ -39,7 +39,7 @@ impl Undetermined {
     /// Returns the springs that the equations of all logs leave open or show with noise.
     ///
     /// A refinement knows the noise of the deflection, and it determines springs without link encoder better. So it
-    /// takes care of noisy springs, and [`Undetermined::with_refined`] asks it for those without link encoder.
+    /// models noisy springs, and [`Undetermined::with_refined`] uses it for joints without link encoder.
     pub(in crate::estimate) fn new(reading: &Reading, system: &System) -> Self {
         let (model, memory) = (reading.model(), reading.memory());
         let estimators = &reading.settings().estimator;

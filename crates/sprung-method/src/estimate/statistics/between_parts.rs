@@ -49,10 +49,9 @@ impl Between {
 /// # Source
 ///
 /// A random-effects variance, `τ² = (Q - (k - 1)) / (Σw (1 - 1/k))`, at least zero, with `w = 1/s²`
-/// and `Q = Σ w (x - x̄)²`. For equal weights it is that of `DerSimonian` and Laird,
-/// "Meta-analysis in clinical trials", 1986. Their divisor `Σw - Σw²/Σw` nearly vanishes if one
-/// part has almost all information, for example if the robot stands still in the others, and then
-/// τ² becomes absurd.
+/// and `Q = Σ w (x - x̄)²`. For equal weights it is that of `DerSimonian` and Laird, "Meta-analysis
+/// in clinical trials", 1986. Their divisor `Σw - Σw²/Σw` nearly vanishes if one part has almost
+/// all information, for example if the robot stands still in the others; τ² is then meaningless.
 #[must_use]
 pub(crate) fn between_parts(parts: &[(f64, f64)]) -> Option<Between> {
     if parts.len() < 2 {

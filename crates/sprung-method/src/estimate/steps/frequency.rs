@@ -34,7 +34,7 @@ pub(super) fn in_frequency(
     Some(response)
 }
 
-/// Returns the springs that the settings ask to find from the motors, and findings about them.
+/// Returns the springs from the motors, if the settings request them, and findings about them.
 pub(super) fn springs_of_motors(basis: &Basis<'_>) -> (Vec<SpringFromMotor>, Vec<Finding>) {
     let reading = basis.ready.prepared.reading();
     if !reading.settings().springs_from_motor {

@@ -16,7 +16,7 @@ use sprung_core::friction::Scale;
 
 /// Logs of one robot that are ready for the pass.
 pub(in crate::estimate) struct Ready {
-    /// The choices, with the laws of friction and springs that the settings ask to find.
+    /// The choices, with the laws of friction and springs that the settings request.
     pub(in crate::estimate) prepared: Prepared,
     /// These laws; `None` if the log is too short for parts.
     pub(in crate::estimate) laws: Option<Chosen>,
@@ -115,7 +115,8 @@ pub(in crate::estimate) fn make_ready(
     })
 }
 
-/// Prepares the logs for a refinement, with the laws that the settings ask to choose by hold-out.
+/// Prepares the logs for a refinement, with the laws that the settings request to select by
+/// cross-validation.
 pub(in crate::estimate) fn prepare_with_laws(
     experiment: &Experiment,
     model: &Model,
@@ -149,7 +150,7 @@ fn with_laws(
     Ok((WithLaws::new(declared, laws, sources, progress)?, joints))
 }
 
-/// The choices with the laws that hold-out asks for, and those without them.
+/// The choices with the laws that cross-validation selects, and those without them.
 struct WithLaws {
     prepared: Prepared,
     laws: Option<Chosen>,

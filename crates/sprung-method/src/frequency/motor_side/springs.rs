@@ -21,7 +21,7 @@ use crate::numbers::Shown;
 const LARGEST_ERROR: f64 = 0.1;
 const LARGEST_ERROR_OF_INERTIA: f64 = 0.2;
 
-/// The spring of a joint by the vibrations that its motor sees.
+/// The spring of a joint by the vibrations of its motor.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SpringFromMotor {
     /// Name of the joint.

@@ -55,7 +55,7 @@ impl Session {
         Ok(found)
     }
 
-    /// Adds a finding about the promise of the design to a check: the standard errors that the recorded motion buys with the
+    /// Adds a finding about the promise of the design to a check: the standard errors of the recorded motion with the
     /// values and sensors of the design.
     pub(in crate::session) fn check_design(
         &self,

@@ -1,11 +1,11 @@
-//! Errors on parts of the logs that a fit has not seen.
+//! Errors of fits on held-out parts of the logs.
 
 use crate::estimate::statistics::HELD_OUT_PARTS;
 use crate::fit::{HoldOut, Missed};
 use crate::model::{Model, Theta};
 use crate::regression::System;
 
-/// Errors of fits on parts of the logs that they have not seen.
+/// Errors of fits on held-out parts of the logs.
 pub(in crate::estimate) struct HeldOut {
     /// Errors of the fit of all parts on all parts.
     seen: Missed,
@@ -72,8 +72,8 @@ impl HeldOut {
         }
     }
 
-    /// Returns the error on parts that a fit has not seen over that of the fit of all parts, of one row: at least 1;
-    /// infinite if the other parts do not determine the parameters.
+    /// Returns the error on held-out parts over that of the fit of all parts, of one row: at least 1; infinite if the
+    /// other parts do not determine the parameters.
     pub(in crate::estimate) fn ratio(&self, row: usize) -> f64 {
         let ratio = || {
             let unseen: f64 = (self.unseen.as_ref()?.iter())
@@ -85,8 +85,8 @@ impl HeldOut {
         ratio().unwrap_or(f64::INFINITY)
     }
 
-    /// Returns the error of the torques on parts that a fit has not seen, relative to the torques; infinite if the other
-    /// parts do not determine the parameters.
+    /// Returns the error of the torques on held-out parts, relative to the torques; infinite if the other parts do not
+    /// determine the parameters.
     pub(super) fn error(&self) -> f64 {
         let all = self.unseen.as_ref().map(|parts| sum(parts.iter().cloned()));
         all.and_then(|all| all.of_torque_rows())

@@ -19,7 +19,7 @@ use crate::regression::System;
 /// Peak of a motion over its root mean square: between that of a sine and that of normal noise.
 const PEAK: f64 = 2.0;
 
-/// Result of least squares, which stands beside other results.
+/// Result of least squares, the reference of other results.
 pub(in crate::estimate) struct Linear<'a> {
     /// The fit of all logs, over robots that can exist unless the settings say otherwise. Its standard errors contain
     /// the bias and the changes between parts, and are those without constraints.
@@ -28,7 +28,7 @@ pub(in crate::estimate) struct Linear<'a> {
     pub(in crate::estimate) possible: Option<PossibleFit<'a>>,
     /// Largest speed of each joint in the log, rad/s (m/s), \[n\].
     pub(in crate::estimate) speeds: Vec<f64>,
-    /// Frequency below which half of the change of each dear torque by the constraints lies, Hz, \[n\].
+    /// Frequency below which half of the change by the constraints lies, for each torque with a high price, Hz, \[n\].
     pub(in crate::estimate) bands: Vec<Option<f64>>,
     /// Limits of masses that the logs contradict.
     pub(in crate::estimate) contradicted: Option<Contradicted>,
@@ -39,7 +39,7 @@ pub(in crate::estimate) struct Linear<'a> {
     pub(in crate::estimate) routes: Vec<(Route, Theta)>,
     /// Estimates from parts of the logs.
     pub(in crate::estimate) parts: Parts,
-    /// Errors on parts of the logs that fits have not seen.
+    /// Errors of fits on held-out parts of the logs.
     pub(in crate::estimate) held_out: HeldOut,
 }
 
@@ -101,7 +101,7 @@ impl<'a> Linear<'a> {
         };
         let (mut result, mut tool) = (constrained(Tool::InRegion)?, Tool::InRegion);
         if result.is_dear(model) {
-            // A tool may be longer than the region of its link leaves room for.
+            // A tool may be longer than the region of its link.
             let other = constrained(Tool::Anywhere)?;
             if other.held_out.error() < result.held_out.error() {
                 (result, tool) = (other, Tool::Anywhere);

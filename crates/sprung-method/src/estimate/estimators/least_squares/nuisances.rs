@@ -9,7 +9,7 @@ use crate::model::{Model, Theta};
 use crate::prepare::Prepared;
 use crate::regression::{Probe, Reduction, SystemPart, Triangle, solve_quickly};
 
-/// What the nuisance parameters do to the estimate.
+/// Effect of the nuisance parameters on the estimate.
 pub(in crate::estimate) struct Nuisances {
     /// Effects that the model lacks.
     pub(in crate::estimate) lacking: Vec<Lacking>,

@@ -1,5 +1,5 @@
-//! Errors of least squares beyond the disagreement of stretches: changes between parts of the logs,
-//! and the bias that all stretches share.
+//! Errors of least squares beyond the disagreement of segments: changes between parts of the logs,
+//! and the bias that all segments share.
 
 use super::cross_checks::Route;
 use super::nuisances::Nuisances;

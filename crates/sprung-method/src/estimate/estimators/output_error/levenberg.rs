@@ -121,7 +121,7 @@ pub(super) fn minimise(problem: &Problem<'_>) -> Result<Found, NoStart> {
             // A failed step with reused derivatives is no evidence of a minimum.
             None if !fresh => {}
             None => {
-                // Rounding and the tolerance of the simulation hide a smaller predicted decrease.
+                // Rounding and the tolerance of the simulation mask a smaller predicted decrease.
                 let promised = damped(&normal, &gradient, 0.0)
                     .map_or(f64::INFINITY, |step| -dot(&step, &gradient));
                 ending = if promised < MIN_COST_SAVED.sqrt() * unit * x.len() as f64 {

@@ -1,9 +1,9 @@
 //! Output error: simulates the closed loop with the described controller and estimates the
 //! parameters whose motion is nearest to the measured one.
 //!
-//! The method is exact if controller and reference are known exactly and nothing else drives the
-//! plant, as in simulation studies. Position errors are scaled by the noise of the sensors, so the
-//! cost per sample tells whether these conditions hold.
+//! The method is exact if controller and reference are known exactly and no other torque acts on
+//! the plant, as in simulation studies. Position errors are scaled by the noise of the sensors, so
+//! the cost per sample shows whether these conditions hold.
 
 mod controller;
 mod covariance;
@@ -53,7 +53,7 @@ use simulation_counter::SimulationCounter;
 ///
 /// # Errors
 ///
-/// [`Stopped`] if the listener asks to stop.
+/// [`Stopped`] if the listener requests a stop.
 pub(in crate::estimate) fn output_error(
     reading: &Reading,
     controller: &Controller,

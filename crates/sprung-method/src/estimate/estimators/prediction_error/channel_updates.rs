@@ -50,7 +50,7 @@ struct Step {
 /// Returns the estimate of each effect by one Gauss-Newton step, in which the other unknowns follow.
 /// Effects that are not to be estimated are moved one at a time.
 ///
-/// The standard errors contain the scatter of the score over stretches of the log, and the changes
+/// The standard errors contain the scatter of the score over segments of the log, and the changes
 /// of the effects between blocks. Those by the information alone are too small on real machines.
 ///
 /// - `covariance`: covariance of the unknowns with values and the delays to be estimated, \[count ×

@@ -117,7 +117,7 @@ struct Gradient {
 ///
 /// # Errors
 ///
-/// [`Stopped`] if the listener asks to stop.
+/// [`Stopped`] if the listener requests a stop.
 pub(super) fn descend(
     problem: &Problem<'_>,
     (mut z, mut levels): (Vec<f64>, Levels),

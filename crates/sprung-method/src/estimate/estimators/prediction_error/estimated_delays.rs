@@ -30,13 +30,13 @@ const SAME_SCALE_SHARE: f64 = 0.02;
 /// Estimates the requested delays and the Stribeck velocities that the description leaves open, by
 /// likelihood.
 ///
-/// In the equation of a single joint a link channel that is late by a few milliseconds looks like
+/// In the equation of a single joint a link channel that is late by a few milliseconds resembles
 /// additional viscous friction. So the search uses the likelihood of the whole robot. It starts
 /// from zero delay, from the delays found by least squares and from further delays, until two
 /// starts lead to the same values. The values with the greatest likelihood are returned.
 ///
-/// Returns nothing if nothing is to be estimated, the refinement is not requested or no start
-/// converges. Then the values found by least squares stand.
+/// Returns an empty value if no delay or velocity is open, the refinement is not requested or no
+/// start converges. Then the values found by least squares are used.
 ///
 /// # Errors
 ///

@@ -59,7 +59,7 @@ pub(super) fn finish(
         .collect();
     let widening = widening(&rows.iter().collect::<Vec<_>>(), &sums.gradients, duration);
     let blocks = blocks(problem, &sums);
-    // The factors contain the scatter between the logs, so they would hide it here.
+    // The factors already contain the scatter between the logs.
     let logs = each_log(problem, descent, &sums);
     let of_blocks: Option<Vec<Alone>> = (blocks.iter())
         .map(|block| alone(problem, descent, &block.normal))

@@ -46,17 +46,17 @@ impl Tried {
 pub(super) enum Climbed {
     /// The rungs that were tried.
     Tried(Vec<Tried>),
-    /// The likelihood asks for another timing.
+    /// The likelihood shows another timing.
     Retimed(Box<Retiming>),
 }
 
-/// Tries the rungs one after the other, until a rung passes clearly or asks for another timing.
+/// Tries the rungs one after the other, until a rung passes clearly or shows another timing.
 ///
 /// - `progress`: is called before each run of the filter.
 ///
 /// # Errors
 ///
-/// [`PassError`] if the filter of positions does not fit a log, or the listener asks to stop.
+/// [`PassError`] if the filter of positions does not fit a log, or the listener requests a stop.
 pub(super) fn climb(
     refinery: &Refinery<'_>,
     before: &Before<'_>,

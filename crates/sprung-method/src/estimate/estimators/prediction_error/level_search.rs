@@ -22,8 +22,8 @@ const MAX_CORRECTION: f64 = 30.0;
 /// (`benches/numbers/run.py`).
 const MIN_PREDICTED_GAIN: f64 = 0.1;
 
-/// Gain relative to the gain of the search so far, below which the next run of the filter is worth more. Twice of it
-/// moves an estimate by 0.04 standard errors, half of it by less than 0.01 (`benches/numbers/run.py`).
+/// Gain relative to the gain of the search so far, below which the next run of the filter gains more. Twice of it moves
+/// an estimate by 0.04 standard errors, half of it by less than 0.01 (`benches/numbers/run.py`).
 const MIN_RELATIVE_GAIN: f64 = 0.02;
 
 /// Factor that shortens a step while it does not raise the likelihood. Its inverse is the growth of the added

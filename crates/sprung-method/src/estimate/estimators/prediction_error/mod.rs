@@ -84,14 +84,14 @@ const INSIDE: f64 = 0.3;
 
 /// Refines the estimate of least squares: climb the ladder, choose a rung, describe it.
 ///
-/// If no rung can be used, the result contains the linear values and a finding with the reasons. If the likelihood asks
-/// for another timing, the refinement ends early with it.
+/// If no rung can be used, the result contains the linear values and a finding with the reasons. If the likelihood
+/// shows another timing, the refinement ends early with it.
 ///
 /// - `progress`: is called before each run of the filter.
 ///
 /// # Errors
 ///
-/// [`PassError`] if a log cannot be read again or the listener asks to stop.
+/// [`PassError`] if a log cannot be read again or the listener requests a stop.
 pub(in crate::estimate) fn prediction_error(
     reading: &Reading,
     sources: &mut [LogSource<'_>],
@@ -241,7 +241,7 @@ fn wrong_log(about_logs: &[Finding]) -> Option<&Finding> {
 /// A lower rung is used because the model lacks an effect, so estimators that weigh the samples
 /// differently have different limits. Then the difference from least squares beyond both standard
 /// errors counts as a bias. The last rung takes slow disturbances for white noise, so its sampling
-/// error is at least that of least squares, which comes from stretches of the log.
+/// error is at least that of least squares, which comes from segments of the log.
 ///
 /// - `undeclared`: possible errors by effects that the model lacks, \[p\].
 fn refined_numbers(refined: Refined, rung: Rung, fitted: &Fitted, undeclared: &[f64]) -> Numbers {

@@ -137,12 +137,11 @@ impl<'a> NoiseSource<'a> {
     /// A_n = Σ_k Σ_p σ_p² T_pᵀ F_τᵀ N_k F_τ T_p
     /// ```
     ///
-    /// Here `T_p` is the change of the parameters' torques by a torque on row p that acts for a
-    /// period, \[rows × values\], `D_r(x)` the change of those on row r by a deviation x of the state,
-    /// \[values\], `F_τ` the transition by the torques, `N_k` the information of the later measurements
-    /// about the state, and `M_k` the covariance of the state by earlier noise. The sum is the
-    /// derivative of `½ Σ_k tr(N_k M_k)` with the gains held. `A_n` leaves out the motion behind the
-    /// period of the noise, so it is somewhat too large.
+    /// Here `T_p` is the change of the parameters' torques by a torque on row p that acts for a period, \[rows ×
+    /// values\], `D_r(x)` the change of those on row r by a deviation x of the state, \[values\], `F_τ` the transition
+    /// by the torques, `N_k` the information of the later measurements about the state, and `M_k` the covariance of the
+    /// state by earlier noise. The sum is the derivative of `½ Σ_k tr(N_k M_k)` with the gains held. `A_n` leaves out
+    /// the motion after the period of the noise, so it is somewhat too large.
     pub(super) fn visit(
         &self,
         segment: usize,
@@ -454,8 +453,8 @@ mod tests {
             for (name, by_noise) in names.iter().zip(by_noise(&names, deviation)) {
                 let [found, expected] = by_noise.gradient;
                 let ratio = expected / found;
-                // Measured 0.89 to 1.04. Without the state behind the period the ratios would be 1.3 to
-                // 1.6 for the inertias and below 0.15 for the friction.
+                // Measured 0.89 to 1.04. Without the state after the period the ratios would be 1.3 to 1.6 for the
+                // inertias and below 0.15 for the friction.
                 assert!(
                     (0.85..1.1).contains(&ratio),
                     "{name}, {deviation}: {expected} expected, {found} found"
@@ -463,7 +462,7 @@ mod tests {
                 if name.ends_with("inertia") {
                     let [found, expected] = by_noise.information;
                     let ratio = expected / found;
-                    // Measured 1.4 to 1.8: the formula leaves out the motion behind the period.
+                    // Measured 1.4 to 1.8: the formula leaves out the motion after the period.
                     assert!(
                         (1.0..2.0).contains(&ratio),
                         "{name}, {deviation}: {expected} expected, {found} found"

@@ -1,6 +1,6 @@
 //! Prediction-error refinement: maximum likelihood on the innovations of an extended Kalman filter.
 //!
-//! The refinement needs neither controller nor reference, and only a fair start. Torques and links
+//! The refinement needs neither controller nor reference, and only a rough start. Torques and links
 //! may be disturbed. The levels of the disturbances are estimated from the log.
 //!
 //! # Source
@@ -175,7 +175,8 @@ impl<'a> Refinery<'a> {
     ///
     /// # Errors
     ///
-    /// [`PassError`] if the filter of positions does not fit a log, or the listener asks to stop.
+    /// [`PassError`] if the filter of positions does not fit a log, or the listener requests a
+    /// stop.
     pub(super) fn climb(
         &self,
         rung: Rung,

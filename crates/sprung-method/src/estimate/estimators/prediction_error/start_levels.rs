@@ -20,8 +20,8 @@ const LARGE_START: f64 = 0.1;
 /// noise, relative to the standard deviation of its readings.
 const SMALL_START: f64 = 1e-3;
 
-/// Start level of links: they have no torque of their own, so less disturbs them. Half or twice of it moves an estimate
-/// by 0.03 standard errors (`benches/numbers/run.py`).
+/// Start level of links: they have no motor, so disturbances are smaller. Half or twice of it moves an estimate by 0.03
+/// standard errors (`benches/numbers/run.py`).
 const START_LINK_LEVEL: f64 = 0.003;
 
 /// Accuracy of the logged torque.

@@ -160,7 +160,7 @@ impl Status {
         .join("; ")
     }
 
-    /// Returns a finding that the linear values stand or that a lower rung is used; `None` if the
+    /// Returns a finding that the values of least squares or a lower rung are used; `None` if the
     /// first rung is used.
     pub(super) fn finding(&self) -> Option<Finding> {
         let why = match self {

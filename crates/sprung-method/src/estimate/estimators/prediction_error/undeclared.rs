@@ -41,7 +41,7 @@ pub(super) enum Cause {
     Effect(usize, Effect),
 }
 
-/// An effect that the log asks for, beside those that explain more.
+/// An effect that the log shows, beside those that explain more.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Undeclared {
     pub(super) cause: Cause,
@@ -52,7 +52,7 @@ pub(super) struct Undeclared {
     pub(super) size: f64,
     /// Moves of the refined parameters with it, \[free\].
     pub(super) moves: Vec<f64>,
-    /// Gain of the log-likelihood of blocks that the estimate has not seen.
+    /// Gain of the log-likelihood of held-out blocks.
     pub(super) gain: f64,
 }
 

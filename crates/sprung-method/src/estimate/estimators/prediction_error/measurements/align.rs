@@ -58,7 +58,7 @@ impl Window<'_> {
     }
 }
 
-/// Turns raw samples into torques and measurements, in stretches that the filter processes in
+/// Turns raw samples into torques and measurements, in segments that the filter processes in
 /// parallel.
 ///
 /// - `delays`: delay of each channel, s.
@@ -91,7 +91,7 @@ pub(super) fn align(
     let stretches = stretches(window.samples, period);
     // An encoder gives at most one position per sample.
     let mut found: Vec<(usize, Measurement)> = Vec::with_capacity(sensors.len() * window.samples);
-    // Position and velocity of each sensor at the beginning of each stretch.
+    // Position and velocity of each sensor at the beginning of each segment.
     let mut begins = vec![Vec::with_capacity(sensors.len()); stretches.len()];
     let mut speeds = Vec::with_capacity(sensors.len());
     for (index, sensor) in sensors.iter().enumerate() {
