@@ -213,7 +213,7 @@ impl<S: Scalar> Feedforward<'_, S> {
     }
 }
 
-/// What the motion of a robot loses: friction, if it is compensated, and back-EMF.
+/// Losses of the motion of a robot: friction, if it is compensated, and back-EMF.
 struct Losses<'r> {
     robot: &'r Robot<'r>,
     values: &'r Values<'r>,

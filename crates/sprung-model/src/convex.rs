@@ -36,8 +36,7 @@ const ROUNDING: f64 = 1e-14;
 /// Largest number of rows of a [`Block`].
 pub const ROWS: usize = 4;
 
-/// An entry of a symmetric matrix: row, column and factor. Entries above the diagonal also stand for
-/// those below it.
+/// An entry of a symmetric matrix: row, column and factor. Entries above the diagonal also represent those below it.
 pub(crate) type Entry = (usize, usize, f64);
 
 /// A symmetric matrix that must be positive definite.

@@ -19,7 +19,7 @@ const NO_DEFLECTION: f64 = 1e-12;
 /// Squares of the floor over the size of the arm.
 const SQUARES: f64 = 8.0;
 
-/// Times of curves of all joints, and what is drawn beside them.
+/// Times of curves of all joints, and further curves.
 struct Motion<'a> {
     joints: &'a [String],
     turns: &'a [bool],

@@ -1,4 +1,4 @@
-//! The parts of the figures: what each runs, and which code it measures.
+//! The parts of the figures: their commands, and the code that they measure.
 
 use std::fs;
 use std::path::{Path, PathBuf};

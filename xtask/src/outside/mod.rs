@@ -26,7 +26,7 @@ use crate::{summary, target};
 struct Step {
     name: &'static str,
     what: &'static str,
-    /// What pip installs for it; nothing if it needs no Python.
+    /// What pip installs for it; empty if it needs no Python.
     packages: &'static [&'static str],
     /// Returns `None`, and prints why, if the comparison fails.
     run: fn(&Python) -> Option<()>,
@@ -158,7 +158,7 @@ const STEPS: [Step; 13] = [
     },
 ];
 
-/// What users of the wheel have beside it.
+/// Packages that users of the wheel have.
 const PYTHON: &[&str] = &[
     wheel::MATURIN,
     "numpy==2.4.6",

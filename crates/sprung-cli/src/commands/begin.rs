@@ -49,7 +49,7 @@ pub(super) fn begun(
     Ok(new)
 }
 
-/// Prints what the log decided.
+/// Prints the choices by the log.
 pub(super) fn say_choice(terminal: Terminal, new: &NewExperiment) {
     if new.lines.is_empty() {
         return;

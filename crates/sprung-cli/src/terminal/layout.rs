@@ -129,7 +129,7 @@ impl Grid {
                 .chain(self.header.get(*column))
                 .map(|cell| length(cell))
                 .max();
-            // A blank stands on each side of a cell.
+            // A blank is on each side of a cell.
             2 + longest.unwrap_or(0)
         };
         columns.iter().map(width).sum()

@@ -40,7 +40,7 @@ pub const STUCK_SAMPLES: &str = "stuck-samples";
 /// Returns findings about the samples of a channel.
 ///
 /// - `(file, joint)`: names for messages.
-/// - `mended`: samples that were mended, which `figures` do not contain.
+/// - `mended`: corrected samples, which `figures` do not contain.
 pub(crate) fn faults(
     (file, joint): (&str, &str),
     channel: &Channel,

@@ -299,7 +299,7 @@ impl Decided<'_> {
                 link: Some(of_link),
             };
         }
-        // The unit of the links is open; that of the motors may tell it.
+        // The unit of the links is open; that of the motors may show it.
         let of_motor = absolute(self.survey, motor, of_both, true);
         let known = of_motor.open.is_none() && of_motor.gears.is_none();
         let by_motor = known.then(|| {

@@ -7,7 +7,7 @@ use super::words::{Meaning, Token, tokens, words};
 use crate::description::JointOfStart;
 use crate::formats::table::ElementPlace;
 
-/// Words that mean a joint or its motor and do not tell joints apart.
+/// Words that mean a joint or its motor and do not distinguish joints.
 const ANY_JOINT: &[&str] = &[
     "joint",
     "jnt",
@@ -37,7 +37,7 @@ pub(super) type Place = (usize, usize);
 pub(super) struct Family {
     /// Its name for messages, with `*` for the joint.
     pub(super) name: String,
-    /// Reason for the joints of its columns, in words, if their names do not tell them.
+    /// Reason for the joints of its columns, in words, if their names do not contain them.
     pub(super) joints_by: Option<&'static str>,
     pub(super) meaning: Meaning,
     /// Column of each joint of the robot, if it has one.
@@ -68,7 +68,7 @@ impl From<String> for Problem {
     }
 }
 
-/// The part of a name that tells the joint.
+/// The part of a name that identifies the joint.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Key {
     /// Indices of the joints with this name: more than one if two joints have the same words.
@@ -85,7 +85,7 @@ type Stem = Vec<Option<Token>>;
 /// A group of columns: the first column of its field in a topic, if it is a list, and its name.
 type Group = (Option<Place>, Stem);
 
-/// Columns of groups with the joints that their names tell.
+/// Columns of groups with the joints of their names.
 type Groups = BTreeMap<Group, Vec<(Key, Place)>>;
 
 /// Joints by their numbers, of names that differ in the number alone.
@@ -212,7 +212,7 @@ struct Names {
     all: Vec<(Vec<Token>, Vec<Token>)>,
     /// Names as they are written.
     written: Vec<String>,
-    /// Number of the joints; the names of joints that follow others stand behind theirs.
+    /// Number of the joints; the names of mimic joints come after the joints that they follow.
     count: usize,
     /// Whether a joint is one of a gripper.
     of_gripper: Vec<bool>,

@@ -36,7 +36,7 @@ pub(crate) struct RelativeDelays {
 pub(crate) struct ChannelDelay {
     /// Index of the channel in [`Channels::all`](crate::log::Channels::all).
     pub channel: usize,
-    /// Delay of the channel behind the others.
+    /// Delay of the channel relative to the others.
     pub delay: f64,
     /// Standard error.
     pub standard_error: f64,

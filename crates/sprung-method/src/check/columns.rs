@@ -31,8 +31,8 @@ const NEAR_RESIDUAL: f64 = 1.1;
 const OTHER_UNIT: f64 = DEGREES / 3.0;
 
 impl CheckContext<'_> {
-    /// Returns the fits with which the trials of other meanings are compared: those of few samples, as
-    /// in the trials, or the given ones if there is nothing to try.
+    /// Returns the fits with which the trials of other meanings are compared: those of few samples, as in the trials,
+    /// or the given ones without trials.
     pub(super) fn compared(&self, fits: &[RowFit], weak: &[usize]) -> Vec<RowFit> {
         let all: Vec<usize> = (0..fits.len()).collect();
         let few = (!weak.is_empty()).then(|| fit_rows(&self.few, self.reading, &all));

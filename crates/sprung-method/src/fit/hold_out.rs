@@ -84,7 +84,7 @@ impl<'a> HoldOut<'a> {
                 .map(|left_out| self.fit(|part| part != left_out))
                 .collect();
         }
-        // Factors of all parts up to each part, and of all parts behind it.
+        // Factors of all parts up to each part, and of all parts after it.
         let mut before: Vec<Option<Vec<Triangle>>> = vec![None; count];
         let mut behind: Vec<Option<Vec<Triangle>>> = vec![None; count];
         for part in 1..count {

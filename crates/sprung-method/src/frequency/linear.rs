@@ -158,8 +158,8 @@ impl OperatingPoint {
 impl Linear {
     /// Linearises the equations at rest in a pose; `None` if the mass matrix is not positive definite.
     ///
-    /// - `friction`: viscous friction that stands for each friction term, per unit of its parameter; zero for other terms,
-    ///   \[terms\].
+    /// - `friction`: equivalent viscous friction of each friction term, per unit of its parameter; zero for other
+    ///   terms, \[terms\].
     #[must_use]
     pub(crate) fn new(model: &Model, theta: &[f64], friction: &[f64], pose: &Pose) -> Option<Self> {
         let (robot, n, rows) = (model.robot(), model.joint_count(), model.rows());

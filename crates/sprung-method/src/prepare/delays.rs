@@ -21,7 +21,7 @@ pub struct DelayError(String);
 pub(crate) struct DelayByLikelihood {
     /// Index of the channel in [`Channels::all`].
     pub channel: usize,
-    /// Delay of the channel behind the other channels, s.
+    /// Delay of the channel relative to the other channels, s.
     pub delay: f64,
     /// Standard error, s.
     pub standard_error: f64,

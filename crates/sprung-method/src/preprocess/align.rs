@@ -75,7 +75,8 @@ pub(crate) struct Aligner {
 impl Aligner {
     /// Returns an aligner for a new segment.
     ///
-    /// - `delays`: delay of each channel behind the event, s, in the order of [`Channels::all`].
+    /// - `delays`: delay of each channel relative to the event, s, in the order of
+    ///   [`Channels::all`].
     /// - `compliances`: of the joints with torque sensor, \[n\], rad/(N·m) (m/N); `period`: T, s.
     ///
     /// Cubics interpolate delays that are not whole numbers of samples. Torques act from a sample to the next.
@@ -129,7 +130,7 @@ impl Aligner {
 
     /// Returns an aligner for torques and covariates only. It loses the samples at the ends that other channels need.
     ///
-    /// - `delays`: delay of each channel behind the event, s, in the order of [`Channels::all`]; `period`: T, s.
+    /// - `delays`: delay of each channel relative to the event, s, in the order of [`Channels::all`]; `period`: T, s.
     #[must_use]
     pub(crate) fn at_samples(channels: &Channels, delays: &[f64], period: f64) -> Self {
         let delays = &channels.acting_delays(delays, period);
@@ -160,7 +161,7 @@ impl Aligner {
         });
         let leads = leads.collect();
         let longest = delays.iter().map(lead).fold(0.0, f64::max);
-        // The held value of the latest channel changes during the period behind the sample.
+        // The held value of the latest channel changes during the period after the sample.
         let reach = longest.ceil().min(1e15) as usize + 1;
         Self::of(channels, leads, reach, first)
     }

@@ -39,7 +39,7 @@ pub(crate) struct LogFigures {
     pub lost: u64,
     /// Name in the file of the column of each channel, \[channels\].
     pub names: Vec<String>,
-    /// Samples that were mended in each channel, \[channels\].
+    /// Corrected samples of each channel, \[channels\].
     pub mended: Vec<Mended>,
 }
 

@@ -111,7 +111,7 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
 /// Smoothed signals of one block, ready for the regression.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Piece {
-    // Whether this is the first piece of a log or of a segment behind a gap.
+    // Whether this is the first piece of a log or of a segment after a gap.
     begins: bool,
     // Change of the parameters by a known payload, \[p\].
     carried: Option<Arc<[f64]>>,

@@ -1,5 +1,5 @@
-//! The arm of the paper with nominal values that are off by a factor of two: a first small motion, and a second one by what
-//! the first identified, beside a design with true values.
+//! The arm of the paper with nominal values that are off by a factor of two: a first small motion, a second one with
+//! the identified values, and a design with true values.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -221,7 +221,7 @@ impl<'a> Exporter<'a> {
         self.with(values, origin, export)
     }
 
-    /// Returns what a writer makes of a robot with these values.
+    /// Returns the file of a writer for a robot with these values.
     pub(super) fn with<T>(
         &self,
         values: &BTreeMap<String, f64>,

@@ -219,7 +219,7 @@ fn own_model_is_not_doubted() {
     assert_eq!(result.verdict, Verdict::Good);
 }
 
-/// Severities of the findings about laws that the likelihood asks for, with their texts.
+/// Severities and texts of the findings about laws that the likelihood shows.
 fn missing_laws(log: &[u8]) -> Vec<(Severity, String)> {
     let result = refined(&twin(), log).unwrap();
     assert!(result.refined().is_some(), "{:?}", result.warnings);

@@ -282,7 +282,7 @@ fn a_payload_follows_from_logs_without_and_with_it() {
     let arm = Arm::new(|_| ());
     let logs = empty_and_loaded(&arm);
     let found = identify_both(&arm, &logs, Payload::default());
-    // The robot's own parameters come from the log without payload.
+    // The parameters of the robot come from the log without payload.
     let alone = arm.identify(&logs[0]);
     for (parameter, alone) in (found.identification.results[0].parameters.iter())
         .zip(&alone.identification.results[0].parameters)

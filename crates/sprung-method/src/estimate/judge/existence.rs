@@ -134,7 +134,7 @@ fn columns<'a>(channels: &'a Channels, joint: usize, signals: &[Signal]) -> Vec<
         .collect()
 }
 
-/// Returns what to do about a spring that cannot exist. A joint with a torque sensor may have no link encoder.
+/// Returns the remedy for a spring that cannot exist. A joint with a torque sensor may have no link encoder.
 fn remedy_of_spring(channels: &Channels, joint: usize) -> String {
     let signals = [Signal::Link, Signal::Spring, Signal::Motor, Signal::Torque];
     let columns = columns(channels, joint, &signals);

@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 /// A change beyond the description, which the log requires.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Applied {
-    /// Kind of change: `samples` (that were mended), `timing` (of the torques), `sharpness` (of Coulomb friction) or `law`.
+    /// Kind of change: `samples` (corrected ones), `timing` (of the torques), `sharpness` (of Coulomb friction) or
+    /// `law`.
     pub kind: String,
     /// The change with its size, as a part of a sentence.
     pub what: String,

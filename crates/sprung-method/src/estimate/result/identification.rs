@@ -173,7 +173,7 @@ pub struct EstimateResult {
     pub estimator: String,
     /// Verdict on the result.
     pub verdict: Verdict,
-    /// The decision behind the verdict, with the verdict in words.
+    /// The decision of the verdict, with the verdict in words.
     #[serde(default)]
     pub decision: Decision,
     /// Errors that the result promises for a new experiment of the same kind: those on held-out

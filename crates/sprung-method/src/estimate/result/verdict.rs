@@ -1,4 +1,4 @@
-//! The verdict on a result as a word, and the decision behind it.
+//! The verdict on a result as a word, and the decision.
 
 use serde::{Deserialize, Serialize};
 

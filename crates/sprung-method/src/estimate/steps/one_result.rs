@@ -111,7 +111,7 @@ pub(super) fn result_of(
     }
 }
 
-/// Values that stand beside the estimate.
+/// Values beside the estimate.
 struct Beside<'a> {
     /// Estimate without constraints, \[p\]; `None` if there are no constraints.
     unconstrained: Option<&'a [f64]>,

@@ -50,7 +50,7 @@ pub(super) struct MotorEquation<'a> {
     pub(super) joint: usize,
     /// Without the columns of known parameters.
     pub(super) factor: Triangle,
-    /// Its probes, in the order of their columns behind those of the model.
+    /// Its probes, in the order of their columns after those of the model.
     pub(super) probes: Vec<&'a Probe>,
 }
 

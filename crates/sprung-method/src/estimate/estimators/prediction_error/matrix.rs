@@ -121,7 +121,7 @@ impl Product<'_> {
         }
     }
 
-    /// Computes R rows of V vectors; the columns behind the last whole vector if `EDGE`.
+    /// Computes R rows of V vectors; the columns after the last whole vector if `EDGE`.
     #[expect(clippy::inline_always, reason = "only inlined code uses wide vectors")]
     #[inline(always)]
     fn tile<S: Simd, const R: usize, const V: usize, const EDGE: bool>(
