@@ -40,7 +40,7 @@ pub fn identify(
     identify_and_tell(experiment, model, sources, progress, &mut |_| ())
 }
 
-/// Identifies the parameters as [`identify`], and hands over the result of least squares before a
+/// Identifies the parameters as [`identify`], and returns the result of least squares before a
 /// refinement begins, because a refinement may take minutes.
 ///
 /// - `first`: receives the result of least squares. It is not called if no refinement is requested.
@@ -69,7 +69,7 @@ pub fn identify_and_tell(
     )
 }
 
-/// Makes the steps after the pass, which one machine or many machines have made.
+/// Makes the steps after the pass, which one or several machines have made.
 ///
 /// - `logs`: the logs, for estimators that read them again.
 /// - `clock`: started before the first step; `timing`: of the torques.

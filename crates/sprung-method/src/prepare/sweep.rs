@@ -1,5 +1,5 @@
 //! Estimates with several cut-offs of the position filter, and the choice among them by blocked
-//! hold-out.
+//! cross-validation.
 
 use rayon::prelude::*;
 

@@ -17,7 +17,7 @@ use crate::numbers::in_percent;
 /// Code of all findings about robots that cannot exist.
 const IMPOSSIBLE: &str = "impossible-robot";
 
-/// Standard errors above which friction is negative by more than chance.
+/// Standard errors above which negative friction is significant.
 const SURE: f64 = 2.0;
 
 /// Reports that the equations give a robot that cannot exist.
@@ -147,7 +147,7 @@ fn remedy_of_spring(channels: &Channels, joint: usize) -> String {
     format!("check signs and delays of {}{estimate}", all.join(", "))
 }
 
-/// Reports parameters that only the constraints keep possible, with the price on held-out parts of the logs.
+/// Reports parameters that are impossible without the constraints, with the price on held-out parts of the logs.
 fn price(model: &Model, result: &EstimateResult, linear: &Linear<'_>) -> Option<Finding> {
     let held: Vec<&ParameterEstimate> = (result.parameters.iter().zip(model.parameters()))
         .filter(|(p, known)| {

@@ -10,7 +10,7 @@ use crate::numbers::in_percent;
 const WEAK_RELATIVE_ERROR: f64 = 0.15;
 
 /// Ratio of a parameter's torque to the residual of its row. Below this ratio a bias may be as
-/// large as the value, and the standard errors do not show this bias.
+/// large as the value, and the standard errors do not contain this bias.
 const LITTLE_TORQUE_OVER_RESIDUAL: f64 = 3.0;
 
 /// Condition number with scaled columns above which the collinear parameters are named.

@@ -17,8 +17,8 @@ use stretch::{RowDelay, Stretch};
 /// Maximum number of refinements with the delay of a suspected channel.
 const MAX_TRIALS: usize = 16;
 
-/// A suspect is no rival of a channel that explains the log if the evidence for its delay is below
-/// this fraction.
+/// A suspected channel is no rival of a channel that explains the log if the evidence for its delay
+/// is below this fraction.
 const RIVAL_SHARE: f64 = 0.5;
 
 /// Starts of a search for a delay, s, after the estimates of the last refinement and of the torque
@@ -79,8 +79,8 @@ pub fn late_channels(
         progress,
         found: Vec::new(),
     };
-    // One late link channel makes its neighbours seem late. So the search first looks for a channel
-    // that explains all delays, then for one channel per joint.
+    // One late link channel makes its neighbours seem late. So the search first tries one channel
+    // that explains all delays, then one channel per joint.
     for explains in [Explains::EveryJoint, Explains::ItsJoint] {
         while let Some(accepted) = search.likeliest(explains)? {
             search.accept(accepted);

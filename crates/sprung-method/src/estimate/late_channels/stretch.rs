@@ -77,7 +77,7 @@ impl<'a, 's> Stretch<'a, 's> {
             Some([first, blocks.next_back()?.time.last().copied()?])
         };
         let ([begin, _], [first, last]) = (of(excerpt)?, of(&samples)?);
-        // A window must not move the beginning of a log that it does not cut.
+        // A window must not change the beginning of a log that it does not cut.
         let from = (begin < first).then_some(first);
         Some(Self {
             reading: reading.clone(),
@@ -194,8 +194,8 @@ impl<'a, 's> Stretch<'a, 's> {
     }
 }
 
-/// Leaves only those parameters to the refinement of a short segment that a delay changes. Bodies
-/// and Coulomb friction keep their values of the whole excerpt, because a short motion does not
+/// Lets the refinement of a short segment estimate only parameters that a delay changes. Bodies and
+/// Coulomb friction keep their values of the whole excerpt, because a short motion does not
 /// determine them.
 fn hold_others(model: &Model, fitted: &mut Fitted) {
     for (parameter, free) in model.parameters().iter().zip(&mut fitted.identifiable) {

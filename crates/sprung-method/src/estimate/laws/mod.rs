@@ -1,5 +1,4 @@
-//! Laws of friction and springs by hold-out: cross-validation of laws beyond those of the
-//! description.
+//! Laws of friction and springs: cross-validation of laws beyond those of the description.
 
 mod by_likelihood;
 mod candidates;

@@ -51,7 +51,7 @@ pub(in crate::estimate) fn payload_of(
     let columns: Vec<Theta> = (0..BODY)
         .map(|k| model.change_by_standard(loaded.link * BODY + k))
         .collect();
-    // The difference of equal estimates cancels errors that both have: the same weights, and no constraints.
+    // The difference of two estimates with equal settings cancels common errors: the same weights, and no constraints.
     let alone = HoldOut::new(model, loaded.system, 1)
         .weighted(linear.weights())
         .fit(|_| true)?;

@@ -1,4 +1,4 @@
-//! Prior of the bodies: the nominal values, and how far they may be from the truth.
+//! Prior of the bodies: the nominal values and their errors.
 
 use sprung_core::spatial::BODY;
 
@@ -9,8 +9,8 @@ use crate::model::{Block, Model, Program, Region, TreeLinks, is_possible, second
 /// would make the entropic distance infinite in one direction.
 const THINNEST: f64 = 1e-4;
 
-/// Weight of the entropic distance from bodies of equal size in all directions, where no nominal body is given, and
-/// beside the Euclidean distance. It decides only directions that the log does not determine.
+/// Weight of the entropic distance from bodies of equal size in all directions, without a nominal body, and with the
+/// Euclidean distance. It decides only directions that the log does not determine.
 const WEAK: f64 = 1e-3;
 
 /// Weight of nominal values beside a log where the log decides. A parameter that the log determines as accurately as
@@ -25,8 +25,8 @@ const ORDINARY_REGION: f64 = 0.25;
 const ORDINARY_RADIUS: f64 = 0.1;
 const ORDINARY_ROTOR: f64 = 0.1;
 
-/// Radius of a compact body over that of its region. Draws take the whole region: a compact body would hold the centre of
-/// mass near that of the region.
+/// Radius of a compact body over that of its region. Draws use the whole region: a compact body would keep the centre
+/// of mass near that of the region.
 const COMPACT: f64 = 0.5;
 
 /// Weight of the entropic distance from ordinary bodies and rotors where robots are drawn: the error of each mass and each
@@ -45,10 +45,10 @@ pub(in crate::estimate) enum Tool {
 /// Information that prior and regions of the links complement.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::estimate) enum Beside<'a> {
-    /// A finished estimate, whose bodies are wanted: nominal values count with their errors.
+    /// Bodies of a finished estimate: nominal values count with their errors.
     Estimate,
-    /// A log with these largest speeds of the joints, rad/s (m/s), \[n\]. It decides: nominal values count a hundred
-    /// times less, masses lie in the regions of their links, and sums of friction laws take energy.
+    /// A log with these largest speeds of the joints, rad/s (m/s), \[n\]. The log decides: nominal values count a
+    /// hundred times less, masses lie in the regions of their links, and sums of friction laws take energy.
     Log(&'a [f64], Tool),
     /// Draws of robots, with the set of robots of `Log`: nominal values count with their errors, other bodies are ordinary
     /// ones with errors as large as themselves.

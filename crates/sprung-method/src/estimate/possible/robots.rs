@@ -358,7 +358,7 @@ fn mass_limits(links: &TreeLinks, count: usize, settings: &Physical) -> Vec<Mass
     total.into_iter().chain(single).collect()
 }
 
-/// Returns whether a parameter of a drive is that of no robot if it is negative.
+/// Returns whether a negative value of a parameter of a drive is impossible.
 pub(in crate::estimate) fn must_be_positive(parameter: &Parameter) -> bool {
     parameter
         .joint

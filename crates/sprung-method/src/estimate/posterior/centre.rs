@@ -9,7 +9,7 @@ use crate::estimate::possible::{Robots, must_be_positive};
 use crate::estimate::result::EstimateResult;
 use crate::model::{Block, Program};
 
-/// Distance from its bound at which a drive's parameter starts, in its errors.
+/// Start distance of a drive's parameter from its bound, in its errors.
 const INSIDE: f64 = 1e-3;
 
 /// Returns the matrices that must be positive definite, without the prior.

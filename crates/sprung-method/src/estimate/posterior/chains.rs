@@ -20,7 +20,7 @@ const CHAINS: usize = 8;
 const FORGET: usize = 16;
 const LISTEN: usize = 48;
 
-/// Largest correlation of neighbours that thinning leaves: half of the robots then count as independent.
+/// Largest correlation of neighbours after thinning: half of the robots then count as independent.
 const LEFT: f64 = 1.0 / 3.0;
 
 /// Normal draws of a coordinate before its borders are computed.
@@ -188,8 +188,8 @@ impl Walker<'_> {
         }
     }
 
-    /// Moves along a coordinate to a draw from the normal distribution between the borders. Normal draws come first: the
-    /// first one between the borders has this distribution too, and the borders themselves are dear.
+    /// Moves along a coordinate to a draw from the normal distribution between the borders. Normal draws are tried
+    /// first: the first one between the borders has this distribution too, and computing the borders takes longer.
     fn by(&mut self, coordinate: usize, middle: f64, spread: f64) -> Option<f64> {
         let borders = &self.chains.borders;
         for _ in 0..TRIES {

@@ -154,7 +154,7 @@ fn speeds(model: &Model, result: &EstimateResult) -> Vec<f64> {
         .collect()
 }
 
-/// Returns where the estimate has the masses of links that carry no joint.
+/// Returns the places of the masses of links without a child joint in the estimate.
 fn tool(model: &Model, result: &EstimateResult) -> Tool {
     let Some(tree) = model.tree() else {
         return Tool::InRegion;

@@ -13,7 +13,8 @@ use crate::model::Block;
 const TRIALS: u64 = 400;
 const LEAST_SHARE: f64 = 0.05;
 
-/// Draws until one can exist. With the least share none of so many can exist once in 1e44 times.
+/// Draws until one can exist. With the least share, the probability that none of so many is
+/// possible is 1e-44.
 const MOST_DRAWS: usize = 2000;
 
 /// Normal draws over all unknowns.

@@ -1,4 +1,4 @@
-//! Changes of the model and the timing that an identification made by itself, as a part of the results.
+//! Changes of the model and the timing by an identification, as a part of the results.
 
 use serde::{Deserialize, Serialize};
 

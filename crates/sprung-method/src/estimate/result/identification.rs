@@ -310,8 +310,8 @@ pub struct PartResult {
     pub from_s: f64,
     /// End of the part, s.
     pub to_s: f64,
-    /// Value and standard error, in the order of `parameters`; absent for a parameter that is given
-    /// or that the part does not determine.
+    /// Value and standard error, in the order of `parameters`; absent for given parameters and for
+    /// those that the part does not determine.
     pub values: Vec<Option<(f64, f64)>>,
 }
 
@@ -432,7 +432,7 @@ impl ParameterEstimate {
         parts.or(self.standard_error)
     }
 
-    /// Takes the value out, as that of a parameter that the log does not determine. The value for simulations stays.
+    /// Removes the value of a parameter that the log does not determine. The value for simulations stays.
     pub(crate) fn forget(&mut self) {
         *self = Self {
             value: None,

@@ -1,12 +1,12 @@
-//! Whether estimates from several parts of the logs agree, and how much they scatter beyond their
-//! standard errors.
+//! Agreement of estimates from several parts of the logs, and their scatter beyond the standard
+//! errors.
 
 use super::chi_square::upper_tail;
 use super::normal::NORMAL_95;
 use crate::fit::student_95;
 
-/// Probability of a false alarm, for each parameter, below which its interval contains the changes
-/// between parts.
+/// Probability of a false alarm, for each parameter, below which its confidence interval contains
+/// the changes between parts.
 const FALSE_ALARM_PROBABILITY: f64 = 0.1;
 
 /// Least degrees of freedom that count for Student's t. With fewer parts the quantile would make

@@ -25,7 +25,7 @@ use crate::prepare::PrepareError;
 use crate::progress::{Listener, Phase};
 use crate::regression::Reading;
 
-/// Judges the estimates, examines suspicious results again, and assembles the identification.
+/// Judges the estimates, examines doubtful results again, and assembles the identification.
 ///
 /// # Errors
 ///

@@ -214,7 +214,7 @@ fn motor_rows(model: &Model, fitted: &Fitted) -> Vec<MotorRowResult> {
         .collect()
 }
 
-/// Returns the parameters from other ways to solve the same equations.
+/// Returns the parameters by other methods for the same equations.
 fn other_routes(model: &Model, routes: &[(Route, Theta)]) -> Vec<CrossCheckResult> {
     (routes.iter())
         .map(|(route, theta)| CrossCheckResult {

@@ -22,7 +22,7 @@ pub(in crate::estimate) struct Ready {
     pub(in crate::estimate) laws: Option<Chosen>,
     /// The choices without added laws; `None` if none was added.
     declared: Option<Prepared>,
-    /// Joints that the beginning of the first log shows as rigid; they are rigid in the choices.
+    /// Joints that are rigid by the beginning of the first log; they are rigid in the choices.
     pub(in crate::estimate) rigid: Vec<RigidJoint>,
     pub(in crate::estimate) inputs: EstimatorInputs,
 }
@@ -132,8 +132,9 @@ pub(in crate::estimate) fn prepare_with_laws(
     Ok(with_laws(experiment, model, sources, progress)?.0.prepared)
 }
 
-/// Prepares the logs as a check does, makes joints rigid whose springs they do not show, estimates the requested delays
-/// and open Stribeck velocities by likelihood, determines the weights of the samples, and chooses the laws by hold-out.
+/// Prepares the logs as a check does, takes joints as rigid whose springs the logs do not show, estimates the requested
+/// delays and open Stribeck velocities by likelihood, determines the weights of the samples, and chooses the laws by
+/// hold-out.
 fn with_laws(
     experiment: &Experiment,
     model: &Model,

@@ -23,15 +23,16 @@ pub(in crate::estimate) struct Price {
     pub(in crate::estimate) standard_error: f64,
 }
 
-/// Price of the constraints on held-out parts above which the model lacks something: the held-out residual of a second
-/// log of the same arm differs by as much.
+/// Price of the constraints on held-out parts above which the model lacks an effect. Held-out residuals of two logs of
+/// the same arm differ by less.
 const DEAR: f64 = 0.02;
 
 /// Standard errors above which a price is more than chance.
 const SURE: f64 = 2.0;
 
 impl Price {
-    /// Returns whether the constraints cost more than a second log would, and more than chance.
+    /// Returns whether the price of the constraints exceeds the difference between two logs, and is
+    /// significant.
     pub(in crate::estimate) fn is_dear(&self) -> bool {
         self.ratio - 1.0 > DEAR.max(SURE * self.standard_error)
     }

@@ -21,8 +21,8 @@ const PEAK: f64 = 2.0;
 
 /// Result of least squares, the reference of other results.
 pub(in crate::estimate) struct Linear<'a> {
-    /// The fit of all logs, over robots that can exist unless the settings say otherwise. Its standard errors contain
-    /// the bias and the changes between parts, and are those without constraints.
+    /// The fit of all logs, over robots that can exist by default. Its standard errors contain the bias and the changes
+    /// between parts, and are those without constraints.
     pub(in crate::estimate) fitted: Fitted,
     /// The robots that can exist; `None` without constraints.
     pub(in crate::estimate) possible: Option<PossibleFit<'a>>,
@@ -44,7 +44,7 @@ pub(in crate::estimate) struct Linear<'a> {
 }
 
 impl<'a> Linear<'a> {
-    /// Solves the regression of all logs by least squares, by other routes and from parts of the logs.
+    /// Solves the regression of all logs by least squares, by other methods and from parts of the logs.
     ///
     /// - `(system, spans)`: the reduced logs, and first and last time of each log, s.
     /// - `is_timed`: whether a refinement has found the timing of the torques and the sharpness of Coulomb friction.
@@ -172,7 +172,7 @@ impl<'a> Constrained<'a> {
         })
     }
 
-    /// Returns whether the constraints cost too much in the torque of a joint of a tree.
+    /// Returns whether the price of the constraints is too high in the torque of a joint of a tree.
     fn is_dear(&self, model: &Model) -> bool {
         let prices = (0..model.joint_count())
             .filter_map(|joint| self.held_out.price(model.torque_row(joint)));

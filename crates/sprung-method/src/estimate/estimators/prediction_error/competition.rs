@@ -1,8 +1,8 @@
 //! Competition of the effects that the model lacks: one after the other, the effect that explains most of the rest.
 //!
-//! One effect often looks like several. A lag of all torques looks like a lag of each, sharper Coulomb friction like
-//! Stribeck friction. So each effect is tested beside those that explain more, and the size of its gain comes from
-//! held-out blocks of the log.
+//! One effect often resembles several. A lag of all torques resembles a lag of each torque, and sharper Coulomb
+//! friction resembles Stribeck friction. So each effect is tested beside those that explain more, and the size of its
+//! gain comes from held-out blocks of the log.
 //!
 //! # Source
 //!
@@ -116,7 +116,7 @@ pub(super) fn winners(
 }
 
 /// Returns the number of standard errors beyond which an effect counts. It grows with the number of
-/// tested effects, so that a log without any exceeds it with the same probability.
+/// tested effects, so that a log without effects exceeds it with the same probability.
 ///
 /// ```text
 /// z² = 3² + 2 ln n

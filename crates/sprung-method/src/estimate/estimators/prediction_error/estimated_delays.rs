@@ -1,4 +1,4 @@
-//! Delays and Stribeck velocities to be estimated, by likelihood from several starts.
+//! Delays and open Stribeck velocities, by likelihood from several starts.
 
 use sprung_core::friction::Scale;
 
@@ -20,8 +20,8 @@ use crate::regression::{PassError, Reading};
 /// From each start the search finds delays within about ten milliseconds.
 const FURTHER_STARTS_S: [f64; 5] = [5e-3, 1e-2, 2e-2, 3.5e-2, -1e-2];
 
-/// Start values of the Stribeck velocities relative to those by least squares, which are too low
-/// where the filter of the positions smears reversals. They are tried in turn with the delays.
+/// Start values of the Stribeck velocities relative to those by least squares, which are too low,
+/// because the filter of the positions smears reversals. They are tried in turn with the delays.
 const VELOCITY_STARTS: [f64; 2] = [1.0, 3.0];
 
 /// Two scales of friction laws are equal if they differ by less than this fraction.
@@ -104,7 +104,7 @@ pub(in crate::estimate) fn likely(
 }
 
 /// Returns whether the joints concerned have positive stiffnesses by least squares. On a faulty log
-/// the likelihood takes minutes without a result.
+/// the search takes minutes without a result.
 fn is_sound(reading: &Reading, excerpt: &Excerpt, estimated: &[usize]) -> bool {
     fit_motor_rows(excerpt, &reading.without_weights()).is_some_and(|fits| {
         estimated.iter().all(|&i| {

@@ -23,7 +23,8 @@ const KNOWN_TOGETHER_CORRELATION: f64 = 0.98;
 /// Share above which the disturbance is a warning.
 const LARGE_DISTURBANCE_SHARE: f64 = 0.15;
 
-/// Returns the refined parameter that moves most: index in theta and move in standard errors.
+/// Returns the refined parameter with the largest change: index in theta and change in standard
+/// errors.
 pub(super) fn largest_move(refined: &Refined, moves: &[f64]) -> Option<(usize, f64)> {
     (refined.free.iter().zip(moves))
         .map(|(&index, movement)| (index, movement.abs() / refined.standard_error[index]))

@@ -1,14 +1,12 @@
 //! Bias of the normal equations by noise of the logged torque.
 //!
-//! The filter takes the logged torque for the acting torque up to noise. This noise enters the
-//! innovations and, through the accelerations and velocities that it seems to cause, their
-//! derivatives. So the gradient is not zero at the true parameters, and the information contains
-//! products of noise. Without a correction inertias come out too large, by the ratio of the noise's
-//! variance to the variance of the torque that accelerates. Coulomb friction of a light rotor is
-//! biased in its transition, where the velocity follows the noise within a sampling period. The
-//! filter's information gives the expectations of gradient and information by this noise; they are
-//! subtracted. White noise of a link and noise while friction reverses are torques that act, so they
-//! cause no such bias.
+//! The filter assumes that the logged torque is the acting torque plus noise. This noise enters the innovations and, by
+//! apparent accelerations and velocities, their derivatives. So the gradient is not zero at the true parameters, and
+//! the information contains products of noise. Without a correction, inertias are too large by the ratio of the noise's
+//! variance to the variance of the accelerating torque. Coulomb friction of a light rotor is biased in its transition,
+//! where the velocity follows the noise within a sampling period. The filter's information gives the expectations of
+//! gradient and information by this noise; they are subtracted. White noise of a link and noise while friction reverses
+//! are acting torques, so they cause no such bias.
 //!
 //! # Source
 //!
@@ -25,9 +23,9 @@ use super::solve::largest_relative_eigenvalue;
 use super::vector::{add, scale, widen};
 use crate::estimate::estimators::prediction_error::state_layout::state_count;
 
-/// Number of samples per sample whose gradient and information by noise in the period after the sample
-/// are computed, and whose gradient by noise before the sample. All vary slowly; the information varies slower, so every
-/// second of these samples is enough for it.
+/// Number of samples per sample whose gradient and information by noise in the period after the sample are computed,
+/// and whose gradient by noise before the sample. All vary slowly; the information varies slower, so every second of
+/// these samples suffices for it.
 const GRADIENT_STRIDE: usize = 2;
 
 /// Samples between those whose state is kept.
@@ -404,8 +402,8 @@ mod tests {
         information: [f64; 2],
     }
 
-    /// Returns the mean contributions of the noise to some parameters. Pairs of opposite noise cancel
-    /// what is linear in the noise.
+    /// Returns the mean contributions of the noise to some parameters. Pairs of opposite noise cancel terms that are
+    /// linear in the noise.
     fn by_noise(names: &[&str], deviation: f64) -> Vec<ByNoise> {
         let exact = normal_equations(&noisy(0.0, 0, deviation)).0;
         let case = noisy(0.0, 0, deviation);

@@ -35,13 +35,13 @@ use crate::progress::{Listener, Phase, Stopped};
 use crate::regression::{PassError, Reading};
 
 /// Mean squared whitened innovation above which encoders get additional noise: their lines are
-/// uneven, or the joint is not where the model has it.
+/// uneven, or the joint is not at the position of the model.
 const MAX_COST_OF_EXACT_ENCODERS: f64 = 2.0;
 
-/// Change that does not change an estimate: of a delay, in standard errors, and of the logarithm of a prior level.
+/// Change without effect on an estimate: of a delay, in standard errors, and of the logarithm of a prior level.
 const SETTLED: f64 = 0.1;
 
-/// Largest move of a delay in a round, in samples or standard errors; its effect is linear only for small moves.
+/// Largest change of a delay in a round, in samples or standard errors; its effect is linear only for small moves.
 const MAX_DELAY_MOVE: f64 = 10.0;
 
 /// Start of a refinement.
@@ -165,8 +165,8 @@ impl<'a> Refinery<'a> {
         Self { possible, ..self }
     }
 
-    /// Refines the parameters on one rung: measurements, start levels, descent, result. Repeats this
-    /// while delays that are to be estimated or prior levels of residual laws move.
+    /// Refines the parameters on one rung: measurements, start levels, descent, result. Repeats this while open delays
+    /// or prior levels of residual laws change.
     ///
     /// - `before`: end of an earlier rung, from which this one starts.
     /// - `progress`: is called before each run of the filter.

@@ -17,8 +17,8 @@ use crate::prepare::{DelayGain, Excerpt};
 use crate::regression::{PassError, Reading};
 use sprung_core::friction::Scale;
 
-/// Longest delay of all torques that a controller and a recorder cause together, in samples. A longer one is that of
-/// a faulty channel.
+/// Longest common delay of all torques by controller and recorder, in samples. A longer one is that of a faulty
+/// channel.
 const LONGEST_SAMPLES: f64 = 2.0;
 
 /// Rise of the held-out error of the equations that contradicts a delay. Smearing by the filter of the positions moves
@@ -41,8 +41,7 @@ pub(in crate::estimate) enum Timing<'a> {
 
 /// Timing for the regression and a second refinement.
 pub(in crate::estimate) struct Retiming {
-    /// Delay that all torques have together, s, with its standard error and the gain of the equations by it; `None` if
-    /// it stays.
+    /// Common delay of all torques, s, with its standard error and the gain of the equations by it; `None` if it stays.
     pub(in crate::estimate) torques: Option<TorquesDelay>,
     /// Sharpness of Coulomb friction, s/rad (s/m), by joint.
     pub(in crate::estimate) sharpness: Vec<(usize, f64)>,
@@ -97,8 +96,8 @@ impl Retiming {
     }
 }
 
-/// Returns the treatment of the delay of all torques. One that the description gives is tested with the meaning of the
-/// torques.
+/// Returns the treatment of the delay of all torques. A sharpness that the description gives is tested with the meaning
+/// of the torques.
 pub(super) fn timing_of(channels: &Channels) -> TorquesTiming {
     let mut torques =
         (channels.all.iter()).filter(|channel| channel.quantity == Quantity::MotorTorque);
@@ -171,7 +170,7 @@ impl Refinery<'_> {
     }
 }
 
-/// Returns whether a correction of the delay of all torques is no chance.
+/// Returns whether a correction of the delay of all torques is significant.
 fn is_certain(update: &ChannelUpdate, period: f64) -> bool {
     update.significance() > CERTAIN_SIGMAS && update.correction.abs() > MIN_DELAY_SAMPLES * period
 }

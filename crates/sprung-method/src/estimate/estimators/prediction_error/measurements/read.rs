@@ -131,7 +131,7 @@ impl Kept {
             let samples = pieces.iter().map(length).sum();
             let payload = pieces[0].payload.take();
             let channels = pieces[0].values.len();
-            // One channel after the other, so that little is in memory twice.
+            // One channel after the other, to limit memory.
             let values = (0..channels).map(|channel| {
                 let mut all = Vec::with_capacity(samples);
                 for piece in pieces.iter_mut() {
