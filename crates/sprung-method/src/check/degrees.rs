@@ -11,8 +11,7 @@ use crate::finding::{Finding, Severity};
 use crate::log::{LOOKS_LIKE_DEGREES, LOOKS_LIKE_RADIANS, Signal};
 use crate::prepare::RowFit;
 
-/// Gains (sums of logarithms) that a further joint in degrees must add, and at which the declared unit
-/// is certain.
+/// Gains (sums of logarithms): minimum for a further joint in degrees, and limit at which the declared unit is certain.
 const FURTHER_GAIN: f64 = 1.0;
 const CERTAIN_LOSS: f64 = -0.3;
 
@@ -114,7 +113,7 @@ impl WholeRobot<'_> {
             left: Vec::new(),
         };
         let mut best = (found.all, revolute.clone(), all);
-        // Joints that are added one by one, from the largest gain on.
+        // Joints that are added one by one, by decreasing gain.
         let mut chosen: Vec<usize> = Vec::new();
         let mut before = 0.0;
         loop {
@@ -170,7 +169,7 @@ impl WholeRobot<'_> {
             .degrees_finding(Severity::Error, text, &certain.joints)
     }
 
-    /// Finding: the parameters are as many times too small as degrees make them.
+    /// Finding: the parameters are too small by the factor of degrees.
     fn by_nominal_values(&self, found: &[(usize, f64)]) -> Finding {
         let joints: Vec<usize> = found.iter().map(|(joint, _)| *joint).collect();
         let ratios: Vec<String> = (found.iter())

@@ -36,13 +36,13 @@ const NEAR_SCALE: f64 = 3.0;
 pub(super) struct Examined {
     pub(super) findings: Vec<Finding>,
     pub(super) joints: Vec<JointFigures>,
-    /// Finding that the kinematics are wrong, which counts if the log has no other fault.
+    /// Finding that the kinematics are wrong, valid if the log has no other fault.
     pub(super) kinematics: Option<Finding>,
 }
 
 /// Joints that a log allows to test.
 pub(super) struct Tested {
-    /// Joints that move and whose columns are not wrong by themselves.
+    /// Moving joints without a fault of a single column.
     pub(super) moving: Vec<usize>,
     /// Joints whose encoders have different scales; the motor row determines the ratio.
     pub(super) unequal: Vec<usize>,
@@ -223,7 +223,7 @@ impl CheckContext<'_> {
         self.tell(&others, &few, &mut reported, findings);
         let by_sensors = self.torque_sensors(moving, findings);
         reported.extend(&by_sensors);
-        // Friction of a torque of another scale is small beside that of the sensor, so its sign is open.
+        // Friction of a torque of another scale is small compared with that of the sensor, so its sign is undetermined.
         let rescaled = if findings
             .iter()
             .any(|finding| finding.code == "torque-scale")

@@ -23,12 +23,12 @@ const MIN_GAIN_ERROR: f64 = 0.05;
 const MIN_OFFSET: f64 = 0.02;
 const MIN_CROSS_TALK: f64 = 0.02;
 
-/// Part of the squared residual that the sensors' columns must remove together. A missing friction law
-/// changes a gain too, but hardly the residual.
+/// Part of the squared residual that the sensors' columns must remove together. A missing friction law also changes a
+/// gain, but hardly the residual.
 const MIN_IMPROVEMENT: f64 = 0.15;
 
-/// Factor between motor torque and sensor that no sensor has, and largest factor between it and an
-/// explanation. Friction and rotor make it inaccurate.
+/// Factor between motor torque and sensor above which the sensor is not the cause, and largest
+/// factor between it and an explanation. Friction and rotor make it inaccurate.
 const FAR_SCALE: f64 = 5.0;
 const SAME_SCALE: f64 = 2.5;
 
@@ -242,7 +242,8 @@ impl CheckContext<'_> {
         )
     }
 
-    /// Finding: the motor torque of a joint has another scale, by a factor that no sensor has.
+    /// Finding: the motor torque of a joint has another scale, by a factor that is impossible for a
+    /// sensor.
     fn motor_torque_of(&self, fit: &SensorFit) -> Option<Finding> {
         let (inverse, _) = fit.inverse_gain;
         if inverse.ln().abs() < FAR_SCALE.ln() {

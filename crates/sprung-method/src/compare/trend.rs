@@ -1,4 +1,4 @@
-//! A line through the estimates of one parameter over time, and how certain its slope is.
+//! A line through the estimates of one parameter over time, and the significance of its slope.
 
 use crate::estimate::both_tails;
 

@@ -11,7 +11,7 @@ use super::task::ControlTask;
 use crate::description::{Controller, Feedback};
 use crate::frequency::Linear;
 
-/// Factors of the proportions that are tried, from the largest: steps per factor of ten, and range.
+/// Tried factors of the proportions, from the largest: steps per factor of ten, and range.
 const PER_DECADE: f64 = 12.0;
 const LARGEST: f64 = 10.0;
 const SMALLEST: f64 = 0.02;
@@ -25,7 +25,8 @@ const HIGHEST: f64 = 0.1;
 /// Default bandwidth of a robot without springs, Hz.
 const RIGID_HZ: f64 = 10.0;
 
-/// Reduction where the margins of a robot of the posterior do not hold, and most of them.
+/// Reduction if the margins of a robot of the posterior do not hold, and largest number of
+/// reductions.
 const LESS: f64 = 0.93;
 const REDUCTIONS: usize = 30;
 

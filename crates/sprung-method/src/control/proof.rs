@@ -145,7 +145,7 @@ fn draw(
                 })
                 .collect::<Vec<_>>()
         };
-    // Distances from the end along the way, because robots start in different poses.
+    // Distances from the end along the path, because robots start in different poses.
     let from_end = |run: &Run, k: usize, joint: usize| {
         let at = |sample: Option<&Vec<f64>>| sample.map_or(0.0, |sample| sample[joint]);
         let (start, rest) = (at(run.links.first()), at(run.links.last()));

@@ -168,7 +168,7 @@ pub struct Proof {
     pub torque_percent: Option<f64>,
 }
 
-/// How well a link follows the reference, root mean square, rad (m).
+/// Tracking error of a link, root mean square, rad (m).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tracking {
     /// Name of the joint.
@@ -193,6 +193,6 @@ pub struct Moves {
     /// The largest shaped residual in percent of the unshaped one of the same robot and pose; `None` if moves without shaper
     /// leave less than 1 % of the way.
     pub largest_percent: Option<f64>,
-    /// Number of robots that go on moving long after the end: a limit cycle.
+    /// Number of robots that still move long after the end: a limit cycle.
     pub limit_cycles: usize,
 }

@@ -157,7 +157,7 @@ fn tilted(
     })
 }
 
-/// Returns what more experiments buy: the motion again, and others beside it.
+/// Returns the standard errors with more experiments: the motion again, and further motions.
 #[must_use]
 pub fn more(
     (model, theta): (&Model, &[f64]),

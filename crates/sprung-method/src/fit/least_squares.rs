@@ -186,7 +186,7 @@ pub(crate) fn row_weights(model: &Model, system: &System, theta: &[f64]) -> Vec<
         .collect()
 }
 
-/// Returns the moves of all parameters from the influences of the groups on the unknowns.
+/// Returns the changes of all parameters from the influences of the groups on the unknowns.
 fn moves(free: &Free, stacked: &Mat<f64>) -> Vec<Vec<f64>> {
     let count = stacked.ncols() as f64;
     let scale = ((count - 1.0) / count).max(0.0).sqrt();

@@ -12,7 +12,7 @@ use crate::regression::{System, SystemPart, Triangle, solve};
 /// Solution of the motor row of one flexible joint.
 ///
 /// Its right-hand side is the motor torque, which fixes the scale of the parameters. In the stacked
-/// system the link rows have no right-hand side, so their errors pull the scale down.
+/// system the link rows have no right-hand side, so their errors reduce the scale.
 #[derive(Clone, Debug)]
 pub struct MotorRow {
     /// The joint.

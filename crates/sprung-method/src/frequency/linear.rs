@@ -92,8 +92,8 @@ impl OperatingPoint {
     }
 }
 
-/// Hands each friction term at a sample to `take`: its index, its torque per unit of the parameter, and
-/// the velocity of its side.
+/// Passes each friction term at a sample to `take`: its index, its torque per unit of the parameter, and the velocity
+/// of its side.
 fn along(model: &Model, stretch: &Stretch, k: usize, take: &mut dyn FnMut(usize, f64, f64)) {
     let robot = model.robot();
     let n = model.joint_count();
@@ -127,8 +127,8 @@ fn along(model: &Model, stretch: &Stretch, k: usize, take: &mut dyn FnMut(usize,
 }
 
 impl OperatingPoint {
-    /// Returns the friction torque on each motor that its linear part leaves, \[n\]\[samples\], N·m (N).
-    /// No torque of the log contains it, so it disturbs the frequency response.
+    /// Returns the nonlinear rest of the friction torque on each motor, \[n\]\[samples\], N·m (N). No torque of the log
+    /// contains it, so it disturbs the frequency response.
     #[must_use]
     pub(super) fn distortion(
         &self,

@@ -154,7 +154,7 @@ impl Factored<'_> {
         })
     }
 
-    /// Returns the variance of one unknown by the residuals of each row, whatever their variances.
+    /// Returns the variance of one unknown by the residuals of each row, for any variances.
     ///
     /// # Source
     ///

@@ -13,7 +13,7 @@ const LATEST_S: f64 = 0.5;
 const COARSE_STEP_S: f64 = 0.01;
 const SAMPLES_PER_COARSE_STEP: f64 = 2.5;
 
-/// Turns of the channels of a joint. A delay of one channel moves the estimate of another by a part of it.
+/// Turns of the channels of a joint. A delay of one channel changes the estimate of another by a part of the delay.
 const TURNS: usize = 3;
 
 /// An estimate of a delay.

@@ -321,7 +321,7 @@ impl Delays {
         }
     }
 
-    /// Returns the channels whose estimated delay hold-out rejected, so that no later stage
+    /// Returns the channels whose estimated delay cross-validation rejected, so that no later stage
     /// estimates it.
     pub(super) fn rejected(&self) -> impl Iterator<Item = usize> {
         (self.estimates.iter())

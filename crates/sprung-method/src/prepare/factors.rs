@@ -1,5 +1,4 @@
-//! Finds the signs, the gains and the side of the torque constants that the description leaves to sprung, before all
-//! other choices.
+//! Finds the open signs, gains and side of the torque constants, before all other choices.
 
 use std::borrow::Cow;
 

@@ -272,7 +272,7 @@ impl About<'_> {
                 .finding(Severity::Info, InertialFinding::Mounting, &text, &remedy)
                 .seen(self.file, self.column(0), 100.0 * error, "%");
         }
-        // A wrong place adds a part of the motors' motion to the deflections, which are far smaller.
+        // A wrong place adds a part of the motors' motion to the much smaller deflections.
         let (severity, remedy) = match self.kind.place_key() {
             Some(_) => (Severity::Error, "measure the place on the link, and give"),
             None if left > MIN_UNEXPLAINED => (Severity::Warning, "if you know it, give"),

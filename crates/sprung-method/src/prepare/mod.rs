@@ -1,6 +1,6 @@
-//! Makes all choices that an estimate needs, from the beginning of the first log: the cut-off of
-//! the position filter, signs and gains, delays by least squares, Stribeck velocities and weights
-//! of samples.
+//! Makes all choices for an estimate from the beginning of the first log: the cut-off of the
+//! position filter, signs and gains, delays by least squares, Stribeck velocities and weights of
+//! samples.
 
 // The compiler names each place that must handle a new law, parameter, quantity or format.
 #![warn(clippy::wildcard_enum_match_arm)]

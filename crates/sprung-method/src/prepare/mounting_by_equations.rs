@@ -47,7 +47,7 @@ const MIN_DECREASE: f64 = 1e-5;
 /// Parts of the log that are left out in turn for the standard errors.
 const GROUPS: usize = 16;
 
-/// Largest relative standard error of a stiffness with which its mounting counts as found.
+/// Largest relative standard error of a stiffness for a determined mounting.
 const MAX_STIFFNESS_ERROR: f64 = 0.05;
 
 /// Returns the reading with the mountings of accelerometers that the description does not give and the equations

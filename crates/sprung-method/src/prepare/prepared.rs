@@ -302,8 +302,8 @@ impl Prepared {
         self.wrong_time_unit.as_ref()
     }
 
-    /// Adds the delays by likelihood to those by least squares, and uses those that hold-out accepts.
-    /// Uses the Stribeck velocities by likelihood, unless they raise this error.
+    /// Adds the delays by likelihood to those by least squares, and uses those that cross-validation accepts. Uses the
+    /// Stribeck velocities by likelihood, unless they raise this error.
     #[must_use]
     pub(crate) fn with_likely(mut self, likely: &Likely) -> Self {
         self = self.with_velocities(&likely.velocities);

@@ -9,15 +9,15 @@ use crate::fit::{HoldOut, Missed, student_95};
 use crate::model::Theta;
 use crate::regression::Reading;
 
-/// Lowest cut-off that can be chosen, Hz. The sweep continues one step below it, so that each
-/// candidate has two neighbours.
+/// Lowest cut-off that can be chosen, Hz. The sweep continues one step below it, so each candidate
+/// has two neighbours.
 const LOWEST_HZ: f64 = 5.0;
 
 /// Number of parts of the beginning of a log, each of which is held out once.
 const HOLD_OUT_PARTS: usize = 8;
 
 /// Standard errors by which the held-out residual of a cut-off may exceed the least one. Higher cut-offs smear less, so
-/// the highest of those that chance may separate is used.
+/// the highest of those without a significant difference is used.
 ///
 /// # Source
 ///
@@ -92,8 +92,8 @@ fn jackknife(values: &[f64]) -> f64 {
 ///
 /// Each part of the beginning of the log is predicted by a fit of the other parts. The cut-off
 /// filters only positions, and the filter pair alone filters the torque. So all cut-offs predict
-/// the same torque, and no cut-off gains by removing a part of it. Rows without a torque do not
-/// count, because a lower cut-off shrinks both of their sides.
+/// the same torque, and no cut-off has an advantage by removing a part of it. Rows without a torque
+/// do not count, because a lower cut-off shrinks both of their sides.
 pub(crate) fn sweep(reading: &Reading, excerpt: &Excerpt, free: bool) -> Option<Sweep> {
     let from_noise = reading.position_cutoff_hz();
     let lowest = if free {

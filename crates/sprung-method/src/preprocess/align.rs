@@ -46,7 +46,7 @@ fn cubic(f: f64) -> [f64; 4] {
 /// Splits a delay relative to the earliest one into whole samples and a fraction.
 fn split(lead: f64) -> (usize, f64) {
     let whole = (lead + WHOLE_SAMPLE_TOLERANCE).floor();
-    // Limits absurd delays to a number of samples that no log reaches.
+    // Limits absurd delays to more samples than any log has.
     (whole.min(1e15) as usize, lead - whole)
 }
 
@@ -128,7 +128,7 @@ impl Aligner {
         }
     }
 
-    /// Returns an aligner for torques and covariates only. It loses the samples at the ends that other channels need.
+    /// Returns an aligner for torques and covariates only. It drops the samples at the ends that other channels need.
     ///
     /// - `delays`: delay of each channel relative to the event, s, in the order of [`Channels::all`]; `period`: T, s.
     #[must_use]
@@ -486,7 +486,7 @@ mod tests {
             let times = columns.iter().map(|k| k * PERIOD);
             aligner.push_columns(times, &vec![columns.to_vec(); delays.len()], &mut out);
         }
-        // Two samples of the early motor position, three of the late torque, and one that it is held.
+        // Two samples of the early motor position, three of the late torque, and one for its hold.
         assert!((aligner.shift() - 0.002).abs() < 1e-12);
         assert_eq!(out.len(), 100 - 2 - 3 - 1);
         assert!(out.q[0].is_empty() && out.phi[1].is_empty());

@@ -277,7 +277,7 @@ fn too_short(
         _ => ", between two gaps",
     };
     let label = source.label();
-    // If the unit of the time is wrong, the filters seem to need billions of samples.
+    // If the unit of the time is wrong, the filters need billions of samples.
     let unit = time_unit(&label, reading.channels(), log.timing().period);
     if let Some(finding) = unit.filter(|finding| finding.severity == Severity::Error) {
         let line = finding.setting.unwrap_or(finding.remedy);

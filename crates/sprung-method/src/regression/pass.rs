@@ -352,8 +352,7 @@ pub fn signals(
     observed_signals(reading, period, blocks, &mut ())
 }
 
-/// Returns the signals of blocks as [`signals`], and hands their samples to an observer before they are
-/// filtered.
+/// Returns the signals of blocks as [`signals`], and passes their samples to an observer before they are filtered.
 ///
 /// # Errors
 ///

@@ -51,8 +51,8 @@ impl Kept {
 }
 
 impl Kept {
-    /// Appends samples of the same rows. The samples of both become as rare as those of the rarer one, and
-    /// rarer while they are too many.
+    /// Appends samples of the same rows. The samples of both are thinned to the rate of the rarer one, and further
+    /// while they are too many.
     fn append(&mut self, mut next: Self, later: f64) {
         while self.stride < next.stride {
             self.thin();

@@ -270,7 +270,7 @@ impl Dynamics {
         })
     }
 
-    /// Returns the sum of those terms of the drives that count, \[n\].
+    /// Returns the sum of the counted terms of the drives, \[n\].
     fn drives(
         &self,
         state: &JointState,

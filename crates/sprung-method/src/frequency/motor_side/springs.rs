@@ -65,7 +65,7 @@ pub(crate) fn springs_from_motor(record: &Record, model: &Model) -> Vec<SpringFr
     })
 }
 
-/// Returns the springs; `None` if the record is too short or too little of it moves.
+/// Returns the springs; `None` if the record is too short or contains too little motion.
 fn determined(record: &Record, model: &Model) -> Option<Vec<SpringFromMotor>> {
     let (stretch, sharpness) = (record.longest(), sharpness(model));
     let lines = Lines::of(stretch, &sharpness)?;
