@@ -3,7 +3,7 @@
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-/// Steps that ran. A step that fails keeps no other from starting: one run shows all faults.
+/// Steps that ran. A failed step does not stop the others: one run shows all faults.
 pub(crate) struct Steps {
     /// When the first step could start.
     pub(crate) begin: Instant,

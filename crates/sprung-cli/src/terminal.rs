@@ -155,8 +155,8 @@ impl Terminal {
         }
     }
 
-    /// Prints findings about a result. Those about a result that does not decide are only counted, unless the user wants
-    /// notes.
+    /// Prints findings about a result. Findings about results that do not decide are only counted, unless the user
+    /// requests notes.
     fn findings_about<'a>(
         self,
         about: &str,
@@ -180,7 +180,7 @@ impl Terminal {
         }
     }
 
-    /// Prints a warning, or a note if the user wants notes.
+    /// Prints a warning, or a note if the user requests notes.
     pub(crate) fn finding(self, about: &str, finding: &Finding) {
         if finding.severity == Severity::Info && !self.voice.verbose {
             return;
@@ -239,7 +239,7 @@ impl Terminal {
         }
     }
 
-    /// Returns a word in the colour of a verdict, if the user wants colours.
+    /// Returns a word in the colour of a verdict, if the user requests colours.
     fn colored(self, verdict: Verdict, word: &str) -> String {
         let color = match self.voice.color {
             Color::Always => true,

@@ -2,7 +2,7 @@
 //!
 //! This crate contains the only definition of the equations of motion. Identification builds its
 //! regressor and simulation its right-hand side from the same columns. The crate needs no standard
-//! library and allocates nothing, so the same code runs on a controller. The caller owns the
+//! library and allocates no memory, so the same code runs on a controller. The caller owns the
 //! memory; functions such as [`memory_len`](recursive::memory_len) return the required lengths.
 //!
 //! Modules in the order of the data flow; each module uses only the modules before it:

@@ -18,7 +18,7 @@ const LONGEST_DELAY: usize = 10_000;
 pub struct ControlCode {
     /// Kind, gains, windows of the estimators of velocities, and speed of the compensation of friction. The model of
     /// the feedforward is that of the code, whatever the model of this controller is. The caller of the code gives the
-    /// desired motion, so the reference does not count.
+    /// desired motion, so the reference is ignored.
     pub controller: Controller,
     /// Sampling period T, s, positive.
     pub period_s: f64,

@@ -2,7 +2,7 @@
 //! frame of the world.
 //!
 //! The dynamics share no code with those of `sprung_core`, which use spatial vectors and base
-//! parameters, so the comparison of both is a proof.
+//! parameters, so their comparison is an independent test.
 
 use std::array::from_fn;
 

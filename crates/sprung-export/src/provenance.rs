@@ -1,4 +1,4 @@
-//! Where an exported robot comes from, written into its file, and whether the file was edited since.
+//! Origin of an exported robot, written into its file, and whether the file was edited since.
 
 use std::fmt::Write;
 

@@ -173,8 +173,8 @@ pub(super) fn write(
     })
 }
 
-/// Returns the body of each moving link without the bodies that are fixed to it, and the factors of those
-/// that must shrink.
+/// Returns the body of each moving link without the bodies that are fixed to it, and the factors of those that are
+/// scaled down.
 fn without_carried(
     robot: &StandardRobot,
     urdf: &Urdf,

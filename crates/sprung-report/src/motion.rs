@@ -114,7 +114,7 @@ impl<'a> Motion<'a> {
     }
 }
 
-/// Returns whether a line leaves a third of the panel to the values.
+/// Returns whether a third of the panel remains for the values above a line.
 fn is_near(at: f64, values: &[f64]) -> bool {
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
     let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -299,7 +299,7 @@ fn skeleton(places: &Places, limits: &[LimitUsed]) -> Option<Skeleton> {
     let limit = (limits.iter())
         .filter(|limit| limit.quantity == Limited::Height.word())
         .find_map(|limit| limit.lowest);
-    // A floor far below the arm would leave little room to it.
+    // A floor far below the arm would leave little room for the arm.
     let floor = limit.filter(|floor| *floor > lowest - size && *floor < highest);
     let grid = round_up(size / SQUARES);
     Some(Skeleton {

@@ -1,6 +1,6 @@
 //! `cargo xtask test outside`: sprung against foreign programs, which it installs itself.
 //!
-//! A step that cannot install its programs fails: nothing is skipped here.
+//! A step that cannot install its programs fails: no step is skipped here.
 
 mod arm;
 mod benches;

@@ -1,4 +1,4 @@
-//! Where the processor time goes: runs of sprung under `perf`, by stages.
+//! Processor time by stages: runs of sprung under `perf`.
 
 mod cases;
 mod stacks;

@@ -120,7 +120,7 @@ pub(super) fn experiment_of(args: &Identify, terminal: Terminal) -> Result<PathB
     }
 }
 
-/// Writes the experiment of a robot and its logs, if they leave nothing to fill in. Returns its path.
+/// Writes the experiment of a robot and its logs, if no line is to be filled in. Returns its path.
 fn written(
     args: &Identify,
     urdf: &Path,

@@ -62,7 +62,7 @@ impl Grid {
         }
     }
 
-    /// Sets how the table is divided: the first `keys` columns are in all parts, the others stay together in groups.
+    /// Sets the division of the table: the first `keys` columns are in all parts, the others stay together in groups.
     pub(crate) fn divided(self, keys: usize, group: usize) -> Self {
         Self {
             keys,

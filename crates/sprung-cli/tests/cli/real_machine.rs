@@ -236,7 +236,7 @@ fn positioning_system_comes_out_as_published() {
     let more = ["--set", &file, "--set", DECLARED];
     let (code, json) = run("identify", "emps", &more);
     assert_eq!(code, 0);
-    // The declared laws leave twice the residual of those by hold-out.
+    // The residual with the declared laws is twice that with the laws by cross-validation.
     assert_eq!(json["results"][0]["verdict"], "doubtful");
     assert_eq!(
         json["results"][0]["decision"]["findings"][0],

@@ -1,4 +1,4 @@
-//! What stands on the terminal: width, order, errors for scripts, texts for shells.
+//! Output on the terminal: width, order, errors for scripts, texts for shells.
 
 use std::process::{Command, Output};
 

@@ -13,7 +13,7 @@ use rusqlite::{Connection, Error, ErrorCode, MAIN_DB, OpenFlags};
 use crate::error::LogError;
 use crate::input::Input;
 
-/// How errors call the part of the file that is damaged.
+/// Name of the damaged part of the file in errors.
 const PART: &str = "its database";
 
 /// Instructions of `SQLite`'s virtual machine between two looks at their count.
@@ -107,7 +107,7 @@ fn header(input: &mut dyn Input) -> IoResult<([u8; 100], u64)> {
     Ok((header, length))
 }
 
-/// Makes a database refuse functions with side effects, and searches without an end.
+/// Makes a database refuse functions with side effects, and endless searches.
 fn limited(mut base: Connection, length: u64) -> Result<Connection, Error> {
     base.set_db_config(DbConfig::SQLITE_DBCONFIG_TRUSTED_SCHEMA, false)?;
     let instructions = MAX_OTHER_INSTRUCTIONS + length.saturating_mul(MAX_INSTRUCTIONS_PER_BYTE);

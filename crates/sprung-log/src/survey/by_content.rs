@@ -9,7 +9,7 @@ use super::read::Survey;
 use super::slopes::{explained_torque, similarity};
 use super::words::{Meaning, Sort, Token, tokens};
 
-/// Largest part that the best match leaves unexplained, relative to the second best.
+/// Largest unexplained part with the best match, relative to the second best.
 const CLEARLY_BETTER: f64 = 0.7;
 
 /// Smallest squared correlation of two positions of one joint.

@@ -469,7 +469,7 @@ impl Decided<'_> {
         }
     }
 
-    /// Returns the unit in the names of all measured columns of a sort, and how to write a unit that no key ends in, as a
+    /// Returns the unit in the names of all measured columns of a sort, and the notation for a unit without a key, as a
     /// further sentence.
     fn unit_of(&self, sort: Sort, with_keys: &[&str]) -> (Option<&'static str>, String) {
         let meanings = self.all.iter().map(|family| &family.meaning);

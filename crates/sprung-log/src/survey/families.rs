@@ -101,7 +101,7 @@ pub(super) fn families(survey: &Survey, joints: &[JointOfStart], mimics: &[Strin
     for (s, source) in survey.sources.iter().enumerate() {
         let fields: Vec<&str> = source.columns.iter().map(|column| &*column.name).collect();
         let is_exact = |column: &Column| matches!(&column.place, ElementPlace::Named(name) if names.is_known(name));
-        // Beside names that are exact, another name is that of another joint.
+        // If one name is exact, another name belongs to another joint.
         let has_exact = source.columns.iter().any(is_exact);
         for (c, column) in source.columns.iter().enumerate() {
             let place = (s, c);
@@ -247,7 +247,7 @@ impl Names {
         self.written.iter().any(|known| known == name)
     }
 
-    /// Returns the key of joints with these names: those that follow others are strangers.
+    /// Returns the key of joints with these names: those that follow others are unknown.
     fn key_of(&self, mut named: Vec<usize>) -> Key {
         let follower = named.first().map_or("", |&first| &self.written[first]);
         let follower = follower.to_owned();

@@ -19,8 +19,8 @@ const BEYOND_LIMITS: f64 = 0.2;
 const WIDEST: f64 = 2.0 * TAU;
 const LONGEST: f64 = 5.0;
 
-/// Largest difference of a slope from 1 for positions in one unit, and from the slope that degrees
-/// and turns make, which a gear ratio may have as well.
+/// Largest difference of a slope from 1 for positions in one unit, and from the slope by degrees
+/// and turns; a gear ratio may have the same slope.
 const SAME: f64 = 0.1;
 const SAME_UNIT: f64 = 0.005;
 

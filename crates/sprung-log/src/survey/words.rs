@@ -28,7 +28,7 @@ pub(super) enum Sort {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Meaning {
     pub(super) sort: Option<Sort>,
-    /// How clearly it belongs to the motor: 2 by a word such as `motor`, 1 by a usual letter.
+    /// Evidence that it belongs to the motor: 2 by a word such as `motor`, 1 by a usual letter.
     pub(super) motor: u8,
     /// How clearly it belongs to the link.
     pub(super) link: u8,

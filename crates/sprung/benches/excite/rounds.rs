@@ -36,7 +36,7 @@ pub(crate) fn run(robots: u64) {
     for seed in 1..=robots {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut factor = || if rng.random_bool(0.5) { OFF } else { 1.0 / OFF };
-        // One factor for the inertias of the links keeps them those of a robot that can exist.
+        // One factor for the inertias of the links keeps the robot possible.
         let of_links = factor();
         let wrong: Vec<(String, f64)> = (truth.iter())
             .map(|(name, value)| {

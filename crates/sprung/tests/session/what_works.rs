@@ -348,7 +348,7 @@ fn rows(page: &str, heading: &str) -> Vec<Vec<String>> {
         .collect()
 }
 
-/// Tries all tasks with the features whose place leaves this rest.
+/// Tries all tasks with the features whose index has this remainder.
 fn try_features(rest: usize) {
     let page = what_works();
     let table = rows(&page, "## Sensors, logs and tasks");

@@ -107,7 +107,8 @@ fn errors_and_intervals_are_those_of_the_noise() {
     }
     let share = 100.0 * f64::from(inside) / f64::from(intervals);
     println!("{share:.0} % of {intervals} intervals hold the truth");
-    // Six hundred logs have 90 to 96 %; 60 intervals scatter by 4 %, and those of one log depend on each other.
+    // Six hundred logs have 90 to 96 %; The coverage by 60 intervals scatters by 4 %, and intervals of one log depend
+    // on each other.
     assert!(share >= 80.0, "{share}");
 }
 

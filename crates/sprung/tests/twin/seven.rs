@@ -334,7 +334,7 @@ fn a_known_payload_does_not_change_the_robot() {
     assert!(known < 0.2 * ignored, "{known} {ignored}");
 }
 
-/// Standard parameters of the truth with errors as those of CAD: masses, centres of mass and radii.
+/// True standard parameters with errors like those of CAD: masses, centres of mass and radii.
 fn wrong_cad(values: &BTreeMap<String, f64>, seed: u64) -> BTreeMap<String, f64> {
     let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) + 1;
     let mut wrong = || {

@@ -41,7 +41,7 @@ pub enum ExciteMethod {
 pub struct ExciteRequest {
     /// What makes the motion.
     pub method: ExciteMethod,
-    /// Whether the robot is unknown, and a first small motion is wanted.
+    /// Whether the robot is unknown, so that a first small motion is requested.
     pub is_warm_up: bool,
     /// A recorded log, beside which the new motion counts.
     pub from_log: Option<PathBuf>,
