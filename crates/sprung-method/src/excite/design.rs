@@ -82,7 +82,7 @@ pub(super) fn design(
         let found = search(problem, x, steps, barriers, &mut |_| go_on());
         found.ok_or_else(|| {
             let no = worst(problem, x);
-            // A start within the limits without a pose means that the loop is unstable.
+            // If a start is within the limits and has no value, the loop is unstable.
             if no.place < 1.0 {
                 NoPose {
                     place: f64::INFINITY,
