@@ -19,6 +19,6 @@ pub(crate) fn at(point: &str) {
     }
 }
 
-/// Does nothing in programs for users.
+/// Has no effect in programs for users.
 #[cfg(not(debug_assertions))]
 pub(crate) fn at(_point: &str) {}

@@ -515,7 +515,7 @@ impl Model {
     }
 
     /// Returns the link parameters in theta that contain the rotor inertia of a rigid joint, each
-    /// with the factor of the rotor inertia; empty if it is a parameter of its own.
+    /// with the factor of the rotor inertia; empty if it is a separate parameter.
     #[must_use]
     pub fn rotor_in_links(&self, joint: usize) -> Vec<(usize, f64)> {
         let Some(links) = &self.fixed.links else {

@@ -8,7 +8,7 @@
 //! - `fit`: minimises the distance between simulated and logged positions;
 //! - `identify`: the steps above, standard errors and findings;
 //! - `expect`: the same before the fit;
-//! - `findings`: what the user must know about a result;
+//! - `findings`: findings about a result;
 //! - `result`: the contents of `servo.json`;
 //! - `twin`: simulates such logs.
 //!

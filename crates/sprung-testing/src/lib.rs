@@ -45,7 +45,7 @@ pub fn golden(file: &str) -> Option<PathBuf> {
 
 /// Reports the calling test as skipped, on a line that libtest does not capture.
 ///
-/// - `need`: what is missing, as `SPRUNG_TEST_REQUIRE` names it.
+/// - `need`: the missing input, as `SPRUNG_TEST_REQUIRE` names it.
 ///
 /// # Panics
 ///

@@ -126,7 +126,7 @@ const STEPS: [Step; 13] = [
     Step {
         name: "servo",
         what: "a servo without torque, beside BAM's CMA-ES",
-        // The package asks for Python 3.12, and its models run on 3.11.
+        // The package requires Python 3.12, and its models run on 3.11.
         packages: &[
             "--ignore-requires-python",
             "numpy==2.4.6",

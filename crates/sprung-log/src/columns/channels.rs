@@ -174,8 +174,8 @@ impl Channels {
         (self.all.iter()).position(|c| c.quantity.signal() == signal && c.joint == joint)
     }
 
-    /// Returns the index in [`Channels::all`] of the channel that gives a covariate of a joint: its own
-    /// one, or that of all joints; `None` for the time.
+    /// Returns the index in [`Channels::all`] of the channel that gives a covariate of a joint: that of the joint, or
+    /// that of all joints; `None` for the time.
     #[must_use]
     pub fn of_covariate(&self, covariate: Covariate, joint: usize) -> Option<usize> {
         let signal = Signal::Covariate(covariate);

@@ -48,7 +48,7 @@ struct Joint {
     number: usize,
     torque: usize,
     motor: usize,
-    // `None` if the link has no channel of its own.
+    // `None` if the link has no channel.
     link: Option<usize>,
     // Current delay for the next step, a whole number of samples, s.
     at: f64,

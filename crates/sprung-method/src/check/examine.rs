@@ -68,7 +68,7 @@ impl OfLog {
 
 /// Examines logs by their figures and the beginning of the first log.
 ///
-/// - `logs`: what the figures of each log show.
+/// - `logs`: findings by the figures of each log.
 #[must_use]
 pub fn examine(prepared: &Prepared, logs: &[OfLog]) -> Examination {
     let (reading, excerpt) = (prepared.reading(), prepared.excerpt());

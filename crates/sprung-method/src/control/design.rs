@@ -49,7 +49,7 @@ pub struct Controlled {
 
 /// Designs a controller, examines its loop over poses and robots of the posterior, and simulates it.
 ///
-/// - `assumed`: sentences about what the caller assumed.
+/// - `assumed`: sentences about the assumptions of the caller.
 /// - `verdict`: word of the verdict on the values.
 ///
 /// # Errors

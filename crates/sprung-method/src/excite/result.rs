@@ -29,7 +29,7 @@ pub struct Excitation {
     pub motion: MotionResult,
     /// The motion for validation; `None` without a search.
     pub hold_out: Option<MotionResult>,
-    /// The slow motion for friction; `None` if none was asked for.
+    /// The slow motion for friction; `None` if none was requested.
     pub slow: Option<MotionResult>,
     /// How near the motion comes to each limit.
     pub limits: Vec<LimitUsed>,

@@ -159,9 +159,9 @@ pub(super) fn weighted(factors: Vec<Triangle>, weights: &[f64]) -> Vec<Triangle>
         .collect()
 }
 
-/// Returns the weight of each row for which residuals of all joints count the same, \[rows\]: the reciprocal
-/// of the residual of the joint's torque row. Link rows without a right-hand side have the weight of their motor,
-/// because a row with a right-hand side of zero and a weight of its own would shrink the parameters.
+/// Returns the weight of each row for which residuals of all joints count the same, \[rows\]: the reciprocal of the
+/// residual of the joint's torque row. Link rows without a right-hand side have the weight of their motor, because a
+/// row with a right-hand side of zero and a separate weight would shrink the parameters.
 ///
 /// - `theta`: an estimate, \[p\].
 #[must_use]

@@ -28,7 +28,7 @@ pub(super) struct Factored<'r> {
     sizes: Vec<f64>,
     /// Lower Cholesky factor of the scaled normal matrix, row by row.
     factor: Vec<c64>,
-    /// Leverage of each row, once a variance was asked for.
+    /// Leverage of each row, after the first request of a variance.
     leverages: OnceCell<Vec<f64>>,
 }
 

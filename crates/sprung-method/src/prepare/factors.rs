@@ -107,7 +107,7 @@ impl Factors {
         signs.chain(gains).chain(side).collect()
     }
 
-    /// Writes what was found into the description.
+    /// Writes the found values into the description.
     fn write_into(&self, experiment: &mut Experiment) {
         let signs = self.signs.iter().map(|s| (s.column.clone(), s.value));
         let gains = self.gains.iter().map(|g| (g.column.clone(), g.value));

@@ -67,7 +67,7 @@ struct Heard<'a> {
 }
 
 impl Shared<'_> {
-    /// Tells the listener how far a log was read. Ends the log if an earlier log failed.
+    /// Reports the read part of a log to the listener. Ends the log if an earlier log failed.
     fn tell(&self, index: usize, log: &LogReader) -> Result<(), Stopped> {
         if self.failed.load(Ordering::Relaxed) < index {
             return Err(Stopped);

@@ -110,7 +110,7 @@ pub struct System {
     /// Samples at rest of each row.
     pub(super) at_rest: Vec<u64>,
     pub(super) samples: u64,
-    // The factors of all samples, once they were asked for.
+    // The factors of all samples, after their first request.
     pub(super) all: OnceLock<Option<Vec<Triangle>>>,
 }
 

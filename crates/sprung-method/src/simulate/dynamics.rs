@@ -374,7 +374,7 @@ mod tests {
     use crate::description::{no_files, read};
     use std::collections::BTreeMap;
 
-    /// Returns the demo's robot, without friction and damping if asked.
+    /// Returns the demo's robot, without friction and damping if requested.
     fn robot(lossless: bool) -> Dynamics {
         let experiment = read("demo", demo::EXPERIMENT, &[], &mut no_files).unwrap();
         let model = Model::new(&experiment).unwrap();

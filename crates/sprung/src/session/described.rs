@@ -17,7 +17,7 @@ pub struct Described {
     pub place: Option<String>,
     /// The fault.
     pub text: String,
-    /// What to do, if the text does not say it.
+    /// Remedy, if the text does not contain it.
     pub remedy: Option<String>,
 }
 

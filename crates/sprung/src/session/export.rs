@@ -302,7 +302,7 @@ pub(super) fn values_of(result: &EstimateResult) -> BTreeMap<String, f64> {
     });
     let standard = (result.standard_parameters.iter())
         .map(|parameter| (parameter.name.clone(), parameter.value));
-    // The scales of friction laws have names of their own.
+    // The scales of friction laws have separate names.
     let mut values = result.values();
     values.extend(parameters.chain(standard));
     values

@@ -35,9 +35,9 @@ pub(in crate::estimate) struct Loaded<'a> {
 ///
 /// # Source
 ///
-/// Khalil, Gautier and Lemoine, "Identification of the payload inertial parameters of industrial
-/// manipulators", ICRA 2007: the methods with the robot's own parameters known and with both estimated
-/// together; here the robot's own covariance joins them.
+/// Khalil, Gautier and Lemoine, "Identification of the payload inertial parameters of industrial manipulators", ICRA
+/// 2007: the methods with known parameters of the robot and with both estimated together; here the covariance of the
+/// robot's parameters joins them.
 pub(in crate::estimate) fn payload_of(
     model: &Model,
     loaded: &Loaded<'_>,
@@ -162,7 +162,7 @@ fn has_loaded_value(model: &Model, parameter: usize) -> bool {
     })
 }
 
-/// Solves for the payload, the robot's own parameters, and friction of the loaded logs.
+/// Solves for the payload, the parameters of the robot, and friction of the loaded logs.
 ///
 /// - `empty`, `loaded`: estimates without and with the payload, each with its information.
 /// - `columns`: change of theta by each parameter of the payload.

@@ -47,7 +47,7 @@ pub struct Identification {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frequency_response: Option<FrequencyResponse>,
     /// Springs of rigid joints by the vibrations of their motors; empty unless
-    /// `identify.springs_from_motor` asks for them.
+    /// `identify.springs_from_motor` requests them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub springs_from_motor: Vec<SpringFromMotor>,
     /// Joints whose spring the logs do not determine; they are taken as rigid.
@@ -105,7 +105,7 @@ pub struct SettingsUsed {
     #[serde(default)]
     pub weights: String,
     /// Robots among which least squares and the refinement searched: `possible` or `none`. Results of format 1 do not
-    /// say it; theirs are `none`.
+    /// contain it; theirs are `none`.
     #[serde(default = "unconstrained")]
     pub constraints: String,
     /// Cut-off of the zero-phase filter, Hz.

@@ -55,7 +55,7 @@ impl Basis<'_> {
 
 /// Results of the estimators.
 pub(in crate::estimate) struct Estimates {
-    /// The robot's own parameters, in the order of the estimators.
+    /// The parameters of the robot, in the order of the estimators.
     pub(in crate::estimate) robot: Vec<(Estimator, Found)>,
     /// Payloads, each with its findings.
     pub(in crate::estimate) payloads: Vec<(PayloadResult, Vec<Finding>)>,

@@ -23,7 +23,7 @@ pub(super) struct ChannelUpdate {
     pub(super) standard_error: f64,
     /// Moves of the refined parameters with this value, \[free\]; empty for an estimated delay.
     pub(super) moves: Vec<f64>,
-    /// Whether the description asks to estimate this delay.
+    /// Whether the description requests an estimate of this delay.
     pub(super) estimated: bool,
 }
 

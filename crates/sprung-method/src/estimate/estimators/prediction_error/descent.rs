@@ -51,7 +51,7 @@ const MAX_TRANSITION_NUMBERS: usize = 9_000_000;
 
 /// While a search for levels gains more log-likelihood than this value, the levels are far from their optimum, and this
 /// fraction of each searched segment suffices. Half the value moves an estimate by 0.02 standard errors, twice the
-/// value by nothing (`benches/numbers/run.py`).
+/// value has no effect (`benches/numbers/run.py`).
 const FAR_GAIN: f64 = 100.0;
 
 /// Share of each segment that suffices while the levels are far from their optimum; the cost is proportional to it.

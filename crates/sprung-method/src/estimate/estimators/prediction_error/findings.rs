@@ -86,7 +86,7 @@ pub(super) fn about(reading: &Reading, refined: &Refined) -> Vec<Finding> {
     findings
 }
 
-/// Reports the delays that the description asks to estimate.
+/// Reports the delays whose estimate the description requests.
 fn estimated_delays(channels: &Channels, refined: &Refined) -> Vec<Finding> {
     let estimated = refined.delays.iter().filter(|delay| delay.estimated);
     let finding = |delay: &ChannelUpdate| {

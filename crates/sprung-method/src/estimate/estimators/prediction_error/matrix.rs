@@ -56,7 +56,7 @@ fn add(a: &[f64], b: &[f64], columns: usize, out: &mut [f64], kind: Kind) {
     });
 }
 
-/// What a product does with its entries.
+/// Use of the entries of a product.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
     /// Writes those of `a b`.

@@ -324,7 +324,7 @@ impl Scales<'_> {
         }
     }
 
-    /// Returns the root mean square velocity of a coordinate with a sensor of its own, rad/s (m/s).
+    /// Returns the root mean square velocity of a coordinate with a separate sensor, rad/s (m/s).
     fn speed(&self, coordinate: usize) -> f64 {
         let sensors = self.measurements.sensors.iter();
         let index = sensors
