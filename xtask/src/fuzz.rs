@@ -4,7 +4,7 @@ use std::process::{Command, ExitCode};
 
 use crate::root;
 
-/// Runs fuzz targets one after another, with seeds; stops at the first that finds something.
+/// Runs fuzz targets one after another, with seeds; stops at the first with a finding.
 ///
 /// - `seconds`: how long each target runs.
 /// - `chosen`: targets; all if empty.

@@ -41,7 +41,7 @@ pub(crate) fn arm() -> bool {
     )
 }
 
-/// Installs something for some tests unless it is there; returns whether it is there.
+/// Installs a program for some tests unless it is installed; returns whether it is there.
 fn ensure(name: &str, tests: &str, names: &str, is_there: impl Fn() -> bool) -> bool {
     if is_there() {
         return true;

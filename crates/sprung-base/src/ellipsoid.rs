@@ -106,8 +106,8 @@ impl Ellipsoid {
     }
 }
 
-/// Returns the points that are outermost in directions all around, at most 200: an ellipsoid about them leaves out little
-/// of the others.
+/// Returns the outermost points in directions all around, at most 200: an ellipsoid about them nearly contains the
+/// others.
 #[must_use]
 pub fn outermost(points: &[Vector]) -> Vec<Vector> {
     let mut kept = Vec::new();

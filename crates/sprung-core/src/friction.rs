@@ -74,7 +74,7 @@ enum Power {
 /// The value of [`Shape`] that scales the velocity of a law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// None but the sharpness of the transition at zero velocity.
+    /// No scale but the sharpness of the transition at zero velocity.
     Sharpness,
     /// The Stribeck velocity.
     Stribeck,

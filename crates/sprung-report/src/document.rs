@@ -174,7 +174,7 @@ pub struct Finding {
     pub text: String,
     /// Remedy; may be empty.
     pub remedy: String,
-    /// What this kind of finding means: its likely cause; may be empty.
+    /// Meaning of this kind of finding: its likely cause; may be empty.
     pub cause: String,
     /// The observation that leads to it; may be empty.
     pub condition: String,
@@ -281,7 +281,7 @@ pub enum Layout {
     Grid,
     /// Low panels next to each other, for an overview.
     Overview,
-    /// One panel over half the width; two such figures stand next to each other.
+    /// One panel over half the width; two such figures are next to each other.
     Half,
 }
 

@@ -1,8 +1,7 @@
-//! Finds what tests need from outside the repository, and reports tests that are skipped.
+//! Finds data and programs outside of the repository for tests, and reports skipped tests.
 //!
-//! A test that returns early counts as passed, and libtest hides what it prints. So a test that
-//! cannot run calls [`skipped`], whose line reaches the terminal; `cargo xtask test` counts these
-//! lines.
+//! A test that returns early counts as passed, and libtest hides its output. So a test that cannot
+//! run calls [`skipped`], whose line reaches the terminal; `cargo xtask test` counts these lines.
 //!
 //! - `SPRUNG_TEST_DATA`: the folder with recorded logs (`data`) and vectors of independent code
 //!   (`golden`). Without the variable, tests look for a folder `shared` beside the checkout and are
@@ -46,7 +45,7 @@ pub fn golden(file: &str) -> Option<PathBuf> {
 
 /// Reports the calling test as skipped, on a line that libtest does not capture.
 ///
-/// - `need`: what is missing, as `SPRUNG_TEST_REQUIRE` names it.
+/// - `need`: the missing input, as `SPRUNG_TEST_REQUIRE` names it.
 ///
 /// # Panics
 ///

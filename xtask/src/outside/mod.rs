@@ -1,6 +1,6 @@
 //! `cargo xtask test outside`: sprung against foreign programs, which it installs itself.
 //!
-//! A step that cannot install its programs fails: nothing is skipped here.
+//! A step that cannot install its programs fails: no step is skipped here.
 
 mod arm;
 mod benches;
@@ -26,7 +26,7 @@ use crate::{summary, target};
 struct Step {
     name: &'static str,
     what: &'static str,
-    /// What pip installs for it; nothing if it needs no Python.
+    /// What pip installs for it; empty if it needs no Python.
     packages: &'static [&'static str],
     /// Returns `None`, and prints why, if the comparison fails.
     run: fn(&Python) -> Option<()>,
@@ -126,7 +126,7 @@ const STEPS: [Step; 13] = [
     Step {
         name: "servo",
         what: "a servo without torque, beside BAM's CMA-ES",
-        // The package asks for Python 3.12, and its models run on 3.11.
+        // The package requires Python 3.12, and its models run on 3.11.
         packages: &[
             "--ignore-requires-python",
             "numpy==2.4.6",
@@ -158,7 +158,7 @@ const STEPS: [Step; 13] = [
     },
 ];
 
-/// What users of the wheel have beside it.
+/// Packages that users of the wheel have.
 const PYTHON: &[&str] = &[
     wheel::MATURIN,
     "numpy==2.4.6",

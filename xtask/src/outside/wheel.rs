@@ -8,7 +8,7 @@ use crate::root;
 use crate::steps::succeeds;
 use crate::target;
 
-/// What pip installs to build the wheel.
+/// Packages to build the wheel.
 pub(crate) const MATURIN: &str = "maturin==1.16.0";
 
 /// Folder of the crate.

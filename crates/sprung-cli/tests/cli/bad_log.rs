@@ -282,7 +282,7 @@ fn numbers_beyond_reason() {
     let message = stderr(&output);
     assert_eq!(output.status.code(), Some(3), "{message}");
     assert!(message.starts_with("error: "), "{message}");
-    // If both encoders have the same factor, the check sees nothing and the regression reports the numbers.
+    // If both encoders have the same factor, the check finds no fault and the regression reports the numbers.
     let case = [Q1, PHI1].into_iter().fold(Case::new(), |case, column| {
         case.column(column, |x| 1e200 * x)
     });

@@ -1,5 +1,5 @@
 //! Requests that cannot be meant: wrong verbs, flags, values of keys, and files in the wrong place. Every message names
-//! what was given and what to do.
+//! the input and the remedy.
 
 use crate::common::{Case, sprung, stderr};
 

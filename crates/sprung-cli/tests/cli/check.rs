@@ -1,4 +1,4 @@
-//! `sprung check`: what it prints and writes, and how it ends.
+//! `sprung check`: its output, its files and its exit code.
 
 use serde_json::Value;
 
@@ -66,7 +66,7 @@ fn all_errors_are_said_at_once_with_their_lines() {
     ] {
         assert!(out.contains(part), "no {part:?} in {out}");
     }
-    // `identify` refuses the log with the same words, and continues if the setting says so.
+    // `identify` refuses the log with the same words, and continues if the setting requests it.
     let output = case.identify(&[]);
     assert_eq!(output.status.code(), Some(3));
     assert!(

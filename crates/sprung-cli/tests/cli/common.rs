@@ -15,12 +15,12 @@ pub(crate) fn sprung(args: &[&str]) -> Output {
         .unwrap()
 }
 
-/// What the program printed on stderr.
+/// Output of the program on stderr.
 pub(crate) fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// What the program printed on stdout.
+/// Output of the program on stdout.
 pub(crate) fn stdout(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }

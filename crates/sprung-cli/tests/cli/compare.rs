@@ -15,7 +15,7 @@ fn compare(files: &[&Path], out: &Path, more: &[&str]) -> Output {
     sprung(&args)
 }
 
-/// An experiment that was identified with its own log.
+/// An experiment that was identified with a separate log.
 fn identified(simulate: &[&str], identify: &[&str]) -> Case {
     let case = Case::new();
     case.record("own.csv", simulate);
@@ -266,7 +266,7 @@ fn kept_promises_are_counted() {
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let text = stdout(&output);
     let last = text.trim_end().lines().next_back().unwrap();
-    // Each of two validations has a log of its own and three parameter sets.
+    // Each of two validations has a separate log and three parameter sets.
     let start = "The promises are kept in 5 of 6 validations; the largest error is the torque error \
                  of joint2 in prediction (prediction-error, ";
     assert!(last.starts_with(start), "{last}");
@@ -286,7 +286,7 @@ fn kept_promises_are_counted() {
     let json = json(&output);
     assert_eq!(json["compared"].as_array().unwrap().len(), 0);
     let promises = json["promises"].as_array().unwrap();
-    // Sets with changed values promise nothing.
+    // Sets with changed values have no promise.
     assert_eq!(promises.len(), 6);
     assert_eq!(promises[3]["predictions"][1]["torque_ratio"], 2.3);
     assert_eq!(promises[0]["same_log"], true);

@@ -254,7 +254,7 @@ fn a_slow_motion_for_friction_is_designed_beside_the_motion() {
     assert_eq!(columns[0].last(), Some(&8.0));
     let report = fs::read_to_string(case.path("design").join("report.html")).unwrap();
     assert!(report.contains("The slow motion"));
-    // A design without it does not leave that of another one behind.
+    // A design without it removes the file of an earlier design.
     designed(&case, &[&TORQUES[..], &SHORT].concat(), &[]);
     assert!(!slow.exists());
 }

@@ -1,4 +1,4 @@
-//! `sprung identify --urdf --log` writes the experiment of `sprung new` and identifies, or names what is missing.
+//! `sprung identify --urdf --log` writes the experiment of `sprung new` and identifies, or names the missing input.
 
 use crate::common::{stderr, stdout};
 use crate::new::{ARM, Desk};

@@ -1,4 +1,4 @@
-//! `sprung new` writes an experiment that can be read as it is, that runs once its log exists, and that overwrites no
+//! `sprung new` writes an experiment that can be read unchanged, that runs once its log exists, and that overwrites no
 //! file.
 
 use std::path::{Path, PathBuf};
@@ -85,7 +85,7 @@ impl Desk {
         assert!(!self.path("new").exists(), "a failed run left a folder");
     }
 
-    /// Checks that nothing but the file of its log is missing in an experiment.
+    /// Checks that only the file of its log is missing in an experiment.
     fn lacks_only_its_log(&self, folder: &str) {
         self.fails(
             &["identify", folder],
@@ -101,8 +101,7 @@ impl Desk {
         );
     }
 
-    /// Fills in the table of an experiment by its example, and checks that nothing else but the log is
-    /// missing.
+    /// Fills in the table of an experiment by its example, and checks that only the log is missing.
     fn lacks_only_table_and_log(&self, folder: &str) {
         self.fails(
             &["identify", folder],

@@ -1,4 +1,5 @@
-//! `sprung new --log` chooses columns, units and sides by names and values, and asks what the log does not tell.
+//! `sprung new --log` chooses columns, units and sides by names and values, and leaves FILL IN where the log does not
+//! decide.
 
 use std::fmt::Write as _;
 use std::fs::File;
@@ -428,7 +429,7 @@ fn with_seconds(mut data: Vec<u8>, seconds: u32) -> Vec<u8> {
     data
 }
 
-/// The arm with a gripper: one finger moves, the other one follows it.
+/// The arm with a gripper: one finger moves, the other follows.
 fn with_gripper() -> String {
     let finger = |name: &str, more: &str| {
         format!(
@@ -821,7 +822,7 @@ fn lists_of_parquet_are_columns() {
         let text = begun(&desk, file);
         assert!(!text.contains("= \"FILL IN\""), "{text}");
         is_identified(&desk);
-        // One pattern stands for the elements of a list.
+        // One pattern represents the elements of a list.
         desk.write(
             "exp/experiment.toml",
             &format!(

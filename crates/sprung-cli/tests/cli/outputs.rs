@@ -239,8 +239,8 @@ fn validate_takes_the_signs_and_gains_that_were_found() {
 
 #[test]
 fn references_run_on_the_time_of_the_log() {
-    // All sines of the demo repeat after 10 s. So a clock that starts at 100 s changes nothing, and a clock that
-    // starts at 2.5 s shifts the reference.
+    // All sines of the demo repeat after 10 s. So a clock that starts at 100 s has no effect, and a clock that starts
+    // at 2.5 s shifts the reference.
     let error = |start: f64| {
         let case = Case::new().column(0, |time| time + start);
         let output = sprung(&[

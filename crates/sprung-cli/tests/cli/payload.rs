@@ -59,7 +59,7 @@ fn a_log_without_another_mass_has_a_payload_of_zero() {
             known += 1;
         }
     }
-    // Two parallel axes tell the first moments in their plane and one inertia, but not the other ones.
+    // Two parallel axes determine the first moments in their plane and one inertia, but not the others.
     assert!(
         (1..=4).contains(&known),
         "{known} of the parameters are determined"

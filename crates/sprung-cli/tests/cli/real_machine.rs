@@ -61,8 +61,8 @@ fn known_delay_gives_both_estimates_and_says_why_they_differ() {
         text.contains("The link rows have no right-hand side"),
         "{text}"
     );
-    // The fit is poor, and the verdict says so. The ranges of the stiffnesses are the values of this log, 30.8 and 40.5
-    // N·m/rad, with a margin of 2 %.
+    // The fit is poor, and the verdict reports it. The ranges of the stiffnesses are the values of this log, 30.8 and
+    // 40.5 N·m/rad, with a margin of 2 %.
     assert_eq!(json["results"][0]["verdict"], "unusable");
     assert!(finding(&json, "poor-fit").is_some());
 }
@@ -236,7 +236,7 @@ fn positioning_system_comes_out_as_published() {
     let more = ["--set", &file, "--set", DECLARED];
     let (code, json) = run("identify", "emps", &more);
     assert_eq!(code, 0);
-    // The declared laws leave twice the residual of those by hold-out.
+    // The residual with the declared laws is twice that with the laws by cross-validation.
     assert_eq!(json["results"][0]["verdict"], "doubtful");
     assert_eq!(
         json["results"][0]["decision"]["findings"][0],

@@ -95,7 +95,7 @@ fn the_demo_validates_the_refinement_first_and_it_predicts_better() {
     }
 }
 
-/// Checks that the first result contains the values of the second and a finding that says why.
+/// Checks that the first result contains the values of the second and a finding with the reason.
 fn stands_back(json: &Value, why: &str) {
     let [first, second] = [0, 1].map(|i| &json["results"][i]);
     assert_eq!(first["estimator"], "prediction-error");
@@ -157,8 +157,8 @@ fn a_model_that_lacks_something_is_doubted_on_every_rung() {
     let rungs = refinement["rungs"].as_array().unwrap();
     assert_eq!(rungs[0]["name"], "free");
     assert_eq!(rungs[0]["used"], false, "{rungs:#?}");
-    // A rung is used only if it predicts about as well as least squares; its values stand in the
-    // result in any case.
+    // A rung is used only if it predicts about as well as least squares; the result contains its
+    // values in any case.
     for rung in rungs.iter().filter(|rung| rung["used"] == true) {
         let held = |key: &str| rung["held_out_residual"][key].as_f64().unwrap();
         assert!(held("refined") <= 1.06 * held("linear"), "{rung:#}");

@@ -1,4 +1,4 @@
-//! Logs whose description says when their torques act.
+//! Logs whose description gives the timing of their torques.
 
 use serde_json::Value;
 

@@ -23,7 +23,7 @@ fn the_last_line_is_the_decision() {
                  predict the motor torques with errors of ";
     assert!(last(&text).starts_with(start), "{text}");
     assert!(last(&text).ends_with(" % (root mean squares)."), "{text}");
-    // No other line says the reasons again.
+    // No other line repeats the reasons.
     assert_eq!(text.matches("least-squares: ").count(), 1, "{text}");
 
     let output = Case::new().identify(&["--set", "identify.estimator=[\"lsff\"]"]);

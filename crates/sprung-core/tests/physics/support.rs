@@ -214,7 +214,7 @@ impl Waves {
 pub(crate) struct Worst(f64);
 
 impl Worst {
-    /// - `scale`: what the error is relative to; at least 1 is used.
+    /// - `scale`: reference of the error; at least 1 is used.
     pub(crate) fn see(&mut self, error: f64, scale: f64) {
         let error = error.abs() / scale.abs().max(1.0);
         // A NaN counts as an infinite error.

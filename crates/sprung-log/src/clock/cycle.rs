@@ -1,7 +1,6 @@
 //! Finds the clock of the samples from late or inexact time stamps.
 
-/// Tolerated deviation of a step from the period if nothing else is known, as a fraction of the
-/// period.
+/// Default tolerance for the deviation of a step from the period, as a fraction of the period.
 ///
 /// A time error of a tenth of a period misplaces a joint that moves at 1 rad/s and is sampled at 1
 /// kHz by 1e-4 rad. This is about the quantisation noise of an encoder with 16384 counts (standard

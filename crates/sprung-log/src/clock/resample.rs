@@ -220,7 +220,7 @@ mod tests {
                 -1.0
             }
         });
-        // Measured 5025; the limit asks for four fifths.
+        // Measured 5025; the limit is four fifths.
         assert!(interpolated > 4000, "{interpolated}");
         let worst = out.values[0]
             .iter()

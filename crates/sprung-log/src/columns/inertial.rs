@@ -45,7 +45,7 @@ pub struct InertialSensor {
 }
 
 impl InertialSensor {
-    /// Returns whether an accelerometer without given mounting has none by the equations of motion either.
+    /// Returns whether an accelerometer has neither a given mounting nor one by the equations of motion.
     #[must_use]
     pub fn needs_mounting(&self, kind: Inertial) -> bool {
         kind.place_key().is_some() && !self.is_mounted && self.stiffness_error.is_none()
@@ -387,14 +387,13 @@ impl InertialSensors {
         times(&transposed(&sensor.mounting), &self.in_link(sensor, motion))
     }
 
-    /// Returns the variance of the link position by white noise of the sensors, behind the filter of its row,
-    /// rad² (m²).
+    /// Returns the variance of the link position by white noise of the sensors, after the filter of its row, rad² (m²).
     ///
     /// - `levels`: standard deviations of the noise of each axis, in the unit of the sensor, \[n\].
     /// - `corner`: w of the filter, rad/s; `period`: T, s.
     ///
-    /// White noise of variance s² and period T becomes `s² T / (4 w)` behind `s/(s + w)²`, and
-    /// `s² T / (16 w³)` behind `s/(s + w)³`.
+    /// White noise of variance s² and period T becomes `s² T / (4 w)` after `s/(s + w)²`, and `s² T
+    /// / (16 w³)` after `s/(s + w)³`.
     #[must_use]
     pub fn position_variance(
         &self,

@@ -48,7 +48,7 @@ pub struct Stretch {
     pub samples: u64,
     /// Value of these samples.
     pub value: f64,
-    /// Change of the value at the end of the stretch.
+    /// Change of the value at the end of the run.
     pub jump: f64,
 }
 
@@ -68,9 +68,9 @@ pub struct Extreme {
     pub value: f64,
     /// Number of samples with this value.
     pub samples: u64,
-    /// Number of stretches of such samples.
+    /// Number of runs of such samples.
     pub stretches: u64,
-    /// Longest of these stretches.
+    /// Longest of these runs.
     pub longest: Stretch,
 }
 
@@ -217,7 +217,7 @@ impl Figures {
         self.run.samples = 0;
     }
 
-    /// Updates the current stretch of equal values.
+    /// Updates the current run of equal values.
     fn stretch(&mut self, time: f64, value: f64) {
         let same = self.run.samples > 0 && value.to_bits() == self.run.value.to_bits();
         if same {
@@ -325,14 +325,14 @@ impl Figures {
         &self.jumps
     }
 
-    /// Returns stretches of at least five equal samples, sorted by the change at their end, largest
+    /// Returns runs of at least five equal samples, sorted by the change at their end, largest
     /// first.
     #[must_use]
     pub fn stalls(&self) -> &[Stretch] {
         &self.stalls
     }
 
-    /// Returns the longest stretch of equal values.
+    /// Returns the longest run of equal values.
     #[must_use]
     pub fn longest(&self) -> Stretch {
         self.longest
@@ -353,7 +353,7 @@ impl Figures {
 
 /// Returns an extreme updated by a sample that lies on it, beyond it or inside.
 ///
-/// - `run`: the current stretch of equal values, which ends with this sample.
+/// - `run`: the current run of equal values, which ends with this sample.
 fn at_extreme(extreme: Extreme, run: Stretch, beyond: bool) -> Extreme {
     let on = run.value.to_bits() == extreme.value.to_bits();
     if !(beyond || on) {

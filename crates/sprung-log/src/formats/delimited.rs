@@ -64,7 +64,7 @@ impl Form {
             .last()
             .map(|line| cells(line[1..].trim(), delimiter))
             .filter(|names| names.len() == first.len());
-        // If a comment contains the names, text in some cells of the first line makes no header of it.
+        // If a comment contains the names, text in some cells of the first line does not make it a header.
         let header = (said.header).unwrap_or(match &commented {
             Some(_) => 2 * numbers < first.len(),
             None => numbers < first.len() || first.is_empty(),

@@ -1,4 +1,4 @@
-//! Which positions are those of the motors, and which those of the links.
+//! Assignment of positions to motors and links.
 
 use super::families::{Family, Place};
 use super::read::Survey;
@@ -92,7 +92,7 @@ fn same(survey: &Survey, one: &Family, two: &Family) -> bool {
     })
 }
 
-/// How clearly a family belongs to the motors: above 0 for motors, below for links.
+/// Evidence that a family belongs to the motors: above 0 for motors, below for links.
 pub(super) fn side(family: &Family) -> i16 {
     i16::from(family.meaning.motor) - i16::from(family.meaning.link)
 }

@@ -58,7 +58,7 @@ fn damaged_files_are_errors_or_other_numbers() {
         }
         println!("{file}: {errors} of 150 damaged files are refused");
         if ["log.csv.gz", "packed.npz", "none.mcap"].contains(&file) {
-            // Measured 150 of 150 with this seed; the limit asks for two thirds.
+            // Measured 150 of 150 with this seed; the limit is two thirds.
             assert!(errors > 100, "{file}: {errors}");
         }
     }

@@ -83,7 +83,7 @@ fn a_force_from_a_voltage() {
     assert!(worst < 1e-8, "{worst}");
 }
 
-/// Six joints with nothing but positions and torques.
+/// Six joints with only positions and torques.
 fn six(log: &str) -> String {
     let joints: Vec<String> = [121, 121, 101, 101, 101, 101]
         .into_iter()

@@ -13,7 +13,7 @@ use crate::regression::{Reading, signals};
 const REMOVED_NOISE_RATIO: f64 = 4.0;
 const REMOVED_MOTION_SHARE: f64 = 0.01;
 
-/// Largest ratio of the given cut-off to the one that sprung would choose.
+/// Largest ratio of the given cut-off to the automatic one.
 const MAX_CUTOFF_RATIO: f64 = 4.0;
 
 /// Smallest number of samples in a period of the motion.

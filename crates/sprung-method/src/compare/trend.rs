@@ -1,4 +1,4 @@
-//! A line through the estimates of one parameter over time, and how certain its slope is.
+//! A line through the estimates of one parameter over time, and the significance of its slope.
 
 use crate::estimate::both_tails;
 
@@ -29,10 +29,10 @@ pub(super) struct Trend {
 ///
 /// # Source
 ///
-/// Meta-regression with random effects: the variance between runs as in `between_parts`, with the
-/// residuals of the line and two degrees of freedom fewer. The standard error is that of Knapp and
-/// Hartung, "Improved tests for a random effects meta-regression", 2003, with a factor of at least one:
-/// it contains the scatter of the runs, and it is never below that of their own errors.
+/// Meta-regression with random effects: the variance between runs as in `between_parts`, with the residuals of the line
+/// and two degrees of freedom fewer. The standard error is that of Knapp and Hartung, "Improved tests for a random
+/// effects meta-regression", 2003, with a factor of at least one: it contains the scatter of the runs, and it is never
+/// below that of their errors.
 pub(super) fn trend(runs: &[(f64, f64, f64)]) -> Option<Trend> {
     let (n, freedom) = (runs.len(), runs.len().checked_sub(2)?);
     if n < FEWEST_RUNS {

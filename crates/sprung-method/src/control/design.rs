@@ -1,4 +1,4 @@
-//! From identified values to a controller, its margins, its shaper and the simulations that prove it.
+//! Design of a controller from identified values: margins, shaper and simulations.
 
 use sprung_base::finding::GENERATOR;
 use sprung_base::progress::{Listener, Phase};
@@ -21,7 +21,7 @@ use super::vibrations::{measured_regions, regions, vibrations};
 use crate::description::{Controller, ControllerKind};
 use crate::simulate::Trajectory;
 
-/// Largest vibration that a shaper leaves, as a part of that without it.
+/// Largest residual vibration with a shaper, as a part of that without it.
 const LARGEST_RESIDUAL: f64 = 0.05;
 
 /// Velocity of friction compensation without a reference, rad/s (m/s), and with one as a part of the root mean square velocity of
@@ -49,7 +49,7 @@ pub struct Controlled {
 
 /// Designs a controller, examines its loop over poses and robots of the posterior, and simulates it.
 ///
-/// - `assumed`: sentences about what the caller assumed.
+/// - `assumed`: sentences about the assumptions of the caller.
 /// - `verdict`: word of the verdict on the values.
 ///
 /// # Errors
@@ -214,7 +214,7 @@ fn shaper(
     Ok(Some(design))
 }
 
-/// Way of a link on its spring, rad (m), whose torque dry friction of the motor holds if the motor sticks.
+/// Deflection of a spring, rad (m), whose torque the dry friction of a sticking motor holds.
 const STICKS: f64 = 0.05;
 
 /// Returns whether dry friction holds the motor of a joint while its link vibrates.
@@ -259,7 +259,7 @@ fn loops(task: &ControlTask<'_>, seen: &[Seen]) -> Vec<LoopMargins> {
             LoopMargins {
                 joint: name.clone(),
                 gain_db: gain.worst.is_finite().then_some(WithDraws {
-                    // A figure that no gain bounds has no number in JSON.
+                    // JSON has no number for an unbounded figure.
                     identified: if gain.identified.is_finite() {
                         gain.identified
                     } else {

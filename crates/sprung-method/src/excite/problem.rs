@@ -22,7 +22,7 @@ pub(super) struct Scenario {
     pub(super) weighting: Weighting,
 }
 
-/// What a search makes best, within which limits.
+/// Objective and limits of a search.
 #[derive(Clone, Debug)]
 pub(super) struct Problem {
     pub(super) model: Model,
@@ -112,7 +112,7 @@ impl Problem {
         (samples, sample): (usize, f64),
     ) -> Self {
         let period = std::f64::consts::TAU / rate;
-        // The reference repeats, so one period of it is enough, and the samples are finer than those of the motion.
+        // The reference is periodic, so one period suffices, and the samples are finer than those of the motion.
         let most = harmonics.last().copied().unwrap_or(1);
         let count = samples.max(SAMPLES_PER_WAVE * most);
         let times: Vec<f64> = (0..count)

@@ -108,8 +108,8 @@ impl Deflections {
     }
 }
 
-/// Corner of the filter of the velocity over that of the row. One integration drifts less than two, and a lower corner
-/// leaves less of the motor's velocity in that of the link.
+/// Corner of the filter of the velocity over that of the row. One integration drifts less than two, and with a lower
+/// corner the link's velocity contains less of the motor's.
 const SLOWER: f64 = 0.2;
 
 /// The link position and velocity of a joint from its motor position and the acceleration of the joint.

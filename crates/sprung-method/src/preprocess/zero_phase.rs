@@ -40,7 +40,7 @@ struct Section {
     settled: [f64; 2],
 }
 
-/// Rounds a number of samples, bounded because absurd settings need more than any log has.
+/// Rounds a number of samples, with a bound for absurd settings.
 fn count(samples: f64) -> usize {
     samples.round().min(1e15) as usize
 }

@@ -33,7 +33,7 @@ impl RowBlock {
         }
     }
 
-    /// Returns a block of as many rows as are folded together best.
+    /// Returns a block with the best number of rows to fold together.
     pub(super) fn of_width(width: usize) -> Self {
         let [fewest, most] = BLOCK_ROWS;
         let rows = (BLOCK_NUMBERS / width).clamp(fewest, most);

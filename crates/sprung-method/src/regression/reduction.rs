@@ -18,9 +18,9 @@ use crate::description::{DiscretizationName, RightHandSide};
 use crate::model::Model;
 use crate::preprocess::{Decimator, SignalBlock};
 
-/// Limits of the stretches of a log: each row keeps one factor per stretch. When the largest number
-/// of factors is reached, neighbours are merged and the stretches double in length. Models with
-/// many parameters have large factors, so they keep fewer.
+/// Limits of the segments of a log: each row keeps one factor per segment. When the largest number
+/// of factors is reached, neighbours are merged and the segments double in length. Models with many
+/// parameters have large factors, so they keep fewer.
 #[derive(Clone, Copy, Debug)]
 struct Stretches {
     max_factors: usize,
@@ -43,14 +43,14 @@ impl Stretches {
     }
 }
 
-/// Returns the number of stretches up to which neighbours are not merged.
+/// Returns the number of segments up to which neighbours are not merged.
 pub(super) fn max_stretches(model: &Model) -> usize {
     Stretches::of(model).max_factors
 }
 
 impl Stretches {
-    /// Returns the limits of one of several logs, whose factors are joined later. Longer first stretches
-    /// save small factors that would be merged.
+    /// Returns the limits of one of several logs, whose factors are joined later. Longer first segments save small
+    /// factors that would be merged.
     fn among(self, logs: usize) -> Self {
         let levels = logs.clamp(1, self.max_factors).ilog2();
         Self {
@@ -60,7 +60,7 @@ impl Stretches {
     }
 }
 
-/// Number of stretches of samples in memory, at most. They are divided into 32 parts or fewer.
+/// Number of segments of samples in memory, at most. They are divided into 32 parts or fewer.
 const STRETCHES_OF_KNOWN_LENGTH: u64 = 128;
 
 /// Rows that are transposed into columns together.
@@ -264,7 +264,7 @@ impl RowReduction {
         self.untile();
     }
 
-    /// Counts the row that was written into the tile, and factors or closes a stretch when it is
+    /// Counts the row that was written into the tile, and factors or closes a segment when it is
     /// full.
     fn advance(&mut self) {
         self.in_tile += 1;
@@ -327,7 +327,7 @@ pub struct Reduction {
     batch: Batch,
     next: Batch,
     rows: Vec<RowReduction>,
-    // End of each stretch, s; merged together with the rows' factors.
+    // End of each segment, s; merged together with the rows' factors.
     ends: Vec<f64>,
     in_current: u64,
     stretches: Stretches,
@@ -401,7 +401,7 @@ impl Reduction {
         self
     }
 
-    /// Sets the number of samples that will come. Then the first stretches are as long as the last,
+    /// Sets the number of samples that will come. Then the first segments are as long as the last,
     /// which saves most of the small factors.
     #[must_use]
     pub(crate) fn with_samples(mut self, samples: u64) -> Self {

@@ -16,7 +16,7 @@ const REST_S: f64 = 0.25;
 const REST_ARGUMENT: f64 = 0.3;
 const REST_SIGMAS: f64 = 3.0;
 
-/// Variance of a torque that is anywhere between both bounds, relative to the squared bound.
+/// Variance of a torque of any value between both bounds, relative to the squared bound.
 const VARIANCE_WITHIN_BOUNDS: f64 = 1.0 / 3.0;
 
 /// Above this argument `sech²` is below 2e-17, so it counts as zero.
@@ -107,10 +107,9 @@ pub(super) struct Standing(Vec<u64>);
 ///
 /// `s0 / √(s0² + f[(f_c β σ_v sech²(β v))²])`,
 ///
-/// where `f[.]` is the filter of the regression. After 0.25 s of rest the friction is anywhere
-/// between `-f_c` and `f_c`, so `f_c²/3` is added to the variance. Weights are at most 1, so they do not amplify any
-/// row. Weights from the residuals of the stacked rows would do so: the rows without a right-hand
-/// side would vanish.
+/// where `f[.]` is the filter of the regression. After 0.25 s of rest the friction has any value between `-f_c` and
+/// `f_c`, so `f_c²/3` is added to the variance. Weights are at most 1, so they do not amplify any row. Weights from the
+/// residuals of the stacked rows would amplify them until the rows without a right-hand side vanish.
 #[derive(Clone, Debug)]
 pub struct TransitionWeights {
     transitions: Vec<Transition>,
@@ -216,8 +215,8 @@ impl TransitionWeights {
     /// Returns the largest friction of each row at each sample at rest, N·m (N), zero for samples in
     /// motion, \[samples × rows\]; empty if no sample is at rest.
     ///
-    /// At rest the friction is anywhere between plus and minus this bound; the law, which is zero at
-    /// zero velocity, says nothing about it.
+    /// At rest the friction has any value between plus and minus this bound; the law, zero at zero velocity, does not
+    /// describe it.
     pub(super) fn bounds_at_rest(
         &self,
         model: &Model,

@@ -50,7 +50,7 @@ const E: [f64; STAGES] = [
     -1.0 / 40.0,
 ];
 
-/// The integrator reached its limit of steps, because the motion is too violent.
+/// The integrator reached its limit of steps, because the accelerations are too large.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepsExhausted;
 

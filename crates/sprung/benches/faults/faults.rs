@@ -242,7 +242,7 @@ pub(crate) const KINDS: [Kind; 34] = [
         name: "position jumps",
         sizes: [0.01, 0.02, 0.05, 0.1, 0.5],
         unit: "rad",
-        // After a standstill, a jump looks like the end of a stall.
+        // After a standstill, a jump resembles the end of a stall.
         codes: &["position-jumps", "stuck-samples"],
         damage: |table, size, rng| {
             let (column, from) = (Q + 2 * joint(rng) + joint(rng), sample(table, rng));

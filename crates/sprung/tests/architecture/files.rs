@@ -14,7 +14,7 @@ use syn::{Item, UseTree, Visibility};
 /// Names of enclosing modules, from the crate's root.
 pub(crate) type ModulePath = Vec<String>;
 
-/// A file of a crate: what it defines, imports and names.
+/// A file of a crate: its definitions, imports and names.
 #[derive(Default)]
 struct Scope {
     file: PathBuf,
@@ -71,8 +71,8 @@ impl Files {
         Self::of(&[], texts(root, &[]))
     }
 
-    /// Returns all crates of the library as if they were one; all tests share them. Its list of public names uses
-    /// nothing.
+    /// Returns all crates of the library as if they were one; all tests share them. Its list of public names uses no
+    /// module.
     pub(crate) fn library() -> &'static Self {
         static LIBRARY: OnceLock<Files> = OnceLock::new();
         LIBRARY.get_or_init(Self::read_library)
@@ -295,7 +295,7 @@ fn is_root(module: &[String]) -> bool {
     matches!(module, [one] if one == "lib" || one == "main")
 }
 
-/// Gathers what a file defines, imports and names.
+/// Gathers the definitions, imports and names of a file.
 struct Reader<'s> {
     /// Module path of the crate's root.
     prefix: ModulePath,

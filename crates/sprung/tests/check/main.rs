@@ -1,4 +1,4 @@
-//! Every finding of a check fires on a damaged log, and none fires on a whole one.
+//! Every finding of a check fires on a damaged log, and none fires on an undamaged one.
 #![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test may panic")]
 
 mod agreement;
@@ -64,9 +64,8 @@ fn coarse_encoders_alarm_nobody() {
     let demo = Demo::new();
     for seed in 1..3 {
         let report = report(&demo.experiment, &demo.with_counts(seed, 4096));
-        // Reversals within one count leave a larger part of the torque unexplained than a good model may; the check
-        // knows this.
-        // Measured 92.8 to 93.3 % with these seeds.
+        // With reversals within one count the unexplained torque exceeds the limit of a good model; the check knows
+        // this. Measured 92.8 to 93.3 % with these seeds.
         assert!(
             report.joints[1].explained_percent < 96.0,
             "{:?}",
@@ -120,7 +119,7 @@ fn faults() -> &'static [Checked] {
     ALL.get_or_init(|| {
         let demo = Demo::new();
         let check = |kind: &'static Kind| {
-            // With this seed, the frozen stretch is not at a reversal, where the check cannot see it.
+            // With this seed, the run of frozen samples is not at a reversal, where the check cannot see it.
             let fault = kind.inject(&demo, kind.sizes[3], 2);
             let report = report(&going_on(&fault.experiment(&demo.experiment)), &fault.table);
             Checked {

@@ -34,7 +34,7 @@ impl Listener for StopAt {
     }
 }
 
-/// Checks that a run that is stopped at the nth report of a phase ends with `Stopped` and reports nothing more.
+/// Checks that a run that is stopped at the nth report of a phase ends with `Stopped` and without further reports.
 fn stops<T>(
     phase: Phase,
     after: u64,

@@ -201,7 +201,7 @@ fn mountings_follow_from_the_equations() {
     }
 }
 
-/// The deflections of stiff springs are smaller than what an error of the place adds.
+/// The deflections of stiff springs are smaller than the effect of an error of the place.
 #[test]
 fn a_mounting_that_the_equations_leave_open_must_be_given() {
     let recorded = stiffer(THREE_AXES, TILTED);

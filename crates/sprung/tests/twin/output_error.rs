@@ -140,8 +140,8 @@ fn a_disturbance_shows_in_the_cost() {
     disturbed.torque_disturbance_nm = vec![0.05, 0.01];
     let result = run(&disturbed, |_| ());
     let error = show("disturbed motors", &result);
-    // The finding says that the intervals do not contain the truth: at most 13 of 15 do.
-    // Measured a median error of 3.1 % and 10 of 15 intervals with this seed.
+    // The finding states that the confidence intervals do not contain the truth: at most 13 of 15
+    // do. Measured a median error of 3.1 % and 10 of 15 intervals with this seed.
     assert!((0.5..10.0).contains(&error), "{error}");
     assert!(inside(&result) <= 13, "{}", inside(&result));
     assert_eq!(severity(&result, "controller-does-not-match"), None);

@@ -135,8 +135,8 @@ fn standard_errors_are_what_they_are_said_to_be() {
             never.push(parameter.name.as_str());
         }
     }
-    // All stretches of a log share the bias of the method, so their scatter does not contain it, and some intervals
-    // never contain the truth.
+    // All segments of a log share the bias of the method, so their scatter does not contain it, and some confidence
+    // intervals never contain the truth.
     println!("inside in 9 or 10 of 10: {mostly_inside} of 15; never: {never:?}");
     assert!(mostly_inside >= 9 && never.len() <= 4);
 }

@@ -107,7 +107,8 @@ fn errors_and_intervals_are_those_of_the_noise() {
     }
     let share = 100.0 * f64::from(inside) / f64::from(intervals);
     println!("{share:.0} % of {intervals} intervals hold the truth");
-    // Six hundred logs have 90 to 96 %; 60 intervals scatter by 4 %, and those of one log depend on each other.
+    // Six hundred logs have 90 to 96 %; The coverage by 60 intervals scatters by 4 %, and intervals of one log depend
+    // on each other.
     assert!(share >= 80.0, "{share}");
 }
 
@@ -183,7 +184,7 @@ fn noise_of_the_torque_pulls_no_inertia_up() {
     for sum in away {
         let mean = sum / f64::from(seeds);
         println!("rotor inertia: {mean:.2} standard errors in the mean");
-        // Measured -1.2 and -1.5: the correction leaves out the deceleration behind the period of
+        // Measured -1.2 and -1.5: the correction leaves out the deceleration after the period of
         // the noise. Without the correction the inertias are many standard errors too large.
         assert!((-2.0..1.5).contains(&mean), "{mean}");
     }
@@ -219,7 +220,7 @@ fn own_model_is_not_doubted() {
     assert_eq!(result.verdict, Verdict::Good);
 }
 
-/// Severities of the findings about laws that the likelihood asks for, with their texts.
+/// Severities and texts of the findings about laws that the likelihood shows.
 fn missing_laws(log: &[u8]) -> Vec<(Severity, String)> {
     let result = refined(&twin(), log).unwrap();
     assert!(result.refined().is_some(), "{:?}", result.warnings);

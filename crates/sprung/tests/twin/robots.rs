@@ -97,7 +97,7 @@ fn urdf_and_closed_form_give_the_same_estimates() {
     let mut urdf = by_urdf();
     for experiment in [&mut closed.experiment, &mut urdf] {
         experiment.identify.estimator = vec![Estimator::LeastSquares];
-        // Closed form and tree have other unknowns beside the log, and so other priors.
+        // Closed form and tree have different unknowns, and so different priors.
         experiment.identify.constraints = Constraints::None;
     }
     let log = closed.log(closed.experiment.simulate.as_ref().unwrap());

@@ -86,7 +86,7 @@ fn motion_gives_stiffnesses_without_link_encoder() {
     let found = arm.identify(&log);
     let result = &found.identification.results[0];
     assert!(result.refinement.as_ref().unwrap().used);
-    // The large joints have enough inertia behind their springs. Measured: at most 0.23 %, and 2.1 standard errors.
+    // The large joints have enough inertia beyond their springs. Measured: at most 0.23 %, and 2.1 standard errors.
     for (name, error, _) in &errors(&arm, result, ".stiffness")[..4] {
         assert!(error.abs() < 1.0, "{name}: {error}");
     }

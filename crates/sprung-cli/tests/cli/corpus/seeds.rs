@@ -62,7 +62,7 @@ pub(super) fn write(folder: &Path, corpus: &[Faulty]) {
         "experiment.toml",
         sprung::demo::EXPERIMENT.as_bytes(),
     );
-    // A definition, and a message behind a zero.
+    // A definition, and a message after a zero.
     let state = joint_state(7, &["joint1", "joint2"], &[0.1, 0.2], &[1.0, 2.0]);
     let messages = folder.join("ros_message");
     std::fs::create_dir_all(&messages).unwrap();

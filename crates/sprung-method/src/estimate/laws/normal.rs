@@ -10,8 +10,8 @@ use crate::fit::Free;
 use crate::model::Model;
 use crate::regression::{Probe, System, Triangle};
 
-/// Part of a column's squared length that the other columns must leave, otherwise the log does not
-/// determine its parameter.
+/// Least part of a column's squared length that is independent of the other columns; below it the
+/// log does not determine the parameter.
 const MIN_OWN_SHARE: f64 = 1e-5;
 
 /// One part of the log.

@@ -35,7 +35,8 @@ pub struct Posterior {
 impl Posterior {
     /// Returns the posterior of a result.
     ///
-    /// - `model`: the robot with the laws of the identification; `settings`: what the experiment says about its bodies.
+    /// - `model`: the robot with the laws of the identification; `settings`: information of the experiment about its
+    ///   bodies.
     ///
     /// # Errors
     ///
@@ -142,8 +143,8 @@ impl Posterior {
     }
 }
 
-/// Returns the speeds up to which sums of friction laws take energy, rad/s (m/s), \[n\]. Results that do not tell them
-/// have the velocity of the residual laws, which is the largest speed of the log, too.
+/// Returns the speeds up to which sums of friction laws take energy, rad/s (m/s), \[n\]. Results without them use the
+/// velocity of the residual laws, which is the largest speed of the log, too.
 fn speeds(model: &Model, result: &EstimateResult) -> Vec<f64> {
     (model.joints().iter().enumerate())
         .map(|(joint, name)| {
@@ -153,7 +154,7 @@ fn speeds(model: &Model, result: &EstimateResult) -> Vec<f64> {
         .collect()
 }
 
-/// Returns where the estimate has the masses of links that carry no joint.
+/// Returns the places of the masses of links without a child joint in the estimate.
 fn tool(model: &Model, result: &EstimateResult) -> Tool {
     let Some(tree) = model.tree() else {
         return Tool::InRegion;

@@ -111,7 +111,7 @@ pub(super) fn result_of(
     }
 }
 
-/// Values that stand beside the estimate.
+/// Values beside the estimate.
 struct Beside<'a> {
     /// Estimate without constraints, \[p\]; `None` if there are no constraints.
     unconstrained: Option<&'a [f64]>,
@@ -214,7 +214,7 @@ fn motor_rows(model: &Model, fitted: &Fitted) -> Vec<MotorRowResult> {
         .collect()
 }
 
-/// Returns the parameters from other ways to solve the same equations.
+/// Returns the parameters by other methods for the same equations.
 fn other_routes(model: &Model, routes: &[(Route, Theta)]) -> Vec<CrossCheckResult> {
     (routes.iter())
         .map(|(route, theta)| CrossCheckResult {

@@ -14,7 +14,7 @@ use crate::fit::{Fitted, HoldOut};
 use crate::model::{Model, NoSolution, Theta};
 use crate::regression::System;
 
-/// Distance below which the unconstrained estimate counts as that of a robot that can exist, in standard errors.
+/// Distance below which the unconstrained estimate counts as possible, in standard errors.
 const SAME: f64 = 1e-3;
 
 /// The robots that can exist, with the equations of a log.

@@ -1,4 +1,4 @@
-//! Comparison of the described controller with the controller that ran during the log.
+//! Comparison of the described controller with the real one in the log.
 
 use super::record::Record;
 use crate::description::Controller;

@@ -10,11 +10,11 @@ use rayon::prelude::*;
 /// the derivatives. New derivatives cost one simulation per unknown.
 const MAX_PREDICTION_ERROR: f64 = 0.3;
 
-/// Mean squared residual above which the simulated loop is not the loop that ran. Above it the
+/// Mean squared residual above which the simulated loop differs from the real one. Above it the
 /// search ends if a step lowers the cost by less than the given fraction.
 pub(super) const FAILED_FIT_COST: f64 = 25.0;
 
-/// Relative decrease of the cost below which a loop that is not the one that ran stops.
+/// Relative decrease of the cost below which the search for a differing loop stops.
 const MIN_COST_DECREASE_SHARE: f64 = 1e-3;
 
 /// Damping below which the remaining distance is the step times the relative error of the predicted
@@ -69,7 +69,7 @@ pub(super) struct Found {
     pub(super) iterations: usize,
     /// Reason why the search ended.
     pub(super) ending: Ending,
-    /// The unknown that moved most in the last step, measured in standard errors.
+    /// The unknown with the largest change in the last step, in standard errors.
     pub(super) moved: usize,
 }
 
@@ -121,7 +121,7 @@ pub(super) fn minimise(problem: &Problem<'_>) -> Result<Found, NoStart> {
             // A failed step with reused derivatives is no evidence of a minimum.
             None if !fresh => {}
             None => {
-                // Rounding and the tolerance of the simulation hide a smaller predicted decrease.
+                // Rounding and the tolerance of the simulation mask a smaller predicted decrease.
                 let promised = damped(&normal, &gradient, 0.0)
                     .map_or(f64::INFINITY, |step| -dot(&step, &gradient));
                 ending = if promised < MIN_COST_SAVED.sqrt() * unit * x.len() as f64 {
@@ -251,7 +251,7 @@ fn damped(normal: &Mat<f64>, gradient: &[f64], damping: f64) -> Option<Vec<f64>>
     let scale: Vec<f64> = (0..m)
         .map(|i| match normal[(i, i)].sqrt() {
             norm if norm > 0.0 => norm.recip(),
-            // No residual depends on this unknown, so it does not move.
+            // No residual depends on this unknown, so it does not change.
             _ => 0.0,
         })
         .collect();

@@ -27,8 +27,8 @@ pub(super) struct Refined {
     pub(super) ending: Ending,
     /// Number of runs of the filter.
     pub(super) runs: usize,
-    /// Last move of each refined parameter: index in theta and move in standard errors, the largest
-    /// first.
+    /// Last change of each refined parameter: index in theta and change in standard errors, the
+    /// largest first.
     pub(super) moved: Vec<(usize, f64)>,
     /// Minus the logarithm of the likelihood, without its constant.
     pub(super) loss: f64,
@@ -56,13 +56,14 @@ pub(super) struct Refined {
     pub(super) scales: Vec<FrictionScale>,
     /// Estimates of the delays, one per channel.
     pub(super) delays: Vec<ChannelUpdate>,
-    /// Estimate of the delay that all torques have together; `None` if the description gives delays of torques.
+    /// Estimate of the common delay of all torques; `None` if the description gives delays of torques.
     pub(super) torques_delay: Option<ChannelUpdate>,
     /// Estimates of the saturations, one per torque.
     pub(super) saturations: Vec<ChannelUpdate>,
     /// Estimates of the eccentricities, two per link encoder.
     pub(super) eccentricities: Vec<ChannelUpdate>,
-    /// Moves of the refined parameters by the correction for noise of the logged torques, \[free\].
+    /// Changes of the refined parameters by the correction for noise of the logged torques,
+    /// \[free\].
     pub(super) by_noise: Vec<f64>,
     /// Parameter vectors for growing parts of the log, with the end of each part, s.
     pub(super) trace: Vec<(f64, Theta)>,
