@@ -14,7 +14,7 @@ use crate::error::LogError;
 use crate::input::Input;
 
 /// Name of the damaged part of the file in errors.
-const PART: &str = "its database";
+const DATABASE: &str = "its database";
 
 /// Instructions of `SQLite`'s virtual machine between two looks at their count.
 const COUNTED_INSTRUCTIONS: u16 = 10_000;
@@ -35,7 +35,7 @@ pub(super) fn open(file: &str, input: Box<dyn Input>) -> Result<Connection, LogE
         (Some(path), None) => alone(path, input),
         (None, _) => in_memory(input),
     }
-    .map_err(|error| LogError::read(file, PART, error))?;
+    .map_err(|error| LogError::read(file, DATABASE, error))?;
     base.and_then(|base| limited(base, length))
         .map_err(|error| match (&error, &beside) {
             (Error::SqliteFailure(failure, _), Some(beside)) if cannot_finish(failure.code) => {
@@ -155,7 +155,7 @@ fn not_closed(file: &str, beside: &Path) -> LogError {
 /// Returns an error of `SQLite` as one of the file.
 pub(super) fn failed(file: &str, error: &Error) -> LogError {
     let damaged =
-        |text: String| LogError::read(file, PART, IoError::new(ErrorKind::InvalidData, text));
+        |text: String| LogError::read(file, DATABASE, IoError::new(ErrorKind::InvalidData, text));
     match error {
         Error::SqliteFailure(failure, text) => match failure.code {
             ErrorCode::OperationInterrupted => {

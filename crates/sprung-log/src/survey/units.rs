@@ -21,7 +21,7 @@ const LONGEST: f64 = 5.0;
 
 /// Largest difference of a slope from 1 for positions in one unit, and from the slope by degrees
 /// and turns; a gear ratio may have the same slope.
-const SAME: f64 = 0.1;
+const MAX_DIFFERENCE_OF_SLOPES: f64 = 0.1;
 const SAME_UNIT: f64 = 0.005;
 
 /// Smallest slope of a position before the gearbox.
@@ -252,7 +252,7 @@ pub(super) fn by_slope(
         slopes.iter().all(|slope| is(slope.value.abs() * unit))
     };
     let one = |ratio: f64| (ratio - 1.0).abs() < SAME_UNIT;
-    let same = |ratio: f64| (ratio - 1.0).abs() < SAME;
+    let same = |ratio: f64| (ratio - 1.0).abs() < MAX_DIFFERENCE_OF_SLOPES;
     let geared = |ratio: f64| ratio > MIN_GEAR;
     let mut reading = Reading::default();
     let shown = || -> String {

@@ -26,8 +26,8 @@ const LARGEST_RESIDUAL: f64 = 0.05;
 
 /// Velocity of friction compensation without a reference, rad/s (m/s), and with one as a part of the root mean square velocity of
 /// its slowest joint that moves.
-const SPEED: f64 = 0.02;
-const SPEED_PART: f64 = 0.1;
+const COMPENSATION_SPEED: f64 = 0.02;
+const COMPENSATION_SPEED_PART: f64 = 0.1;
 
 /// Multiple of the highest frequency of a spring up to which poles are shown.
 const SHOWN: f64 = 4.0;
@@ -145,7 +145,7 @@ fn compensation_speed(task: &ControlTask<'_>) -> Option<f64> {
         return (speed > 0.0).then_some(speed);
     }
     let Some(reference) = task.reference else {
-        return Some(SPEED);
+        return Some(COMPENSATION_SPEED);
     };
     let motion = Trajectory::new(reference, task.model);
     let n = task.model.joint_count();
@@ -162,9 +162,9 @@ fn compensation_speed(task: &ControlTask<'_>) -> Option<f64> {
     let moving = squares.into_iter().filter(|square| *square > 0.0);
     let slowest = moving.map(f64::sqrt).fold(f64::INFINITY, f64::min);
     Some(if slowest.is_finite() {
-        SPEED_PART * slowest
+        COMPENSATION_SPEED_PART * slowest
     } else {
-        SPEED
+        COMPENSATION_SPEED
     })
 }
 

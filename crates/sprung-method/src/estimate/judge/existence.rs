@@ -18,7 +18,7 @@ use crate::numbers::in_percent;
 const IMPOSSIBLE: &str = "impossible-robot";
 
 /// Standard errors above which negative friction is significant.
-const SURE: f64 = 2.0;
+const SIGNIFICANCE_SIGMAS: f64 = 2.0;
 
 /// Reports that the equations give a robot that cannot exist.
 ///
@@ -266,7 +266,9 @@ fn negative_friction(model: &Model, result: &EstimateResult) -> Vec<Finding> {
         .zip(&result.parameters)
         .filter(|(parameter, estimate)| parameter.is_friction() && negative(estimate))
         .map(|(_, estimate)| estimate)
-        .partition(|p| -p.value.unwrap_or(0.0) < SURE * p.standard_error.unwrap_or(0.0));
+        .partition(|p| {
+            -p.value.unwrap_or(0.0) < SIGNIFICANCE_SIGMAS * p.standard_error.unwrap_or(0.0)
+        });
     let groups = [
         (
             wrong,

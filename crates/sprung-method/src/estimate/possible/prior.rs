@@ -11,7 +11,7 @@ const THINNEST: f64 = 1e-4;
 
 /// Weight of the entropic distance from bodies of equal size in all directions, without a nominal body, and with the
 /// Euclidean distance. It decides only directions that the log does not determine.
-const WEAK: f64 = 1e-3;
+const WEIGHT_WITHOUT_NOMINAL: f64 = 1e-3;
 
 /// Weight of nominal values beside a log where the log decides. A parameter that the log determines as accurately as
 /// the prior then moves by a thirtieth of its standard error, if the prior is wrong by three of its errors.
@@ -66,7 +66,7 @@ impl Beside<'_> {
     /// Returns the weight of the entropic distance from a body that is no nominal one.
     fn weight_without_nominal(self) -> f64 {
         match self {
-            Self::Estimate | Self::Log(..) => WEAK,
+            Self::Estimate | Self::Log(..) => WEIGHT_WITHOUT_NOMINAL,
             Self::Draws(..) => ORDINARY,
         }
     }
@@ -212,7 +212,7 @@ pub(super) fn add_prior(
     let weight = if prior.is_nominal && !quadratic {
         beside.weight() / (block.rows as f64 * relative * relative)
     } else if prior.is_nominal {
-        WEAK
+        WEIGHT_WITHOUT_NOMINAL
     } else {
         beside.weight_without_nominal()
     };

@@ -18,7 +18,7 @@ use crate::estimate::result::EstimateResult;
 use crate::model::{Model, Region, Theta, TreeLinks};
 
 /// Largest number of robots of one call: their parameters take some hundred megabytes.
-const MOST: usize = 100_000;
+const MAX_ROBOTS: usize = 100_000;
 
 /// The posterior of an identification: a normal distribution over the robots that can exist.
 #[derive(Clone, Debug)]
@@ -111,8 +111,11 @@ impl Posterior {
     ///
     /// [`PosteriorError::Count`] for another number.
     pub fn sample(&self, count: usize, seed: u64) -> Result<Samples, PosteriorError> {
-        if count == 0 || count > MOST {
-            return Err(PosteriorError::Count { count, most: MOST });
+        if count == 0 || count > MAX_ROBOTS {
+            return Err(PosteriorError::Count {
+                count,
+                most: MAX_ROBOTS,
+            });
         }
         let plain = Plain::new(&self.density).and_then(|plain| plain.draw(count, seed));
         let (unknowns, method, effective) = match plain {

@@ -23,7 +23,7 @@ use crate::regression::System;
 const SEARCH_ACCURACY: f64 = 1e-4;
 
 /// Distance of a robot from an estimate below which it is that of the estimate, in standard errors.
-const SAME: f64 = 1e-3;
+const MAX_DISTANCE_OF_SAME: f64 = 1e-3;
 
 /// Returns the result of an estimator, without findings.
 pub(super) fn result_of(
@@ -131,8 +131,8 @@ fn value_of(
     if !is_constrained {
         return found.theta.clone();
     }
-    let is_moved =
-        (bodies.result.as_ref()).is_some_and(|result| result.moved_standard_errors > SAME);
+    let is_moved = (bodies.result.as_ref())
+        .is_some_and(|result| result.moved_standard_errors > MAX_DISTANCE_OF_SAME);
     let theta = bodies.theta.as_ref().filter(|_| is_moved);
     without_rounding(model, theta.unwrap_or(&found.theta), limits)
 }

@@ -9,7 +9,7 @@ const LOWEST_HZ: f64 = 0.25;
 const STEP: f64 = std::f64::consts::SQRT_2;
 
 /// Share of the squared difference of the torques at the reported frequencies.
-const SHARE: f64 = 0.5;
+const REPORTED_SHARE: f64 = 0.5;
 
 /// Returns the frequency below which half of the squared difference of a torque lies, Hz; `None` if most of it lies above
 /// the cut-off of the positions, or the beginning of the log is too short.
@@ -35,5 +35,5 @@ pub(super) fn half_below(prepared: &Prepared, row: usize, thetas: [&Theta; 2]) -
     let all = power(highest)?;
     std::iter::successors(Some(LOWEST_HZ), |cutoff| Some(cutoff * STEP))
         .take_while(|cutoff| *cutoff < highest)
-        .find(|cutoff| power(*cutoff).is_some_and(|below| below >= SHARE * all))
+        .find(|cutoff| power(*cutoff).is_some_and(|below| below >= REPORTED_SHARE * all))
 }

@@ -28,13 +28,13 @@ pub(in crate::estimate) struct Price {
 const DEAR: f64 = 0.02;
 
 /// Standard errors above which a price is more than chance.
-const SURE: f64 = 2.0;
+const SIGNIFICANCE_SIGMAS: f64 = 2.0;
 
 impl Price {
     /// Returns whether the price of the constraints exceeds the difference between two logs, and is
     /// significant.
     pub(in crate::estimate) fn is_dear(&self) -> bool {
-        self.ratio - 1.0 > DEAR.max(SURE * self.standard_error)
+        self.ratio - 1.0 > DEAR.max(SIGNIFICANCE_SIGMAS * self.standard_error)
     }
 }
 
