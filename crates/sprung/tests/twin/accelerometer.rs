@@ -210,7 +210,7 @@ fn a_mounting_that_the_equations_leave_open_must_be_given() {
         println!("{}", error.text);
         assert_eq!(error.severity, Severity::Error);
     }
-    let open = (found.iter()).find(|own| own.code == "link-by-accelerometer");
+    let open = (found.iter()).find(|own| own.code == "link-by-inertial-sensor");
     let text = &open.unwrap().text;
     assert!(
         text.contains("leaves open that of joint1, joint2"),
@@ -233,7 +233,7 @@ fn good_accelerometers_cause_notes_only() {
     println!("{found:#?}");
     assert!(found.iter().all(|own| own.severity == Severity::Info));
     let codes: Vec<&str> = found.iter().map(|own| own.code.as_str()).collect();
-    assert!(codes.contains(&"link-by-accelerometer") && codes.contains(&"accelerometer-bias"));
+    assert!(codes.contains(&"link-by-inertial-sensor") && codes.contains(&"inertial-sensor-bias"));
 }
 
 #[test]
@@ -241,8 +241,8 @@ fn faulty_accelerometers_are_named() {
     let own = stiffer(ONE_AXIS, ALONG_LINKS);
     let reversed = format!("{ONE_AXIS}\nsign = {{ a2 = -1 }}");
     for (code, columns, limit) in [
-        ("accelerometer-saturated", ONE_AXIS, 2.0),
-        ("accelerometer-sign", &reversed, f64::INFINITY),
+        ("inertial-sensor-saturated", ONE_AXIS, 2.0),
+        ("inertial-sensor-sign", &reversed, f64::INFINITY),
         (
             "accelerometer-scale",
             "accelerometer_y_g = [\"a1\", \"a2\"]",
