@@ -105,7 +105,7 @@ pub mod description {
         OwnCall, Payload, PerJoint, Physical, Prior, Reference, Robot, SamplingTimes, ServoDrive,
         Shape, Side, Simulate, Sine, SpringTerm, Start, StartError, StartName, StartsAt,
         TorqueHold, TorqueReading, Transmission, Tree, TreeJoint, Unit, Urdf, UrdfError, UrdfJoint,
-        Validate, Weights, Window, no_files, read, schema, template, what_works,
+        Validate, Weights, Window, no_files, read, refusals, schema, template, what_works,
     };
 }
 
