@@ -51,7 +51,7 @@ mod window;
 use sprung_base::{ellipsoid, numbers};
 
 pub use capabilities::{Feature, Task, refuse, refuse_task};
-pub use capabilities::{Language, NotSupported, OwnCall, what_works};
+pub use capabilities::{Language, NotSupported, OwnCall, refusals, what_works};
 pub use columns::{Column, ColumnName, Columns, PerJoint, StartsAt};
 pub use control::{Control, Feedback, Vibrations};
 pub use covariates::{CovariateColumns, Drifts};

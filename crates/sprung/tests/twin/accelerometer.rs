@@ -214,7 +214,7 @@ fn a_mounting_that_the_equations_leave_open_must_be_given() {
         println!("{}", error.text);
         assert_eq!(error.severity, Severity::Error);
     }
-    let open = (found.iter()).find(|finding| finding.code == "link-by-accelerometer");
+    let open = (found.iter()).find(|finding| finding.code == "link-by-inertial-sensor");
     let text = &open.unwrap().text;
     assert!(
         text.contains("leaves open that of joint1, joint2"),
@@ -241,7 +241,7 @@ fn good_accelerometers_cause_notes_only() {
             .all(|finding| finding.severity == Severity::Info)
     );
     let codes: Vec<&str> = found.iter().map(|finding| finding.code.as_str()).collect();
-    assert!(codes.contains(&"link-by-accelerometer") && codes.contains(&"accelerometer-bias"));
+    assert!(codes.contains(&"link-by-inertial-sensor") && codes.contains(&"inertial-sensor-bias"));
 }
 
 #[test]
@@ -249,8 +249,8 @@ fn faulty_accelerometers_are_named() {
     let true_twin = stiffer(ONE_AXIS, ALONG_LINKS);
     let reversed = format!("{ONE_AXIS}\nsign = {{ a2 = -1 }}");
     for (code, columns, limit) in [
-        ("accelerometer-saturated", ONE_AXIS, 2.0),
-        ("accelerometer-sign", &reversed, f64::INFINITY),
+        ("inertial-sensor-saturated", ONE_AXIS, 2.0),
+        ("inertial-sensor-sign", &reversed, f64::INFINITY),
         (
             "accelerometer-scale",
             "accelerometer_g.y = [\"a1\", \"a2\"]",

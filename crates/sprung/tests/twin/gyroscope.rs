@@ -122,7 +122,7 @@ fn good_gyroscopes_cause_notes_only() {
             .all(|finding| finding.severity == Severity::Info),
         "{codes:?}"
     );
-    assert!(codes.contains(&"link-by-gyroscope") && codes.contains(&"gyroscope-bias"));
+    assert!(codes.contains(&"link-by-inertial-sensor") && codes.contains(&"inertial-sensor-bias"));
 }
 
 #[test]
@@ -130,7 +130,7 @@ fn faulty_gyroscopes_are_named() {
     type Case = (&'static str, &'static str, f64, Severity, &'static str);
     let cases: [Case; 3] = [
         (
-            "gyroscope-sign",
+            "inertial-sensor-sign",
             "gyroscope_rad_per_s.z = [\"w1\", \"w2\"]\nsign = { w2 = -1 }",
             f64::INFINITY,
             Severity::Error,
@@ -143,7 +143,13 @@ fn faulty_gyroscopes_are_named() {
             Severity::Error,
             "",
         ),
-        ("gyroscope-saturated", ONE_AXIS, 0.25, Severity::Error, ""),
+        (
+            "inertial-sensor-saturated",
+            ONE_AXIS,
+            0.25,
+            Severity::Error,
+            "",
+        ),
     ];
     for (code, recorded, limit, severity, line) in cases {
         let found = findings(recorded, ONE_AXIS, |settings| {
@@ -209,7 +215,9 @@ fn mountings_are_found_in_space() {
     assert!(worst(&stiffnesses[..4]) < 15.0);
     // The deflections of the wrist are as small as the noise.
     let mut notes = found.identification.findings.iter();
-    let note = notes.find(|note| note.code == "link-by-gyroscope").unwrap();
+    let note = notes
+        .find(|note| note.code == "link-by-inertial-sensor")
+        .unwrap();
     println!("{}", note.text);
     assert_eq!(note.severity, Severity::Warning);
     assert!(note.text.contains("joint7, whose deflection contains"));

@@ -9,10 +9,8 @@ use crate::numbers::in_ms;
 
 /// Codes of findings about noise, filters and excitation. They predict uncertain parameters. After
 /// the estimation the intervals and the promise contain the effect.
-const MEASURED_EFFECTS: [&str; 9] = [
-    "noisy-velocity",
-    "noisy-deflection",
-    "noisy-torque",
+const MEASURED_EFFECTS: [&str; 7] = [
+    "noisy-signal",
     "hardly-moves",
     "position-cutoff-low",
     "position-cutoff-high",

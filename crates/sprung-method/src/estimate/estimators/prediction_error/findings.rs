@@ -92,7 +92,7 @@ fn estimated_delays(channels: &Channels, refined: &Refined) -> Vec<Finding> {
     let finding = |delay: &ChannelUpdate| {
         Finding::new(
             Severity::Info,
-            "delay-refined",
+            "delay-estimated",
             format!(
                 "\"{}\" was recorded {:.5} s late, by likelihood (standard error {:.5} s)",
                 channels.all[delay.channel].column,
