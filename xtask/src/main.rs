@@ -7,6 +7,7 @@
 )]
 
 mod binaries;
+mod deny;
 mod dist;
 mod docs;
 mod fuzz;
