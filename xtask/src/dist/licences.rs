@@ -145,7 +145,28 @@ fn licence_files(folder: &Path, deeper: usize, files: &mut Vec<PathBuf>) {
 
 #[cfg(test)]
 mod tests {
-    use super::name_and_version;
+    use super::{name_and_version, text};
+
+    #[test]
+    fn libraries_in_c_and_in_reports_have_their_licences() {
+        let all = text("sprung-cli").unwrap();
+        for part in [
+            "=== uPlot 1.6",
+            "Leon Sorokin",
+            "=== zstd-sys ",
+            "Meta Platforms",
+            "=== lz4-sys ",
+            "Yann Collet",
+            "=== libsqlite3-sys ",
+            "=== the standard library of Rust 1.",
+        ] {
+            assert!(all.contains(part), "{part}");
+        }
+        // No macro is in the program, and the wheel has more libraries.
+        assert!(!all.contains("=== serde_derive "));
+        let wheel = text("sprung-python").unwrap();
+        assert!(wheel.contains("=== pyo3 ") && wheel.contains("=== clap "));
+    }
 
     #[test]
     fn lines_of_the_tree_are_read() {
