@@ -8,6 +8,7 @@
 )]
 
 mod binaries;
+mod deny;
 mod dist;
 mod docs;
 mod figures;

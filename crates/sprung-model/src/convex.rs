@@ -527,7 +527,7 @@ mod tests {
 
     #[test]
     fn an_independent_solver_finds_the_same_optimum() {
-        let golden = include_str!("../tests/fixtures/possible_bodies.json");
+        let golden = include_str!("convex/possible_bodies.json");
         let golden: Golden = serde_json::from_str(golden).unwrap();
         let n = golden.prior.len();
         for wanted in &golden.optima {

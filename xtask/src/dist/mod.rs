@@ -1,7 +1,7 @@
 //! Releases: an archive and a Debian package, each installed into an empty folder and run.
 
 mod files;
-mod licences;
+pub(crate) mod licences;
 mod packages;
 mod try_out;
 
