@@ -133,7 +133,9 @@ fn licence_files(folder: &Path, deeper: usize, files: &mut Vec<PathBuf>) {
         let is_code = (path.extension())
             .is_some_and(|end| ["rs", "py", "json"].map(Some).contains(&end.to_str()));
         if path.is_dir() {
-            let is_compiled = !NOT_COMPILED.iter().any(|own| name == own.to_uppercase());
+            let is_compiled = !NOT_COMPILED
+                .iter()
+                .any(|other| name == other.to_uppercase());
             if deeper > 0 && is_compiled {
                 licence_files(&path, deeper - 1, files);
             }

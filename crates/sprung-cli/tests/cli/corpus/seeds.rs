@@ -96,7 +96,7 @@ fn meshes(folder: &Path) {
     let corners = [0_f32, 0.0, 1.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1, 0.0];
     let mut binary = vec![0; 80];
     binary.extend(1_u32.to_le_bytes());
-    binary.extend(corners.iter().flat_map(|own| own.to_le_bytes()));
+    binary.extend(corners.iter().flat_map(|corner| corner.to_le_bytes()));
     binary.extend([0; 2]);
     std::fs::create_dir_all(folder).unwrap();
     std::fs::write(folder.join("text"), text).unwrap();
