@@ -181,23 +181,32 @@ pub fn format_of(start: &[u8]) -> Option<&'static str> {
 /// A reader whose first bytes were read and put in front again.
 pub(super) type Peeked<R> = Chain<Cursor<Vec<u8>>, R>;
 
-/// Reads the first bytes of a reader. Returns these bytes, whether the reader ended with them, and
-/// a reader that begins with them again.
+/// The beginning of a reader.
+pub(super) struct Beginning<R> {
+    /// The first bytes.
+    pub(super) start: Vec<u8>,
+    /// Whether the reader ended with them.
+    pub(super) is_whole: bool,
+    /// A reader that begins with them again.
+    pub(super) again: Peeked<R>,
+}
+
+/// Reads the first bytes of a reader.
 ///
 /// - `what`: name of this part of the file for the error message.
-pub(super) fn peek<R: Read>(
-    file: &str,
-    what: &str,
-    mut read: R,
-) -> Result<(Vec<u8>, bool, Peeked<R>), LogError> {
+pub(super) fn peek<R: Read>(file: &str, what: &str, mut read: R) -> Result<Beginning<R>, LogError> {
     let mut start = Vec::new();
     read.by_ref()
         .take(PEEKED_BYTES as u64)
         .read_to_end(&mut start)
         .map_err(|error| LogError::read(file, what, error))?;
-    let whole = start.len() < PEEKED_BYTES;
+    let is_whole = start.len() < PEEKED_BYTES;
     let again = Cursor::new(start.clone()).chain(read);
-    Ok((start, whole, again))
+    Ok(Beginning {
+        start,
+        is_whole,
+        again,
+    })
 }
 
 #[cfg(test)]

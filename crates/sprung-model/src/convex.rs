@@ -36,8 +36,24 @@ const ROUNDING: f64 = 1e-14;
 /// Largest number of rows of a [`Block`].
 pub const ROWS: usize = 4;
 
-/// An entry of a symmetric matrix: row, column and factor. Entries above the diagonal also represent those below it.
-pub(crate) type Entry = (usize, usize, f64);
+/// An entry of a symmetric matrix. Entries above the diagonal also represent those below it.
+#[derive(Clone, Copy, Debug)]
+pub struct Entry {
+    /// Row.
+    pub row: usize,
+    /// Column.
+    pub column: usize,
+    /// Factor.
+    pub by: f64,
+}
+
+impl Entry {
+    /// Returns an entry.
+    #[must_use]
+    pub const fn at(row: usize, column: usize, by: f64) -> Self {
+        Self { row, column, by }
+    }
+}
 
 /// A symmetric matrix that must be positive definite.
 #[derive(Clone, Debug)]
@@ -69,7 +85,9 @@ impl Block {
 
     /// Returns a number that must be positive.
     pub fn scalar(constant: f64, terms: impl IntoIterator<Item = (usize, f64)>) -> Self {
-        let terms = terms.into_iter().map(|(x, by)| (x, vec![(0, 0, by)]));
+        let terms = terms
+            .into_iter()
+            .map(|(x, by)| (x, vec![Entry::at(0, 0, by)]));
         let mut block = Self::new(1, terms.collect());
         block.constant[0] = constant;
         block
@@ -102,7 +120,12 @@ impl Block {
 }
 
 fn add_entries(matrix: &mut [f64; ROWS * ROWS], rows: usize, entries: &[Entry], by: f64) {
-    for &(row, column, share) in entries {
+    for &Entry {
+        row,
+        column,
+        by: share,
+    } in entries
+    {
         matrix[row * rows + column] += by * share;
         if row != column {
             matrix[column * rows + row] += by * share;
@@ -222,7 +245,7 @@ impl Program {
         let blocks = self.blocks.iter().map(|block| {
             let mut wider = block.clone();
             let width = width(block);
-            let entries = (0..block.rows).map(|k| (k, k, width)).collect();
+            let entries = (0..block.rows).map(|k| Entry::at(k, k, width)).collect();
             wider.terms.push((n, entries));
             wider.entropy = 0.0;
             wider
@@ -358,8 +381,8 @@ impl Program {
                 .collect();
             for ((i, entries), slope) in block.terms.iter().zip(&slopes) {
                 let trace: f64 = (entries.iter())
-                    .filter(|(row, column, _)| row == column)
-                    .map(|(.., by)| by)
+                    .filter(|entry| entry.row == entry.column)
+                    .map(|entry| entry.by)
                     .sum();
                 gradient[*i] -= weight * block.trace(slope) - barrier * trace / block.size;
                 for ((j, _), other) in block.terms.iter().zip(&slopes) {
@@ -396,7 +419,7 @@ fn inverse(matrix: &[f64; ROWS * ROWS], rows: usize) -> Option<[f64; ROWS * ROWS
 /// Returns the product of a matrix and a symmetric matrix with few entries.
 fn product(left: &[f64; ROWS * ROWS], rows: usize, entries: &[Entry]) -> [f64; ROWS * ROWS] {
     let mut product = [0.0; ROWS * ROWS];
-    for &(row, column, by) in entries {
+    for &Entry { row, column, by } in entries {
         for i in 0..rows {
             product[i * rows + column] += by * left[i * rows + row];
             if row != column {
@@ -447,9 +470,9 @@ mod tests {
         let block = Block::new(
             2,
             vec![
-                (0, vec![(0, 0, 1.0)]),
-                (1, vec![(0, 1, 1.0)]),
-                (2, vec![(1, 1, 1.0)]),
+                (0, vec![Entry::at(0, 0, 1.0)]),
+                (1, vec![Entry::at(0, 1, 1.0)]),
+                (2, vec![Entry::at(1, 1, 1.0)]),
             ],
         );
         let program = Program {
@@ -553,10 +576,10 @@ mod tests {
             for block in &mut program.blocks {
                 block.entropy = wanted.entropy;
                 for (unknown, entries) in &block.terms {
-                    for &(i, j, by) in entries {
-                        let both = if i == j { 1.0 } else { 2.0 };
+                    for &Entry { row, column, by } in entries {
+                        let both = if row == column { 1.0 } else { 2.0 };
                         program.linear[*unknown] -=
-                            wanted.entropy * both * by * golden.inverse[i][j];
+                            wanted.entropy * both * by * golden.inverse[row][column];
                     }
                 }
             }

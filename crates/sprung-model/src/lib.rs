@@ -42,7 +42,7 @@ use inertial::{Inertial, PLANAR_2R_NAMES};
 use initial_shape::initial_shape;
 use layout::Layout;
 
-pub use convex::{Block, NoSolution, Program, ROWS};
+pub use convex::{Block, Entry, NoSolution, Program, ROWS};
 pub use links::TreeLinks;
 pub use parameter::{ModelError, Parameter, short};
 pub use regions::Region;

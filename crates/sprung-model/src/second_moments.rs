@@ -18,18 +18,30 @@ use sprung_core::spatial::BODY;
 
 use super::convex::{Block, Entry, ROWS};
 
-/// Entries of J that each inertial parameter of a body changes: row, column, factor. J is symmetric.
+/// Entries of J that each inertial parameter of a body changes. J is symmetric.
 const ENTRIES: [&[Entry]; BODY] = [
-    &[(3, 3, 1.0)],
-    &[(0, 3, 1.0)],
-    &[(1, 3, 1.0)],
-    &[(2, 3, 1.0)],
-    &[(0, 0, -0.5), (1, 1, 0.5), (2, 2, 0.5)],
-    &[(0, 1, -1.0)],
-    &[(0, 0, 0.5), (1, 1, -0.5), (2, 2, 0.5)],
-    &[(0, 2, -1.0)],
-    &[(1, 2, -1.0)],
-    &[(0, 0, 0.5), (1, 1, 0.5), (2, 2, -0.5)],
+    &[Entry::at(3, 3, 1.0)],
+    &[Entry::at(0, 3, 1.0)],
+    &[Entry::at(1, 3, 1.0)],
+    &[Entry::at(2, 3, 1.0)],
+    &[
+        Entry::at(0, 0, -0.5),
+        Entry::at(1, 1, 0.5),
+        Entry::at(2, 2, 0.5),
+    ],
+    &[Entry::at(0, 1, -1.0)],
+    &[
+        Entry::at(0, 0, 0.5),
+        Entry::at(1, 1, -0.5),
+        Entry::at(2, 2, 0.5),
+    ],
+    &[Entry::at(0, 2, -1.0)],
+    &[Entry::at(1, 2, -1.0)],
+    &[
+        Entry::at(0, 0, 0.5),
+        Entry::at(1, 1, 0.5),
+        Entry::at(2, 2, -0.5),
+    ],
 ];
 
 /// Returns J of a body whose parameters are unknowns or known.

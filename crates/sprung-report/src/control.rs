@@ -279,11 +279,11 @@ fn vibrations(design: &ControlDesign, pictures: &ControlPictures) -> Section {
         ..Table::default()
     };
     let mut poles = pictures.poles.clone();
-    poles.sort_by(|a, b| a.0.total_cmp(&b.0));
+    poles.sort_by(|a, b| a.hz.total_cmp(&b.hz));
     let cloud = |name: &str, is_identified: bool, style| Series {
         name: name.to_owned(),
         values: (poles.iter())
-            .map(|pole| (pole.2 == is_identified).then_some(pole.1))
+            .map(|pole| (pole.is_identified == is_identified).then_some(pole.damping))
             .collect(),
         style,
         clipped: false,
@@ -295,7 +295,7 @@ fn vibrations(design: &ControlDesign, pictures: &ControlPictures) -> Section {
         layout: Layout::Stack,
         panels: vec![Panel {
             y_label: "damping ratio".to_owned(),
-            x: poles.iter().map(|pole| pole.0).collect(),
+            x: poles.iter().map(|pole| pole.hz).collect(),
             series: vec![
                 cloud("robots of the posterior", false, Style::Cloud),
                 cloud("identified robot", true, Style::Cloud),

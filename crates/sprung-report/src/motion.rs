@@ -217,7 +217,9 @@ pub(super) fn hold_out(excited: &Excited) -> Option<Section> {
         excited,
         samples,
         motion,
-        ("hold-out", "The validation motion", &intro),
+        "hold-out",
+        "The validation motion",
+        &intro,
     ))
 }
 
@@ -234,7 +236,9 @@ pub(super) fn slow(excited: &Excited) -> Option<Section> {
         excited,
         samples,
         motion,
-        ("slow", "The slow motion", &intro),
+        "slow",
+        "The slow motion",
+        &intro,
     ))
 }
 
@@ -243,7 +247,9 @@ fn beside(
     excited: &Excited,
     samples: &Trajectory,
     motion: &MotionResult,
-    (id, title, intro): (&str, &str, &str),
+    id: &str,
+    title: &str,
+    intro: &str,
 ) -> Section {
     let drawn = Motion::of(samples, &excited.excitation.limits, motion.duration_s);
     let mut figure = drawn.figure(

@@ -119,7 +119,7 @@ impl Log {
         let columns = (self.labelled(robot), over.labelled(robot));
         let joints: Vec<&str> = robot.joint.iter().map(|joint| &*joint.name).collect();
         let find = |table, given: Vec<&String>, of_run: Vec<&String>| {
-            ambiguous((table, &given, &of_run), &columns, &joints)
+            ambiguous(table, &given, &of_run, &columns, &joints)
         };
         find(
             "delay_s",
@@ -178,7 +178,9 @@ fn moved<T: Clone>(
 }
 
 fn ambiguous(
-    (table, given, of_run): (&'static str, &[&String], &[&String]),
+    table: &'static str,
+    given: &[&String],
+    of_run: &[&String],
     (old, new): &(Vec<Labelled>, Vec<Labelled>),
     joints: &[&str],
 ) -> Option<Ambiguous> {

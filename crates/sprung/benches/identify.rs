@@ -33,8 +33,14 @@ fn main() {
 const SEVEN: &str = include_str!("../../../examples/seven-joint-twin/experiment.toml");
 const SEVEN_TRUTH: &str = include_str!("../../../examples/seven-joint-twin/truth.toml");
 
-/// Returns a twin's experiment with least squares only, its model, and a simulated log.
-fn log_of(experiment: &str, truth: &str, seconds: u32) -> (Experiment, Model, Shared) {
+/// A twin's experiment with least squares only, its model, and a simulated log.
+struct Recorded {
+    experiment: Experiment,
+    model: Model,
+    csv: Shared,
+}
+
+fn log_of(experiment: &str, truth: &str, seconds: u32) -> Recorded {
     let mut experiment =
         description::read("twin", experiment, &[], &mut no_files).expect("the twin is right");
     experiment.identify.estimator = vec![Estimator::LeastSquares];
@@ -52,12 +58,20 @@ fn log_of(experiment: &str, truth: &str, seconds: u32) -> (Experiment, Model, Sh
     };
     let mut csv = Vec::new();
     record(&setup, &channels, &mut csv, &mut Unheard).expect("the twin is stable");
-    (experiment, model, Shared(Arc::new(csv)))
+    Recorded {
+        experiment,
+        model,
+        csv: Shared(Arc::new(csv)),
+    }
 }
 
 /// Identifies from `logs` logs of 15 s. Each log is read, filtered and reduced separately.
 fn bench_seven(bencher: Bencher, logs: usize, threads: usize) {
-    let (mut experiment, model, csv) = log_of(SEVEN, SEVEN_TRUTH, 15);
+    let Recorded {
+        mut experiment,
+        model,
+        csv,
+    } = log_of(SEVEN, SEVEN_TRUTH, 15);
     experiment.identify.position_cutoff_hz = Cutoff::Fixed(40.0);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -93,7 +107,11 @@ fn an_hour_of_seven_joints(bencher: Bencher, threads: usize) {
 }
 
 fn bench_identify(bencher: Bencher, seconds: u32) {
-    let (experiment, model, csv) = log_of(demo::EXPERIMENT, demo::TRUTH, seconds);
+    let Recorded {
+        experiment,
+        model,
+        csv,
+    } = log_of(demo::EXPERIMENT, demo::TRUTH, seconds);
     bencher
         .counter(BytesCount::of_slice(csv.as_ref()))
         .counter(ItemsCount::new(1000 * seconds))

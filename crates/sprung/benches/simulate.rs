@@ -20,14 +20,24 @@ fn main() {
 const SEVEN: &str = include_str!("../../../examples/seven-joint-twin/experiment.toml");
 const SEVEN_TRUTH: &str = include_str!("../../../examples/seven-joint-twin/truth.toml");
 
-/// Returns a twin's experiment, its model and its true parameters.
-fn twin_of(experiment: &str, truth: &str) -> (Experiment, Model, Theta) {
+/// A twin's experiment, its model and its true parameters.
+struct TrueTwin {
+    experiment: Experiment,
+    model: Model,
+    theta: Theta,
+}
+
+fn twin_of(experiment: &str, truth: &str) -> TrueTwin {
     let experiment =
         description::read("twin", experiment, &[], &mut no_files).expect("the twin is right");
     let model = Model::new(&experiment).expect("the twin is right");
     let truth: BTreeMap<String, f64> = toml::from_str(truth).expect("the twin is right");
     let theta = model.theta(&truth).expect("the twin is right");
-    (experiment, model, theta)
+    TrueTwin {
+        experiment,
+        model,
+        theta,
+    }
 }
 
 fn run(mut plant: ClosedLoop) -> ClosedLoop {
@@ -61,7 +71,11 @@ fn error(start: &dyn Fn() -> ClosedLoop, tolerance: f64) -> f64 {
 
 #[divan::bench(sample_count = 5, args = [1e-7, 1e-6])]
 fn closed_loop_of_seven_joints(bencher: Bencher, tolerance: f64) {
-    let (experiment, model, theta) = twin_of(SEVEN, SEVEN_TRUTH);
+    let TrueTwin {
+        experiment,
+        model,
+        theta,
+    } = twin_of(SEVEN, SEVEN_TRUTH);
     let controller = experiment.controller.expect("the twin has one");
     let start = || {
         ClosedLoop::new(&model, &theta, &controller, 1e-3, None)
@@ -80,7 +94,11 @@ fn closed_loop_of_seven_joints(bencher: Bencher, tolerance: f64) {
 
 #[divan::bench(sample_count = 10, args = [1e-8, 1e-7, 1e-6])]
 fn closed_loop(bencher: Bencher, tolerance: f64) {
-    let (experiment, model, theta) = twin_of(demo::EXPERIMENT, demo::TRUTH);
+    let TrueTwin {
+        experiment,
+        model,
+        theta,
+    } = twin_of(demo::EXPERIMENT, demo::TRUTH);
     let controller = experiment.controller.expect("the demo has one");
     bencher
         .counter(ItemsCount::new(SAMPLES))
@@ -94,7 +112,11 @@ fn closed_loop(bencher: Bencher, tolerance: f64) {
 
 #[divan::bench(sample_count = 10)]
 fn twin(bencher: Bencher) {
-    let (experiment, model, theta) = twin_of(demo::EXPERIMENT, demo::TRUTH);
+    let TrueTwin {
+        experiment,
+        model,
+        theta,
+    } = twin_of(demo::EXPERIMENT, demo::TRUTH);
     let controller = experiment.controller.expect("the demo has one");
     let settings = experiment.simulate.expect("the demo has one");
     let setup = TwinSetup {

@@ -2,23 +2,22 @@
 
 use serde_json::Value;
 
-use crate::common::{Case, sprung, stderr, stdout};
+use crate::common::{Case, Ran, sprung, stderr};
 
 const Q1: usize = 1;
 const TAU2: usize = 6;
 
-fn check(case: &Case, more: &[&str]) -> (Option<i32>, String, String) {
+fn check(case: &Case, more: &[&str]) -> Ran {
     let experiment = case.path("experiment.toml");
     let mut args = vec!["check", experiment.to_str().unwrap()];
     args.extend(more);
-    let output = sprung(&args);
-    (output.status.code(), stdout(&output), stderr(&output))
+    Ran::of(&sprung(&args))
 }
 
 #[test]
 fn a_whole_log_is_one_screen() {
     let case = Case::new();
-    let (code, out, err) = check(&case, &[]);
+    let Ran { code, out, err } = check(&case, &[]);
     assert_eq!(code, Some(0), "{err}");
     assert!(err.is_empty(), "{err}");
     assert!(
@@ -44,7 +43,7 @@ fn all_errors_are_said_at_once_with_their_lines() {
     let case = Case::new()
         .column(Q1, f64::to_degrees)
         .column(TAU2, |torque| -torque);
-    let (code, out, _) = check(&case, &["--json"]);
+    let Ran { code, out, .. } = check(&case, &["--json"]);
     assert_eq!(code, Some(3));
     let json: Value = serde_json::from_str(&out).unwrap();
     assert_eq!(json["refused"], true);
@@ -57,7 +56,7 @@ fn all_errors_are_said_at_once_with_their_lines() {
         json["findings"][1]["setting"],
         "[log] sign = { \"tau2_nm\" = -1 }"
     );
-    let (code, out, _) = check(&case, &[]);
+    let Ran { code, out, .. } = check(&case, &[]);
     assert_eq!(code, Some(3));
     for part in [
         "error (units-disagree)",
@@ -84,7 +83,7 @@ fn a_joint_that_stands_still_is_unusable_and_short_logs_are_said() {
     let case = [2, 4]
         .into_iter()
         .fold(Case::new(), |case, column| case.column(column, |_| 0.25));
-    let (code, out, _) = check(&case, &[]);
+    let Ran { code, out, .. } = check(&case, &[]);
     assert_eq!(code, Some(1), "{out}");
     assert!(
         out.contains("serious (unexcited-joint): joint2 stands still"),
@@ -95,12 +94,12 @@ fn a_joint_that_stands_still_is_unusable_and_short_logs_are_said() {
             cells.clear();
         }
     });
-    let (code, out, _) = check(&short, &[]);
+    let Ran { code, out, .. } = check(&short, &[]);
     assert_eq!(code, Some(0), "{out}");
     assert!(out.contains("too-short-to-examine"), "{out}");
-    let (code, _, err) = check(&Case::new(), &["--set", "log.file=nothing.csv"]);
+    let Ran { code, err, .. } = check(&Case::new(), &["--set", "log.file=nothing.csv"]);
     assert_eq!(code, Some(4), "{err}");
-    let (code, _, err) = check(&Case::new(), &["--set", "identify.on_check_error=perhaps"]);
+    let Ran { code, err, .. } = check(&Case::new(), &["--set", "identify.on_check_error=perhaps"]);
     assert_eq!(code, Some(2), "{err}");
     assert!(err.contains("go-on"), "{err}");
 }
@@ -117,7 +116,7 @@ fn a_thorough_check_finds_a_delay_to_a_fraction_of_a_sample() {
             cells[Q1].clone_from(&past[0]);
         }
     });
-    let (code, out, err) = check(&case, &["--json", "--thorough"]);
+    let Ran { code, out, err } = check(&case, &["--json", "--thorough"]);
     assert_eq!(code, Some(0), "{err}");
     let json: Value = serde_json::from_str(&out).unwrap();
     let finding = &json["findings"][0];

@@ -20,8 +20,16 @@ fn simulated(case: &Case, more: &[&str]) -> Output {
     sprung(&args)
 }
 
-/// Returns the expected errors of a case: value, standard error, and whether the log determines the parameter.
-fn expected(case: &Case, more: &[&str]) -> BTreeMap<String, (f64, f64, bool)> {
+/// The expected error of a parameter.
+#[derive(Debug)]
+struct Expected {
+    value: f64,
+    standard_error: f64,
+    is_determined: bool,
+}
+
+/// Returns the expected errors of a case.
+fn expected(case: &Case, more: &[&str]) -> BTreeMap<String, Expected> {
     let output = simulated(case, &[&["--json"], more].concat());
     assert!(output.status.success(), "{}", stderr(&output));
     let json: Value = serde_json::from_str(&stdout(&output)).unwrap();
@@ -29,27 +37,21 @@ fn expected(case: &Case, more: &[&str]) -> BTreeMap<String, (f64, f64, bool)> {
     (json["expected_errors"].as_array().unwrap().iter())
         .map(|error| {
             let name = error["name"].as_str().unwrap().to_owned();
-            let is_determined = error["is_determined"].as_bool().unwrap();
-            (
-                name,
-                (
-                    number(error, "value"),
-                    number(error, "standard_error"),
-                    is_determined,
-                ),
-            )
+            let expected = Expected {
+                value: number(error, "value"),
+                standard_error: number(error, "standard_error"),
+                is_determined: error["is_determined"].as_bool().unwrap(),
+            };
+            (name, expected)
         })
         .collect()
 }
 
 /// Returns the geometric mean of the ratios of standard errors.
-fn ratio(
-    of: &BTreeMap<String, (f64, f64, bool)>,
-    over: &BTreeMap<String, (f64, f64, bool)>,
-) -> f64 {
+fn ratio(of: &BTreeMap<String, Expected>, over: &BTreeMap<String, Expected>) -> f64 {
     let logs: f64 = of
         .iter()
-        .map(|(name, estimate)| (estimate.1 / over[name].1).ln())
+        .map(|(name, estimate)| (estimate.standard_error / over[name].standard_error).ln())
         .sum();
     (logs / of.len() as f64).exp()
 }
@@ -60,7 +62,10 @@ fn a_log_of_four_times_the_length_halves_the_errors() {
     let short = expected(&case, &["--set", "simulate.duration_s=10"]);
     let long = expected(&case, &["--set", "simulate.duration_s=40"]);
     assert_eq!(short.len(), 15);
-    assert!(short.values().all(|estimate| estimate.2), "{short:?}");
+    assert!(
+        short.values().all(|estimate| estimate.is_determined),
+        "{short:?}"
+    );
     // Information adds up over time.
     let measured = ratio(&short, &long);
     assert!((measured - 2.0).abs() < 0.2, "{measured}");
@@ -81,8 +86,10 @@ fn observed_errors_are_those_that_were_expected() {
         let text = std::fs::read_to_string(case.path("sprung-out/identification.json")).unwrap();
         let json: Value = serde_json::from_str(&text).unwrap();
         for parameter in json["results"][0]["parameters"].as_array().unwrap() {
-            let (truth, error, _) = expected[parameter["name"].as_str().unwrap()];
-            squares += ((parameter["value"].as_f64().unwrap() - truth) / error).powi(2);
+            let expected = &expected[parameter["name"].as_str().unwrap()];
+            squares += ((parameter["value"].as_f64().unwrap() - expected.value)
+                / expected.standard_error)
+                .powi(2);
             count += 1.0;
         }
     }
@@ -96,7 +103,7 @@ fn a_robot_that_stands_still_has_parameters_that_no_log_determines() {
     let case = Case::new();
     let still = "controller.reference.sines=[{ joint = \"joint1\", amplitude_deg = 0.0, frequency_hz = 0.7 }]";
     let found = expected(&case, &["--set", still]);
-    let open: Vec<&str> = (found.iter().filter(|entry| !entry.1.2))
+    let open: Vec<&str> = (found.iter().filter(|entry| !entry.1.is_determined))
         .map(|entry| &**entry.0)
         .collect();
     for name in [

@@ -1,22 +1,20 @@
 //! `sprung identify --urdf --log` writes the experiment of `sprung new` and identifies, or names the missing input.
 
-use crate::common::{stderr, stdout};
+use crate::common::{Ran, stderr};
 use crate::new::{ARM, Desk};
-use crate::new_log::{LEAST_SQUARES, csv, named, recorded};
+use crate::new_log::{LEAST_SQUARES, Renamed, column, csv, named, recorded};
 
 /// A column: its name, its number in the log of the twin, and a factor.
-type Column = (&'static str, usize, f64);
-
-const RIGID: [Column; 5] = [
-    ("t", 0, 1.0),
-    ("q1", 3, 1.0),
-    ("q2", 4, 1.0),
-    ("tau1", 5, 1.0),
-    ("tau2", 6, 1.0),
+const RIGID: [Renamed<'static>; 5] = [
+    column("t", 0, 1.0),
+    column("q1", 3, 1.0),
+    column("q2", 4, 1.0),
+    column("tau1", 5, 1.0),
+    column("tau2", 6, 1.0),
 ];
 
 /// A desk with the arm, and `run.csv` with these columns of the log of its twin.
-fn desk(columns: &[Column]) -> Desk {
+fn desk(columns: &[Renamed<'_>]) -> Desk {
     let (desk, log) = recorded();
     desk.write("run.csv", &csv(&named(&log, columns)));
     desk
@@ -24,16 +22,19 @@ fn desk(columns: &[Column]) -> Desk {
 
 const FROM_LOG: [&str; 5] = ["identify", "--urdf", "arm.urdf", "--log", "run.csv"];
 
-/// Identifies from the robot and the log; returns the exit code, stdout and stderr.
-fn identify(desk: &Desk, more: &[&str]) -> (Option<i32>, String, String) {
-    let output = desk.run(&[&FROM_LOG[..], &["--set", LEAST_SQUARES], more].concat());
-    (output.status.code(), stdout(&output), stderr(&output))
+/// Identifies from the robot and the log.
+fn identify(desk: &Desk, more: &[&str]) -> Ran {
+    Ran::of(&desk.run(&[&FROM_LOG[..], &["--set", LEAST_SQUARES], more].concat()))
 }
 
 #[test]
 fn a_rigid_arm_needs_no_file() {
     let desk = desk(&RIGID);
-    let (code, said, message) = identify(&desk, &[]);
+    let Ran {
+        code,
+        out: said,
+        err: message,
+    } = identify(&desk, &[]);
     assert!(matches!(code, Some(0 | 1)), "{message}");
     for line in [
         "experiment: sprung-run/experiment.toml;",
@@ -100,15 +101,19 @@ fn another_experiment_is_replaced_only_by_force() {
 #[test]
 fn a_flexible_arm_with_all_columns_needs_no_file() {
     let desk = desk(&[
-        ("t", 0, 1.0),
-        ("link_q1", 1, 1.0),
-        ("link_q2", 2, 1.0),
-        ("motor_q1", 3, 1.0),
-        ("motor_q2", 4, 1.0),
-        ("tau1", 5, 1.0),
-        ("tau2", 6, 1.0),
+        column("t", 0, 1.0),
+        column("link_q1", 1, 1.0),
+        column("link_q2", 2, 1.0),
+        column("motor_q1", 3, 1.0),
+        column("motor_q2", 4, 1.0),
+        column("tau1", 5, 1.0),
+        column("tau2", 6, 1.0),
     ]);
-    let (code, said, message) = identify(&desk, &["--out", "my results", "--json"]);
+    let Ran {
+        code,
+        out: said,
+        err: message,
+    } = identify(&desk, &["--out", "my results", "--json"]);
     assert!(matches!(code, Some(0 | 1)), "{message}");
     let result: serde_json::Value = serde_json::from_str(&said).unwrap();
     let all = result["results"][0]["parameters"].as_array().unwrap();
@@ -125,11 +130,11 @@ fn a_flexible_arm_with_all_columns_needs_no_file() {
 #[test]
 fn what_the_log_does_not_tell_is_named_with_its_line() {
     let desk = desk(&[
-        ("t", 0, 1.0),
-        ("q1", 3, 1.0),
-        ("q2", 4, 1.0),
-        ("i1_A", 5, 0.1),
-        ("i2_A", 6, 0.1),
+        column("t", 0, 1.0),
+        column("q1", 3, 1.0),
+        column("q2", 4, 1.0),
+        column("i1_A", 5, 0.1),
+        column("i2_A", 6, 0.1),
     ]);
     let command = "sprung new new --urdf arm.urdf --log run.csv";
     let args = [&FROM_LOG[..], &["--out", "new"]].concat();
@@ -161,13 +166,13 @@ fn what_the_log_does_not_tell_is_named_with_its_line() {
 fn a_log_that_contradicts_its_names_is_refused() {
     // The torques are exchanged.
     let columns = [
-        ("t", 0, 1.0),
-        ("q1", 1, 1.0),
-        ("q2", 2, 1.0),
-        ("phi1", 3, 1.0),
-        ("phi2", 4, 1.0),
-        ("tau1", 6, 1.0),
-        ("tau2", 5, 1.0),
+        column("t", 0, 1.0),
+        column("q1", 1, 1.0),
+        column("q2", 2, 1.0),
+        column("phi1", 3, 1.0),
+        column("phi2", 4, 1.0),
+        column("tau1", 6, 1.0),
+        column("tau2", 5, 1.0),
     ];
     let desk = desk(&columns);
     desk.fails(

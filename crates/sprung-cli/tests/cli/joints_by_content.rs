@@ -1,16 +1,16 @@
 //! `sprung new --log` finds the joints of columns whose names do not contain them.
 
-use crate::new_log::{begun, csv, is_identified, named, recorded};
+use crate::new_log::{begun, column, csv, is_identified, named, recorded};
 
 /// Returns the experiment of a log of the twin with other names: columns of q1, q2, phi1, phi2, tau1, tau2.
 fn of(names: [&str; 6], places: [usize; 6]) -> String {
     let (desk, log) = recorded();
-    let mut all = vec![("t", 0, 1.0)];
+    let mut all = vec![column("t", 0, 1.0)];
     all.extend(
         names
             .into_iter()
             .zip(places)
-            .map(|(name, place)| (name, place, 1.0)),
+            .map(|(name, place)| column(name, place, 1.0)),
     );
     desk.write("log.csv", &csv(&named(&log, &all)));
     let text = begun(&desk, "log.csv");
@@ -80,11 +80,11 @@ fn slopes_and_torques_tell_the_joints() {
 fn words_that_mean_nothing_give_no_order() {
     let (desk, log) = recorded();
     let names = [
-        ("t", 0, 1.0),
-        ("pos red", 3, 1.0),
-        ("pos blue", 4, 1.0),
-        ("tau red", 5, 1.0),
-        ("tau blue", 6, 1.0),
+        column("t", 0, 1.0),
+        column("pos red", 3, 1.0),
+        column("pos blue", 4, 1.0),
+        column("tau red", 5, 1.0),
+        column("tau blue", 6, 1.0),
     ];
     desk.write("log.csv", &csv(&named(&log, &names)));
     desk.fails(
@@ -124,8 +124,12 @@ fn units_of_headers_that_the_log_contradicts_are_named() {
     ];
     for (k, ((time, unit), seconds, factor, line, said)) in cases.into_iter().enumerate() {
         let names = ["q1", "q2", "phi1", "phi2"].map(|name| format!("{name}_{unit}"));
-        let mut all = vec![(time, 0, seconds), ("tau1_Nm", 5, 1.0), ("tau2_Nm", 6, 1.0)];
-        all.extend((names.iter().zip(1..)).map(|(name, column)| (name.as_str(), column, factor)));
+        let mut all = vec![
+            column(time, 0, seconds),
+            column("tau1_Nm", 5, 1.0),
+            column("tau2_Nm", 6, 1.0),
+        ];
+        all.extend((names.iter().zip(1..)).map(|(name, place)| column(name, place, factor)));
         desk.write("log.csv", &csv(&named(&log, &all)));
         let folder = format!("units-{k}");
         let text = desk.succeeds(&["new", &folder, "--urdf", "arm.urdf", "--log", "log.csv"]);

@@ -71,12 +71,29 @@ pub(crate) fn recorded() -> (Desk, Vec<Vec<f64>>) {
     (desk, columns)
 }
 
+/// A column of the twin under another name, multiplied by a factor.
+#[derive(Clone, Copy)]
+pub(crate) struct Renamed<'n> {
+    pub(crate) name: &'n str,
+    pub(crate) column: usize,
+    pub(crate) factor: f64,
+}
+
+pub(crate) const fn column(name: &str, column: usize, factor: f64) -> Renamed<'_> {
+    Renamed {
+        name,
+        column,
+        factor,
+    }
+}
+
 /// Returns columns of the twin under other names, multiplied by factors.
-pub(crate) fn named(log: &[Vec<f64>], names: &[(&str, usize, f64)]) -> Columns {
+pub(crate) fn named(log: &[Vec<f64>], names: &[Renamed<'_>]) -> Columns {
     (names.iter())
-        .map(|(name, column, factor)| {
-            let values = log[*column].iter().map(|value| value * factor).collect();
-            ((*name).to_owned(), values)
+        .map(|renamed| {
+            let values = log[renamed.column].iter();
+            let scaled = values.map(|value| value * renamed.factor).collect();
+            (renamed.name.to_owned(), scaled)
         })
         .collect()
 }
@@ -126,17 +143,17 @@ pub(crate) fn is_identified(desk: &Desk) {
 fn names_decide_and_nothing_is_left_to_fill_in() {
     let (desk, log) = recorded();
     let names = [
-        ("time_ms", 0, 1e3),
-        ("shoulder_pos", 1, 1.0),
-        ("elbow_pos", 2, 1.0),
-        ("shoulder_motor_pos", 3, 1.0),
-        ("elbow_motor_pos", 4, 1.0),
-        ("shoulder_torque", 5, 1.0),
-        ("elbow_torque", 6, 1.0),
-        ("shoulder_cmd", 3, 1.0),
-        ("elbow_cmd", 4, 1.0),
-        ("shoulder_vel", 2, 1.0),
-        ("elbow_vel", 1, 1.0),
+        column("time_ms", 0, 1e3),
+        column("shoulder_pos", 1, 1.0),
+        column("elbow_pos", 2, 1.0),
+        column("shoulder_motor_pos", 3, 1.0),
+        column("elbow_motor_pos", 4, 1.0),
+        column("shoulder_torque", 5, 1.0),
+        column("elbow_torque", 6, 1.0),
+        column("shoulder_cmd", 3, 1.0),
+        column("elbow_cmd", 4, 1.0),
+        column("shoulder_vel", 2, 1.0),
+        column("elbow_vel", 1, 1.0),
     ];
     desk.write("log.csv", &csv(&named(&log, &names)));
     let text = begun(&desk, "log.csv");
@@ -177,13 +194,13 @@ fn values_tell_the_side_of_the_gearbox_and_degrees() {
     let (desk, log) = recorded();
     let degree = 180.0 / std::f64::consts::PI;
     let names = [
-        ("t", 0, 1.0),
-        ("enc_a_1", 1, degree),
-        ("enc_a_2", 2, degree),
-        ("enc_b_1", 3, 100.0),
-        ("enc_b_2", 4, -120.5),
-        ("torque_1", 5, 0.01),
-        ("torque_2", 6, -1.0 / 120.5),
+        column("t", 0, 1.0),
+        column("enc_a_1", 1, degree),
+        column("enc_a_2", 2, degree),
+        column("enc_b_1", 3, 100.0),
+        column("enc_b_2", 4, -120.5),
+        column("torque_1", 5, 0.01),
+        column("torque_2", 6, -1.0 / 120.5),
     ];
     desk.write("log.csv", &csv(&named(&log, &names)));
     let text = begun(&desk, "log.csv");
@@ -213,11 +230,11 @@ fn joints_that_move_only_in_the_middle_of_a_long_log_are_seen() {
     }
     log[0] = (0..log[1].len()).map(|k| 0.002 * k as f64).collect();
     let names = [
-        ("t", 0, 1.0),
-        ("q1", 3, 1.0),
-        ("q2", 4, 1.0),
-        ("tau1", 5, 1.0),
-        ("tau2", 6, 1.0),
+        column("t", 0, 1.0),
+        column("q1", 3, 1.0),
+        column("q2", 4, 1.0),
+        column("tau1", 5, 1.0),
+        column("tau2", 6, 1.0),
     ];
     desk.write("log.csv", &csv(&named(&log, &names)));
     let text = begun(&desk, "log.csv");
@@ -234,11 +251,11 @@ fn joints_that_move_only_in_the_middle_of_a_long_log_are_seen() {
 fn joints_without_link_encoder_are_rigid() {
     let (desk, log) = recorded();
     let names = [
-        ("t", 0, 1.0),
-        ("q1", 3, 1.0),
-        ("q2", 4, 1.0),
-        ("tau1", 5, 1.0),
-        ("tau2", 6, 1.0),
+        column("t", 0, 1.0),
+        column("q1", 3, 1.0),
+        column("q2", 4, 1.0),
+        column("tau1", 5, 1.0),
+        column("tau2", 6, 1.0),
     ];
     desk.write("log.csv", &csv(&named(&log, &names)));
     let text = begun(&desk, "log.csv");
@@ -277,11 +294,11 @@ fn joints_without_link_encoder_are_rigid() {
 fn what_only_the_user_knows_is_named_with_its_line() {
     let (desk, log) = recorded();
     let names = [
-        ("t", 0, 1.0),
-        ("q1", 3, 1.0),
-        ("q2", 4, 1.0),
-        ("i1_A", 5, 0.1),
-        ("i2_A", 6, 0.1),
+        column("t", 0, 1.0),
+        column("q1", 3, 1.0),
+        column("q2", 4, 1.0),
+        column("i1_A", 5, 0.1),
+        column("i2_A", 6, 0.1),
     ];
     desk.write("log.csv", &csv(&named(&log, &names)));
     let text = begun(&desk, "log.csv");
@@ -305,13 +322,13 @@ fn what_only_the_user_knows_is_named_with_its_line() {
 fn a_table_has_as_many_joints_as_the_log() {
     let (desk, log) = recorded();
     for joints in [1, 3] {
-        let mut names = vec![("t".to_owned(), 0, 1.0)];
+        let mut names = vec![("t".to_owned(), 0)];
         for k in 1..=joints {
-            names.push((format!("q{k}"), 3, 1.0));
-            names.push((format!("tau{k}"), 5, 1.0));
+            names.push((format!("q{k}"), 3));
+            names.push((format!("tau{k}"), 5));
         }
-        let names: Vec<(&str, usize, f64)> = (names.iter())
-            .map(|(name, column, factor)| (name.as_str(), *column, *factor))
+        let names: Vec<Renamed<'_>> = (names.iter())
+            .map(|(name, place)| column(name, *place, 1.0))
             .collect();
         desk.write("log.csv", &csv(&named(&log, &names)));
         let folder = format!("table-{joints}");
@@ -330,10 +347,10 @@ fn a_table_has_as_many_joints_as_the_log() {
 fn joints_that_match_nothing_name_the_nearest() {
     let (desk, log) = recorded();
     let names = [
-        ("t", 0, 1.0),
-        ("sholder pos", 3, 1.0),
-        ("elbw pos", 4, 1.0),
-        ("torque a", 5, 1.0),
+        column("t", 0, 1.0),
+        column("sholder pos", 3, 1.0),
+        column("elbw pos", 4, 1.0),
+        column("torque a", 5, 1.0),
     ];
     desk.write("log.csv", &csv(&named(&log, &names)));
     desk.fails(
@@ -360,10 +377,10 @@ fn two_joints_that_match_one_column_are_named() {
         &ARM.replace("name=\"elbow\"", "name=\"Shoulder\""),
     );
     let names = [
-        ("t", 0, 1.0),
-        ("shoulder_pos", 3, 1.0),
-        ("shoulder_torque", 5, 1.0),
-        ("other_pos", 4, 1.0),
+        column("t", 0, 1.0),
+        column("shoulder_pos", 3, 1.0),
+        column("shoulder_torque", 5, 1.0),
+        column("other_pos", 4, 1.0),
     ];
     desk.write("log.csv", &csv(&named(&log, &names)));
     let text = begun(&desk, "log.csv");
@@ -470,7 +487,7 @@ fn grippers_and_joints_that_follow_others_are_left_out() {
     let bytes = bag_of(&topics, &names, &log[0], values);
     std::fs::write(desk.path("bag.mcap"), bytes).unwrap();
     // A table with the same names.
-    let mut columns = named(&log, &[("t_s", 0, 1.0)]);
+    let mut columns = named(&log, &[column("t_s", 0, 1.0)]);
     for (k, quantity) in [(1, "link_pos"), (3, "motor_pos"), (5, "torque")] {
         for (joint, name) in names.iter().enumerate() {
             let values = match joint {
@@ -550,13 +567,13 @@ fn a_picture_is_no_description() {
 fn after_an_error_nothing_is_proposed() {
     let (desk, log) = recorded();
     let names = [
-        ("t", 0, 1.0),
-        ("q1", 1, 1.0),
-        ("q2", 2, 1.0),
-        ("phi1", 3, 1.0),
-        ("phi2", 4, 1.0),
-        ("tau1", 6, 1.0),
-        ("tau2", 5, 1.0),
+        column("t", 0, 1.0),
+        column("q1", 1, 1.0),
+        column("q2", 2, 1.0),
+        column("phi1", 3, 1.0),
+        column("phi2", 4, 1.0),
+        column("tau1", 6, 1.0),
+        column("tau2", 5, 1.0),
     ];
     desk.write("log.csv", &csv(&named(&log, &names)));
     let output = desk.run(&["new", "exp", "--urdf", "arm.urdf", "--log", "log.csv"]);
@@ -615,10 +632,10 @@ fn headers_in_other_languages_are_understood() {
                 ]
             }))
             .collect();
-        let borrowed: Vec<(&str, usize, f64)> = (names.iter())
-            .map(|(name, column, factor)| (name.as_str(), *column, *factor))
+        let renamed: Vec<Renamed<'_>> = (names.iter())
+            .map(|(name, place, factor)| column(name, *place, *factor))
             .collect();
-        desk.write("log.csv", &csv(&named(&log, &borrowed)));
+        desk.write("log.csv", &csv(&named(&log, &renamed)));
         let folder = format!("language{k}");
         desk.succeeds(&["new", &folder, "--urdf", "arm.urdf", "--log", "log.csv"]);
         let text = desk.read(&format!("{folder}/experiment.toml"));
@@ -637,13 +654,13 @@ fn headers_in_other_languages_are_understood() {
 fn lines_to_fill_in_have_the_unit_of_the_header() {
     let (desk, log) = recorded();
     let names = [
-        ("t", 0, 1.0),
-        ("a_1 [Grad]", 1, 57.3),
-        ("a_2 [Grad]", 2, 57.3),
-        ("b_1 [Grad]", 3, 57.3),
-        ("b_2 [Grad]", 4, 57.3),
-        ("torque_1", 5, 1.0),
-        ("torque_2", 6, 1.0),
+        column("t", 0, 1.0),
+        column("a_1 [Grad]", 1, 57.3),
+        column("a_2 [Grad]", 2, 57.3),
+        column("b_1 [Grad]", 3, 57.3),
+        column("b_2 [Grad]", 4, 57.3),
+        column("torque_1", 5, 1.0),
+        column("torque_2", 6, 1.0),
     ];
     desk.write("log.csv", &csv(&named(&log, &names)));
     let text = begun(&desk, "log.csv");

@@ -9,8 +9,15 @@ const Q1: usize = 1;
 const PHI1: usize = 3;
 const TAU1: usize = 5;
 
-/// Runs `sprung validate` on the case's own log. Returns the exit code, the run and the messages.
-fn validate(case: &Case, parameters: &str, more: &[&str]) -> (Option<i32>, Value, String) {
+/// How `sprung validate` ended, its run and its messages.
+struct Validated {
+    code: Option<i32>,
+    run: Value,
+    message: String,
+}
+
+/// Runs `sprung validate` on the case's own log.
+fn validate(case: &Case, parameters: &str, more: &[&str]) -> Validated {
     let experiment = case.path("experiment.toml");
     let parameters = case.path(parameters);
     let mut args = vec![
@@ -26,11 +33,11 @@ fn validate(case: &Case, parameters: &str, more: &[&str]) -> (Option<i32>, Value
     args.extend(more);
     let output = sprung(&args);
     let json: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
-    (
-        output.status.code(),
-        json["runs"][0].clone(),
-        stderr(&output),
-    )
+    Validated {
+        code: output.status.code(),
+        run: json["runs"][0].clone(),
+        message: stderr(&output),
+    }
 }
 
 #[test]
@@ -116,7 +123,7 @@ fn a_saturated_loop_validates_with_its_true_parameters() {
         "log.file={}",
         case.path("twin/identification.csv").display()
     );
-    let (code, run, message) = validate(&case, "truth.toml", &["--set", &log]);
+    let Validated { code, run, message } = validate(&case, "truth.toml", &["--set", &log]);
     assert_eq!(code, Some(0), "{message}");
     let e = &run["sets"][0]["e_rms"];
     // Measured 1.3e-4 rad and 0.0205 N·m; the limits allow factors of 7.5 and 1.5.
@@ -129,7 +136,7 @@ fn a_saturated_loop_validates_with_its_true_parameters() {
         "--set",
         "robot.joint.joint1.amplifier_limit_v=1000",
     ];
-    let (_, run, _) = validate(&case, "truth.toml", &off);
+    let run = validate(&case, "truth.toml", &off).run;
     let e = &run["sets"][0]["e_rms"];
     // Measured 0.061 rad.
     assert!(e["q_rad"]["joint1"].as_f64().unwrap() > 1e-2, "{e}");
@@ -137,7 +144,8 @@ fn a_saturated_loop_validates_with_its_true_parameters() {
 
 #[test]
 fn columns_of_a_validation_log_are_checked() {
-    let (code, _, message) = validate(&Case::new().column(Q1, |_| 0.1), "truth.toml", &[]);
+    let Validated { code, message, .. } =
+        validate(&Case::new().column(Q1, |_| 0.1), "truth.toml", &[]);
     assert_eq!(code, Some(3), "{message}");
     assert!(
         message.contains("column \\\"q1_rad\\\" never changes"),
@@ -146,14 +154,14 @@ fn columns_of_a_validation_log_are_checked() {
     let case = [1, 2, 3, 4].into_iter().fold(Case::new(), |case, column| {
         case.column(column, f64::to_degrees)
     });
-    let (_, run, _) = validate(&case, "truth.toml", &[]);
+    let run = validate(&case, "truth.toml", &[]).run;
     assert_eq!(run["findings"][0]["code"], "looks-like-degrees");
 }
 
 #[test]
 fn a_loop_that_is_not_that_of_the_log_is_said() {
     let late = Case::new().column(TIME, |time| time + 2.5);
-    let (_, run, _) = validate(&late, "truth.toml", &[]);
+    let run = validate(&late, "truth.toml", &[]).run;
     let finding = &run["sets"][0]["findings"][0];
     assert_eq!(finding["code"], "loop-moves-otherwise", "{finding}");
     assert!(
@@ -162,7 +170,7 @@ fn a_loop_that_is_not_that_of_the_log_is_said() {
             .unwrap()
             .contains("its clock differs from the reference's")
     );
-    let (_, run, _) = validate(&Case::new(), "truth.toml", &[]);
+    let run = validate(&Case::new(), "truth.toml", &[]).run;
     assert_eq!(run["sets"][0]["findings"].as_array().unwrap().len(), 0);
 }
 
@@ -196,7 +204,7 @@ fn times_with_few_digits_do_not_bias() {
     let found = inertia(&rounded);
     // Measured 2.5e-4; the limit allows a factor of eight.
     assert!((found / exact - 1.0).abs() < 2e-3, "{found} {exact}");
-    let (code, run, message) = validate(&rounded, "truth.toml", &[]);
+    let Validated { code, run, message } = validate(&rounded, "truth.toml", &[]);
     assert_eq!(code, Some(0), "{message}");
     let e = &run["sets"][0]["e_rms"]["q_rad"];
     // Measured 2.0e-4 rad; the limit allows a factor of ten.
@@ -280,7 +288,8 @@ fn damaged_curves_beside_an_identification_are_left_out() {
         text[..text.len() / 2].to_owned(),
     ] {
         std::fs::write(&fit, damaged).unwrap();
-        let (code, _, message) = validate(&case, "sprung-out/identification.json", &[]);
+        let Validated { code, message, .. } =
+            validate(&case, "sprung-out/identification.json", &[]);
         assert_eq!(code, Some(0), "{message}");
     }
 }

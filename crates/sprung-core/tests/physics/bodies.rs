@@ -18,6 +18,13 @@ pub(crate) struct Body {
     rotor_mass: f64,
 }
 
+/// The centre of a body.
+struct Centre {
+    mass: f64,
+    position: [f64; 2],
+    velocity: [f64; 2],
+}
+
 impl Body {
     pub(crate) fn draw(random: &mut Random) -> Self {
         Self {
@@ -54,8 +61,7 @@ impl Body {
         theta
     }
 
-    /// Mass, position and velocity of each body's centre.
-    fn centres(&self, q: &[f64], dq: &[f64]) -> [(f64, [f64; 2], [f64; 2]); 3] {
+    fn centres(&self, q: &[f64], dq: &[f64]) -> [Centre; 3] {
         let (angle, speed) = ([q[0], q[0] + q[1]], [dq[0], dq[0] + dq[1]]);
         let arm = |r: f64, i: usize| {
             let (sin, cos) = angle[i].sin_cos();
@@ -68,10 +74,15 @@ impl Body {
         let (first, first_rate) = arm(self.centre[0], 0);
         let (tip, tip_rate) = arm(self.length, 0);
         let (second, second_rate) = arm(self.centre[1], 1);
+        let centre = |mass, position, velocity| Centre {
+            mass,
+            position,
+            velocity,
+        };
         [
-            (self.mass[0], first, first_rate),
-            (self.rotor_mass, tip, tip_rate),
-            (self.mass[1], sum(tip, second), sum(tip_rate, second_rate)),
+            centre(self.mass[0], first, first_rate),
+            centre(self.rotor_mass, tip, tip_rate),
+            centre(self.mass[1], sum(tip, second), sum(tip_rate, second_rate)),
         ]
     }
 
@@ -79,7 +90,8 @@ impl Body {
         let spin = [dq[0], dq[0] + dq[1]];
         let turning: f64 = (0..2).map(|i| self.inertia[i] * spin[i] * spin[i]).sum();
         let moving: f64 = (self.centres(q, dq).iter())
-            .map(|(m, _, v)| m * (v[0] * v[0] + v[1] * v[1]))
+            .map(|body| (body.mass, body.velocity))
+            .map(|(m, v)| m * (v[0] * v[0] + v[1] * v[1]))
             .sum();
         0.5 * (turning + moving)
     }
@@ -88,7 +100,8 @@ impl Body {
     pub(crate) fn angular_momentum(&self, q: &[f64], dq: &[f64]) -> f64 {
         let turning = self.inertia[0] * dq[0] + self.inertia[1] * (dq[0] + dq[1]);
         let moving: f64 = (self.centres(q, dq).iter())
-            .map(|(m, x, v)| m * (x[0] * v[1] - x[1] * v[0]))
+            .map(|body| (body.mass, (body.position, body.velocity)))
+            .map(|(m, (x, v))| m * (x[0] * v[1] - x[1] * v[0]))
             .sum();
         turning + moving
     }
@@ -97,6 +110,22 @@ impl Body {
 pub(crate) type Vector = [f64; 3];
 
 pub(crate) const GRAVITY: Vector = [0.7, -1.2, -9.6];
+
+/// Axis, origin and rotation of a joint in the frame of the base.
+#[derive(Clone, Copy)]
+struct Place {
+    axis: Vector,
+    origin: Vector,
+    turn: [Vector; 3],
+}
+
+/// A point mass.
+struct Point {
+    mass: f64,
+    position: Vector,
+    /// Velocity per velocity of each joint.
+    rates: Vec<Vector>,
+}
 
 /// A tree of joints whose links are point masses.
 pub(crate) struct Tree {
@@ -212,14 +241,16 @@ impl Tree {
         std::iter::successors(Some(j), |&i| self.joints[i].parent)
     }
 
-    /// Axes, origins and rotations of all joints in the frame of the base.
-    fn places(&self, q: &[f64]) -> Vec<(Vector, Vector, [Vector; 3])> {
-        let mut places: Vec<(Vector, Vector, [Vector; 3])> = Vec::new();
+    fn places(&self, q: &[f64]) -> Vec<Place> {
+        let mut places: Vec<Place> = Vec::new();
         for (joint, q) in self.joints.iter().zip(q) {
             let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-            let (_, origin, turn) = joint
-                .parent
-                .map_or(([0.0; 3], [0.0; 3], identity), |parent| places[parent]);
+            let base = Place {
+                axis: [0.0; 3],
+                origin: [0.0; 3],
+                turn: identity,
+            };
+            let Place { origin, turn, .. } = joint.parent.map_or(base, |parent| places[parent]);
             let mut orientation = product(&turn, &joint.rotation);
             let mut at = add(origin, turned(&turn, joint.origin));
             let axis = turned(&orientation, joint.axis);
@@ -229,28 +260,39 @@ impl Tree {
                 }
                 JointKind::Prismatic => at = add(at, axis.map(|x| x * q)),
             }
-            places.push((axis, at, orientation));
+            places.push(Place {
+                axis,
+                origin: at,
+                turn: orientation,
+            });
         }
         places
     }
 
-    /// Mass, position and velocity per joint velocity of every point mass.
-    fn points(&self, q: &[f64]) -> Vec<(f64, Vector, Vec<Vector>)> {
+    fn points(&self, q: &[f64]) -> Vec<Point> {
         let places = self.places(q);
         let mut points = Vec::new();
         for (j, link) in self.masses.iter().enumerate() {
             for (mass, local) in link {
-                let (_, origin, turn) = &places[j];
+                let Place { origin, turn, .. } = &places[j];
                 let at = add(*origin, turned(turn, *local));
                 let mut rates = vec![[0.0; 3]; self.joints.len()];
                 for i in self.carriers(j) {
-                    let (axis, pivot, _) = places[i];
+                    let Place {
+                        axis,
+                        origin: pivot,
+                        ..
+                    } = places[i];
                     rates[i] = match self.joints[i].kind {
                         JointKind::Revolute => cross(axis, add(at, pivot.map(|x| -x))),
                         JointKind::Prismatic => axis,
                     };
                 }
-                points.push((*mass, at, rates));
+                points.push(Point {
+                    mass: *mass,
+                    position: at,
+                    rates,
+                });
             }
         }
         points
@@ -259,7 +301,7 @@ impl Tree {
     pub(crate) fn mass_matrix(&self, q: &[f64]) -> Vec<Vec<f64>> {
         let n = self.joints.len();
         let mut m = vec![vec![0.0; n]; n];
-        for (mass, _, rates) in self.points(q) {
+        for Point { mass, rates, .. } in self.points(q) {
             for (row, a) in m.iter_mut().zip(&rates) {
                 for (entry, b) in row.iter_mut().zip(&rates) {
                     *entry += mass * dot(*a, *b);
@@ -277,7 +319,7 @@ impl Tree {
     pub(crate) fn potential(&self, q: &[f64]) -> f64 {
         self.points(q)
             .iter()
-            .map(|(m, at, _)| -m * dot(GRAVITY, *at))
+            .map(|point| -point.mass * dot(GRAVITY, point.position))
             .sum()
     }
 }

@@ -37,7 +37,10 @@ pub fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> Vec<Fin
     findings.extend(uneven(file, channels, timing));
     findings.extend(beyond(file, timing));
     findings.extend(counted(
-        (file, "dropped-samples", &timing.dropped, timing),
+        file,
+        "dropped-samples",
+        &timing.dropped,
+        timing,
         format!(
             "{file} lacks {}, at most three in a row{}; sprung interpolated them",
             samples(&timing.dropped),
@@ -46,7 +49,10 @@ pub fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> Vec<Fin
         "check that the recorder is fast enough; a few missing samples need no action",
     ));
     findings.extend(counted(
-        (file, "repeated-samples", &timing.repeated, timing),
+        file,
+        "repeated-samples",
+        &timing.repeated,
+        timing,
         format!(
             "{file} contains {} twice, with the same time and the same values{}; sprung ignored the \
              repetitions",
@@ -56,7 +62,10 @@ pub fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> Vec<Fin
         "check that the recorder writes each sample once; the log needs no change",
     ));
     findings.extend(counted(
-        (file, "samples-without-value", &timing.lacking, timing),
+        file,
+        "samples-without-value",
+        &timing.lacking,
+        timing,
         format!(
             "in {file} {} no value in some column{}; sprung left them out, as nan = \"gap\" asks",
             match timing.lacking.count {
@@ -68,7 +77,10 @@ pub fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> Vec<Fin
         "check why the recorder writes no value; a few such samples need no action",
     ));
     findings.extend(counted(
-        (file, "frozen-samples", &timing.frozen, timing),
+        file,
+        "frozen-samples",
+        &timing.frozen,
+        timing,
         format!(
             "in {file} {} all values of the preceding sample although a joint moves{}: the \
              recorder was faster than its source, or missed an update",
@@ -197,7 +209,10 @@ fn first(count: &Count) -> String {
 
 /// Returns a finding if the count is not zero; a warning if the count is high.
 fn counted(
-    (file, code, count, timing): (&str, &str, &Count, &Timing),
+    file: &str,
+    code: &str,
+    count: &Count,
+    timing: &Timing,
     message: String,
     remedy: &str,
 ) -> Option<Finding> {

@@ -8,7 +8,7 @@ use super::from_keys::channels;
 use super::inertial::{InertialSensors, check_sensors};
 use super::mix::Mix;
 use super::origin::{Stream, TimeOrigin};
-use super::time::{sampling, time};
+use super::time::{TimeSource, sampling, time};
 use crate::clock::timing::Sampling;
 use crate::description::{
     CsvForm, Instrumentation, Joint, Key, Log, MissingValues, Quantity, Robot, Scaling, Side,
@@ -111,9 +111,13 @@ impl Channels {
             let stream = &channel.origin.stream;
             stream.topic.is_none() && stream.time.is_none()
         };
-        let (time, time_stream, time_factor) = match time(log) {
+        let source = match time(log) {
             Some(time) => time,
-            None if !all.iter().any(timeless) => (TimeOrigin::Messages, None, 1.0),
+            None if !all.iter().any(timeless) => TimeSource {
+                origin: TimeOrigin::Messages,
+                stream: None,
+                factor: 1.0,
+            },
             None => {
                 return Err(ChannelError::NotSaid {
                     what: "the time",
@@ -126,9 +130,9 @@ impl Channels {
         Ok(Self {
             inertial,
             instruments: Instrumentation::new(robot, Some(log)),
-            time,
-            time_stream,
-            time_factor,
+            time: source.origin,
+            time_stream: source.stream,
+            time_factor: source.factor,
             sampling: sampling(log),
             dates: (log.time.as_ref()).is_some_and(|time| time.unit.is_some_and(Unit::is_date)),
             csv: log.csv.clone().unwrap_or_default(),

@@ -4,8 +4,21 @@ use super::origin::{Stream, TimeOrigin};
 use crate::clock::timing::Sampling;
 use crate::description::{Log, SamplingTimes, Unit};
 
-/// Returns the source, the stream and the factor of the time.
-pub(crate) fn time(log: &Log) -> Option<(TimeOrigin, Option<Stream>, f64)> {
+/// Where the time of a log comes from.
+pub(crate) struct TimeSource {
+    pub(crate) origin: TimeOrigin,
+    pub(crate) stream: Option<Stream>,
+    /// Seconds per unit.
+    pub(crate) factor: f64,
+}
+
+/// Returns the source of the time; `None` if the description names none.
+pub(crate) fn time(log: &Log) -> Option<TimeSource> {
+    let source = |origin, stream, factor| TimeSource {
+        origin,
+        stream,
+        factor,
+    };
     let named = [
         (&log.time_s, 1.0),
         (&log.time_ms, 1e-3),
@@ -14,18 +27,18 @@ pub(crate) fn time(log: &Log) -> Option<(TimeOrigin, Option<Stream>, f64)> {
     ];
     if let Some((name, factor)) = (named.into_iter()).find_map(|(key, f)| Some((key.as_ref()?, f)))
     {
-        return Some((TimeOrigin::Column(name.clone()), None, factor));
+        return Some(source(TimeOrigin::Column(name.clone()), None, factor));
     }
     let Some(column) = &log.time else {
         let period = log.period_s?;
-        return Some((TimeOrigin::Period(period), None, 1.0));
+        return Some(source(TimeOrigin::Period(period), None, 1.0));
     };
     let stream = Stream::of(column);
     let stream = (stream != Stream::default()).then_some(stream);
     let factor = column.unit.map_or(1.0, Unit::size);
     match column.column.as_ref().and_then(|column| column.get(0)) {
-        Some(name) => Some((TimeOrigin::Column(name), stream, factor)),
-        None => Some((TimeOrigin::Messages, stream, 1.0)),
+        Some(name) => Some(source(TimeOrigin::Column(name), stream, factor)),
+        None => Some(source(TimeOrigin::Messages, stream, 1.0)),
     }
 }
 

@@ -97,9 +97,9 @@ pub(super) fn table(request: &Request<'_>, topic: Topic) -> Result<Opened, LogEr
     let mut usual = false;
     for (i, pick) in request.picks.iter().enumerate() {
         if request.time == Some(i) {
-            let path;
-            (clock, usual, path) = time_path(&topic.definition, pick).map_err(wrong)?;
-            paths.push(path);
+            let time = time_path(&topic.definition, pick).map_err(wrong)?;
+            (clock, usual) = (time.clock, time.is_usual);
+            paths.push(time.path);
             names.push("time".to_owned());
         } else {
             let (path, name) = path_of(&topic.definition, pick).map_err(wrong)?;
@@ -129,25 +129,38 @@ pub(super) fn table(request: &Request<'_>, topic: Topic) -> Result<Opened, LogEr
     })
 }
 
-/// Returns the source of the time, whether it was chosen by default, and the path of the stamp.
-fn time_path(definition: &Definition, pick: &Pick) -> Result<(Clock, bool, Vec<Step>), String> {
+/// The source of the time of messages.
+struct TimePath {
+    clock: Clock,
+    /// Whether it was chosen by default.
+    is_usual: bool,
+    /// Path of the stamp.
+    path: Vec<Step>,
+}
+
+fn time_path(definition: &Definition, pick: &Pick) -> Result<TimePath, String> {
+    let time = |clock, is_usual, path| TimePath {
+        clock,
+        is_usual,
+        path,
+    };
     let field = pick.to_string();
     let is_time = |path: &[Step]| matches!(end_of(definition, path), Some((Base::Message(kind), Count::One)) if definition.is_time(kind));
     match field.as_str() {
-        "log_time" => Ok((Clock::Received, false, Vec::new())),
+        "log_time" => Ok(time(Clock::Received, false, Vec::new())),
         "" => {
             let usual = ["header.stamp", "stamp"].map(steps);
             Ok(
                 match usual.into_iter().flatten().find(|path| is_time(path)) {
-                    Some(path) => (Clock::Stamp, true, path),
-                    None => (Clock::Received, false, Vec::new()),
+                    Some(path) => time(Clock::Stamp, true, path),
+                    None => time(Clock::Received, false, Vec::new()),
                 },
             )
         }
         _ => {
             let path = steps(&field).ok_or_else(|| format!("cannot have a field \"{field}\""))?;
             if is_time(&path) {
-                return Ok((Clock::Stamp, false, path));
+                return Ok(time(Clock::Stamp, false, path));
             }
             Err(format!(
                 "have no time \"{field}\"; name a field of type builtin_interfaces/Time, or \"log_time\""

@@ -9,7 +9,7 @@ use super::table::{Element, Reopen, Request};
 use crate::description::{CsvForm, MissingValues};
 use crate::error::LogError;
 #[cfg(any(feature = "db3", feature = "mcap"))]
-use crate::input::{Kind, kind_of, peek};
+use crate::input::{Beginning, Kind, kind_of, peek};
 #[cfg(any(feature = "db3", feature = "mcap"))]
 use {super::bag, super::bag::Topic};
 
@@ -73,7 +73,9 @@ pub(crate) fn contents(file: &str, reopen: Reopen<'_>) -> Result<Contents, LogEr
 /// Returns the topics of a bag; `None` for another file.
 #[cfg(any(feature = "db3", feature = "mcap"))]
 fn topics(file: &str, reopen: Reopen<'_>) -> Result<Option<Contents>, LogError> {
-    let (start, _, read) = peek(file, "its beginning", reopen()?)?;
+    let Beginning {
+        start, again: read, ..
+    } = peek(file, "its beginning", reopen()?)?;
     let kind = kind_of(&start);
     let names = match kind {
         #[cfg(feature = "mcap")]

@@ -427,25 +427,49 @@ mod tests {
         header(&mut &bytes[..])
     }
 
-    fn named(npy: &Npy) -> Vec<(&str, u64, bool)> {
-        (npy.columns
-            .iter()
-            .map(|column| (column.name.as_str(), column.at, column.is_contiguous)))
-        .collect()
+    /// A column as the header describes it.
+    #[derive(Debug, PartialEq)]
+    struct Named<'n> {
+        name: &'n str,
+        at: u64,
+        is_contiguous: bool,
+    }
+
+    fn named(name: &str, at: u64, is_contiguous: bool) -> Named<'_> {
+        Named {
+            name,
+            at,
+            is_contiguous,
+        }
+    }
+
+    fn names(npy: &Npy) -> Vec<Named<'_>> {
+        (npy.columns.iter())
+            .map(|column| named(&column.name, column.at, column.is_contiguous))
+            .collect()
     }
 
     #[test]
     fn matrices_have_columns_along_their_longer_side() {
         let tall = of("{'descr': '<f8', 'fortran_order': False, 'shape': (100, 2), }\n").unwrap();
         assert_eq!((tall.rows, tall.row_bytes), (100, 16));
-        assert_eq!(named(&tall), [("[:,0]", 0, false), ("[:,1]", 8, false)]);
+        assert_eq!(
+            names(&tall),
+            [named("[:,0]", 0, false), named("[:,1]", 8, false)]
+        );
         let fortran = of("{'descr': '<f4', 'fortran_order': True, 'shape': (100, 2)}\n").unwrap();
-        assert_eq!(named(&fortran), [("[:,0]", 0, true), ("[:,1]", 400, true)]);
+        assert_eq!(
+            names(&fortran),
+            [named("[:,0]", 0, true), named("[:,1]", 400, true)]
+        );
         let lying = of("{'descr': '<f8', 'fortran_order': False, 'shape': (2, 100)}\n").unwrap();
         assert_eq!(lying.rows, 100);
-        assert_eq!(named(&lying), [("[0,:]", 0, true), ("[1,:]", 800, true)]);
+        assert_eq!(
+            names(&lying),
+            [named("[0,:]", 0, true), named("[1,:]", 800, true)]
+        );
         let column = of("{'descr': '>i4', 'fortran_order': False, 'shape': (100, 1)}\n").unwrap();
-        assert_eq!(named(&column), [("", 0, false)]);
+        assert_eq!(names(&column), [named("", 0, false)]);
         assert!(column.columns[0].big_endian);
     }
 
@@ -466,7 +490,10 @@ mod tests {
         // Sides of length 1 do not count.
         let flat = of("{'descr': '<f8', 'fortran_order': False, 'shape': (1, 100, 2)}\n").unwrap();
         assert_eq!((flat.rows, flat.row_bytes), (100, 16));
-        assert_eq!(named(&flat), [("[:,0]", 0, false), ("[:,1]", 8, false)]);
+        assert_eq!(
+            names(&flat),
+            [named("[:,0]", 0, false), named("[:,1]", 8, false)]
+        );
     }
 
     #[test]
@@ -476,11 +503,11 @@ mod tests {
         let npy = of(text).unwrap();
         assert_eq!(npy.row_bytes, 8 + 16 + 8 + 4);
         assert_eq!(
-            named(&npy),
+            names(&npy),
             [
-                ("t", 0, false),
-                ("q[:,0]", 24, false),
-                ("q[:,1]", 28, false)
+                named("t", 0, false),
+                named("q[:,0]", 24, false),
+                named("q[:,1]", 28, false)
             ]
         );
     }

@@ -13,7 +13,7 @@ use super::mcap;
 use super::table::{Opened, Reopen, Request};
 use super::{arrays, csv, matlab};
 use crate::error::LogError;
-use crate::input::{Kind, kind_of, peek};
+use crate::input::{Beginning, Kind, kind_of, peek};
 
 /// Opens a file in the format that its first bytes show.
 ///
@@ -22,7 +22,11 @@ use crate::input::{Kind, kind_of, peek};
 /// [`LogError`] if the format is not supported, the file is damaged or a column is missing.
 pub(crate) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, LogError> {
     let file = request.file;
-    let (start, whole, read) = peek(file, "its beginning", reopen()?)?;
+    let Beginning {
+        start,
+        is_whole,
+        again: read,
+    } = peek(file, "its beginning", reopen()?)?;
     match kind_of(&start) {
         Kind::Gzip => {
             let inner = flate2::read::MultiGzDecoder::new(read);
@@ -33,7 +37,9 @@ pub(crate) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, 
                 .map_err(|error| LogError::read(file, "the zstd stream", error))?;
             compressed(request, "zstd", inner)
         }
-        Kind::Text | Kind::Empty => csv::open(request, "its text", &start, whole, Box::new(read)),
+        Kind::Text | Kind::Empty => {
+            csv::open(request, "its text", &start, is_whole, Box::new(read))
+        }
         Kind::Npy => arrays::open_npy(request, reopen),
         Kind::Zip => arrays::open_npz(request, reopen),
         #[cfg(feature = "arrow")]
@@ -73,9 +79,13 @@ fn compressed<R: Read + Send + 'static>(
     inner: R,
 ) -> Result<Opened, LogError> {
     let what = format!("its {method} stream");
-    let (start, whole, read) = peek(request.file, &what, inner)?;
+    let Beginning {
+        start,
+        is_whole,
+        again: read,
+    } = peek(request.file, &what, inner)?;
     match kind_of(&start) {
-        Kind::Text | Kind::Empty => csv::open(request, &what, &start, whole, Box::new(read)),
+        Kind::Text | Kind::Empty => csv::open(request, &what, &start, is_whole, Box::new(read)),
         kind => Err(LogError::format(
             request.file,
             format!(

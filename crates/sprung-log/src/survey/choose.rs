@@ -161,6 +161,15 @@ struct Decided<'a> {
     torque: Torques,
 }
 
+/// Columns of some joints for one quantity.
+#[derive(Clone, Copy)]
+struct Part<'a> {
+    /// The key without its unit.
+    stem: &'a str,
+    family: &'a Family,
+    joints: &'a [usize],
+}
+
 /// Units of the positions, and gear ratios.
 #[derive(Default)]
 struct Readings {
@@ -348,7 +357,11 @@ impl Decided<'_> {
         if let (Some(index), Some(reading)) = (self.positions.link, &readings.link) {
             let family = &self.all[index];
             let both = joints_in(family, joints);
-            let part = ("link_position", family, &both[..]);
+            let part = Part {
+                stem: "link_position",
+                family,
+                joints: &both[..],
+            };
             self.quantity(part, reading, why, chosen);
         }
         if let (Some(index), None) = (self.positions.deflection, self.positions.link) {
@@ -356,7 +369,11 @@ impl Decided<'_> {
             let both = joints_in(family, joints);
             let of = (self.robot, &both[..]);
             let reading = absolute(self.survey, family, of, false);
-            let part = ("link_deflection", family, &both[..]);
+            let part = Part {
+                stem: "link_deflection",
+                family,
+                joints: &both[..],
+            };
             self.quantity(
                 part,
                 &reading,
@@ -370,7 +387,11 @@ impl Decided<'_> {
             } else {
                 why.as_str()
             };
-            let part = ("motor_position", &self.all[index], joints);
+            let part = Part {
+                stem: "motor_position",
+                family: &self.all[index],
+                joints,
+            };
             self.quantity(part, reading, why, chosen);
             Self::gears(reading, chosen);
         }
@@ -379,13 +400,7 @@ impl Decided<'_> {
     /// Writes the lines of a quantity.
     ///
     /// - `why`: why these columns; the reason of their unit follows.
-    fn quantity(
-        &self,
-        (stem, family, joints): (&str, &Family, &[usize]),
-        reading: &Reading,
-        why: &str,
-        chosen: &mut Chosen,
-    ) {
+    fn quantity(&self, part: Part<'_>, reading: &Reading, why: &str, chosen: &mut Chosen) {
         let reasons: Vec<&str> = [
             why,
             &reading.why,
@@ -400,8 +415,9 @@ impl Decided<'_> {
         if reading.open.is_some() && !is_counts {
             conversion.units.fill(FILL_IN);
         }
-        let part = (stem, family);
-        let joint_lines = lines(self.survey, part, (self.robot, joints), &conversion, &why);
+        let joints = (self.robot, part.joints);
+        let family = (part.stem, part.family);
+        let joint_lines = lines(self.survey, family, joints, &conversion, &why);
         chosen.lines.extend(joint_lines);
     }
 

@@ -9,7 +9,9 @@ use super::scale::USUAL_RATIOS;
 use super::trial::Group;
 use crate::finding::{Finding, Severity};
 use crate::log::{Quantity, Signal, rounded, slope_remedy};
-use crate::prepare::{DelayEstimate, Excerpt, MotorRowFit, RowFit, estimate_delays, fit_rows};
+use crate::prepare::{
+    DelayEstimate, Excerpt, MotorRowFit, OfRow, RowFit, estimate_delays, fit_rows,
+};
 
 /// Scales of a motor position in the scan about the ratio of standard deviations: number on each side,
 /// and ratio of neighbours, of a coarse and of a fine scan.
@@ -154,20 +156,17 @@ impl CheckContext<'_> {
 
     /// Finding: the torque brakes where it should drive.
     pub(super) fn reversed(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
-        let signed: Vec<(JointParameter, f64, f64)> = (fit
-            .of_joints(self.reading.model(), self.independent))
-        .into_iter()
-        .filter(|(kind, ..)| kind.is_friction() || *kind == JointParameter::Stiffness)
-        .collect();
-        let negative = |&(_, value, error): &(JointParameter, f64, f64)| value < -2.0 * error;
-        let any_clear = signed
-            .iter()
-            .any(|(_, value, error)| value < &(-SIGNIFICANT_SIGMAS * error));
+        let all = fit.of_joints(self.reading.model(), self.independent);
+        let signed: Vec<OfRow> = (all.into_iter())
+            .filter(|of| of.kind.is_friction() || of.kind == JointParameter::Stiffness)
+            .collect();
+        let negative = |of: &OfRow| of.value < -2.0 * of.error;
+        let any_clear = (signed.iter()).any(|of| of.value < -SIGNIFICANT_SIGMAS * of.error);
         if signed.len() < 2 || !signed.iter().all(negative) || !any_clear {
             return None;
         }
         let torque = self.column(&[Quantity::MotorTorque], joint);
-        Some(reversed_torque(self.name(joint), torque).seen(self.file, torque, signed[0].1, ""))
+        Some(reversed_torque(self.name(joint), torque).seen(self.file, torque, signed[0].value, ""))
     }
 
     /// Finding: by the equations, link and motor position have opposite directions.

@@ -429,8 +429,8 @@ impl CheckContext<'_> {
     fn unexcited(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
         let parameters = fit.of_joints(self.reading.model(), self.independent);
         let blind: Vec<String> = (parameters.iter())
-            .filter(|(kind, value, error)| kind.is_vital() && value.abs() < 2.0 * error)
-            .map(|(kind, ..)| format!("{}.{}", self.name(joint), kind.name()))
+            .filter(|of| of.kind.is_vital() && of.value.abs() < 2.0 * of.error)
+            .map(|of| format!("{}.{}", self.name(joint), of.kind.name()))
             .collect();
         if blind.is_empty() || !self.reading.model().is_flexible(joint) {
             return None;

@@ -49,18 +49,14 @@ impl CheckContext<'_> {
         };
         let offset = |fit: &RowFit| {
             let parameters = fit.of_joints(&with, self.independent);
-            let of = |wanted: JointParameter| {
-                parameters
-                    .iter()
-                    .find(|(kind, ..)| *kind == wanted)
-                    .copied()
-            };
-            let (_, stiffness, _) = of(JointParameter::Stiffness)?;
-            let (_, preload, error) = of(JointParameter::Preload)?;
+            let of =
+                |wanted: JointParameter| (parameters.iter()).find(|of| of.kind == wanted).copied();
+            let stiffness = of(JointParameter::Stiffness)?.value;
+            let preload = of(JointParameter::Preload)?;
             (stiffness > 0.0).then(|| Offset {
-                value: preload / stiffness,
-                standard_error: error / stiffness,
-                preload,
+                value: preload.value / stiffness,
+                standard_error: preload.error / stiffness,
+                preload: preload.value,
             })
         };
         fits.iter().map(offset).collect()

@@ -69,20 +69,22 @@ pub(super) fn are_of_different_logs(one: &Identification, other: &Identification
 /// independent and becomes `√(Σ w² e²) / Σ w`. If the results differ beyond their errors, the deviation
 /// between them is the third part, as for several logs of one identification.
 fn combine(estimates: &[&ParameterEstimate]) -> Option<CombinedParameter> {
-    let with_errors: Vec<(f64, f64, f64)> =
-        estimates.iter().filter_map(|p| with_error(p)).collect();
-    let values: Vec<(f64, f64)> = with_errors.iter().map(|(x, s, _)| (*x, *s)).collect();
+    let with_errors: Vec<WithError> = estimates.iter().filter_map(|p| with_error(p)).collect();
+    let values: Vec<(f64, f64)> = with_errors
+        .iter()
+        .map(|one| (one.value, one.error))
+        .collect();
     let between = between_parts(&values)?;
-    let weights: Vec<f64> = with_errors.iter().map(|(_, s, _)| s.powi(-2)).collect();
+    let weights: Vec<f64> = with_errors.iter().map(|one| one.error.powi(-2)).collect();
     let sum: f64 = weights.iter().sum();
     let each = || with_errors.iter().zip(&weights);
     let independent: f64 = each()
-        .map(|((_, s, b), w)| w * w * (s * s - b * b).max(0.0))
+        .map(|(one, w)| w * w * (one.error * one.error - one.bias * one.bias).max(0.0))
         .sum();
     let error_parts = ErrorParts {
         sampling: independent.sqrt() / sum,
         between_parts: between.standard_error(),
-        bias: each().map(|((_, _, b), w)| w * b).sum::<f64>() / sum,
+        bias: each().map(|(one, w)| w * one.bias).sum::<f64>() / sum,
     };
     let error = (error_parts.sampling)
         .hypot(error_parts.between_parts)
@@ -109,8 +111,18 @@ fn combine(estimates: &[&ParameterEstimate]) -> Option<CombinedParameter> {
     })
 }
 
-/// Returns a value, the standard error that matches its interval, and the bias in this error.
-pub(super) fn with_error(estimate: &ParameterEstimate) -> Option<(f64, f64, f64)> {
+/// An estimate with an interval.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WithError {
+    pub(super) value: f64,
+    /// The standard error that matches the interval.
+    pub(super) error: f64,
+    /// The bias in this error.
+    pub(super) bias: f64,
+}
+
+/// Returns an estimate with its error; `None` without an interval.
+pub(super) fn with_error(estimate: &ParameterEstimate) -> Option<WithError> {
     if estimate.fixed {
         return None;
     }
@@ -120,7 +132,7 @@ pub(super) fn with_error(estimate: &ParameterEstimate) -> Option<(f64, f64, f64)
         .map_or(0.0, |(parts, whole)| error * parts.bias / whole);
     let value = estimate.value?;
     (value.is_finite() && error.is_finite() && error > 0.0 && bias.is_finite())
-        .then_some((value, error, bias))
+        .then_some(WithError { value, error, bias })
 }
 
 #[cfg(test)]

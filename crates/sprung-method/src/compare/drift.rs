@@ -1,11 +1,11 @@
 //! Tests one robot for drift over time: parameters that follow a line through its runs.
 
 use super::agreement::SIGNIFICANCE;
-use super::combined::{OneResult, are_of_different_logs, with_error};
+use super::combined::{OneResult, WithError, are_of_different_logs, with_error};
 use super::dates::SECONDS_PER_DAY;
 use super::drift_result::{Drift, PARAMETER_DRIFTS, ParameterDrift};
 use super::result::{ComparedParameter, ComparedResult};
-use super::trend::{FEWEST_RUNS, Trend, adjusted, trend};
+use super::trend::{FEWEST_RUNS, Run, Trend, adjusted, trend};
 use crate::finding::{Finding, Severity};
 use crate::model::short;
 
@@ -59,14 +59,18 @@ fn of_estimator(
         None => (1..=indices.len()).map(|run| run as f64).collect(),
     };
     let tested = parameters.iter().filter_map(|parameter| {
-        let runs: Vec<(f64, f64, f64)> = (indices.iter().zip(&times))
+        let runs: Vec<Run> = (indices.iter().zip(&times))
             .filter_map(|(&i, &time)| {
                 let mut all = results[i].1.parameters.iter();
                 let same = all.find(|p| p.name == parameter.name && p.unit == parameter.unit);
-                let (value, error, bias) = with_error(same?)?;
+                let WithError { value, error, bias } = with_error(same?)?;
                 // A bias that all runs share moves the line and does not change its slope.
                 let independent_error = (error * error - bias * bias).max(0.0).sqrt();
-                Some((time, value, independent_error.max(LEAST_OWN_PART * error)))
+                Some(Run {
+                    time,
+                    value,
+                    error: independent_error.max(LEAST_OWN_PART * error),
+                })
             })
             .collect();
         let found = trend(&runs)?;
@@ -93,15 +97,15 @@ fn of_estimator(
     }
 }
 
-/// - `runs`: time, value and standard error of each run that determines the parameter.
+/// - `runs`: those that determine the parameter.
 /// - `per_day`: whether the times are days.
 fn parameter_drift(
     parameter: &ComparedParameter,
-    runs: &[(f64, f64, f64)],
+    runs: &[Run],
     trend: &Trend,
     per_day: bool,
 ) -> ParameterDrift {
-    let span = [runs[0].0, runs[runs.len() - 1].0];
+    let span = [runs[0].time, runs[runs.len() - 1].time];
     let percent = |value: f64| {
         let is_significant = trend.first.abs() > trend.standard_error;
         is_significant.then(|| 100.0 * value / trend.first.abs())

@@ -22,23 +22,32 @@ pub(super) struct Trend {
     pub(super) probability: f64,
 }
 
+/// The estimate of one run.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Run {
+    pub(super) time: f64,
+    pub(super) value: f64,
+    /// Standard error.
+    pub(super) error: f64,
+}
+
 /// Fits a line to the estimates of one parameter; `None` for fewer than [`FEWEST_RUNS`] runs or for runs at one
 /// time.
 ///
-/// - `runs`: time, value and standard error of each run, in the order of time.
+/// - `runs`: in the order of time.
 ///
 /// # Source
 ///
-/// Meta-regression with random effects: the variance between runs as in `between_parts`, with the residuals of the line
-/// and two degrees of freedom fewer. The standard error is that of Knapp and Hartung, "Improved tests for a random
-/// effects meta-regression", 2003, with a factor of at least one: it contains the scatter of the runs, and it is never
-/// below that of their errors.
-pub(super) fn trend(runs: &[(f64, f64, f64)]) -> Option<Trend> {
+/// Meta-regression with random effects: the variance between runs as in `between_parts`, with the
+/// residuals of the line and two degrees of freedom fewer. The standard error is that of Knapp and
+/// Hartung, "Improved tests for a random effects meta-regression", 2003, with a factor of at least one:
+/// it contains the scatter of the runs, and it is never below that of their errors.
+pub(super) fn trend(runs: &[Run]) -> Option<Trend> {
     let (n, freedom) = (runs.len(), runs.len().checked_sub(2)?);
     if n < FEWEST_RUNS {
         return None;
     }
-    let (begin, end) = (runs.first()?.0, runs.last()?.0);
+    let (begin, end) = (runs.first()?.time, runs.last()?.time);
     let fitted = Line::through(runs, 0.0)?;
     let scale = fitted.weights * freedom as f64 / n as f64;
     let variance = ((fitted.misfit - freedom as f64) / scale).max(0.0);
@@ -71,21 +80,21 @@ struct Line {
 
 impl Line {
     /// - `variance`: variance of the runs beyond their standard errors.
-    fn through(runs: &[(f64, f64, f64)], variance: f64) -> Option<Self> {
-        let weighted = || {
-            (runs.iter())
-                .map(|(time, value, error)| (*time, *value, (error * error + variance).recip()))
-        };
-        let weights: f64 = weighted().map(|(_, _, w)| w).sum();
-        let middle = weighted().map(|(t, _, w)| w * t).sum::<f64>() / weights;
-        let mean = weighted().map(|(_, x, w)| w * x).sum::<f64>() / weights;
-        let spread: f64 = weighted().map(|(t, _, w)| w * (t - middle).powi(2)).sum();
+    fn through(runs: &[Run], variance: f64) -> Option<Self> {
+        let weighted =
+            || (runs.iter()).map(|run| (*run, (run.error * run.error + variance).recip()));
+        let weights: f64 = weighted().map(|(_, w)| w).sum();
+        let middle = weighted().map(|(run, w)| w * run.time).sum::<f64>() / weights;
+        let mean = weighted().map(|(run, w)| w * run.value).sum::<f64>() / weights;
+        let spread: f64 = (weighted())
+            .map(|(run, w)| w * (run.time - middle).powi(2))
+            .sum();
         let joint: f64 = weighted()
-            .map(|(t, x, w)| w * (t - middle) * (x - mean))
+            .map(|(run, w)| w * (run.time - middle) * (run.value - mean))
             .sum();
         let slope = joint / spread;
         let misfit = weighted()
-            .map(|(t, x, w)| w * (x - mean - slope * (t - middle)).powi(2))
+            .map(|(run, w)| w * (run.value - mean - slope * (run.time - middle)).powi(2))
             .sum();
         (slope.is_finite() && weights.is_finite()).then_some(Self {
             weights,
@@ -129,14 +138,14 @@ mod tests {
 
     /// Estimates of a parameter near 10 with standard errors about 0.5 %, which change by `drift` over
     /// all runs and differ between the runs by `between` beyond their errors.
-    fn runs(rng: &mut ChaCha8Rng, drift: f64, between: f64) -> Vec<(f64, f64, f64)> {
+    fn runs(rng: &mut ChaCha8Rng, drift: f64, between: f64) -> Vec<Run> {
         let mut normal = || rng.sample::<f64, _>(StandardNormal);
         (0..RUNS)
             .map(|run| {
                 let error = 0.05 * (0.7 + 0.3 * (run % 3) as f64);
                 let time = run as f64 / (RUNS - 1) as f64;
                 let value = 10.0 + drift * time + error * normal() + between * normal();
-                (time, value, error)
+                Run { time, value, error }
             })
             .collect()
     }
@@ -189,7 +198,11 @@ mod tests {
     #[test]
     fn equal_errors_give_the_common_line() {
         // Least squares by hand: middle 1.5, slope 2, residuals ±0.1.
-        let at = |time: f64, value: f64| (time, value, 1e-3);
+        let at = |time: f64, value: f64| Run {
+            time,
+            value,
+            error: 1e-3,
+        };
         let runs = [at(0.0, 1.1), at(1.0, 2.9), at(2.0, 4.9), at(3.0, 7.1)];
         let found = trend(&runs).unwrap();
         assert!((found.first - 1.0).abs() < 1e-9 && (found.change - 6.0).abs() < 1e-9);
@@ -212,7 +225,7 @@ mod tests {
         let mut runs = runs(&mut rng, -5.0, 0.0);
         assert_eq!(trend(&runs[..3]), None);
         for run in &mut runs {
-            run.0 = 3.0;
+            run.time = 3.0;
         }
         assert_eq!(trend(&runs), None);
         assert_eq!(trend(&[]), None);

@@ -9,7 +9,7 @@ use super::bandwidth::feedback;
 use super::bode::loop_curves;
 use super::judge::{Seen, drawn, identified, look};
 use super::motions::Designed;
-use super::pictures::ControlPictures;
+use super::pictures::{ControlPictures, PoleInPose};
 use super::proof::prove;
 use super::refusal::ControlRefusal;
 use super::result::{
@@ -229,7 +229,7 @@ fn sticks(task: &ControlTask<'_>, joint: usize) -> bool {
 }
 
 /// Returns the poles that vibrate, without those of the velocity estimators: up to some multiple of the springs' frequencies.
-fn poles(seen: &[Seen]) -> Vec<(f64, f64, bool)> {
+fn poles(seen: &[Seen]) -> Vec<PoleInPose> {
     let springs = seen
         .iter()
         .flat_map(|view| view.springs.iter().flatten().flatten());
@@ -238,7 +238,11 @@ fn poles(seen: &[Seen]) -> Vec<(f64, f64, bool)> {
         .flat_map(|view| {
             let poles = view.stability.vibrations.iter();
             let shown = poles.filter(move |pole| highest <= 0.0 || pole.hz <= highest);
-            shown.map(|pole| (pole.hz, pole.damping, view.robot == 0))
+            shown.map(|pole| PoleInPose {
+                hz: pole.hz,
+                damping: pole.damping,
+                is_identified: view.robot == 0,
+            })
         })
         .collect()
 }

@@ -26,7 +26,7 @@ mod workspace;
 
 pub use design::{Controlled, design_control};
 pub use margins::{LoopPole, Margins, Stability, stability};
-pub use pictures::{Banded, ControlPictures, LinkCurves, LoopCurve, Timed};
+pub use pictures::{Banded, ControlPictures, LinkCurves, LoopCurve, PoleInPose, Timed};
 pub use refusal::ControlRefusal;
 pub use result::{
     Bandwidth, CONTROL_FORMAT, ControlDesign, DesignedController, LoopMargins, Mode, Motors, Moves,

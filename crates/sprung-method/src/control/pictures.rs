@@ -62,13 +62,24 @@ pub struct Timed {
     pub joints: Vec<LinkCurves>,
 }
 
+/// A vibration of the loop in one pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoleInPose {
+    /// Natural frequency, Hz.
+    pub hz: f64,
+    /// Damping ratio.
+    pub damping: f64,
+    /// Whether it is one of the identified robot, not of a robot from the posterior.
+    pub is_identified: bool,
+}
+
 /// Curves of a designed controller.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ControlPictures {
     /// Bode plots.
     pub loops: Vec<LoopCurve>,
-    /// Vibrations of the loop over poses: natural frequency, Hz, damping ratio, and whether it is the identified robot.
-    pub poles: Vec<(f64, f64, bool)>,
+    /// Vibrations of the loop over poses.
+    pub poles: Vec<PoleInPose>,
     /// A step of all joints: deviation from the end.
     pub step: Timed,
     /// A move from rest to rest: deviation from the desired motion's end.

@@ -6,11 +6,12 @@ use super::bounds::Limited;
 use super::followed::Followed;
 use super::follows::Follows;
 use super::fourier::Basis;
-use super::information::Weighting;
+use super::information::{Grid, Weighting};
 use super::noise::Fastest;
+use super::objective::Aim;
 use super::physics::Physics;
 use super::problem::{Problem, Scenario};
-use super::simulated::Simulated;
+use super::simulated::{Simulated, Steps};
 use super::task::{Frequencies, Task, draws, scales};
 
 /// Frequencies of the information, as a multiple of the highest one of the reference and of the fastest resonance.
@@ -82,8 +83,12 @@ pub(super) fn problem(
     let scales = scales(model, task.theta, task.bounds);
     let scenarios = (draws(task).into_iter())
         .map(|theta| {
-            let grid = (samples, period, lines);
-            let weighting = Weighting::new(model, &theta, task.errors, &poses, grid, repeats);
+            let grid = Grid {
+                samples,
+                duration: period,
+                lines,
+            };
+            let weighting = Weighting::new(model, &theta, task.errors, &poses, &grid, repeats);
             let known = task.known.map(|information| &information.0);
             Scenario {
                 follows: follows(task, frequencies, &speeds, &theta, (samples, period)),
@@ -99,7 +104,11 @@ pub(super) fn problem(
         bounds,
         scenarios,
         task.kinematics.cloned(),
-        (task.settings.objective, scales, chosen),
+        Aim {
+            objective: task.settings.objective,
+            scales,
+            chosen,
+        },
         (samples, period / samples as f64),
     )
 }
@@ -120,7 +129,11 @@ fn follows(
     let physics = Physics::new(&speeds.softened(task.model), theta);
     let sample = period / samples as f64;
     let every = (sample / speeds.step).ceil().max(1.0) as usize;
-    let steps = (sample / every as f64, every, samples);
+    let steps = Steps {
+        step: sample / every as f64,
+        every,
+        samples,
+    };
     Follows::Loop(Simulated::new(
         physics,
         controller,

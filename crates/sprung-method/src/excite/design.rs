@@ -10,7 +10,6 @@ use super::assemble::problem;
 use super::bounds::Limited;
 use super::fourier::Series;
 use super::information_matrix::Information;
-use super::objective::judge;
 use super::problem::Problem;
 use super::search::{BARRIERS, Found, search};
 use super::starts::{NoPose, inside, random_start, worst};
@@ -177,5 +176,5 @@ fn matrix(task: &Task<'_>, frequencies: &Frequencies, series: &Series) -> Option
 pub fn value_of(task: &Task<'_>, frequencies: &Frequencies, series: &Series) -> Option<f64> {
     let problem = problem(task, frequencies, &[1.0; Limited::ALL.len()]);
     let matrix = matrix(task, frequencies, series)?;
-    judge(problem.objective, &matrix, &problem.scales, &problem.chosen).map(|judged| judged.value)
+    problem.aim.judge(&matrix).map(|judged| judged.value)
 }

@@ -22,6 +22,17 @@ pub(super) struct Columns {
 /// Standard error of a parameter without any information, in its scale.
 const UNKNOWN: f64 = 100.0;
 
+/// The times and frequencies of a motion.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Grid {
+    /// Number of even times.
+    pub(super) samples: usize,
+    /// Their length, s.
+    pub(super) duration: f64,
+    /// Number of frequencies, from zero on.
+    pub(super) lines: usize,
+}
+
 /// From the entries of the regressor at even times to the information of the free parameters.
 #[derive(Clone, Debug)]
 pub(super) struct Weighting {
@@ -39,17 +50,20 @@ pub(super) struct Weighting {
 }
 
 impl Weighting {
-    /// - `samples`: number of even times of the motion; `duration`: their length, s.
-    /// - `lines`: number of frequencies, from zero on.
     /// - `repeats`: how often the robot repeats the motion.
     pub(super) fn new(
         model: &Model,
         theta: &[f64],
         errors: &Errors,
         poses: &[Vec<f64>],
-        (samples, duration, lines): (usize, f64, usize),
+        grid: &Grid,
         repeats: f64,
     ) -> Self {
+        let Grid {
+            samples,
+            duration,
+            lines,
+        } = *grid;
         let rows = model.coordinates();
         let rates: Vec<f64> = (0..lines).map(|k| TAU * k as f64 / duration).collect();
         let mut all = whiteners(model, theta, errors, poses, &rates);

@@ -38,7 +38,7 @@ pub use information_matrix::Information;
 pub use kept::{Broken, Kept};
 pub use kinematics::{Kinematics, Places};
 pub use noise::Errors;
-pub use plan::{Loop, Plan, Refused, certify, missing_limit, plan};
+pub use plan::{Certificate, Loop, Plan, Refused, certify, missing_limit, plan};
 pub use promise::{add_cures, more, promise};
 pub use result::{
     EXCITATION_FORMAT, Excitation, Excited, JointMotion, LimitUsed, More, MotionResult, Promised,

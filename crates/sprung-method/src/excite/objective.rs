@@ -16,6 +16,23 @@ pub(super) struct Judged {
     pub(super) by_matrix: Mat<f64>,
 }
 
+/// What a search makes best.
+#[derive(Clone, Debug)]
+pub(super) struct Aim {
+    pub(super) objective: Objective,
+    /// Of the free parameters.
+    pub(super) scales: Vec<f64>,
+    /// Places of the parameters that count among the free ones.
+    pub(super) chosen: Vec<usize>,
+}
+
+impl Aim {
+    /// Returns how good the information of a motion is; `None` if it determines too little.
+    pub(super) fn judge(&self, matrix: &Mat<f64>) -> Option<Judged> {
+        judge(self.objective, matrix, &self.scales, &self.chosen)
+    }
+}
+
 /// Judges an information matrix; `None` if it does not determine all parameters.
 ///
 /// - `scales`: values to which errors are relative, of the free parameters, \[free\]; nuisance parameters follow

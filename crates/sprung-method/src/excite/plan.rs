@@ -16,6 +16,13 @@ use crate::progress::Listener;
 pub struct Plan {
     /// The search.
     pub designed: Designed,
+    /// The limits that it keeps.
+    pub certificate: Certificate,
+}
+
+/// The limits that a motion keeps for all values that the robot may have.
+#[derive(Clone, Debug)]
+pub struct Certificate {
     /// How near the motion comes to its limits between samples.
     pub certified: Vec<Kept>,
     /// How near the simulated motion comes to its limits.
@@ -77,12 +84,10 @@ pub fn plan(
     let mut last = None;
     for shrinks in 0..SHRINKS {
         let broken = match certify(task, frequencies, runs, &designed.series) {
-            Ok((certified, simulated, simulation)) => {
+            Ok(certificate) => {
                 return Ok(Plan {
                     designed,
-                    certified,
-                    simulated,
-                    simulation,
+                    certificate,
                 });
             }
             Err(broken) => broken,
@@ -125,7 +130,7 @@ pub fn certify(
     frequencies: &Frequencies,
     runs: &Loop,
     series: &Series,
-) -> Result<(Vec<Kept>, Vec<Kept>, Simulation), Broken> {
+) -> Result<Certificate, Broken> {
     let model = task.model;
     let mut certified = Peaks(certify_reference(series, task.bounds)?);
     let is_rigid = (0..model.joint_count()).all(|joint| !model.is_flexible(joint));
@@ -148,7 +153,11 @@ pub fn certify(
         simulated.join(kept);
         first.get_or_insert(simulation);
     }
-    Ok((certified.0, simulated.0, first.unwrap_or_default()))
+    Ok(Certificate {
+        certified: certified.0,
+        simulated: simulated.0,
+        simulation: first.unwrap_or_default(),
+    })
 }
 
 /// Returns the first quantity without any limit that a design needs; `None` if the limits are enough.

@@ -9,9 +9,8 @@ use super::fourier::{Basis, Series};
 use super::information::Weighting;
 use super::kinematics::Kinematics;
 use super::motion::{ByMotion, Moved, waves};
-use super::objective::judge;
+use super::objective::Aim;
 use super::physics::MotionAt;
-use crate::description::Objective;
 use crate::model::Model;
 
 /// One set of values that the robot may have.
@@ -22,7 +21,7 @@ pub(super) struct Scenario {
     pub(super) weighting: Weighting,
 }
 
-/// Objective and limits of a search.
+/// A search for a motion within limits.
 #[derive(Clone, Debug)]
 pub(super) struct Problem {
     pub(super) model: Model,
@@ -32,9 +31,7 @@ pub(super) struct Problem {
     pub(super) bounds: Bounds,
     pub(super) scenarios: Vec<Scenario>,
     pub(super) kinematics: Option<Kinematics>,
-    pub(super) objective: Objective,
-    pub(super) scales: Vec<f64>,
-    pub(super) chosen: Vec<usize>,
+    pub(super) aim: Aim,
     /// Time between samples of the motion, s.
     pub(super) sample: f64,
     /// Derivatives of the reference by the free numbers, of each joint and order, \[samples × free\].
@@ -68,6 +65,13 @@ struct Seen {
     t: usize,
     place: f64,
     interval: Interval,
+}
+
+/// Two samples, and the time between them, s.
+struct Neighbours {
+    before: usize,
+    after: usize,
+    time: f64,
 }
 
 /// Quantities of the reference by their order.
@@ -108,7 +112,7 @@ impl Problem {
         bounds: Bounds,
         scenarios: Vec<Scenario>,
         kinematics: Option<Kinematics>,
-        (objective, scales, chosen): (Objective, Vec<f64>, Vec<usize>),
+        aim: Aim,
         (samples, sample): (usize, f64),
     ) -> Self {
         let period = std::f64::consts::TAU / rate;
@@ -137,9 +141,7 @@ impl Problem {
             bounds,
             scenarios,
             kinematics,
-            objective,
-            scales,
-            chosen,
+            aim,
             sample,
             reference,
         }
@@ -322,19 +324,31 @@ impl Problem {
         self.model.is_flexible(joint) || matches!(scenario.follows, Follows::Loop(_))
     }
 
-    /// Returns the samples about one whose difference is the rate of a torque, and the time between them.
-    fn neighbours(&self, scenario: &Scenario, samples: usize, t: usize) -> (usize, usize, f64) {
+    /// Returns the samples about one whose difference is the rate of a torque.
+    fn neighbours(&self, scenario: &Scenario, samples: usize, t: usize) -> Neighbours {
         if matches!(scenario.follows, Follows::Exactly(_)) {
             let (before, after) = ((t + samples - 1) % samples, (t + 1) % samples);
-            (before, after, 2.0 * self.sample)
+            Neighbours {
+                before,
+                after,
+                time: 2.0 * self.sample,
+            }
         } else {
             let (before, after) = (t.saturating_sub(1), (t + 1).min(samples - 1));
-            (before, after, (after - before) as f64 * self.sample)
+            Neighbours {
+                before,
+                after,
+                time: (after - before) as f64 * self.sample,
+            }
         }
     }
 
     fn torque_rate(&self, scenario: &Scenario, moved: &Moved, t: usize, row: usize) -> f64 {
-        let (before, after, time) = self.neighbours(scenario, moved.at.len(), t);
+        let Neighbours {
+            before,
+            after,
+            time,
+        } = self.neighbours(scenario, moved.at.len(), t);
         (moved.torque[(after, row)] - moved.torque[(before, row)]) / time
     }
 
@@ -370,7 +384,7 @@ impl Problem {
         let moved = scenario.follows.run(coefficients)?;
         let (samples, n) = (moved.at.len(), self.bases.len());
         let columns = scenario.weighting.columns(&moved.entries);
-        let judged = judge(self.objective, &columns.matrix, &self.scales, &self.chosen)?;
+        let judged = self.aim.judge(&columns.matrix)?;
         value.objective += share * judged.value;
         value.total += share * judged.value;
         let weight = barrier * share / samples as f64;
@@ -432,7 +446,11 @@ impl Problem {
         match seen.what {
             Limited::Torque => on_torque(t, slope),
             Limited::TorqueRate => {
-                let (before, after, time) = self.neighbours(scenario, moved.at.len(), t);
+                let Neighbours {
+                    before,
+                    after,
+                    time,
+                } = self.neighbours(scenario, moved.at.len(), t);
                 on_torque(after, slope / time);
                 on_torque(before, -slope / time);
             }

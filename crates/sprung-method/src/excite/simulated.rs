@@ -10,6 +10,16 @@ use super::motion::{ByMotion, Moved, fill_torque, waves};
 use super::physics::{MotionAt, Physics};
 use crate::description::Controller;
 
+/// The steps of a simulation.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Steps {
+    /// s.
+    pub(super) step: f64,
+    /// Steps between samples.
+    pub(super) every: usize,
+    pub(super) samples: usize,
+}
+
 /// A closed loop over the duration of an experiment.
 #[derive(Clone, Debug)]
 pub(super) struct Simulated {
@@ -35,13 +45,18 @@ const STAGES: usize = 4;
 const RUNAWAY: f64 = 100.0;
 
 impl Simulated {
-    /// - `every`: steps between samples; `step`: s.
+    /// - `rate`, `harmonics`: of the references.
     pub(super) fn new(
         physics: Physics,
         controller: &Controller,
         (rate, harmonics): (f64, &[usize]),
-        (step, every, samples): (f64, usize, usize),
+        steps: Steps,
     ) -> Self {
+        let Steps {
+            step,
+            every,
+            samples,
+        } = steps;
         let times: Vec<f64> = (0..=2 * every * samples)
             .map(|k| 0.5 * step * k as f64)
             .collect();

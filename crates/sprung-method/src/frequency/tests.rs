@@ -81,7 +81,14 @@ impl Multisine {
     }
 }
 
-fn twin(multisine: &Multisine, seed: u64) -> (Model, Theta, Record) {
+/// A robot, its true parameters and a log.
+struct Recorded {
+    model: Model,
+    theta: Theta,
+    record: Record,
+}
+
+fn twin(multisine: &Multisine, seed: u64) -> Recorded {
     let sines = multisine.sines(seed);
     let (head, reference) = sines.split_once('\n').unwrap();
     let simulate = ROBOT.find("[simulate]").unwrap();
@@ -114,7 +121,11 @@ fn twin(multisine: &Multisine, seed: u64) -> (Model, Theta, Record) {
         }
     }
     record.raw(settings.period_s, &block);
-    (model, theta, record)
+    Recorded {
+        model,
+        theta,
+        record,
+    }
 }
 
 fn response(model: &Model, theta: &[f64], record: &Record) -> FrequencyResponse {
@@ -132,7 +143,11 @@ fn features(multisine: &Multisine, seeds: u64) -> Vec<(FrequencyResponse, Vec<Fe
     (0..seeds)
         .into_par_iter()
         .map(|seed| {
-            let (model, theta, record) = twin(multisine, seed);
+            let Recorded {
+                model,
+                theta,
+                record,
+            } = twin(multisine, seed);
             let found = response(&model, &theta, &record);
             let joints = found.joints.iter();
             let features = joints.flat_map(|joint| joint.features.clone()).collect();
@@ -203,7 +218,11 @@ fn a_wrong_stiffness_is_found_and_the_true_one_is_not() {
         highest_hz: 8.0,
         amplitude_deg: 0.05,
     };
-    let (model, mut theta, record) = twin(&multisine, 1);
+    let Recorded {
+        model,
+        mut theta,
+        record,
+    } = twin(&multisine, 1);
     assert_eq!(
         resonances_disagree(&response(&model, &theta, &record), "log"),
         None
@@ -222,7 +241,11 @@ fn a_slow_motion_shows_no_vibration() {
         highest_hz: 0.4,
         amplitude_deg: 3.0,
     };
-    let (model, theta, record) = twin(&multisine, 1);
+    let Recorded {
+        model,
+        theta,
+        record,
+    } = twin(&multisine, 1);
     let identified = Identified {
         model: &model,
         theta: &theta,

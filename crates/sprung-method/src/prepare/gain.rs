@@ -4,7 +4,7 @@ use sprung_core::parameters::JointParameter;
 
 use super::estimated_columns::FoundGain;
 use super::excerpt::Excerpt;
-use super::row::{fit_rows, independent};
+use super::row::{BesideFixed, fit_rows, independent};
 use crate::description::{EncoderOffset, Experiment};
 use crate::log::Quantity;
 use crate::model::Model;
@@ -222,12 +222,20 @@ fn of_torque(reading: &Reading, excerpt: &Excerpt, channel: usize) -> Result<Fou
         ));
     }
     let gains: Vec<(f64, f64)> = (known.iter())
-        .map(|(_, fixed, value, error)| (fixed / value, (fixed * error / (value * value)).abs()))
+        .map(|known| {
+            let BesideFixed {
+                fixed,
+                value,
+                error,
+                ..
+            } = known;
+            (fixed / value, (fixed * error / (value * value)).abs())
+        })
         .collect();
     let weights: f64 = gains.iter().map(|(_, error)| error.powi(-2)).sum();
     let value = gains.iter().map(|(g, e)| g * e.powi(-2)).sum::<f64>() / weights;
     let standard_error = weights.sqrt().recip();
-    let names: Vec<&str> = known.iter().map(|(name, ..)| name.as_str()).collect();
+    let names: Vec<&str> = known.iter().map(|known| known.name.as_str()).collect();
     if !(value > 0.0 && standard_error < LARGEST_ERROR_SHARE * value) {
         return Err(format!(
             "the gain of \"{}\" cannot be estimated: {} would make it {value:.3} (standard error \

@@ -53,4 +53,4 @@ pub(crate) use stribeck::rms_speeds;
 pub(crate) use sweep::Sweep;
 
 pub(crate) use noise::velocity_per_position;
-pub(crate) use row::{RowFit, fit_rows, independent};
+pub(crate) use row::{OfRow, RowFit, fit_rows, independent};

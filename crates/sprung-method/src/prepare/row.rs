@@ -32,6 +32,26 @@ pub(crate) struct RowFit {
     pub(crate) torque: f64,
 }
 
+/// A parameter of a joint in the fit of its row.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OfRow {
+    pub(crate) kind: JointParameter,
+    pub(crate) value: f64,
+    /// Standard error.
+    pub(crate) error: f64,
+}
+
+/// The fitted value of a parameter that is known.
+#[derive(Clone, Debug)]
+pub(crate) struct BesideFixed {
+    pub(crate) name: String,
+    /// The known value.
+    pub(crate) fixed: f64,
+    pub(crate) value: f64,
+    /// Standard error.
+    pub(crate) error: f64,
+}
+
 impl RowFit {
     /// Returns the root mean square of the residual over that of the torque.
     pub(crate) fn relative_residual(&self) -> f64 {
@@ -43,19 +63,19 @@ impl RowFit {
         self.columns.iter().copied().zip(self.x.iter().copied())
     }
 
-    /// Returns kinds, values and standard errors of the joints' parameters.
+    /// Returns the joints' parameters.
     ///
     /// - `independent`: number of independent residuals.
-    pub(crate) fn of_joints(
-        &self,
-        model: &Model,
-        independent: f64,
-    ) -> Vec<(JointParameter, f64, f64)> {
+    pub(crate) fn of_joints(&self, model: &Model, independent: f64) -> Vec<OfRow> {
         (self.columns.iter().enumerate())
             .filter_map(|(i, &column)| {
                 let (kind, _) = model.parameters()[column].joint?;
                 let error = (self.squares * self.inverse[i] / independent).sqrt();
-                Some((kind, self.x[i], error))
+                Some(OfRow {
+                    kind,
+                    value: self.x[i],
+                    error,
+                })
             })
             .collect()
     }
@@ -67,13 +87,8 @@ impl RowFit {
             .collect()
     }
 
-    /// Returns parameters with a known value that is not zero: name, known value, fitted value,
-    /// standard error.
-    pub(crate) fn beside_fixed(
-        &self,
-        model: &Model,
-        independent: f64,
-    ) -> Vec<(String, f64, f64, f64)> {
+    /// Returns parameters with a known value that is not zero.
+    pub(crate) fn beside_fixed(&self, model: &Model, independent: f64) -> Vec<BesideFixed> {
         (self.columns.iter().enumerate())
             .filter_map(|(i, &column)| {
                 let parameter = &model.parameters()[column];
@@ -84,7 +99,12 @@ impl RowFit {
                     .fixed
                     .filter(|fixed| *fixed != 0.0 && !is_back_emf)?;
                 let error = (self.squares * self.inverse[i] / independent).sqrt();
-                Some((parameter.name.clone(), fixed, self.x[i], error))
+                Some(BesideFixed {
+                    name: parameter.name.clone(),
+                    fixed,
+                    value: self.x[i],
+                    error,
+                })
             })
             .collect()
     }
@@ -96,7 +116,7 @@ impl RowFit {
             plausible: true,
             relative_residual: self.relative_residual(),
         };
-        for (kind, value, _) in self.of_joints(model, 1.0) {
+        for OfRow { kind, value, .. } in self.of_joints(model, 1.0) {
             if kind == JointParameter::Stiffness {
                 fit.stiffness = Some(value);
             }

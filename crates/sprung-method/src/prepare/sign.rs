@@ -1,11 +1,9 @@
 //! Signs of columns, from the torque equation of each joint.
 
-use sprung_core::parameters::JointParameter;
-
 use super::delay::estimate_delays;
 use super::estimated_columns::FoundSign;
 use super::excerpt::Excerpt;
-use super::row::{RowFit, fit_rows, independent};
+use super::row::{OfRow, RowFit, fit_rows, independent};
 use crate::description::Delay;
 use crate::log::{Channels, Quantity};
 use crate::regression::Reading;
@@ -167,20 +165,16 @@ fn with_open_delays(excerpt: &Excerpt, reading: &Reading, rows: &[usize]) -> Rea
 /// parameters are positive.
 fn score(fit: &RowFit, reading: &Reading, independent: f64) -> f64 {
     let positive: f64 = physical(fit, reading, independent)
-        .map(|(_, value, error)| log_positive(value / error))
+        .map(|of| log_positive(of.value / of.error))
         .sum();
     positive - independent * fit.relative_residual().max(MIN_RESIDUAL_SHARE).ln()
 }
 
-/// Parameters that are positive in every robot: kind, value, standard error.
-fn physical(
-    fit: &RowFit,
-    reading: &Reading,
-    independent: f64,
-) -> impl Iterator<Item = (JointParameter, f64, f64)> {
+/// Parameters that are positive in every robot.
+fn physical(fit: &RowFit, reading: &Reading, independent: f64) -> impl Iterator<Item = OfRow> {
     let all = fit.of_joints(reading.model(), independent);
     all.into_iter()
-        .filter(|(kind, ..)| kind.is_vital() || kind.is_friction())
+        .filter(|of| of.kind.is_vital() || of.kind.is_friction())
 }
 
 /// Logarithm of the probability that a quantity is positive whose estimate is `z` standard errors.
@@ -199,8 +193,8 @@ fn evidence(reading: &Reading, excerpt: &Excerpt, joint: usize, fits: [&RowFit; 
     let number = independent(excerpt, reading);
     let [with, other] = fits.map(|fit| {
         let negative: Vec<&str> = physical(fit, reading, number)
-            .filter(|(_, value, _)| *value < 0.0)
-            .map(|(kind, ..)| kind.name())
+            .filter(|of| of.value < 0.0)
+            .map(|of| of.kind.name())
             .collect();
         let signs = if negative.is_empty() {
             "no parameter is negative".to_owned()

@@ -14,7 +14,9 @@ use crate::units::Unit;
 ///
 /// - `joints`: indices of the joints with this quantity.
 pub(crate) fn check_columns(
-    (key, list, joints): (&Key, &Columns, &[usize]),
+    key: &Key,
+    list: &Columns,
+    joints: &[usize],
     path: &[&str],
     robot: &Robot,
 ) -> Result<(), Fault> {

@@ -94,7 +94,7 @@ pub(crate) fn check_log(log: &Log, path: &[&str], robot: &Robot) -> Result<(), F
             Joints::ThatHaveIt
         };
         let joints = check_length((key, list), which, &at(key.name), robot)?;
-        check_columns((key, list, &joints), &at(key.name), robot)?;
+        check_columns(key, list, &joints, &at(key.name), robot)?;
     }
     check_inertial(log, path, robot)?;
     check_voltages(log, path, robot)?;

@@ -208,6 +208,17 @@ fn correction(text: &str, before: &Chosen, after: &Chosen) -> String {
     format!("{text}; so the file says {}", lines.join("; "))
 }
 
+/// How bad the findings of a check are; earlier fields decide.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+struct Badness {
+    /// Whether the check could not run.
+    is_unchecked: bool,
+    errors: usize,
+    serious: usize,
+    /// Warnings about the unit of time.
+    warnings: usize,
+}
+
 impl NewExperiment {
     /// Returns whether an identification would refuse the log: the check found an error, or could not run.
     #[must_use]
@@ -216,18 +227,17 @@ impl NewExperiment {
         self.unchecked.is_some() || self.findings.iter().any(is_error)
     }
 
-    /// Number of errors, of serious findings and of warnings about the unit of time; a check that could not run is worst.
-    fn badness(&self) -> (bool, usize, usize, usize) {
+    fn badness(&self) -> Badness {
         let of = |severity: Severity| {
             let same = |finding: &&Finding| finding.severity == severity;
             self.findings.iter().filter(same).count()
         };
-        (
-            self.unchecked.is_some(),
-            of(Severity::Error),
-            of(Severity::Serious),
-            of(Severity::Warning),
-        )
+        Badness {
+            is_unchecked: self.unchecked.is_some(),
+            errors: of(Severity::Error),
+            serious: of(Severity::Serious),
+            warnings: of(Severity::Warning),
+        }
     }
 }
 

@@ -14,6 +14,14 @@ use syn::{Item, UseTree, Visibility};
 /// Names of enclosing modules, from the crate's root.
 pub(crate) type ModulePath = Vec<String>;
 
+/// The text of a file.
+#[derive(Clone)]
+pub(crate) struct Source {
+    pub(crate) module: ModulePath,
+    pub(crate) file: PathBuf,
+    pub(crate) text: String,
+}
+
 /// A file of a crate: its definitions, imports and names.
 #[derive(Default)]
 struct Scope {
@@ -106,15 +114,12 @@ impl Files {
         }
     }
 
-    /// Reads files from memory: module, path and text of each.
+    /// Reads files from memory.
     ///
     /// - `prefix`: module path of the crate's root.
-    pub(crate) fn of(
-        prefix: &[&str],
-        texts: impl IntoIterator<Item = (ModulePath, PathBuf, String)>,
-    ) -> Self {
+    pub(crate) fn of(prefix: &[&str], texts: impl IntoIterator<Item = Source>) -> Self {
         let mut scopes = BTreeMap::new();
-        for (module, file, text) in texts {
+        for Source { module, file, text } in texts {
             // A file named `tests` is a test module like the modules at the end of other files.
             if module.last().is_some_and(|last| last == "tests") {
                 continue;
@@ -178,9 +183,8 @@ impl Files {
         (scope.globs.iter()).find_map(|glob| self.resolve(&[&glob[..], rest].concat(), depth + 1))
     }
 
-    /// Returns the uses between children of one module, each a file or a folder with all its files, with the
-    /// names of both children.
-    pub(crate) fn uses_between_children(&self, module: &[String]) -> Vec<(String, String, Use)> {
+    /// Returns the uses between children of one module, each a file or a folder with all its files.
+    pub(crate) fn uses_between_children(&self, module: &[String]) -> Vec<Between> {
         between_children(self.uses(), module)
     }
 
@@ -197,16 +201,16 @@ impl Files {
         let of_module = |module: &ModulePath| -> Vec<(String, String)> {
             let between = between_children(uses, module);
             let edges: BTreeSet<Use> = (between.iter())
-                .map(|(from, to, _)| Use {
-                    from: child(from),
-                    to: child(to),
+                .map(|use_of| Use {
+                    from: child(&use_of.from),
+                    to: child(&use_of.to),
                     name: String::new(),
                 })
                 .collect();
             let reached = Reached::of(&edges);
             (between.iter())
-                .filter(|(from, to, _)| reached.has(&child(to), &child(from)))
-                .map(|(_, _, found)| (module.join("/"), found.words()))
+                .filter(|use_of| reached.has(&child(&use_of.to), &child(&use_of.from)))
+                .map(|use_of| (module.join("/"), use_of.found.words()))
                 .collect()
         };
         modules.iter().flat_map(of_module).collect()
@@ -232,11 +236,25 @@ impl Use {
     }
 }
 
-fn between_children(uses: &BTreeSet<Use>, module: &[String]) -> Vec<(String, String, Use)> {
+/// A use between two children of a module.
+pub(crate) struct Between {
+    /// Name of the child that uses the other.
+    pub(crate) from: String,
+    pub(crate) to: String,
+    pub(crate) found: Use,
+}
+
+fn between_children(uses: &BTreeSet<Use>, module: &[String]) -> Vec<Between> {
     let inside = |path: &ModulePath| path.strip_prefix(module)?.first().cloned();
     (uses.iter())
-        .filter_map(|found| Some((inside(&found.from)?, inside(&found.to)?, found.clone())))
-        .filter(|(from, to, _)| from != to)
+        .filter_map(|found| {
+            Some(Between {
+                from: inside(&found.from)?,
+                to: inside(&found.to)?,
+                found: found.clone(),
+            })
+        })
+        .filter(|use_of| use_of.from != use_of.to)
         .collect()
 }
 
@@ -273,8 +291,8 @@ fn crate_root(name: &str) -> Option<ModulePath> {
     Some(prefix.iter().map(|part| (*part).to_owned()).collect())
 }
 
-/// Returns all files below the folder of a crate's root: module, path and text.
-fn texts(root: &Path, prefix: &[&str]) -> Vec<(ModulePath, PathBuf, String)> {
+/// Returns all files below the folder of a crate's root.
+fn texts(root: &Path, prefix: &[&str]) -> Vec<Source> {
     let module_of = |path: &Path| {
         let inside = path.strip_prefix(root).unwrap().with_extension("");
         let mut module: ModulePath = (inside.iter())
@@ -287,8 +305,12 @@ fn texts(root: &Path, prefix: &[&str]) -> Vec<(ModulePath, PathBuf, String)> {
         prefix.chain(module).collect()
     };
     let all = crate::sources(root).into_iter();
-    all.map(|(path, text)| (module_of(&path), path, text))
-        .collect()
+    all.map(|(file, text)| Source {
+        module: module_of(&file),
+        file,
+        text,
+    })
+    .collect()
 }
 
 fn is_root(module: &[String]) -> bool {
@@ -446,10 +468,12 @@ fn name_of(item: &Item) -> Option<String> {
 #[test]
 fn circles_are_found_through_what_is_handed_on() {
     let file = |module: &str, text: &str| {
-        let path: ModulePath = (module.split('/').filter(|part| !part.is_empty()))
-            .map(str::to_owned)
-            .collect();
-        (path, PathBuf::from(module), text.to_owned())
+        let parts = module.split('/').filter(|part| !part.is_empty());
+        Source {
+            module: parts.map(str::to_owned).collect(),
+            file: PathBuf::from(module),
+            text: text.to_owned(),
+        }
     };
     let common = [
         file("", "mod a; mod b; pub use a::Alone;"),
@@ -479,10 +503,12 @@ fn circles_are_found_through_what_is_handed_on() {
 #[test]
 fn circles_between_folders_are_found_without_circles_between_files() {
     let file = |module: &str, text: &str| {
-        let path: ModulePath = (module.split('/').filter(|part| !part.is_empty()))
-            .map(str::to_owned)
-            .collect();
-        (path, PathBuf::from(module), text.to_owned())
+        let parts = module.split('/').filter(|part| !part.is_empty());
+        Source {
+            module: parts.map(str::to_owned).collect(),
+            file: PathBuf::from(module),
+            text: text.to_owned(),
+        }
     };
     let files = |back: &str| {
         Files::of(

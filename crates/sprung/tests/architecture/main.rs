@@ -3,6 +3,7 @@
 
 mod files;
 mod public_names;
+mod shapes;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -166,13 +167,13 @@ fn every_folder_of_estimate_uses_only_those_before_it() {
     let between = files.uses_between_children(&["estimate".to_owned()]);
     let place = |name: &str| ESTIMATE.iter().position(|known| *known == name);
     let unknown: Vec<&String> = (between.iter())
-        .flat_map(|(from, to, _)| [from, to])
+        .flat_map(|use_of| [&use_of.from, &use_of.to])
         .filter(|name| place(name).is_none())
         .collect();
     assert!(unknown.is_empty(), "{unknown:?} have no place");
     let back: Vec<String> = (between.iter())
-        .filter(|(from, to, _)| place(to) > place(from))
-        .map(|(_, _, found)| found.words())
+        .filter(|use_of| place(&use_of.to) > place(&use_of.from))
+        .map(|use_of| use_of.found.words())
         .collect();
     assert!(back.is_empty(), "{}", back.join("\n"));
 }

@@ -8,18 +8,23 @@ use sprung_robot::{Delay, Estimator};
 use super::in_memory::with_source;
 use super::twin::Demo;
 
-/// Identifies a log of the twin in which columns are late by a number of samples.
-///
-/// - `late`: each column, its name and the samples.
-fn late(late: &[(usize, &str, usize)]) -> Identification {
+/// A column that is late by a number of samples.
+struct Late<'n> {
+    column: usize,
+    name: &'n str,
+    samples: usize,
+}
+
+/// Identifies a log of the twin in which columns are late.
+fn late(late: &[Late<'_>]) -> Identification {
     let demo = Demo::new();
     let mut experiment = demo.experiment.clone();
     experiment.identify.estimator = vec![Estimator::PredictionError];
     let log = experiment.log.as_mut().unwrap();
     let mut table = demo.table(2000, 1.0);
-    for &(column, name, samples) in late {
-        log.delay_s.insert(name.to_owned(), Delay::Estimate);
-        table = table.delayed(column, samples);
+    for late in late {
+        log.delay_s.insert(late.name.to_owned(), Delay::Estimate);
+        table = table.delayed(late.column, late.samples);
     }
     let model = Model::new(&experiment).unwrap();
     // Half of the log: a search takes several seconds of processor time. The benchmark `delays` has whole logs.
@@ -36,7 +41,11 @@ fn late(late: &[(usize, &str, usize)]) -> Identification {
 #[test]
 fn delays_of_a_link_are_found() {
     for (column, name, samples) in [(1, "q2_rad", 20), (0, "q1_rad", 0)] {
-        let found = late(&[(column, name, samples)]);
+        let found = late(&[Late {
+            column,
+            name,
+            samples,
+        }]);
         let used = found.log.delay_s[name];
         let off = used.value - 1e-3 * samples as f64;
         // Measured at most 4.7e-6 s in a whole log, with a standard error of 1.1e-5 s; the limits allow factors of ten and nine.
@@ -58,7 +67,18 @@ fn delays_of_a_link_are_found() {
 
 #[test]
 fn two_delays_of_one_joint_are_found() {
-    let found = late(&[(0, "q1_rad", 12), (4, "tau1_nm", 7)]);
+    let found = late(&[
+        Late {
+            column: 0,
+            name: "q1_rad",
+            samples: 12,
+        },
+        Late {
+            column: 4,
+            name: "tau1_nm",
+            samples: 7,
+        },
+    ]);
     for (name, delay) in [("q1_rad", 12e-3), ("tau1_nm", 7e-3)] {
         let used = found.log.delay_s[name];
         let error = used.standard_error.unwrap();

@@ -62,9 +62,8 @@ fn identified(twin: &Twin, log: &[u8]) -> (EstimateResult, Vec<Finding>) {
     (found.results[0].clone(), found.findings)
 }
 
-/// Error of each parameter with one of these endings, in percent, and its distance from the truth in
-/// standard errors.
-fn errors(truth: &Theta, result: &EstimateResult, endings: &[&str]) -> Vec<(String, f64, f64)> {
+/// Returns the errors of the parameters with one of these endings, in percent.
+fn errors(truth: &Theta, result: &EstimateResult, endings: &[&str]) -> Vec<f64> {
     (result.parameters.iter().zip(truth))
         .filter(|(p, _)| endings.iter().any(|ending| p.name.ends_with(ending)))
         .map(|(p, truth)| {
@@ -72,15 +71,15 @@ fn errors(truth: &Theta, result: &EstimateResult, endings: &[&str]) -> Vec<(Stri
             let sigmas = (value - truth) / p.standard_error.unwrap();
             let error = 100.0 * (value / truth - 1.0);
             println!("{}: {error:+.3} %, {sigmas:+.1} standard errors", p.name);
-            (p.name.clone(), error, sigmas)
+            error
         })
         .collect()
 }
 
 const INERTIAS: [&str; 4] = ["inertia_total", "coupling", ".inertia", "rotor_inertia"];
 
-fn worst(errors: &[(String, f64, f64)]) -> f64 {
-    errors.iter().map(|error| error.1.abs()).fold(0.0, f64::max)
+fn worst(errors: &[f64]) -> f64 {
+    errors.iter().map(|error| error.abs()).fold(0.0, f64::max)
 }
 
 #[test]

@@ -17,21 +17,33 @@ use sprung_model::Model;
 use crate::in_memory::with_source;
 use crate::support::Twin;
 
-/// Name, disturbances of motors and links in N·m rms.
-type Case = (&'static str, [f64; 2], [f64; 2]);
-const CASES: [Case; 3] = [
-    ("clean", [0.0, 0.0], [0.0, 0.0]),
-    ("motor", [0.05, 0.01], [0.0, 0.0]),
-    ("link", [0.0, 0.0], [0.01, 0.01]),
-];
+/// Disturbances of motors and links, N·m rms.
+#[derive(Clone, Copy)]
+struct Disturbed {
+    motor: [f64; 2],
+    link: [f64; 2],
+}
 
-fn settings(counts: u32, (_, motor, link): Case, seed: u64) -> Simulate {
+const CLEAN: Disturbed = Disturbed {
+    motor: [0.0, 0.0],
+    link: [0.0, 0.0],
+};
+const MOTORS: Disturbed = Disturbed {
+    motor: [0.05, 0.01],
+    ..CLEAN
+};
+const LINKS: Disturbed = Disturbed {
+    link: [0.01, 0.01],
+    ..CLEAN
+};
+
+fn settings(counts: u32, by: Disturbed, seed: u64) -> Simulate {
     let mut settings = Twin::new().experiment.simulate.unwrap();
     settings.seed = seed;
     settings.link_encoder_counts_per_turn = vec![counts; 2];
     settings.motor_encoder_counts_per_turn = vec![counts; 2];
-    settings.torque_disturbance_nm = motor.to_vec();
-    settings.link_torque_disturbance_nm = link.to_vec();
+    settings.torque_disturbance_nm = by.motor.to_vec();
+    settings.link_torque_disturbance_nm = by.link.to_vec();
     settings
 }
 
@@ -78,10 +90,10 @@ fn errors_and_intervals_are_those_of_the_noise() {
     // Limits of the median error of one log, in percent: twice the limits of ten logs, whose medians are 0.047, 0.082,
     // 0.45 and 0.25 %. The benchmark has all cases at all counts.
     for (counts, case, limit) in [
-        (16384, CASES[0], 0.16),
-        (4096, CASES[0], 0.20),
-        (16384, CASES[1], 1.1),
-        (4096, CASES[2], 0.9),
+        (16384, CLEAN, 0.16),
+        (4096, CLEAN, 0.20),
+        (16384, MOTORS, 1.1),
+        (4096, LINKS, 0.9),
     ] {
         let (name, ..) = case;
         let (mut errors, mut of_bound) = (Vec::new(), Vec::new());
@@ -115,7 +127,7 @@ fn errors_and_intervals_are_those_of_the_noise() {
 #[test]
 fn bound_is_what_the_refinement_claims_and_follows_the_noise() {
     let twin = twin();
-    let settings = settings(16384, CASES[1], 3);
+    let settings = settings(16384, MOTORS, 3);
     let log = twin.log(&settings);
     let bounds = bound(&twin, &settings, &log);
     let result = refined(&twin, &log).unwrap();
@@ -139,7 +151,7 @@ fn bound_is_what_the_refinement_claims_and_follows_the_noise() {
 #[test]
 fn exact_torque_is_used() {
     let mut twin = twin();
-    let mut settings = settings(16384, CASES[0], 5);
+    let mut settings = settings(16384, CLEAN, 5);
     settings.torque_noise_nm.clear();
     let log = twin.log(&settings);
     let errors = |twin: &Twin| -> f64 {
@@ -163,7 +175,7 @@ fn noise_of_the_torque_pulls_no_inertia_up() {
     let (twin, seeds) = (twin(), 4_u32);
     let mut away = [0.0; 2];
     for seed in 0..seeds {
-        let mut settings = settings(16384, CASES[0], 300 + u64::from(seed));
+        let mut settings = settings(16384, CLEAN, 300 + u64::from(seed));
         settings.duration_s = 5.0;
         settings.torque_noise_nm = vec![0.2, 0.02];
         let result = refined(&twin, &twin.log(&settings)).unwrap();
@@ -198,7 +210,7 @@ fn nominal_start_needs_nominal_values() {
         .nominal
         .remove(JointParameter::Stiffness);
     twin.model = sprung_model::Model::new(&twin.experiment).unwrap();
-    let log = twin.log(&settings(16384, CASES[0], 1));
+    let log = twin.log(&settings(16384, CLEAN, 1));
     let error = refined(&twin, &log).unwrap_err().to_string();
     assert!(
         error.contains("start = \"nominal\"") && error.contains("stiffness"),
@@ -209,7 +221,7 @@ fn nominal_start_needs_nominal_values() {
 #[test]
 fn own_model_is_not_doubted() {
     let twin = twin();
-    let result = refined(&twin, &twin.log(&settings(16384, CASES[0], 100))).unwrap();
+    let result = refined(&twin, &twin.log(&settings(16384, CLEAN, 100))).unwrap();
     let warnings = result
         .warnings
         .iter()
@@ -233,7 +245,7 @@ fn missing_laws(log: &[u8]) -> Vec<(Severity, String)> {
 #[test]
 fn a_law_that_the_model_lacks_is_named_and_no_other() {
     let mut plant = Twin::new();
-    let settings = settings(16384, CASES[0], 3);
+    let settings = settings(16384, CLEAN, 3);
     assert_eq!(missing_laws(&plant.log(&settings)), []);
     plant.experiment.robot.joint[1].spring = Some(vec![SpringTerm::Linear, SpringTerm::Cubic]);
     plant.model = Model::new(&plant.experiment).unwrap();
@@ -253,7 +265,7 @@ fn a_law_that_the_model_lacks_is_named_and_no_other() {
 #[test]
 fn linear_sensors_are_not_reported() {
     let twin = twin();
-    let result = refined(&twin, &twin.log(&settings(16384, CASES[0], 3))).unwrap();
+    let result = refined(&twin, &twin.log(&settings(16384, CLEAN, 3))).unwrap();
     let codes: Vec<&str> = result.warnings.iter().map(|f| f.code.as_str()).collect();
     assert!(!codes.contains(&"torque-saturates"), "{codes:?}");
     assert!(!codes.contains(&"eccentric-encoder"), "{codes:?}");
@@ -304,7 +316,7 @@ fn torques_that_saturate_are_named() {
     let mut twin = twin();
     // Least squares take a saturation for a law.
     twin.experiment.identify.laws = Laws::Declared;
-    let log = twin.log(&settings(16384, CASES[0], 3));
+    let log = twin.log(&settings(16384, CLEAN, 3));
     let log = saturated(&saturated(&log, 0.05, 5), 0.05, 6);
     let result = refined(&twin, &log).unwrap();
     let found: Vec<&Finding> = (result.warnings.iter())
@@ -334,7 +346,7 @@ fn an_eccentric_encoder_is_named() {
             phase_deg: 0.0,
         })
         .collect();
-    let log = twin.log(&settings(16384, CASES[0], 3));
+    let log = twin.log(&settings(16384, CLEAN, 3));
     let log = changed(&log, |rows| {
         for row in rows {
             row[2] += 1e-3 * row[2].sin();

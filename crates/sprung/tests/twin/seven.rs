@@ -31,6 +31,15 @@ pub(crate) struct Arm {
     offsets: Vec<f64>,
 }
 
+/// The error of a parameter.
+pub(crate) struct OffBy {
+    pub(crate) name: String,
+    /// Share of the torque.
+    pub(crate) share: f64,
+    /// Percent.
+    pub(crate) error: f64,
+}
+
 impl Arm {
     fn new(change: impl FnOnce(&mut Experiment)) -> Self {
         Self::of(EXPERIMENT, change)
@@ -94,15 +103,16 @@ impl Arm {
         })
     }
 
-    /// Name, share and error in percent of the parameters that matter.
-    pub(crate) fn errors(&self, result: &EstimateResult) -> Vec<(String, f64, f64)> {
+    /// Returns the errors of the parameters that matter.
+    pub(crate) fn errors(&self, result: &EstimateResult) -> Vec<OffBy> {
         (result.parameters.iter().zip(&self.truth))
             // A preload also contains the encoder positions at the start.
             .filter(|(p, _)| !p.name.ends_with("spring_preload"))
             .filter(|(p, _)| p.torque_share.unwrap() >= MATTERS)
-            .map(|(p, truth)| {
-                let error = 100.0 * (p.value.unwrap() / truth - 1.0).abs();
-                (p.name.clone(), p.torque_share.unwrap(), error)
+            .map(|(p, truth)| OffBy {
+                name: p.name.clone(),
+                share: p.torque_share.unwrap(),
+                error: 100.0 * (p.value.unwrap() / truth - 1.0).abs(),
             })
             .collect()
     }
@@ -131,7 +141,7 @@ fn exact_positions_give_every_parameter_that_matters() {
     let arm = Arm::new(|e| e.identify.position_cutoff_hz = Cutoff::Fixed(499.0));
     let found = arm.identify(&arm.log(exact));
     let errors = arm.errors(&found.identification.results[0]);
-    let worst = errors.iter().map(|e| e.2).fold(0.0, f64::max);
+    let worst = errors.iter().map(|e| e.error).fold(0.0, f64::max);
     println!(
         "{} parameters matter, worst error {worst:.3} %",
         errors.len()
@@ -145,13 +155,13 @@ fn encoders_and_noise_leave_most_of_it() {
     let found = arm.identify(&arm.log(|_| ()));
     let result = &found.identification.results[0];
     let mut errors = arm.errors(result);
-    errors.sort_by(|a, b| a.2.total_cmp(&b.2));
-    let median = errors[errors.len() / 2].2;
+    errors.sort_by(|a, b| a.error.total_cmp(&b.error));
+    let median = errors[errors.len() / 2].error;
     println!("median of {}: {median:.3} %", errors.len());
     assert!(median < 0.5, "{median}");
     for (joint, name) in arm.model.joints().iter().enumerate() {
         let stiffness = format!("{name}.stiffness");
-        let error = errors.iter().find(|e| e.0 == stiffness).unwrap().2;
+        let error = errors.iter().find(|e| e.name == stiffness).unwrap().error;
         println!("{stiffness}: {error:.2} %");
         assert!(
             error < if joint == 6 { 4.0 } else { 1.0 },
@@ -171,7 +181,7 @@ fn encoders_and_noise_leave_most_of_it() {
         .filter(|w| codes.contains(&w.code.as_str()));
     let weak: Vec<&String> = warnings.flat_map(|w| &w.parameters).collect();
     println!("{} parameters are named as weak", weak.len());
-    for (name, share, error) in &errors {
+    for OffBy { name, share, error } in &errors {
         if *error > 10.0 {
             println!("{name}: {error:.0} % at a share of {share:.3}");
             assert!(weak.contains(&name), "{name}: {error}");
@@ -214,8 +224,8 @@ fn an_offset_that_is_not_estimated_ruins_stiffnesses() {
     let arm = Arm::new(|e| e.identify.encoder_offset = Some(EncoderOffset::None));
     let found = arm.identify(&arm.log(|_| ()));
     let errors = arm.errors(&found.identification.results[0]);
-    let stiffness = errors.iter().filter(|e| e.0.ends_with(".stiffness"));
-    let worst = stiffness.map(|e| e.2).fold(0.0, f64::max);
+    let stiffness = errors.iter().filter(|e| e.name.ends_with(".stiffness"));
+    let worst = stiffness.map(|e| e.error).fold(0.0, f64::max);
     println!("worst stiffness without preload columns: {worst:.0} %");
     assert!(worst > 10.0, "{worst}");
 }

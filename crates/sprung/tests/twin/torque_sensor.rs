@@ -34,9 +34,8 @@ fn noisy(settings: &mut Simulate) {
     settings.joint_torque_noise_nm = NOISE.to_vec();
 }
 
-/// Error of each parameter with this ending, in percent, and its distance from the truth in standard
-/// errors.
-fn errors(arm: &Arm, result: &EstimateResult, ending: &str) -> Vec<(String, f64, f64)> {
+/// Returns names and errors of the parameters with this ending, in percent.
+fn errors(arm: &Arm, result: &EstimateResult, ending: &str) -> Vec<(String, f64)> {
     (result.parameters.iter().zip(&arm.truth))
         .filter(|(p, _)| p.name.ends_with(ending))
         .map(|(p, truth)| {
@@ -44,15 +43,15 @@ fn errors(arm: &Arm, result: &EstimateResult, ending: &str) -> Vec<(String, f64,
             let sigmas = (value - truth) / p.standard_error.unwrap();
             let error = 100.0 * (value / truth - 1.0);
             println!("{}: {error:+.3} %, {sigmas:+.1} standard errors", p.name);
-            (p.name.clone(), error, sigmas)
+            (p.name.clone(), error)
         })
         .collect()
 }
 
 fn median_of_others(arm: &Arm, result: &EstimateResult) -> f64 {
     let mut errors: Vec<f64> = (arm.errors(result).iter())
-        .filter(|(name, ..)| !name.ends_with(".stiffness"))
-        .map(|error| error.2)
+        .filter(|parameter| !parameter.name.ends_with(".stiffness"))
+        .map(|parameter| parameter.error)
         .filter(|error| error.is_finite())
         .collect();
     errors.sort_by(f64::total_cmp);
@@ -64,7 +63,7 @@ fn sensor_and_encoders_give_stiffnesses_and_inertias() {
     let arm = with_links(Estimator::LeastSquares);
     let found = arm.identify(&arm.log(noisy));
     let result = &found.identification.results[0];
-    for (name, error, _) in errors(&arm, result, ".stiffness") {
+    for (name, error) in errors(&arm, result, ".stiffness") {
         // Measured with four seeds: at most 0.36 %.
         assert!(error.abs() < 0.5, "{name}: {error}");
     }
@@ -87,10 +86,10 @@ fn motion_gives_stiffnesses_without_link_encoder() {
     let result = &found.identification.results[0];
     assert!(result.refinement.as_ref().unwrap().used);
     // The large joints have enough inertia beyond their springs. Measured: at most 0.23 %, and 2.1 standard errors.
-    for (name, error, _) in &errors(&arm, result, ".stiffness")[..4] {
+    for (name, error) in &errors(&arm, result, ".stiffness")[..4] {
         assert!(error.abs() < 1.0, "{name}: {error}");
     }
-    for (name, error, _) in errors(&arm, result, ".rotor_inertia") {
+    for (name, error) in errors(&arm, result, ".rotor_inertia") {
         assert!(error.abs() < 2.0, "{name}: {error}");
     }
 }

@@ -12,7 +12,7 @@ use super::super::judge::{drawn, identified, look};
 use super::super::pose::linear;
 use super::super::sampled::{Law, Sampled};
 use super::super::{ControlRefusal, ControlTask, Controlled, design_control, workspace_poses};
-use super::{PERIOD, arm};
+use super::{Arm, PERIOD, arm};
 use crate::description::{Control, Controller, Feedback, Simulate};
 use crate::model::{Model, Theta};
 use crate::simulate::{Move, Trajectory};
@@ -54,7 +54,11 @@ fn rates(plant: &Sampled, controller: &Controller) -> Vec<c64> {
 #[test]
 fn with_stiff_springs_the_joints_have_the_bandwidth_and_the_damping_that_are_asked_for() {
     const SHORT: f64 = 2e-5;
-    let (model, mut theta, controller) = arm();
+    let Arm {
+        model,
+        mut theta,
+        controller,
+    } = arm();
     without_friction(&model, &mut theta);
     let stiff = stiffened(&model, &theta, 1e4);
     let value = |name: &str| theta[model.index_of(name).unwrap()];
@@ -79,7 +83,11 @@ fn with_stiff_springs_the_joints_have_the_bandwidth_and_the_damping_that_are_ask
 #[test]
 fn damped_links_have_the_poles_of_a_damper_between_link_and_base() {
     const SHORT: f64 = 1e-6;
-    let (model, mut theta, controller) = arm();
+    let Arm {
+        model,
+        mut theta,
+        controller,
+    } = arm();
     without_friction(&model, &mut theta);
     let linear = linear(&model, &theta, &[0.3, 0.8]).unwrap();
     let plant = Sampled::new(&model, &linear, SHORT);
@@ -132,7 +140,11 @@ struct Case {
 impl Case {
     /// Returns the demo's arm, and robots whose springs and inertias differ by up to 2 %.
     fn new(settings: Control) -> Self {
-        let (model, theta, declared) = arm();
+        let Arm {
+            model,
+            theta,
+            controller: declared,
+        } = arm();
         let draws = (0..6)
             .map(|k| {
                 let factor = 1.0 + 0.004 * (f64::from(k) - 2.5);

@@ -11,8 +11,14 @@ use crate::model::Model;
 
 const PERIOD: f64 = 1e-3;
 
-/// Returns the demo's arm with its true values and without Coulomb friction, and its controller.
-fn arm() -> (Model, Vec<f64>, Controller) {
+/// The demo's arm with its true values and without Coulomb friction, and its controller.
+struct Arm {
+    model: Model,
+    theta: Vec<f64>,
+    controller: Controller,
+}
+
+fn arm() -> Arm {
     let experiment = read("demo", demo::EXPERIMENT, &[], &mut no_files).unwrap();
     let model = Model::new(&experiment).unwrap();
     let mut values: BTreeMap<String, f64> = toml::from_str(demo::TRUTH).unwrap();
@@ -22,5 +28,9 @@ fn arm() -> (Model, Vec<f64>, Controller) {
         }
     }
     let theta = model.theta(&values).unwrap();
-    (model, theta, experiment.controller.unwrap())
+    Arm {
+        model,
+        theta,
+        controller: experiment.controller.unwrap(),
+    }
 }

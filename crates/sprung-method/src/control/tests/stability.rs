@@ -8,14 +8,18 @@ use sprung_core::velocity::AveragedVelocity;
 use super::super::margins::stability;
 use super::super::pose::linear;
 use super::super::sampled::{Law, Sampled};
-use super::{PERIOD, arm};
+use super::{Arm, PERIOD, arm};
 use crate::description::Controller;
 use crate::simulate::ClosedLoop;
 
 #[test]
 fn one_period_of_the_sampled_equations_is_that_of_the_simulation() {
     const SMALL: f64 = 1e-4;
-    let (model, theta, controller) = arm();
+    let Arm {
+        model,
+        theta,
+        controller,
+    } = arm();
     let q = [0.2, -0.5];
     let plant = Sampled::new(&model, &linear(&model, &theta, &q).unwrap(), PERIOD);
     // Deviations of both links and both motors, then torques of both motors.
@@ -47,7 +51,7 @@ fn one_period_of_the_sampled_equations_is_that_of_the_simulation() {
 
 #[test]
 fn the_gain_of_the_velocity_estimator_is_that_of_its_averages() {
-    let (_, _, mut controller) = arm();
+    let mut controller = arm().controller;
     controller.velocity_window = [4, 2];
     let law = Law::of(&controller, 2);
     let mut estimator = AveragedVelocity::new(4, 2, PERIOD).unwrap();
@@ -72,7 +76,11 @@ fn scaled(controller: &Controller, joint: usize, factor: f64) -> Controller {
 
 #[test]
 fn gain_margins_end_where_poles_leave_the_unit_circle() {
-    let (model, theta, controller) = arm();
+    let Arm {
+        model,
+        theta,
+        controller,
+    } = arm();
     for q in [[0.0, 0.0], [0.3, 1.2]] {
         let of =
             |controller: &Controller| stability(&model, &theta, controller, &q, PERIOD).unwrap();
@@ -99,7 +107,11 @@ fn gain_margins_end_where_poles_leave_the_unit_circle() {
 
 #[test]
 fn a_loop_with_a_negative_gain_grows() {
-    let (model, theta, mut controller) = arm();
+    let Arm {
+        model,
+        theta,
+        mut controller,
+    } = arm();
     controller.kd_nms_per_rad[0] = -50.0;
     let stability = stability(&model, &theta, &controller, &[0.0; 2], PERIOD).unwrap();
     assert!(
@@ -110,7 +122,11 @@ fn a_loop_with_a_negative_gain_grows() {
 
 #[test]
 fn an_unstable_loop_runs_away_in_the_simulation_and_a_stable_one_comes_to_rest() {
-    let (model, theta, controller) = arm();
+    let Arm {
+        model,
+        theta,
+        controller,
+    } = arm();
     let q = [0.0, 0.0];
     let margin = stability(&model, &theta, &controller, &q, PERIOD)
         .unwrap()

@@ -126,10 +126,10 @@ fn presliding(
                 continue;
             }
             at_rest += 1;
-            let (positions, torques, both) = moments(position, torque);
-            let correlation = both / (positions * torques).sqrt();
+            let of = moments(position, torque);
+            let correlation = of.both / (of.first * of.second).sqrt();
             if correlation >= MIN_CORRELATION {
-                slopes.push(both / positions);
+                slopes.push(of.both / of.first);
             } else if correlation <= -MIN_CORRELATION {
                 against += 1;
             }
@@ -149,14 +149,25 @@ fn presliding(
     })
 }
 
-/// Returns the sums of squares of two signals about their means, and the sum of their products.
-fn moments(a: &[f64], b: &[f64]) -> (f64, f64, f64) {
+/// Sums of squares of two signals about their means, and the sum of their products.
+#[derive(Default)]
+struct Moments {
+    first: f64,
+    second: f64,
+    both: f64,
+}
+
+fn moments(a: &[f64], b: &[f64]) -> Moments {
     let count = a.len() as f64;
     let mean = |x: &[f64]| x.iter().sum::<f64>() / count;
     let (of_a, of_b) = (mean(a), mean(b));
-    a.iter().zip(b).fold((0.0, 0.0, 0.0), |sums, (a, b)| {
+    a.iter().zip(b).fold(Moments::default(), |sums, (a, b)| {
         let (a, b) = (a - of_a, b - of_b);
-        (sums.0 + a * a, sums.1 + b * b, sums.2 + a * b)
+        Moments {
+            first: sums.first + a * a,
+            second: sums.second + b * b,
+            both: sums.both + a * b,
+        }
     })
 }
 

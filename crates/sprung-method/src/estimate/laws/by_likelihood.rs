@@ -3,13 +3,19 @@
 use super::law_set::Chosen;
 use crate::estimate::result::{LawsByHoldOut, Refinement};
 
+/// The Stribeck velocity of a joint by likelihood, rad/s (m/s).
+#[derive(Clone, Copy, Debug)]
+pub(in crate::estimate) struct FoundVelocity<'n> {
+    pub(in crate::estimate) joint: &'n str,
+    pub(in crate::estimate) velocity: f64,
+    pub(in crate::estimate) standard_error: f64,
+}
+
 impl Chosen {
     /// Replaces the Stribeck velocities that the ladder found.
-    ///
-    /// - `found`: joint, velocity and standard error, rad/s (m/s).
     pub(in crate::estimate) fn set_velocities<'n>(
         &mut self,
-        found: impl IntoIterator<Item = (&'n str, f64, f64)>,
+        found: impl IntoIterator<Item = FoundVelocity<'n>>,
     ) {
         replace_velocities(&mut self.result, found);
     }
@@ -22,8 +28,11 @@ impl Chosen {
         replace_velocities(
             &mut self.result,
             velocities.filter_map(|law| {
-                let error = law.stribeck_velocity_error?;
-                Some((law.joint.as_str(), law.stribeck_velocity?, error))
+                Some(FoundVelocity {
+                    joint: law.joint.as_str(),
+                    velocity: law.stribeck_velocity?,
+                    standard_error: law.stribeck_velocity_error?,
+                })
             }),
         );
     }
@@ -36,12 +45,10 @@ impl Chosen {
             .flat_map(|refinement| &refinement.stribeck_velocities);
         replace_velocities(
             &mut laws,
-            velocities.map(|velocity| {
-                (
-                    velocity.joint.as_str(),
-                    velocity.velocity,
-                    velocity.standard_error,
-                )
+            velocities.map(|velocity| FoundVelocity {
+                joint: velocity.joint.as_str(),
+                velocity: velocity.velocity,
+                standard_error: velocity.standard_error,
             }),
         );
         laws
@@ -50,13 +57,13 @@ impl Chosen {
 
 fn replace_velocities<'n>(
     laws: &mut LawsByHoldOut,
-    found: impl IntoIterator<Item = (&'n str, f64, f64)>,
+    found: impl IntoIterator<Item = FoundVelocity<'n>>,
 ) {
-    for (joint, velocity, error) in found {
-        for rung in (laws.rungs.iter_mut()).filter(|rung| rung.made && rung.joint == joint) {
+    for found in found {
+        for rung in (laws.rungs.iter_mut()).filter(|rung| rung.made && rung.joint == found.joint) {
             if rung.stribeck_velocity.is_some() {
-                rung.stribeck_velocity = Some(velocity);
-                rung.stribeck_velocity_error = Some(error);
+                rung.stribeck_velocity = Some(found.velocity);
+                rung.stribeck_velocity_error = Some(found.standard_error);
             }
         }
     }

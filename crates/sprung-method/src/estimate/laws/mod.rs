@@ -15,6 +15,7 @@ use ladder::{Ladder, Rung};
 use law_set::{names, words};
 use normal::Normal;
 
+pub(super) use by_likelihood::FoundVelocity;
 pub(super) use dependence::dependence;
 pub(super) use law_set::{Chosen, laws_of};
 pub(super) use tested::{Tested, with_tested_laws};

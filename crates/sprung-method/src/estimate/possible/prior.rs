@@ -3,7 +3,7 @@
 use sprung_core::spatial::BODY;
 
 use crate::description::{Distance, Physical, Prior};
-use crate::model::{Block, Model, Program, Region, TreeLinks, is_possible, second_moments};
+use crate::model::{Block, Entry, Model, Program, Region, TreeLinks, is_possible, second_moments};
 
 /// Least eigenvalue of the second moments of a nominal body relative to their trace. Thinner bodies
 /// would make the entropic distance infinite in one direction.
@@ -224,9 +224,9 @@ pub(super) fn add_prior(
     if let Some(inverse) = prior_block.inverse(&[]) {
         for (unknown, entries) in &block.terms {
             let slope: f64 = (entries.iter())
-                .map(|&(i, j, by)| {
-                    let both = if i == j { 1.0 } else { 2.0 };
-                    both * by * inverse[i * block.rows + j]
+                .map(|&Entry { row, column, by }| {
+                    let both = if row == column { 1.0 } else { 2.0 };
+                    both * by * inverse[row * block.rows + column]
                 })
                 .sum();
             program.linear[*unknown] -= weight * slope;

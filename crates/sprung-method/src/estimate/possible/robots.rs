@@ -7,7 +7,7 @@ use sprung_core::spatial::BODY;
 use super::prior::{Beside, BodyPrior, add_prior, impossible, priors, regions_of};
 use crate::description::Physical;
 use crate::model::{
-    Block, Model, NoSolution, Parameter, Program, Region, Theta, TreeLinks, second_moments,
+    Block, Entry, Model, NoSolution, Parameter, Program, Region, Theta, TreeLinks, second_moments,
 };
 
 /// Velocities at which a sum of friction laws must take energy, over the largest of the log.
@@ -248,10 +248,10 @@ impl<'a> Robots<'a> {
     /// that `theta2` couples.
     fn add_planar(&mut self) {
         let unknown = |index: usize| self.others.iter().position(|other| *other == index);
-        let entries: [Vec<(usize, usize, f64)>; 3] = [
-            vec![(0, 0, 1.0)],
-            vec![(0, 1, 1.0)],
-            vec![(0, 0, -1.0), (1, 1, 1.0)],
+        let entries: [Vec<Entry>; 3] = [
+            vec![Entry::at(0, 0, 1.0)],
+            vec![Entry::at(0, 1, 1.0)],
+            vec![Entry::at(0, 0, -1.0), Entry::at(1, 1, 1.0)],
         ];
         let mut block = Block::new(2, Vec::new());
         for (index, entry) in entries.into_iter().enumerate() {

@@ -46,10 +46,11 @@ impl Borders {
         let change = |block: &Block, by: &[f64]| -> [f64; SIZE] {
             let mut matrix = [0.0; SIZE];
             for (unknown, entries) in &block.terms {
-                for &(i, j, share) in entries {
-                    matrix[i * block.rows + j] += by[*unknown] * share;
+                for entry in entries {
+                    let (i, j) = (entry.row, entry.column);
+                    matrix[i * block.rows + j] += by[*unknown] * entry.by;
                     if i != j {
-                        matrix[j * block.rows + i] += by[*unknown] * share;
+                        matrix[j * block.rows + i] += by[*unknown] * entry.by;
                     }
                 }
             }
@@ -265,13 +266,25 @@ fn rotate<const N: usize>(a: &mut [[f64; N]; N], p: usize, q: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::Entry;
 
     #[test]
     fn the_ends_are_where_a_matrix_stops_being_positive_definite() {
         // F = [[2 + x, 1, 0], [1, 3, y], [0, y, 1]] beside the number 4 − x.
-        let entries = vec![(0, vec![(0, 0, 1.0)]), (1, vec![(1, 2, 1.0)])];
+        let entries = vec![
+            (0, vec![Entry::at(0, 0, 1.0)]),
+            (1, vec![Entry::at(1, 2, 1.0)]),
+        ];
         let mut block = Block::new(3, entries);
-        block.add_constant(&[(0, 0, 2.0), (0, 1, 1.0), (1, 1, 3.0), (2, 2, 1.0)], 1.0);
+        block.add_constant(
+            &[
+                Entry::at(0, 0, 2.0),
+                Entry::at(0, 1, 1.0),
+                Entry::at(1, 1, 3.0),
+                Entry::at(2, 2, 1.0),
+            ],
+            1.0,
+        );
         let blocks = [block, Block::scalar(4.0, [(0, -1.0)])];
         let directions = [vec![1.0, 0.0], vec![0.0, 1.0], vec![0.3, -0.8]];
         let borders = Borders::new(&blocks, &[0.1, 0.2], &directions);

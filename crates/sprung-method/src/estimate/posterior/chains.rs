@@ -40,6 +40,15 @@ pub(super) struct Chains<'a> {
     slope: Vec<f64>,
 }
 
+/// Robots that were drawn.
+pub(super) struct Drawn {
+    /// Unknowns of each robot.
+    pub(super) unknowns: Vec<Vec<f64>>,
+    pub(super) method: DrawMethod,
+    /// How many independent robots they are worth.
+    pub(super) effective: f64,
+}
+
 /// A robot on its way.
 struct Walker<'a> {
     chains: &'a Chains<'a>,
@@ -81,8 +90,8 @@ impl<'a> Chains<'a> {
         }
     }
 
-    /// Returns the unknowns of robots, \[count\], how they were drawn, and the equivalent number of independent ones.
-    pub(super) fn draw(&self, count: usize, seed: u64) -> (Vec<Vec<f64>>, DrawMethod, f64) {
+    /// Draws robots.
+    pub(super) fn draw(&self, count: usize, seed: u64) -> Drawn {
         let chains = CHAINS.min(count);
         let mut walkers: Vec<(Walker<'_>, Correlation)> = (0..chains)
             .into_par_iter()
@@ -126,7 +135,11 @@ impl<'a> Chains<'a> {
         let share = (1.0 - left) / (1.0 + left);
         let method = DrawMethod::Gibbs { chains, sweeps };
         let robots = robots.into_iter().flatten().collect();
-        (robots, method, count as f64 * share.min(1.0))
+        Drawn {
+            unknowns: robots,
+            method,
+            effective: count as f64 * share.min(1.0),
+        }
     }
 
     fn walker(&self, rng: ChaCha8Rng) -> Walker<'_> {

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use sprung_core::spatial::BODY;
 
 use super::centre::{borders_of, centre, start};
-use super::chains::Chains;
+use super::chains::{Chains, Drawn};
 use super::density::Density;
 use super::errors::PosteriorError;
 use super::evidence::Evidence;
@@ -118,11 +118,16 @@ impl Posterior {
             });
         }
         let plain = Plain::new(&self.density).and_then(|plain| plain.draw(count, seed));
-        let (unknowns, method, effective) = match plain {
-            Some((unknowns, accepted)) => {
-                let method = DrawMethod::Rejection { accepted };
-                (unknowns, method, count as f64)
-            }
+        let Drawn {
+            unknowns,
+            method,
+            effective,
+        } = match plain {
+            Some((unknowns, accepted)) => Drawn {
+                unknowns,
+                method: DrawMethod::Rejection { accepted },
+                effective: count as f64,
+            },
             None => Chains::new(&self.density).draw(count, seed),
         };
         let theta = unknowns.par_iter().map(|x| self.density.theta(x)).collect();

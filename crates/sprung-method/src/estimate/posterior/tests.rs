@@ -28,12 +28,25 @@ fn model_of(text: &str) -> Model {
 }
 
 /// An estimate of each parameter: value, and standard error without constraints.
-type Estimates = Vec<(String, f64, Option<f64>)>;
+/// The estimate of a parameter.
+#[derive(Clone)]
+struct Estimate {
+    name: String,
+    value: f64,
+    error: Option<f64>,
+}
+
+/// The tree with an estimate, and the parameters of its bodies.
+struct TreeEstimates {
+    model: Model,
+    estimates: Vec<Estimate>,
+    bodies: Vec<Value>,
+}
 
 /// Returns a result with errors of which neighbours have a correlation.
-fn result_of(estimates: &Estimates, correlation: f64) -> EstimateResult {
+fn result_of(estimates: &[Estimate], correlation: f64) -> EstimateResult {
     let parameters: Vec<Value> = (estimates.iter())
-        .map(|(name, value, error)| {
+        .map(|Estimate { name, value, error }| {
             json!({
                 "name": name, "symbol": "", "unit": "", "value": value.max(0.0), "unconstrained": value,
                 "standard_error": error, "ci95": null, "nominal": null, "identifiable": error.is_some(),
@@ -41,7 +54,7 @@ fn result_of(estimates: &Estimates, correlation: f64) -> EstimateResult {
         })
         .collect();
     let known: Vec<(&String, f64)> = (estimates.iter())
-        .filter_map(|(name, _, error)| Some((name, (*error)?)))
+        .filter_map(|estimate| Some((&estimate.name, estimate.error?)))
         .collect();
     let rows: Vec<Vec<f64>> = (0..known.len())
         .map(|i| {
@@ -63,7 +76,7 @@ fn result_of(estimates: &Estimates, correlation: f64) -> EstimateResult {
 }
 
 /// Returns the demo's robot, and an estimate at its true values with relative errors.
-fn demo_estimates(error: f64) -> (Model, Estimates) {
+fn demo_estimates(error: f64) -> (Model, Vec<Estimate>) {
     let model = model_of(demo::EXPERIMENT);
     let truth: BTreeMap<String, f64> = toml::from_str(demo::TRUTH).unwrap();
     let theta = model.theta(&truth).unwrap();
@@ -71,14 +84,18 @@ fn demo_estimates(error: f64) -> (Model, Estimates) {
         .filter(|(parameter, _)| parameter.fixed.is_none())
         .map(|(parameter, value)| {
             let size = if value.abs() > 0.0 { value.abs() } else { 1.0 };
-            (parameter.name.clone(), value, Some(error * size))
+            Estimate {
+                name: parameter.name.clone(),
+                value,
+                error: Some(error * size),
+            }
         })
         .collect();
     (model, estimates)
 }
 
 /// Returns the tree, and an estimate at the values of two thick bodies.
-fn tree_estimates(error: f64) -> (Model, Estimates, Vec<Value>) {
+fn tree_estimates(error: f64) -> TreeEstimates {
     let model = model_of(TREE);
     let body = [3.0, 0.3, 0.1, -0.2, 0.2, 0.01, 0.25, -0.02, 0.01, 0.15];
     let names = [
@@ -107,12 +124,10 @@ fn tree_estimates(error: f64) -> (Model, Estimates, Vec<Value>) {
     truth.retain(|name, _| known(name));
     let theta = model.theta(&truth).unwrap();
     let estimates = (model.parameters().iter().zip(theta))
-        .map(|(parameter, value)| {
-            (
-                parameter.name.clone(),
-                value,
-                Some(error * value.abs().max(0.1)),
-            )
+        .map(|(parameter, value)| Estimate {
+            name: parameter.name.clone(),
+            value,
+            error: Some(error * value.abs().max(0.1)),
         })
         .collect();
     let links = model.links().unwrap();
@@ -122,7 +137,11 @@ fn tree_estimates(error: f64) -> (Model, Estimates, Vec<Value>) {
             json!({ "name": name, "unit": "", "value": truth[name], "nominal": null, "decided": "log" })
         })
         .collect();
-    (model, estimates, bodies)
+    TreeEstimates {
+        model,
+        estimates,
+        bodies,
+    }
 }
 
 fn draw(model: &Model, result: &EstimateResult, count: usize) -> Samples {
@@ -203,7 +222,7 @@ fn where_no_bound_binds_draws_have_the_stated_covariance() {
     let free = |name: &str| !name.contains("coulomb");
     assert!(samples.undetermined.iter().all(|name| free(name)));
     has_covariance(&samples, &result, 0.1);
-    for (name, value, error) in &estimates {
+    for Estimate { name, value, error } in &estimates {
         let at = samples
             .parameters
             .iter()
@@ -219,7 +238,11 @@ fn where_no_bound_binds_draws_have_the_stated_covariance() {
 
 #[test]
 fn robots_of_a_tree_can_exist_and_have_the_stated_covariance() {
-    let (model, estimates, bodies) = tree_estimates(0.02);
+    let TreeEstimates {
+        model,
+        estimates,
+        bodies,
+    } = tree_estimates(0.02);
     let mut result = result_of(&estimates, 0.3);
     result.standard_parameters = serde_json::from_value(Value::Array(bodies)).unwrap();
     let samples = draw(&model, &result, 4000);
@@ -270,7 +293,7 @@ fn where_bounds_bind_draws_have_the_truncated_distribution_and_move() {
         .filter(|name| !name.contains("offset"))
         .collect();
     assert!(bound.len() >= 4, "{bound:?}");
-    for (name, value, error) in &mut estimates {
+    for Estimate { name, value, error } in &mut estimates {
         if bound.contains(name) {
             (*value, *error) = (-1.5, Some(1.0));
         }
@@ -297,8 +320,8 @@ fn where_bounds_bind_draws_have_the_truncated_distribution_and_move() {
 
 #[test]
 fn a_seed_gives_the_same_bits_on_any_number_of_threads() {
-    let (tree, of_tree, _) = tree_estimates(0.2);
-    for (model, estimates) in [demo_estimates(0.01), (tree, of_tree)] {
+    let tree = tree_estimates(0.2);
+    for (model, estimates) in [demo_estimates(0.01), (tree.model, tree.estimates)] {
         let result = result_of(&estimates, 0.0);
         let posterior = Posterior::new(&model, &Physical::default(), &result).unwrap();
         let on = |threads: usize| {
@@ -315,10 +338,10 @@ fn parameters_that_the_log_does_not_determine_are_named_and_come_from_the_prior(
     let (model, mut estimates) = demo_estimates(0.01);
     let at = (estimates
         .iter()
-        .position(|(name, ..)| name.contains("viscous")))
+        .position(|estimate| estimate.name.contains("viscous")))
     .unwrap();
-    let (name, value, _) = estimates[at].clone();
-    estimates[at].2 = None;
+    let Estimate { name, value, .. } = estimates[at].clone();
+    estimates[at].error = None;
     let samples = draw(&model, &result_of(&estimates, 0.0), 4000);
     assert_eq!(samples.undetermined, std::slice::from_ref(&name));
     let place = samples
@@ -361,9 +384,9 @@ fn results_that_tell_no_distribution_are_refused() {
     let mut lacking = estimates;
     let stiffness = (lacking
         .iter()
-        .position(|(name, ..)| name.contains("stiffness")))
+        .position(|estimate| estimate.name.contains("stiffness")))
     .unwrap();
-    let (name, ..) = lacking.remove(stiffness);
+    let Estimate { name, .. } = lacking.remove(stiffness);
     let refused = Posterior::new(&model, &Physical::default(), &result_of(&lacking, 0.0));
     if let Err(error) = refused {
         assert_eq!(error, PosteriorError::NoValue { names: vec![name] });

@@ -5,7 +5,7 @@ use super::refuse::refuse;
 use crate::description::{Experiment, Laws};
 use crate::estimate::errors::IdentifyError;
 use crate::estimate::estimators::prediction_error::{Retiming, likely};
-use crate::estimate::laws::{Chosen, choose_laws, laws_of};
+use crate::estimate::laws::{Chosen, FoundVelocity, choose_laws, laws_of};
 use crate::estimate::result::RigidJoint;
 use crate::estimate::springs::{RigidByLog, with_joints_rigid_by_log};
 use crate::log::LogSource;
@@ -214,12 +214,10 @@ fn add_laws(
     let prepared = prepared.with_reading(reading);
     let joints = model.joints();
     let velocities = (likely.velocities.iter()).filter(|velocity| prepared.uses(velocity));
-    chosen.set_velocities(velocities.map(|velocity| {
-        (
-            joints[velocity.joint].as_str(),
-            velocity.velocity,
-            velocity.standard_error,
-        )
+    chosen.set_velocities(velocities.map(|velocity| FoundVelocity {
+        joint: joints[velocity.joint].as_str(),
+        velocity: velocity.velocity,
+        standard_error: velocity.standard_error,
     }));
     Ok(Some(prepared.weighted(progress)?))
 }

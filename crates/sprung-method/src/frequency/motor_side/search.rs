@@ -78,12 +78,12 @@ pub(super) fn solve(lines: &Lines) -> Option<(Vec<f64>, Errors)> {
     tried.sort_by(|a, b| a.1.total_cmp(&b.1));
     tried.dedup_by(|b, a| b.1 - a.1 < DIFFERENT * a.1);
     tried.truncate(BEST_TRIALS);
-    let ends: Vec<(Vec<f64>, Errors, f64)> = (tried.into_par_iter())
+    let ends: Vec<Weighted> = (tried.into_par_iter())
         .filter_map(|(x, _)| weighted(lines, &x))
-        .filter(|(x, _, _)| is_possible(x, places, lines))
+        .filter(|end| is_possible(&end.x, places, lines))
         .collect();
-    let (x, errors, _) = ends.into_iter().min_by(|a, b| a.2.total_cmp(&b.2))?;
-    Some((x, errors))
+    let best = ends.into_iter().min_by(|a, b| a.size.total_cmp(&b.size))?;
+    Some((best.x, best.errors))
 }
 
 /// Returns half the difference of each unknown between two parts of the log, \[unknowns\]: the standard
@@ -98,7 +98,7 @@ pub(super) fn half_differences(parts: [Option<Lines>; 2], x: &[f64]) -> Vec<f64>
         for place in Places::new(&lines).of_transients() {
             start[place] = 0.0;
         }
-        Some(weighted(&lines, &start)?.0)
+        Some(weighted(&lines, &start)?.x)
     });
     match first.zip(second) {
         Some((first, second)) => (first.iter().zip(&second))
@@ -126,9 +126,17 @@ fn is_possible(x: &[f64], places: Places, lines: &Lines) -> bool {
         })
 }
 
-/// Descends with variances from the errors, in rounds. Returns the end with the sum of the logarithms of
-/// its variances.
-fn weighted(lines: &Lines, x: &[f64]) -> Option<(Vec<f64>, Errors, f64)> {
+/// The end of a descent with variances from the errors.
+struct Weighted {
+    /// The unknowns.
+    x: Vec<f64>,
+    errors: Errors,
+    /// Sum of the logarithms of the variances.
+    size: f64,
+}
+
+/// Descends with variances from the errors, in rounds.
+fn weighted(lines: &Lines, x: &[f64]) -> Option<Weighted> {
     let places = Places::new(lines);
     let mut variances = relative_variances(lines);
     let mut end: Option<(Vec<f64>, Errors)> = None;
@@ -155,7 +163,7 @@ fn weighted(lines: &Lines, x: &[f64]) -> Option<(Vec<f64>, Errors, f64)> {
         .flatten()
         .map(|variance| variance.ln())
         .sum();
-    Some((x, errors, size))
+    Some(Weighted { x, errors, size })
 }
 
 /// Returns variances in proportion to the powers of the positions.

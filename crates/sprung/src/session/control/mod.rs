@@ -132,7 +132,11 @@ impl Setup {
         let result = (parameters.identification.as_ref())
             .and_then(|identification| identification.results.first());
         let period = period(&experiment, parameters)?;
-        let (model, mut theta, mut draws) = values(
+        let Robots {
+            model,
+            mut theta,
+            mut draws,
+        } = values(
             session,
             &experiment,
             model,
@@ -287,7 +291,13 @@ fn period(experiment: &Experiment, parameters: &Parameters) -> Result<f64, Sessi
     Ok(asked.or(log).or(twin).unwrap_or(PERIOD))
 }
 
-/// Returns the model with the laws of an identification, its values, and robots from its posterior.
+/// The model with the laws of an identification, its values, and robots from its posterior.
+struct Robots {
+    model: Model,
+    theta: Theta,
+    draws: Vec<Theta>,
+}
+
 fn values(
     session: &Session,
     experiment: &Experiment,
@@ -295,7 +305,7 @@ fn values(
     (parameters, result): (&Parameters, Option<&EstimateResult>),
     accept_unusable: bool,
     assumed: &mut Vec<String>,
-) -> Result<(Model, Theta, Vec<Theta>), SessionError> {
+) -> Result<Robots, SessionError> {
     let settings = &experiment.control;
     let Some(result) = result else {
         let given = parameters.sets.first().map(|set| set.values.clone());
@@ -307,7 +317,11 @@ fn values(
         assumed.push(
             "the values come from no identification, so they count as exact: no margin covers their errors".to_owned(),
         );
-        return Ok((model.shaped(&values), theta, Vec::new()));
+        return Ok(Robots {
+            model: model.shaped(&values),
+            theta,
+            draws: Vec::new(),
+        });
     };
     let request = SampleRequest {
         count: settings.draws,
@@ -325,7 +339,11 @@ fn values(
             samples.undetermined.join(", ")
         ));
     }
-    Ok((model.shaped(&values), theta, samples.theta))
+    Ok(Robots {
+        model: model.shaped(&values),
+        theta,
+        draws: samples.theta,
+    })
 }
 
 fn check(model: &Model, theta: &Theta) -> Result<(), SessionError> {

@@ -96,7 +96,7 @@ impl Setup {
     /// Returns the moving arm; `None` without lengths.
     pub(super) fn skeleton(&self, plan: &Plan) -> Option<Skeleton> {
         let kinematics = self.kinematics.as_ref()?;
-        let simulation = &plan.simulation;
+        let simulation = &plan.certificate.simulation;
         let every = simulation.time_s.len().div_ceil(FRAMES).max(1);
         let n = self.model.joint_count();
         let mut skeleton = Skeleton {

@@ -113,7 +113,7 @@ impl Session {
             motion: setup.motion(series, &frequencies, approach.as_ref()),
             hold_out: Some(hold_out.motion),
             slow: slow_motion,
-            limits: setup.limits(&found.certified, &found.simulated),
+            limits: setup.limits(&found.certificate.certified, &found.certificate.simulated),
             promise: promised,
             links_condition_number: setup.links_condition_number(&full),
             more,
@@ -128,7 +128,7 @@ impl Session {
         Ok(Excited {
             skeleton: setup.skeleton(&found),
             excitation,
-            simulation: found.simulation,
+            simulation: found.certificate.simulation,
             trajectory,
             hold_out: Some(hold_out.trajectory),
             slow,

@@ -6,8 +6,8 @@ use std::path::Path;
 use sprung_base::finding::GENERATOR;
 use sprung_base::progress::Listener;
 use sprung_method::excite::{
-    Bounds, EXCITATION_FORMAT, Excitation, Excited, Frequencies, Limited, Refused, SearchResult,
-    Series, Task, add_cures, certify, more, promise, value_of,
+    Bounds, Certificate, EXCITATION_FORMAT, Excitation, Excited, Frequencies, Limited, Refused,
+    SearchResult, Series, Task, add_cures, certify, more, promise, value_of,
 };
 use sprung_robot::{MOST_SAMPLES, read_reference};
 
@@ -47,8 +47,11 @@ impl Session {
             ..task.clone()
         };
         let judged = certify(&wider, frequencies, &setup.runs, series);
-        let (mut certified, mut simulated, simulation) =
-            judged.map_err(|broken| setup.refused(&Refused::Motion(broken)))?;
+        let Certificate {
+            mut certified,
+            mut simulated,
+            simulation,
+        } = judged.map_err(|broken| setup.refused(&Refused::Motion(broken)))?;
         for limit in certified.iter_mut().chain(&mut simulated) {
             limit.part *= WIDER;
         }

@@ -304,9 +304,16 @@ fn held_out_gain(blocks: &[(f64, f64)]) -> f64 {
 mod tests {
     use super::*;
 
+    /// Sums of all blocks, gradients up to the end of each, and the blocks.
+    struct Sums {
+        whole: NormalEquations,
+        gradients: Vec<Vec<f64>>,
+        blocks: Vec<NormalEquations>,
+    }
+
     /// Sums of a linear regression with noise of variance 1: an unknown, and three effects, of which the second is the
     /// first plus a small independent part.
-    fn sums(truth: [f64; 3]) -> (NormalEquations, Vec<Vec<f64>>, Vec<NormalEquations>) {
+    fn sums(truth: [f64; 3]) -> Sums {
         let mut state = 11_u64;
         let mut random = || {
             state = state
@@ -342,7 +349,11 @@ mod tests {
             gradients.push(whole.gradient.clone());
             blocks.push(block);
         }
-        (whole, gradients, blocks)
+        Sums {
+            whole,
+            gradients,
+            blocks,
+        }
     }
 
     fn entrants(columns: &[&[usize]]) -> Vec<Entrant> {
@@ -354,11 +365,11 @@ mod tests {
     }
 
     fn found(truth: [f64; 3]) -> Vec<Winner> {
-        let (normal, gradients, blocks) = sums(truth);
+        let sums = sums(truth);
         let evidence = Evidence {
-            normal: &normal,
-            gradients: &gradients,
-            blocks: &blocks.iter().collect::<Vec<_>>(),
+            normal: &sums.whole,
+            gradients: &sums.gradients,
+            blocks: &sums.blocks.iter().collect::<Vec<_>>(),
             duration: 8.0,
         };
         winners(&evidence, vec![0], &entrants(&[&[1], &[2], &[3]]))
@@ -389,11 +400,11 @@ mod tests {
 
     #[test]
     fn the_phase_of_a_wave_is_found() {
-        let (normal, gradients, blocks) = sums([0.0, 0.3, 0.4]);
+        let sums = sums([0.0, 0.3, 0.4]);
         let evidence = Evidence {
-            normal: &normal,
-            gradients: &gradients,
-            blocks: &blocks.iter().collect::<Vec<_>>(),
+            normal: &sums.whole,
+            gradients: &sums.gradients,
+            blocks: &sums.blocks.iter().collect::<Vec<_>>(),
             duration: 8.0,
         };
         let found = winners(&evidence, vec![0], &entrants(&[&[2, 3]]));

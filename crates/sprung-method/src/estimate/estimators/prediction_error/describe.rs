@@ -106,7 +106,7 @@ pub(super) fn describe(
         stribeck_velocities: stribeck_velocities(model, refined),
         sharpnesses: sharpnesses(model, refined),
         correlations: (correlations(refined).into_iter())
-            .map(|(a, b, correlation)| (name(a), name(b), correlation))
+            .map(|pair| (name(pair.first), name(pair.second), pair.correlation))
             .collect(),
         each_log: (refined.logs.iter())
             .map(|log| {

@@ -108,7 +108,12 @@ fn estimated_delays(channels: &Channels, refined: &Refined) -> Vec<Finding> {
 /// Reports pairs of parameters of which the log determines only a combination.
 fn together(model: &Model, refined: &Refined) -> Vec<Finding> {
     let mut findings = Vec::new();
-    for (a, b, correlation) in correlations(refined) {
+    for Correlated {
+        first: a,
+        second: b,
+        correlation,
+    } in correlations(refined)
+    {
         if correlation.abs() < KNOWN_TOGETHER_CORRELATION {
             continue;
         }
@@ -141,20 +146,28 @@ fn together(model: &Model, refined: &Refined) -> Vec<Finding> {
     findings
 }
 
-/// Returns the pairs of parameters with the most strongly correlated errors: indices in theta and
-/// correlation.
-pub(super) fn correlations(refined: &Refined) -> Vec<(usize, usize, f64)> {
+/// Two parameters with correlated errors, by their indices in theta.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Correlated {
+    pub(super) first: usize,
+    pub(super) second: usize,
+    pub(super) correlation: f64,
+}
+
+/// Returns the pairs of parameters with the most strongly correlated errors.
+pub(super) fn correlations(refined: &Refined) -> Vec<Correlated> {
     let width = refined.free.len();
     let at = |i: usize, j: usize| refined.covariance[i * width + j];
-    let mut pairs: Vec<(usize, usize, f64)> = (0..width)
+    let mut pairs: Vec<Correlated> = (0..width)
         .flat_map(|i| (0..i).map(move |j| (j, i)))
-        .map(|(i, j)| {
-            let correlation = at(i, j) / (at(i, i) * at(j, j)).sqrt();
-            (refined.free[i], refined.free[j], correlation)
+        .map(|(i, j)| Correlated {
+            first: refined.free[i],
+            second: refined.free[j],
+            correlation: at(i, j) / (at(i, i) * at(j, j)).sqrt(),
         })
-        .filter(|pair| pair.2.abs() > LISTED_CORRELATION)
+        .filter(|pair| pair.correlation.abs() > LISTED_CORRELATION)
         .collect();
-    pairs.sort_by(|a, b| b.2.abs().total_cmp(&a.2.abs()));
+    pairs.sort_by(|a, b| b.correlation.abs().total_cmp(&a.correlation.abs()));
     pairs.truncate(MAX_LISTED_PAIRS);
     pairs
 }

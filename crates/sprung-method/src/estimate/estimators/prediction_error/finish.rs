@@ -94,7 +94,7 @@ pub(super) fn finish(
     );
     let [delays, torques_delay, saturations, eccentricities] = by_kind(updates);
     let (unconstrained, possible_without) =
-        apart(problem, &unknowns, descent, (&sums, &blocks, &without))?;
+        apart(problem, &unknowns, descent, &sums, (&blocks, &without))?;
     Some(Refined {
         covariance: (0..width * width)
             .map(|at| covariance[at / width * count + at % width])
@@ -119,12 +119,12 @@ pub(super) fn finish(
             .map(|residual| (residual.joint, residual.side, residual.level))
             .collect(),
         scales: (unknowns.scales(&descent.z).enumerate())
-            .map(|(i, (joint, scale, value))| FrictionScale {
-                joint,
-                scale,
-                value,
+            .map(|(i, of)| FrictionScale {
+                joint: of.joint,
+                scale: of.scale,
+                value: of.value,
                 // The unknown is the logarithm.
-                standard_error: value * error(width + unknowns.offsets.len() + i),
+                standard_error: of.value * error(width + unknowns.offsets.len() + i),
             })
             .collect(),
         delays,
@@ -281,7 +281,8 @@ fn apart(
     problem: &Problem<'_>,
     unknowns: &Unknowns,
     descent: &Descent,
-    (sums, blocks, without): (&Sums, &[Block], &WithoutBlocks),
+    sums: &Sums,
+    (blocks, without): (&[Block], &WithoutBlocks),
 ) -> Option<(Option<Theta>, WithoutBlocks)> {
     if problem.robots.is_none() {
         return Some((None, without.clone()));

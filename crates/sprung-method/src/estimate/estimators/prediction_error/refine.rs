@@ -12,6 +12,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::channel_updates::ChannelUpdate;
 use super::descent::{Descent, descend};
+use super::dynamics::ScaleOfJoint;
 use super::effects::Effect;
 use super::effects::TorquesTiming;
 use super::expected_time::expected_seconds;
@@ -24,7 +25,7 @@ use super::residual_levels::ResidualLevel;
 use super::residual_ratio::Guard;
 use super::rung::Rung;
 use super::start_levels::{Searches, TorqueNoise, levels_after, start_levels, with_sensor_noise};
-use super::unknowns::{ScaleOfJoint, Unknowns};
+use super::unknowns::Unknowns;
 use crate::estimate::estimators::feasible::feasible;
 use crate::estimate::estimators::least_squares::PossibleFit;
 use crate::estimate::statistics::MAX_ROUNDS;
@@ -90,7 +91,11 @@ impl End {
     /// Returns the scales of friction laws that were estimated.
     pub(super) fn scales(&self) -> Vec<ScaleOfJoint> {
         (self.refined.scales.iter())
-            .map(|scale| (scale.joint, scale.scale, scale.value))
+            .map(|scale| ScaleOfJoint {
+                joint: scale.joint,
+                scale: scale.scale,
+                value: scale.value,
+            })
             .collect()
     }
 }

@@ -250,8 +250,8 @@ fn gradient_by_scales_of_friction_is_that_of_the_replayed_cost() {
     let scales: Vec<_> = unknowns.scales(&z).collect();
     // Two Stribeck velocities, whose search starts at 0.1 rad/s, and two sharpnesses.
     assert_eq!(scales.len(), 4);
-    assert!(scales[..2].iter().all(|(.., v)| (v - 0.1).abs() < 1e-12));
-    assert!(scales[2..].iter().all(|(.., v)| (v - 100.0).abs() < 1e-9));
+    assert!(scales[..2].iter().all(|of| (of.value - 0.1).abs() < 1e-12));
+    assert!(scales[2..].iter().all(|of| (of.value - 100.0).abs() < 1e-9));
     compare_gradient(&case);
 }
 

@@ -1,5 +1,6 @@
 //! Unknowns of the refinement: parameters, offsets between encoders, effects.
 
+use super::dynamics::{ScaleOfJoint, ScalePlace};
 use super::effects::Effect;
 use super::measurements::{Measurement, Measurements, Segment, Sensor};
 use super::residual_levels::ResidualLevel;
@@ -44,9 +45,6 @@ impl Bend {
         }
     }
 }
-
-/// A joint, the scale of some of its friction laws, and the value of this scale.
-pub(super) type ScaleOfJoint = (usize, Scale, f64);
 
 /// A normal prior of an unknown.
 #[derive(Clone, Copy, Debug)]
@@ -195,11 +193,11 @@ impl Unknowns {
         self
     }
 
-    /// Returns the same unknowns with some of the scales alone, each by joint and scale.
+    /// Returns the same unknowns with some of the scales alone.
     pub(super) fn with_bends_of(mut self, kept: &[ScaleOfJoint]) -> Self {
         self.bends.retain(|bend| {
             kept.iter()
-                .any(|(joint, scale, _)| (*joint, *scale) == (bend.joint, bend.scale))
+                .any(|of| (of.joint, of.scale) == (bend.joint, bend.scale))
         });
         self
     }
@@ -226,8 +224,11 @@ impl Unknowns {
 
     /// Returns the scales of friction laws that are estimated.
     pub(super) fn scales(&self, z: &[f64]) -> impl Iterator<Item = ScaleOfJoint> {
-        (self.bends.iter().zip(&z[self.first_bend()..]))
-            .map(|(bend, log)| (bend.joint, bend.scale, log.exp()))
+        (self.bends.iter().zip(&z[self.first_bend()..])).map(|(bend, log)| ScaleOfJoint {
+            joint: bend.joint,
+            scale: bend.scale,
+            value: log.exp(),
+        })
     }
 
     /// Returns whether the scales of friction laws are near their start.
@@ -236,10 +237,14 @@ impl Unknowns {
             .all(|(bend, log)| (log - bend.start).abs() <= 2.0 * bend.deviation())
     }
 
-    /// Returns joint, scale and place of each scale of friction laws, after `before` other columns.
-    pub(super) fn scale_places(&self, before: usize) -> Vec<(usize, Scale, usize)> {
+    /// Returns the place of each scale of friction laws, after `before` other columns.
+    pub(super) fn scale_places(&self, before: usize) -> Vec<ScalePlace> {
         (self.bends.iter().enumerate())
-            .map(|(i, bend)| (bend.joint, bend.scale, before + self.first_bend() + i))
+            .map(|(i, bend)| ScalePlace {
+                joint: bend.joint,
+                scale: bend.scale,
+                place: before + self.first_bend() + i,
+            })
             .collect()
     }
 
@@ -278,7 +283,7 @@ impl Unknowns {
         (x, rows): (&[f64], usize),
     ) -> f64 {
         let spring = sensor.spring.as_ref().map_or(0.0, |spring| {
-            spring.beyond((x, rows, measurement.age), |index| self.value(z, index))
+            spring.beyond(&measurement.at(x, rows), |index| self.value(z, index))
         });
         self.offset(z, measurement.sensor) + spring
     }
@@ -295,7 +300,7 @@ impl Unknowns {
         let spring = sensor.spring.as_ref()?;
         let value = |index| self.value(z, index);
         Some(
-            spring.slopes((x, rows, measurement.age), value, |index, slope| {
+            spring.slopes(&measurement.at(x, rows), value, |index, slope| {
                 if let Some(place) = self.free.iter().position(|free| *free == index) {
                     gradient[place] -= slope;
                 }

@@ -9,8 +9,8 @@ mod step_size;
 mod tangent;
 mod torque_pulse;
 
-pub(super) use motion::Dynamics;
+pub(super) use motion::{Dynamics, ScaleOfJoint};
 #[cfg(test)]
 pub(super) use step_size::Steps;
-pub(super) use tangent::Tangent;
+pub(super) use tangent::{ScalePlace, Tangent};
 pub(super) use torque_pulse::Pulse;

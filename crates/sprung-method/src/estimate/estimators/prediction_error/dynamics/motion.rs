@@ -10,6 +10,14 @@ use sprung_core::spatial::BODY;
 
 use crate::model::{Model, Scratch, Theta};
 
+/// The value of a scale of a joint's friction laws.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::estimate::estimators::prediction_error) struct ScaleOfJoint {
+    pub(in crate::estimate::estimators::prediction_error) joint: usize,
+    pub(in crate::estimate::estimators::prediction_error) scale: Scale,
+    pub(in crate::estimate::estimators::prediction_error) value: f64,
+}
+
 /// A robot with its parameters and work memory.
 #[derive(Clone, Debug)]
 pub(in crate::estimate::estimators::prediction_error) struct Dynamics {
@@ -91,16 +99,16 @@ impl Dynamics {
 
     /// Replaces the parameters.
     ///
-    /// - `scales`: joints, scales of friction laws and their values that change.
+    /// - `scales`: those that change.
     pub(in crate::estimate::estimators::prediction_error) fn set(
         &mut self,
         theta: &[f64],
-        scales: impl IntoIterator<Item = (usize, Scale, f64)>,
+        scales: impl IntoIterator<Item = ScaleOfJoint>,
     ) {
         self.theta.copy_from_slice(theta);
         self.bodies = self.model.bodies(theta);
-        for (joint, scale, value) in scales {
-            self.model.set_scale(joint, scale, value);
+        for of in scales {
+            self.model.set_scale(of.joint, of.scale, of.value);
         }
     }
 

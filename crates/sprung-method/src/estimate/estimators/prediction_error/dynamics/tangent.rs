@@ -6,6 +6,14 @@ use super::motion::Dynamics;
 use crate::estimate::estimators::prediction_error::matrix::multiply;
 use crate::estimate::estimators::prediction_error::state_layout::state_count;
 
+/// The column of the derivatives by a scale of a joint's friction laws.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::estimate::estimators::prediction_error) struct ScalePlace {
+    pub(in crate::estimate::estimators::prediction_error) joint: usize,
+    pub(in crate::estimate::estimators::prediction_error) scale: Scale,
+    pub(in crate::estimate::estimators::prediction_error) place: usize,
+}
+
 /// Derivatives of the filter's state, and their change over a period. Disturbances are constant
 /// within a period.
 #[derive(Clone, Debug)]
@@ -21,8 +29,8 @@ pub(in crate::estimate::estimators::prediction_error) struct Tangent {
     pub(in crate::estimate::estimators::prediction_error) transition: Vec<f64>,
     /// Column of each parameter of theta; `None` for a parameter without derivatives.
     places: Vec<Option<usize>>,
-    /// Joint, scale and column of each scale of friction laws with a derivative.
-    scales: Vec<(usize, Scale, usize)>,
+    /// Scales of friction laws with a derivative.
+    scales: Vec<ScalePlace>,
     /// Derivatives of the accelerations by positions and velocities, \[rows × 2 rows\].
     by_motion: Vec<f64>,
     /// F over one integration step, \[2 rows × 3 rows\], and its product with `by_motion`.
@@ -38,13 +46,12 @@ pub(in crate::estimate::estimators::prediction_error) struct Tangent {
 impl Tangent {
     /// Returns derivatives that are zero.
     ///
-    /// - `places`: column of each parameter of theta; `scales`: joint, scale and column of
-    ///   each estimated scale of friction laws.
+    /// - `places`: column of each parameter of theta; `scales`: the estimated scales of friction laws.
     pub(in crate::estimate::estimators::prediction_error) fn new(
         rows: usize,
         columns: usize,
         places: Vec<Option<usize>>,
-        scales: Vec<(usize, Scale, usize)>,
+        scales: Vec<ScalePlace>,
     ) -> Self {
         let states = state_count(rows);
         Self {
@@ -161,9 +168,9 @@ impl Tangent {
                 force[row * columns + place] -= entry;
             }
         }
-        for &(joint, scale, place) in &self.scales {
-            dynamics.visit_bent_torques((joint, scale), |row, torque| {
-                force[row * columns + place] -= torque;
+        for of in &self.scales {
+            dynamics.visit_bent_torques((of.joint, of.scale), |row, torque| {
+                force[row * columns + of.place] -= torque;
             });
         }
     }

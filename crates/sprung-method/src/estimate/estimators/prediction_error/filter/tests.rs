@@ -50,6 +50,13 @@ const STATES: usize = 6;
 
 type Matrix = Vec<Vec<f64>>;
 
+/// K = P Hᵀ / S, the innovation e and its variance S.
+struct Correction {
+    gain: Matrix,
+    e: f64,
+    s: f64,
+}
+
 fn zeros(rows: usize, columns: usize) -> Matrix {
     vec![vec![0.0; columns]; rows]
 }
@@ -137,8 +144,7 @@ impl Textbook {
         (0..steps).fold(identity(STATES), |all, _| product(&step, &all))
     }
 
-    /// Returns K = P Hᵀ / S, e and S.
-    fn gain(&self, measurement: &Measurement, offset: f64) -> (Matrix, f64, f64) {
+    fn gain(&self, measurement: &Measurement, offset: f64) -> Correction {
         let mut h = zeros(1, STATES);
         h[0][measurement.sensor] = 1.0;
         h[0][2 + measurement.sensor] = -measurement.age;
@@ -147,7 +153,11 @@ impl Textbook {
         let s = product(&h, &cross)[0][0] + r;
         let offset = if measurement.sensor == 1 { offset } else { 0.0 };
         let e = measurement.value - offset - product(&h, &self.x)[0][0];
-        (plus(&zeros(STATES, 1), 1.0 / s, &cross), e, s)
+        Correction {
+            gain: plus(&zeros(STATES, 1), 1.0 / s, &cross),
+            e,
+            s,
+        }
     }
 
     fn measure(&mut self, gain: &Matrix, e: f64, s: f64) {
@@ -351,7 +361,7 @@ fn a_measurement_moves_state_and_covariance_as_in_the_textbook() {
     filter.start(case.segment());
     let mut textbook = case.textbook(&z);
     for measurement in [case.segment().at(0)[0], case.segment().at(3)[0]] {
-        let (gain, e, s) = textbook.gain(&measurement, z[FREE]);
+        let Correction { gain, e, s } = textbook.gain(&measurement, z[FREE]);
         let sensor = &case.measurements.sensors[measurement.sensor];
         let innovation = filter.measure(sensor, &measurement);
         agree(innovation.value, e, s.sqrt(), "e");
@@ -393,15 +403,16 @@ fn textbook_run(
     z: &[f64],
     steps: &[u8],
     held: Option<&[(Matrix, f64)]>,
-) -> Vec<(Matrix, f64, f64)> {
+) -> Vec<Correction> {
     let mut textbook = case.textbook(z);
     let mut all = Vec::new();
     for (k, steps) in steps.iter().enumerate() {
         for measurement in case.segment().at(k) {
-            let (optimal, e, s) = textbook.gain(measurement, z[FREE]);
-            let (gain, s) = held.map_or((optimal, s), |held| held[all.len()].clone());
+            let optimal = textbook.gain(measurement, z[FREE]);
+            let e = optimal.e;
+            let (gain, s) = held.map_or((optimal.gain, optimal.s), |held| held[all.len()].clone());
             textbook.measure(&gain, e, s);
-            all.push((gain, e, s));
+            all.push(Correction { gain, e, s });
         }
         textbook.predict(case.segment().torque[2 * k + 1], usize::from(*steps));
     }
@@ -425,16 +436,16 @@ fn sums_are_those_of_the_textbook_and_its_differences() {
     .unwrap();
     let steps = &run.stretches[0].schedule.steps;
     let here = textbook_run(&case, &z, steps, None);
-    let cost: f64 = here.iter().map(|(_, e, s)| e * e / s).sum();
+    let cost: f64 = here.iter().map(|of| of.e * of.e / of.s).sum();
     let loss: f64 = here
         .iter()
-        .map(|(_, e, s)| 0.5 * (e * e / s + s.ln()))
+        .map(|of| 0.5 * (of.e * of.e / of.s + of.s.ln()))
         .sum();
     agree(run.sums.cost, cost, 0.0, "V");
     agree(run.sums.loss, loss, cost, "L");
     assert_eq!(run.sums.measurements, here.len() as u64);
     // Derivatives of the innovations by differences, with the gains held.
-    let held: Vec<(Matrix, f64)> = here.iter().map(|(gain, _, s)| (gain.clone(), *s)).collect();
+    let held: Vec<(Matrix, f64)> = here.iter().map(|of| (of.gain.clone(), of.s)).collect();
     let derivatives: Vec<Vec<f64>> = (0..z.len())
         .map(|i| {
             let by = 1e-4 * z[i].abs();
@@ -444,9 +455,7 @@ fn sums_are_those_of_the_textbook_and_its_differences() {
                 textbook_run(&case, &there, steps, Some(&held))
             };
             let difference =
-                |((_, after, _), (_, before, _)): (&(Matrix, f64, f64), &(Matrix, f64, f64))| {
-                    (after - before) / (2.0 * by)
-                };
+                |(after, before): (&Correction, &Correction)| (after.e - before.e) / (2.0 * by);
             at(by).iter().zip(&at(-by)).map(difference).collect()
         })
         .collect();
@@ -454,7 +463,7 @@ fn sums_are_those_of_the_textbook_and_its_differences() {
     for (i, derivative) in derivatives.iter().enumerate() {
         let sum = |other: &dyn Fn(usize) -> f64| -> f64 {
             (here.iter().enumerate())
-                .map(|(k, (_, _, s))| derivative[k] * other(k) / s)
+                .map(|(k, of)| derivative[k] * other(k) / of.s)
                 .sum()
         };
         let size = sum(&|k| derivative[k]).sqrt();
@@ -464,7 +473,7 @@ fn sums_are_those_of_the_textbook_and_its_differences() {
             // limit allows a factor of three.
             assert!(far < 2e-2 * scale, "{what}: {found} against {expected}");
         };
-        let gradient = sum(&|k| here[k].1);
+        let gradient = sum(&|k| here[k].e);
         close(
             normal.gradient[i],
             gradient,

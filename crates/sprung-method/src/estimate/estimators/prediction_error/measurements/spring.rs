@@ -27,6 +27,17 @@ pub(in super::super) struct SpringReading {
     model: Model,
 }
 
+/// A state, and the time of a measurement before it.
+#[derive(Clone, Copy, Debug)]
+pub(in super::super) struct StateAt<'s> {
+    /// \[3 rows\] or \[2 rows\].
+    pub(super) x: &'s [f64],
+    /// Number of coordinates.
+    pub(super) rows: usize,
+    /// s.
+    pub(super) age: f64,
+}
+
 impl SpringReading {
     /// - `stiffness`: N·m/rad (N/m).
     pub(super) fn new(model: &Model, joint: usize, stiffness: f64) -> Self {
@@ -66,8 +77,8 @@ impl SpringReading {
 
     /// Returns deflection and its rate at the time of a measurement.
     ///
-    /// - `x`: \[3 rows\] or \[2 rows\]; `rows`: number of coordinates; `age`: s.
-    fn drive(&self, x: &[f64], rows: usize, age: f64) -> Drive {
+    fn drive(&self, at: &StateAt<'_>) -> Drive {
+        let StateAt { x, rows, age } = *at;
         let deflection_rate = x[rows + self.motor] - x[rows + self.link];
         Drive {
             deflection: x[self.motor] - x[self.link] - age * deflection_rate,
@@ -81,12 +92,8 @@ impl SpringReading {
     /// Returns the expectation minus `H x`, rad (m).
     ///
     /// - `value`: value of a parameter by its index in theta.
-    pub(in super::super) fn beyond(
-        &self,
-        (x, rows, age): (&[f64], usize, f64),
-        value: impl Fn(usize) -> f64,
-    ) -> f64 {
-        let drive = self.drive(x, rows, age);
+    pub(in super::super) fn beyond(&self, at: &StateAt<'_>, value: impl Fn(usize) -> f64) -> f64 {
+        let drive = self.drive(at);
         let shape = self.model.shape(self.link);
         let torque: f64 = (self.terms.iter())
             .map(|term| value(term.column) * term.rest(&drive, shape))
@@ -97,11 +104,11 @@ impl SpringReading {
     /// Returns the derivatives of [`SpringReading::beyond`] by states, and visits those by parameters.
     pub(in super::super) fn slopes(
         &self,
-        (x, rows, age): (&[f64], usize, f64),
+        at: &StateAt<'_>,
         value: impl Fn(usize) -> f64,
         mut visit: impl FnMut(usize, f64),
     ) -> [(usize, f64); 4] {
-        let drive = self.drive(x, rows, age);
+        let drive = self.drive(at);
         let shape = self.model.shape(self.link);
         let (mut by_deflection, mut by_rate) = (0.0, 0.0);
         for term in &self.terms {
@@ -110,6 +117,7 @@ impl SpringReading {
             by_deflection += value(term.column) * slopes.deflection / self.stiffness;
             by_rate += value(term.column) * slopes.deflection_rate / self.stiffness;
         }
+        let StateAt { rows, age, .. } = *at;
         by_deflection -= 1.0;
         by_rate -= age * by_deflection;
         [
