@@ -51,15 +51,16 @@ fn files_that_were_cut_off_are_told() {
 fn damaged_files_are_errors_or_other_numbers() {
     for (file, log) in ALL {
         let whole = std::fs::read(fixture(file)).unwrap();
-        let (mut errors, mut state) = (0, 0x9e37_79b9_7f4a_7c15_u64);
+        let (mut errors, mut state) = (0_usize, 0x9e37_79b9_7f4a_7c15_u64);
         for _ in 0..150 {
             let bytes = damage(&whole, &mut state);
-            errors += i32::from(read_bytes(bytes, log).is_err());
+            errors += usize::from(read_bytes(bytes, log).is_err());
         }
         println!("{file}: {errors} of 150 damaged files are refused");
         if ["log.csv.gz", "packed.npz", "none.mcap"].contains(&file) {
-            // Measured 150 of 150 with this seed; the limit asks for two thirds.
-            assert!(errors > 100, "{file}: {errors}");
+            // Less than a tenth of the bytes have no checksum, and a damage changes three bytes.
+            let least = sprung_testing::least_inside(150, 1.0 - 0.1_f64.powi(3));
+            assert!(errors >= least, "{file}: {errors}");
         }
     }
 }
