@@ -5,6 +5,7 @@ use std::process::{Command, Output};
 use std::sync::OnceLock;
 
 use serde_json::Value;
+use sprung_testing::largest_of_normals;
 use tempfile::TempDir;
 
 /// Runs the program.
@@ -37,6 +38,9 @@ pub(crate) fn demo() -> &'static Path {
     })
     .path()
 }
+
+/// A count of the demo's encoders, rad.
+pub(crate) const COUNT: f64 = std::f64::consts::TAU / 16384.0;
 
 /// Estimators of most tests.
 const LINEAR: &str = "[\"least-squares\", \"lsff\"]";
@@ -196,6 +200,24 @@ pub(crate) fn parameter<'a>(json: &'a Value, name: &str) -> &'a Value {
 /// The value of a parameter of the first result.
 pub(crate) fn value(json: &Value, name: &str) -> f64 {
     parameter(json, name)["value"].as_f64().unwrap()
+}
+
+/// Largest standard error of a parameter relative to its value with which a comparison with the truth says something.
+const USEFUL: f64 = 0.05;
+
+/// Checks that parameters of the first result are the true ones within their standard errors.
+#[track_caller]
+pub(crate) fn assert_true(json: &Value, truth: &[(&str, f64)]) {
+    let limit = largest_of_normals(truth.len());
+    for (name, truth) in truth.iter().copied() {
+        let found = parameter(json, name);
+        let [value, error] = ["value", "standard_error"].map(|key| found[key].as_f64().unwrap());
+        let away = (value - truth) / error;
+        println!("{name}: {value:.5} ± {error:.5}, {away:.1} standard errors from {truth}");
+        assert!(away.abs() < limit, "{name}: {value} ± {error}, not {truth}");
+        let useful = truth == 0.0 || error < USEFUL * truth.abs();
+        assert!(useful, "{name}: {value} ± {error}");
+    }
 }
 
 /// The text of a finding about the log, or about the first result.

@@ -8,6 +8,7 @@ use sprung::session::{Parameters, Session};
 use sprung_base::demo;
 use sprung_base::progress::Unheard;
 use sprung_log::Input;
+use sprung_testing::largest_of_normals;
 
 /// Torque constants, N·m/A, equal to the back-EMF in V·s/rad, and resistances, ohm.
 const CONSTANTS: [f64; 2] = [5.0, 1.0];
@@ -79,9 +80,12 @@ fn the_back_emf_is_not_counted_as_viscous_friction() {
     for (result, other) in found.results.iter().zip(&without.results) {
         let (values, other) = (result.values(), other.values());
         for name in ["joint1.motor_viscous", "joint2.motor_viscous"] {
-            let error = (values[name] / truth[name] - 1.0).abs();
-            // Measured 1.1 % with a log of 5 s; this one has 3 s.
-            assert!(error < 0.05, "{name}: {error}");
+            let off = values[name] - truth[name];
+            let error = result.parameter(name).unwrap().standard_error.unwrap();
+            assert!(
+                off.abs() < largest_of_normals(4) * error,
+                "{name}: {off} ± {error}"
+            );
         }
         for joint in ["joint1", "joint2"] {
             let viscous = format!("{joint}.motor_viscous");

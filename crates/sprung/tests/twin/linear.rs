@@ -172,9 +172,9 @@ fn exact_positions_need_no_weights() {
     };
     let [with, without] = [Weights::Transition, Weights::None].map(stiffness);
     for (a, b) in with.iter().zip(without) {
-        // Samples at rest count less also with exact positions. Measured 5e-4 for the smallest
-        // friction; the limit allows a factor of four.
-        assert!((a / b - 1.0).abs() < 2e-3, "{a} {b}");
+        // Samples at rest count less also with exact positions. Both estimates have the bias of matched filters, at most
+        // 0.3 % (paper.rs).
+        assert!((a / b - 1.0).abs() < 3e-3, "{a} {b}");
     }
 }
 

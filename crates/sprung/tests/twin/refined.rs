@@ -13,6 +13,7 @@ use sprung_method::estimate::{
     EstimateResult, IdentifyError, KnownNoise, KnownTruth, Verdict, identify, information_bound,
 };
 use sprung_model::Model;
+use sprung_testing::largest_of_normals;
 
 use crate::in_memory::with_source;
 use crate::support::Twin;
@@ -183,9 +184,10 @@ fn noise_of_the_torque_pulls_no_inertia_up() {
     for sum in away {
         let mean = sum / f64::from(seeds);
         println!("rotor inertia: {mean:.2} standard errors in the mean");
-        // Measured -1.2 and -1.5: the correction leaves out the deceleration behind the period of
-        // the noise. Without the correction the inertias are many standard errors too large.
-        assert!((-2.0..1.5).contains(&mean), "{mean}");
+        // Without the correction the inertias are many standard errors too large. The correction leaves out the
+        // deceleration behind the period of the noise, so most of this limit is used.
+        let limit = largest_of_normals(2) / f64::from(seeds).sqrt();
+        assert!(mean.abs() < limit, "{mean}");
     }
 }
 
@@ -311,7 +313,8 @@ fn torques_that_saturate_are_named() {
         .collect();
     // The log shows the saturation of a single torque alone clearly.
     assert!(!found.is_empty(), "{:#?}", result.warnings);
-    // Measured 0.021 and 0.025; the law of sprung is a polynomial of the logged torque.
+    // The law of sprung is a polynomial of the logged torque, which is larger than the acting one, so its share is below
+    // the 0.05 of the log.
     for saturation in &result.refined().unwrap().saturations {
         assert!((0.01..0.05).contains(&saturation.share), "{saturation:?}");
     }
