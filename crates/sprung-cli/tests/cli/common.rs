@@ -5,7 +5,7 @@ use std::process::{Command, Output};
 use std::sync::OnceLock;
 
 use serde_json::Value;
-use sprung_testing::largest_of_normals;
+use sprung_testing::{Messages, largest_of_normals};
 use tempfile::TempDir;
 
 /// Runs the program.
@@ -19,6 +19,17 @@ pub(crate) fn sprung(args: &[&str]) -> Output {
 /// What the program printed on stderr.
 pub(crate) fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Messages of a test, whose file is in `tests/messages`.
+pub(crate) fn messages(test: &str) -> Messages {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/messages");
+    Messages::new(format!("{folder}/{test}.txt"))
+}
+
+/// A text on one line, as the name of a case.
+pub(crate) fn one_line(text: &str) -> String {
+    text.trim().replace('\n', "; ")
 }
 
 /// What the program printed on stdout.
@@ -163,19 +174,32 @@ impl Case {
         )
     }
 
-    /// Checks that identification fails with a code and a message.
-    pub(crate) fn fails(&self, code: i32, fragments: &[&str]) {
-        let output = self.identify(&[]);
-        let message = stderr(&output);
-        println!("{message}");
-        assert_eq!(output.status.code(), Some(code), "{message}");
-        for fragment in fragments {
-            assert!(message.contains(fragment), "no {fragment:?} in: {message}");
-        }
+    /// What the program printed on stderr, with FOLDER for the folder of the case.
+    pub(crate) fn message(&self, output: &Output) -> String {
+        stderr(output).replace(self.folder.path().to_str().unwrap(), "FOLDER")
+    }
+
+    /// Checks that identification fails with a code and leaves no results; returns the message, one line.
+    #[track_caller]
+    pub(crate) fn refused(&self, code: i32, more: &[&str]) -> String {
+        let output = self.identify(more);
+        let message = self.message(&output);
+        assert_eq!(output.status.code(), Some(code), "{more:?}: {message}");
         assert!(message.starts_with("error: "), "{message}");
         assert_eq!(message.trim().lines().count(), 1, "{message}");
         let out = self.path("sprung-out");
-        assert!(!out.exists(), "a failed run left results");
+        assert!(!out.exists(), "{more:?}: a failed run left results");
+        message
+    }
+
+    /// Checks that identification fails with a code and a message.
+    #[track_caller]
+    pub(crate) fn fails(&self, code: i32, fragments: &[&str]) {
+        let message = self.refused(code, &[]);
+        println!("{message}");
+        for fragment in fragments {
+            assert!(message.contains(fragment), "no {fragment:?} in: {message}");
+        }
     }
 
     /// Checks that identification ends with a code and warns.
