@@ -27,6 +27,22 @@ pub(crate) fn messages(test: &str) -> Messages {
     Messages::new(format!("{folder}/{test}.txt"))
 }
 
+/// A text with N for each number with decimals, which a computation may round otherwise on another processor.
+pub(crate) fn without_decimals(text: &str) -> String {
+    let is_part = |c: char| c.is_ascii_digit() || c == '.';
+    let (mut out, mut rest) = (String::new(), text);
+    while let Some(start) = rest.find(|c: char| c.is_ascii_digit()) {
+        let length = rest[start..]
+            .find(|c| !is_part(c))
+            .unwrap_or(rest.len() - start);
+        let number = rest[start..start + length].trim_end_matches('.');
+        out.push_str(&rest[..start]);
+        out.push_str(if number.contains('.') { "N" } else { number });
+        rest = &rest[start + number.len()..];
+    }
+    out + rest
+}
+
 /// A text on one line, as the name of a case.
 pub(crate) fn one_line(text: &str) -> String {
     text.trim().replace('\n', "; ")
