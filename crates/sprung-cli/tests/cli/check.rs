@@ -122,7 +122,7 @@ fn a_thorough_check_finds_a_delay_to_a_fraction_of_a_sample() {
     let finding = &json["findings"][0];
     assert_eq!(finding["code"], "delayed-channel", "{json:#}");
     assert_eq!(finding["evidence"]["column"], "q1_rad");
-    // Measured 4e-7 s away; the limit is a fifth of a sample.
+    // The promise: a fifth of a sample.
     let delay = finding["evidence"]["value"].as_f64().unwrap();
     assert!((delay - 3e-3).abs() < 2e-4, "{delay}");
 }

@@ -133,7 +133,7 @@ fn a_payload_of_an_arm_is_named_with_its_mass() {
         .split_once("fore.m +")
         .unwrap_or_else(|| panic!("{message}"));
     let mass: f64 = mass.split(' ').next().unwrap().parse().unwrap();
-    // Measured 0.497 kg with another motion; the limit allows 5 %.
+    // A twentieth, the largest standard error of a useful value.
     assert!((mass - 0.5).abs() < 0.025, "{message}");
 }
 

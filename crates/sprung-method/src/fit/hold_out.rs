@@ -243,9 +243,10 @@ mod tests {
 
     fn assert_close(found: &[f64], expected: &[f64]) {
         for (i, (found, expected)) in found.iter().zip(expected).enumerate() {
-            // Measured 3e-12; the limit allows a factor of 300.
+            // Rounding, times the condition number: columns and directions differ by up to three orders of size each.
+            let limit = 1e6 * 4.0 * f64::EPSILON;
             let difference = (found - expected).abs() / (1e-3 + expected.abs());
-            assert!(difference < 1e-9, "{i}: {found} {expected}");
+            assert!(difference < limit, "{i}: {found} {expected}");
         }
     }
 

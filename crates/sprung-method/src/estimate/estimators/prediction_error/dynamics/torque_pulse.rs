@@ -277,9 +277,8 @@ mod tests {
             ] {
                 let column = (ROWS + motor) * THETA.len() + at(name);
                 let expected = (more[column] - less[column]) / (2.0 * h);
-                // The mean decay of a period replaces the decay at each instant: error measured 7.2 %
-                // in the transition, 0.3 % outside of it. Without the decay the first number would
-                // be 27 times too large, and the last one zero.
+                // The mean decay of a period replaces the decay at each instant. Without the decay the first number
+                // would be 27 times too large, and the last one zero, so a tenth and a hundredth show that it is right.
                 let limit = if velocity > 0.0 { 0.01 } else { 0.1 };
                 assert!(
                     (found[at(name)] - expected).abs() <= limit * expected.abs() + 1e-12,
