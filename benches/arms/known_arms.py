@@ -33,7 +33,7 @@ ROBOTS = pathlib.Path(sys.prefix)
 PERIOD, DURATION = 0.002, 12.0
 WRONG = 0.05
 
-# Name, URDF, joints of the log, and how their columns are named.
+# Name, URDF, joints of the log, and names of their columns.
 ARMS = [
     ("ur3", "ur_description/urdf/ur3_robot.urdf",
      ["shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint"], "short"),

@@ -1,6 +1,6 @@
 """Identifies the demo's robot with FIGAROH, which takes its joints as rigid.
 
-Positions of the motors stand for those of the joints. FIGAROH gives the friction of each joint; inertias of links and
+Positions of the motors replace those of the joints. FIGAROH gives the friction of each joint; inertias of links and
 rotors come as sums, and springs are not in its model.
 """
 

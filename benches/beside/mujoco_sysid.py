@@ -1,7 +1,7 @@
 """Identifies the demo's robot with MuJoCo's system identification.
 
 It changes the parameters until a simulation with the logged torques follows the logged positions. The model is
-written by hand, because a joint of MuJoCo has one mass: rotors are bodies of their own, springs are tendons.
+written by hand, because a joint of MuJoCo has one mass: rotors are separate bodies, springs are tendons.
 """
 
 import contextlib

@@ -18,7 +18,7 @@ import sprung
 PEERS = Path(__file__).resolve().parents[1] / "peers"
 HERE = Path(__file__).resolve().parent
 
-# What the maker of the robot gives, from the demo's experiment; friction of Coulomb is not known.
+# Values of the maker of the robot, from the demo's experiment; Coulomb friction is not known.
 NOMINAL = {
     "link1.inertia_total": 0.190807, "link2.coupling": 0.016474, "link2.inertia": 0.010724,
     "joint1.rotor_inertia": 0.0628, "joint2.rotor_inertia": 0.002575,

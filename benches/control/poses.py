@@ -3,8 +3,8 @@
     python poses.py SPRUNG EXPERIMENT
 
 EXPERIMENT: folder of an identified twin with truth.toml and a [controller]. The script prints the largest error of a natural
-frequency with motors free and held, in the order of the frequencies, and the largest vibration that the shaper of the declared
-loop leaves of the true vibrations of the linear loop.
+frequency with motors free and held, in the order of the frequencies, and the largest residual of the true vibrations
+of the linear loop with the shaper of the declared loop.
 """
 
 import json
@@ -26,7 +26,7 @@ def design(program, folder, out, poses, *more):
 
 
 def residual(shaper, hz, damping):
-    """The vibration that the sampled shaper leaves, as a part of that without it."""
+    """The residual vibration with the sampled shaper, as a part of that without it."""
     period, rate = shaper["period_s"], 2 * math.pi * hz
     turn, end = rate * math.sqrt(1 - damping**2), shaper["impulses"][-1]["time_s"]
     cos = sin = 0.0

@@ -1,24 +1,24 @@
-"""Damages sound logs, and counts how often `sprung check` names the damage first and with a line that mends it.
+"""Damages logs, and counts how often `sprung check` names the damage first, with a line that corrects it.
 
     python run.py --out FOLDER [--binary SPRUNG] [--foreign FOLDER] [--logs NAME,...] [--faults NAME,...] [--jobs N]
                   [--verbose] [--strict]
 
 The logs are two of the demo, one of examples/seven-joint-twin, and two foreign ones (UR5 and Panda, simulated by
 `benches/foreign/generate.py` into the folder --foreign). `ur5-rigid` and `twin-rigid` are the logs without their link
-encoders; they take part if --logs names them. Each log suffers eight faults:
+encoders; they take part if --logs names them. Each log gets eight faults:
 
 - torque-scale: the torque of one joint in another unit (10, 100, 1000 times, or a fraction)
-- gear-on-position, gear-on-torque: motor positions or torques of the motor's side, said to be of the output
+- gear-on-position, gear-on-torque: motor positions or torques of the motor's side, declared as those of the output
 - sign-of-link, sign-of-motor: one encoder counts in the other direction
-- degrees: all positions in degrees, said to be radians
+- degrees: all positions in degrees, declared as radians
 - torques-exchanged, links-exchanged: the torques or the link positions of two joints in the wrong order
 
 The first finding above a note is right if least squares with its line find the drives of the sound log within 10 %. Without
-a line it is right if its remedy names the key of the fault (NAMED): without gear ratio in the file, as in demo-2, torques
-alone do not tell the number.
-A line makes it worse if it raises the mean logarithmic distance from the drives of the sound log, or leaves more of the
-motor torques unexplained. Every line that a check prints is tried alone. With --strict the exit code is 1 if less than
-90 % of the first diagnoses are right or a line makes it worse. Needs NumPy.
+a line it is right if its remedy names the key of the fault (NAMED): without gear ratio in the file, as in demo-2,
+torques alone do not determine the number.
+A line makes it worse if it raises the mean logarithmic distance from the drives of the sound log, or raises the
+unexplained part of the motor torques. Every line that a check prints is tried alone. With --strict the exit code is 1 if
+less than 90 % of the first diagnoses are right or a line makes it worse. Needs NumPy.
 """
 
 import argparse
@@ -41,7 +41,7 @@ LOGS = ["demo-1", "demo-2", "twin", "ur5", "panda"]
 FAULTS = ["torque-scale", "gear-on-position", "gear-on-torque", "sign-of-link", "sign-of-motor", "degrees",
           "torques-exchanged", "links-exchanged"]
 GEAR, SAME, LEAST_RIGHT = 101, 1.1, 0.9
-# Differences below these count as none.
+# Differences below these are negligible.
 MORE_DISTANCE, MORE_UNEXPLAINED = 0.02, 0.01
 NAMED = {"gear-on-torque": 'motor_torque_side = "motor"'}
 DRIVE = ("stiffness", "rotor_inertia", "motor_viscous", "motor_coulomb")
@@ -83,7 +83,7 @@ class Log:
 
 @dataclass
 class Outcome:
-    """What a check says about a damaged log, and what its lines do."""
+    """The findings of a check about a damaged log, and the effect of its lines."""
 
     log: str
     fault: str
@@ -171,7 +171,7 @@ def make(args, name):
         seed = int(kind.split("-")[1])
         if not (folder / "experiment.toml").exists():
             run(args.binary, "demo", "--out", folder, "--seed", seed, "-q").check_returncode()
-        # The second demo does not know its gear ratios.
+        # The file of the second demo has no gear ratios.
         return sound(folder, name, [GEAR] * 2 if seed == 1 else None)
     if kind == "twin":
         if not (folder / "experiment.toml").exists():
@@ -212,7 +212,7 @@ def damaged(log, fault, number):
 
 
 def mended(experiment, setting):
-    """Returns the experiment with a line of a finding, or None if the line cannot be written as it stands."""
+    """Returns the experiment with a line of a finding, or None if the line cannot be written unchanged."""
     experiment = json.loads(json.dumps(experiment))
     table, line = re.match(r"(\[+[\w.]+\]+) (.*)", setting).groups()
     beside = re.search(r"#.*with (\w+ = \S+) in \[log\]", line)

@@ -14,10 +14,10 @@ Objectives, columns of the regressor, numbers of harmonics and waves are those o
 - FloBaRoID of 2026 (0133a1d, kuka_lwr4.yaml of 06dcd2a): regularised determinant of the columns of links and friction, balance
   and size of torques, part of the ranges; up to six harmonics; global, then Ipopt.
 
-Each objective is also minimised with the ten harmonics of sprung's design. What the peers leave open is chosen for them:
+Each objective is also minimised with the ten harmonics of sprung's design. The open choices of the peers:
 
 - Ipopt is the local search of all, with limits at each sample, and gradients from singular vectors and differences of the
-  regressor. It starts again until its processor time is over, and the best motion that keeps the limits counts.
+  regressor. It restarts until its processor time is over; the best motion within the limits counts.
 - Limits are those of sprung, with all torques of the motor. The search uses 98 % of them, as sprung's own does.
 - Motions fill the 10 s and begin and end at rest. So the lowest frequency of FloBaRoID is fixed, too: within its bounds only
   one period of 10 s ends at rest after 10 s.
@@ -325,7 +325,7 @@ def ratio(found, design, is_counted=lambda name: True):
 
 
 def kept(found):
-    """Returns whether limits hold, or the limit that a motion passes most."""
+    """Returns whether limits hold, or the limit with the largest violation."""
     worst = max(found["limits"], key=lambda own: own["used_percent"])
     return "hold" if found["is_certified"] else f"{worst['quantity']} of {worst['joint']}: {worst['used_percent']:.1f} %"
 

@@ -1,4 +1,4 @@
-"""Times exported C code of seven joints beside Pinocchio's rnea, both compiled on this machine.
+"""Compares the time of exported C code of seven joints with Pinocchio's rnea, both compiled on this machine.
 
     python rnea.py SPRUNG FOLDER
 

@@ -2,7 +2,7 @@
 
     python tools.py SPRUNG FOLDER
 
-Each robot gets bodies, rotors, springs and friction by chance, in a file of parameters.
+Each robot gets random bodies, rotors, springs and friction, in a file of parameters.
 `sprung export` writes all formats. The reference is Pinocchio with these bodies set
 directly, and rotors, springs and viscous friction added by hand. The script prints a table
 of relative differences and fails above the limits.
@@ -58,7 +58,7 @@ class Robot:
                 body = pin.Inertia.Random()
             factor = random.uniform(0.7, 1.3)
             vector = factor * body.toDynamicParameters()
-            # A little of a ball keeps thin bodies possible.
+            # A small ball keeps thin bodies possible.
             ball = pin.Inertia.FromSphere(0.05, 0.1).toDynamicParameters()
             model.inertias[i] = pin.Inertia.FromDynamicParameters(vector + ball)
         self.data = model.createData()
@@ -279,7 +279,7 @@ def in_drake(robot, folder):
             of_link, of_motor = robot.accelerations(q, dq, phi, dphi, zero, torque, True)
             found = [rates[link] + rates[spring], rates[link]]
             forward = max(forward, relative(found, [of_link, of_motor]))
-        # Inverse dynamics: what is left after the damping and the forces of springs and gravity.
+        # Inverse dynamics: the rest after damping and forces of springs and gravity.
         masses = plant.CalcMassMatrix(context)
         accelerations = np.zeros(plant.num_velocities())
         accelerations[link] = ddq if robot.rigid else ddphi

@@ -3,7 +3,7 @@
     python benches/fleet/report_memory.py FOLDER [--robots 2000] [--logs 100] [--parameters 15] [--limit 700]
 
 It needs the installed module sprung with `sprung[fleet]`. FOLDER keeps the datasets, whose estimates are drawn: one of
-all robots and one of a quarter of them. Each report runs in a process of its own. The exit code is 1 if the report of
+all robots and one of a quarter of them. Each report runs in a separate process. The exit code is 1 if the report of
 the folder needs more memory than the limit (in MB), or if the page differs from that of the rows in memory.
 """
 

@@ -61,7 +61,7 @@ WRONG, TRULY_GOOD = (1.5, 0.8), (1.1, 0.9)
 
 # Effects that findings name by their codes. Laws are named by their own words.
 CLAIMS = {
-    "delay-refined": "lag", "late-channel": "lag", "delayed-channel": "lag", "torque-saturates": "saturation",
+    "late-channel": "lag", "delayed-channel": "lag", "torque-saturates": "saturation",
     "eccentric-encoder": "eccentricity", "presliding": "presliding",
     "torque-ripple": "ripple", "transmission-error": "error", "friction-drifts": "heat",
 }

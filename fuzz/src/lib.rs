@@ -11,11 +11,14 @@ mod mcap_bytes;
 #[path = "../../crates/sprung-log/tests/formats/keys.rs"]
 pub mod keys;
 
-use std::io::Cursor;
-use std::path::Path;
+pub mod results;
 
-use sprung::description::{Experiment, no_files, read};
-use sprung::log::{Channels, Input, LogBlock, LogSource, panics_are_caught};
+use std::fs::File;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+use sprung::description::{Experiment, NamedFiles, no_files, read};
+use sprung::log::{Channels, Input, LogBlock, LogFile, LogSource, Opener, panics_are_caught};
 use sprung::model::Model;
 
 const ROBOT: &str = r#"
@@ -30,7 +33,7 @@ name = "joint2"
 [log]
 "#;
 
-/// Reads a log to its end.
+/// Reads a log in memory to its end.
 ///
 /// - `keys`: the keys of `[log]`, one of the constants in [`keys`].
 ///
@@ -38,21 +41,49 @@ name = "joint2"
 ///
 /// If the keys are wrong; they do not depend on the input.
 pub fn read_log(data: &[u8], keys: &str) {
+    let bytes = data.to_vec();
+    let mut reader = |_: Option<&Path>| -> std::io::Result<Box<dyn Input>> {
+        Ok(Box::new(Cursor::new(bytes.clone())))
+    };
+    read_with(&mut reader, keys);
+}
+
+/// Reads a log in a file to its end.
+///
+/// # Panics
+///
+/// If the keys are wrong or the temporary folder cannot be written.
+pub fn read_log_file(data: &[u8], keys: &str) {
+    let path = written("run.log", data);
+    let mut reader = |_: Option<&Path>| -> std::io::Result<Box<dyn Input>> {
+        Ok(Box::new(LogFile::new(File::open(&path)?, &path)))
+    };
+    read_with(&mut reader, keys);
+}
+
+fn read_with<'a>(reader: &'a mut Opener<'a>, keys: &str) {
     expect_some_panics();
     let text = format!("{ROBOT}{keys}");
     let experiment = read("experiment.toml", &text, &[], &mut no_files).expect("these are right");
     let log = experiment.log.as_ref().expect("it is there");
     let channels = Channels::new(&experiment.robot, log).expect("these are right");
-    let bytes = data.to_vec();
-    let mut reader = |_: Option<&Path>| -> std::io::Result<Box<dyn Input>> {
-        Ok(Box::new(Cursor::new(bytes.clone())))
-    };
-    let mut source = LogSource::files("run.log", &mut reader);
+    let mut source = LogSource::files("run.log", reader);
     let Ok(mut log) = source.open(&channels) else {
         return;
     };
     let mut block = LogBlock::new(channels.all.len());
     while let Ok(true) = log.read(&mut block) {}
+}
+
+/// Writes a file into the temporary folder of this process and returns its path.
+fn written(name: &str, data: &[u8]) -> PathBuf {
+    let path = std::env::temp_dir()
+        .join(format!("sprung-fuzz-{}", std::process::id()))
+        .join(name);
+    let folder = path.parent().expect("it has one");
+    std::fs::create_dir_all(folder).expect("the temporary folder can be written");
+    std::fs::write(&path, data).expect("the temporary folder can be written");
+    path
 }
 
 /// Suppresses panics that the readers of logs catch. Some crates panic on damaged files, and
@@ -104,6 +135,32 @@ pub fn read_urdf(data: &[u8]) {
                 [[robot.joint]]\nname = \"joint1\"\n";
     let mut open = |_: &Path| Ok(urdf.to_owned());
     if let Ok(experiment) = read("experiment.toml", text, &[], &mut open) {
+        use_experiment(&experiment);
+    }
+}
+
+/// A robot whose link has a mesh and no inertia.
+const WITH_MESH: &str = "<robot name='r'><link name='base'/><link name='upper'>\
+     <collision><geometry><mesh filename='upper.stl'/></geometry></collision></link>\
+     <joint name='joint1' type='continuous'><parent link='base'/><child link='upper'/></joint></robot>";
+
+struct WithMesh<'a>(&'a [u8]);
+
+impl NamedFiles for WithMesh<'_> {
+    fn text(&mut self, _: &Path) -> std::io::Result<String> {
+        Ok(WITH_MESH.to_owned())
+    }
+
+    fn bytes(&mut self, _: &Path, _: u64) -> std::io::Result<Vec<u8>> {
+        Ok(self.0.to_vec())
+    }
+}
+
+/// Reads a mesh of a robot with one joint.
+pub fn read_mesh(data: &[u8]) {
+    let text = "format = 1\n[robot]\nname = \"r\"\nurdf = \"robot.urdf\"\n\
+                [[robot.joint]]\nname = \"joint1\"\n";
+    if let Ok(experiment) = read("experiment.toml", text, &[], &mut WithMesh(data)) {
         use_experiment(&experiment);
     }
 }

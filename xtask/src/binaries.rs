@@ -6,12 +6,12 @@ use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
-/// What a program was made from.
+/// Sources of a program.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Kind {
     /// Unit tests or a test folder: libtest runs it.
     Tests,
-    /// A benchmark with a `main` of its own, which must run without arguments.
+    /// A benchmark with a separate `main`, which must run without arguments.
     Bench,
 }
 

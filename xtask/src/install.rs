@@ -41,7 +41,26 @@ pub(crate) fn arm() -> bool {
     )
 }
 
-/// Installs something for some tests unless it is there; returns whether it is there.
+/// Installs a command of cargo from crates.io unless it is there; returns whether it is there.
+pub(crate) fn tool(name: &str, version: &str) -> bool {
+    let is_there = || Command::new(name).arg("--version").output().is_ok();
+    if is_there() {
+        return true;
+    }
+    eprintln!("── installing {name} {version}");
+    let status = Command::new(env!("CARGO"))
+        .args(["install", "--locked", "--version", version, name])
+        .status();
+    if status.is_ok_and(|status| status.success()) && is_there() {
+        return true;
+    }
+    eprintln!(
+        "── {name} could not be installed: it needs a network, and the folder of cargo's programs in PATH"
+    );
+    false
+}
+
+/// Installs a program for some tests unless it is installed; returns whether it is there.
 fn ensure(name: &str, tests: &str, names: &str, is_there: impl Fn() -> bool) -> bool {
     if is_there() {
         return true;

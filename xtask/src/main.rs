@@ -1,4 +1,5 @@
-//! Tasks of the project: tests, pages and figures of the documentation, fuzzing, profiles, installation of what the tests need.
+//! Tasks of the project: tests, pages and figures of the documentation, fuzzing, profiles, installation of programs for
+//! the tests.
 
 #![expect(
     clippy::print_stdout,
@@ -7,6 +8,7 @@
 )]
 
 mod binaries;
+mod deny;
 mod dist;
 mod docs;
 mod figures;

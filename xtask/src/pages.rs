@@ -205,7 +205,7 @@ fn every_code_has_an_explanation() {
 
     let with_hyphen = present.iter().filter(|word| word.contains('-'));
     let mut codes: BTreeSet<&str> = with_hyphen.copied().collect();
-    // Codes of a single word: the first text behind a severity.
+    // Codes of a single word: the first text after a severity.
     for rest in code.split("Severity::").skip(1) {
         let rest = rest.trim_start_matches(char::is_alphabetic);
         let rest = rest.trim_start_matches([' ', '\n', '}', ',']);

@@ -1,4 +1,4 @@
-//! Runs test programs, shows what they print, and collects times and skipped tests.
+//! Runs test programs, shows their output, and collects times and skipped tests.
 
 use std::io::{BufRead, BufReader, Read};
 use std::num::NonZero;
@@ -7,7 +7,7 @@ use std::sync::Mutex;
 
 use crate::binaries::{Binary, Kind};
 
-/// What came of the tests of some programs. Names of tests begin with that of their program.
+/// Outcome of the tests of some programs. Names of tests begin with that of their program.
 #[derive(Debug, Default, PartialEq)]
 pub(crate) struct Outcome {
     /// Tests that did not fail, skipped ones included.
@@ -32,7 +32,7 @@ impl Outcome {
 
     /// Runs all programs, two at a time, also after a failure; the second begins when `beside` has returned.
     ///
-    /// The tests of a program share what half of the processors can do, so the last test of a program leaves none idle.
+    /// The tests of a program share half of the processors, so the last test of a program leaves no processor idle.
     pub(crate) fn beside<T: Send>(
         binaries: &[Binary],
         beside: impl FnOnce() -> T + Send,
@@ -68,7 +68,7 @@ impl Outcome {
         self.failed.extend(other.failed);
     }
 
-    /// Runs a program and shows what it printed.
+    /// Runs a program and shows its output.
     fn add(&mut self, binary: &Binary, arguments: &[String]) {
         let failed_before = self.failed.len();
         match run(binary, arguments) {

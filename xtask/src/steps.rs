@@ -1,9 +1,9 @@
-//! Named steps and what each takes.
+//! Named steps and their times.
 
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-/// Steps that ran. A step that fails keeps no other from starting: one run tells all that is wrong.
+/// Steps that ran. A failed step does not stop the others: one run shows all faults.
 pub(crate) struct Steps {
     /// When the first step could start.
     pub(crate) begin: Instant,
@@ -16,8 +16,8 @@ pub(crate) struct Steps {
 pub(crate) struct Time {
     pub(crate) step: String,
     pub(crate) elapsed: Duration,
-    /// Of the commands that the step ran to their ends; unlike the time elapsed, it hardly depends on what
-    /// else the machine does. `None` where the system does not tell.
+    /// Of the commands that the step ran to their ends; unlike elapsed time, it hardly depends on other programs.
+    /// `None` if the system does not provide it.
     pub(crate) processor: Option<Duration>,
 }
 

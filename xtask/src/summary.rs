@@ -1,4 +1,4 @@
-//! The last lines of a run of tests: where the time went, what was skipped, what failed.
+//! The last lines of a run of tests: times, skipped tests, failures.
 
 use std::collections::{BTreeMap, BTreeSet};
 

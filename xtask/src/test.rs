@@ -1,4 +1,4 @@
-//! `cargo xtask test`: what must pass, on a fresh machine.
+//! `cargo xtask test`: all checks that must pass, on a fresh machine.
 
 use std::process::{Command, ExitCode};
 
@@ -8,7 +8,7 @@ use crate::run::Outcome;
 use crate::steps::{Steps, cargo};
 use crate::summary;
 
-/// Features of the whole workspace where libhdf5 is, so that nothing is compiled twice.
+/// Features of the whole workspace where libhdf5 is, so that no crate is compiled twice.
 const WITH_HDF5: &str = "--features=sprung/mat73,sprung-cli/mat73";
 const WITHOUT_HDF5: &str = "--features=";
 
@@ -30,7 +30,8 @@ const QUICK: [&str; 7] = [
 
 /// Runs every check.
 ///
-/// Two programs run at a time; what [`compiled`] checks is the first of one row. Nothing is built that no test runs: the lints compile the benchmarks and the module for Python.
+/// Two programs run at a time; the checks of [`compiled`] come first in one row. Only programs that a test runs are
+/// built: the lints compile the benchmarks and the module for Python.
 pub(crate) fn everything() -> ExitCode {
     browser();
     let features = features(hdf5());
@@ -53,7 +54,8 @@ pub(crate) fn compiled() -> ExitCode {
     let mut steps = Steps::default();
     let lints = ["clippy", "--workspace", "--all-targets", features];
     steps.cargo("lints", &[&lints[..], &["--", "--deny=warnings"]].concat());
-    // What the lints know of the dependencies serves the documentation and the feature sets.
+    // The metadata of the dependencies from the lints serves the documentation and the feature
+    // sets.
     let documentation = ["doc", "--workspace", "--no-deps", features];
     steps.cargo("documentation", &documentation);
     let examples = ["test", "--workspace", "--doc", features];
@@ -102,7 +104,7 @@ fn tests(
     outcome
 }
 
-/// Runs [`compiled`] in a process of its own and shows what it printed; returns `None` if a check failed.
+/// Runs [`compiled`] in a separate process and shows its output; returns `None` if a check failed.
 fn compile_beside() -> Option<()> {
     let program = std::env::current_exe();
     let run = program.and_then(|program| Command::new(program).args(["test", "compiled"]).output());

@@ -23,7 +23,7 @@ const MAX_STEPS: usize = 1000;
 const THINNEST: f64 = 1e-3;
 
 /// Least thickness, m: for a single point.
-const LEAST: f64 = 1e-6;
+const MIN_THICKNESS_M: f64 = 1e-6;
 
 /// The points x with `(x − c)ᵀ Q⁻¹ (x − c) ≤ 1`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,7 +57,7 @@ impl Ellipsoid {
         });
         let middle: Vector = std::array::from_fn(|i| f64::midpoint(least[i], largest[i]));
         let length = (0..3).map(|i| largest[i] - least[i]).fold(0.0, f64::max);
-        let thinnest = (THINNEST * length).max(LEAST);
+        let thinnest = (THINNEST * length).max(MIN_THICKNESS_M);
         let mut from_middle: Vec<Vector> = (points.iter())
             .map(|point| std::array::from_fn(|i| point[i] - middle[i]))
             .collect();
@@ -106,8 +106,8 @@ impl Ellipsoid {
     }
 }
 
-/// Returns the points that are outermost in directions all around, at most 200: an ellipsoid about them leaves out little
-/// of the others.
+/// Returns the outermost points in directions all around, at most 200: an ellipsoid about them nearly contains the
+/// others.
 #[must_use]
 pub fn outermost(points: &[Vector]) -> Vec<Vector> {
     let mut kept = Vec::new();

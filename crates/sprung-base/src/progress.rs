@@ -76,7 +76,7 @@ pub struct Stopped;
 
 /// Receives the progress of a run, and may stop the run.
 ///
-/// Every closure from [`Progress`] to [`Answer`] implements this trait. A run asks before every
+/// Every closure from [`Progress`] to [`Answer`] implements this trait. A run calls it before every
 /// block of samples, every filter run of the refinement and every simulation.
 pub trait Listener: Send {
     /// Receives the progress of the run, and answers whether the run continues.

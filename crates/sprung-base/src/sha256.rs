@@ -5,7 +5,7 @@ use std::io::{BufRead, BufReader, Read, Result};
 
 use sha2::{Digest, Sha256};
 
-/// Returns the hash of everything that a reader gives, as 64 hexadecimal digits.
+/// Returns the hash of the contents of a reader, as 64 hexadecimal digits.
 ///
 /// # Errors
 ///

@@ -92,24 +92,25 @@ impl Verb {
             | Self::Control(Control { common, .. })
             | Self::Export(Export { common, .. }) => common.json,
             Self::Compare(args) => args.json,
-            Self::Demo(_)
-            | Self::New(_)
-            | Self::Explain(_)
-            | Self::Schema
-            | Self::Completions(_)
-            | Self::Man(_) => false,
+            Self::Explain(args) => args.json,
+            Self::Demo(_) | Self::New(_) | Self::Schema | Self::Completions(_) | Self::Man(_) => {
+                false
+            }
         }
     }
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct Explain {
-    /// Code of the finding.
+    /// Code of the finding or of the refusal.
     #[arg(required_unless_present = "list")]
     pub(crate) code: Option<String>,
     /// Print all codes, one a line.
     #[arg(long, conflicts_with = "code")]
     pub(crate) list: bool,
+    /// Print the explanation, or all explanations, as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]

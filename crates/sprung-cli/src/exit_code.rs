@@ -69,7 +69,7 @@ pub(crate) struct Described<'a> {
     code: &'a str,
     exit_code: u8,
     text: &'a str,
-    /// What to do; absent if the text does not say it.
+    /// Remedy; absent if the text does not contain it.
     remedy: Option<&'a str>,
     #[serde(skip_serializing_if = "<[Finding]>::is_empty")]
     findings: &'a [Finding],

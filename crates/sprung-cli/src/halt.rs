@@ -2,7 +2,7 @@
 
 /// Kills the program if `SPRUNG_HALT` is the number of this point: 1 for the first that a run reaches.
 ///
-/// The point is printed, so that a test knows what was interrupted. `abort` drops no value, like `SIGKILL`.
+/// The point is printed for the test. `abort` drops no value, like `SIGKILL`.
 #[cfg(debug_assertions)]
 pub(crate) fn at(point: &str) {
     use std::io::Write;
@@ -19,6 +19,6 @@ pub(crate) fn at(point: &str) {
     }
 }
 
-/// Does nothing in programs for users.
+/// Has no effect in programs for users.
 #[cfg(not(debug_assertions))]
 pub(crate) fn at(_point: &str) {}

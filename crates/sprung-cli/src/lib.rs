@@ -1,4 +1,4 @@
-//! The command line of sprung, for its own program and for programs that contain it.
+//! The command line of sprung, for its binary and for programs that contain it.
 
 mod args;
 mod command_line;

@@ -92,7 +92,7 @@ mod tests {
 
     #[test]
     fn a_killed_switch_is_completed_from_any_step() {
-        // Case 0 has only the list. In case 1 the outdated file is gone. In cases 2 to 4, one to
+        // Case 0 has only the list. In case 1 the outdated file is absent. In cases 2 to 4, one to
         // three files are also renamed.
         for done in 0..=4 {
             let (folder, switch) = written();

@@ -52,7 +52,7 @@ impl Terminal {
         !self.voice.quiet && !self.json
     }
 
-    /// Prints a result as JSON, if the user asked for it.
+    /// Prints a result as JSON, if the user requests it.
     pub(crate) fn json(self, value: &impl serde::Serialize) {
         if self.json {
             print_json(value);
@@ -66,7 +66,7 @@ impl Terminal {
         self.follow_until(|| false, what, run)
     }
 
-    /// Runs a function like [`follow`](Self::follow), and asks it to stop when `is_stopped` says so.
+    /// Runs a function like [`follow`](Self::follow), and stops it when `is_stopped` returns true.
     pub(crate) fn follow_until<T>(
         self,
         is_stopped: impl Fn() -> bool + Sync,
@@ -155,8 +155,8 @@ impl Terminal {
         }
     }
 
-    /// Prints findings about a result. Those about a result that does not decide are only counted, unless the user wants
-    /// notes.
+    /// Prints findings about a result. Findings about results that do not decide are only counted, unless the user
+    /// requests notes.
     fn findings_about<'a>(
         self,
         about: &str,
@@ -180,7 +180,7 @@ impl Terminal {
         }
     }
 
-    /// Prints a warning, or a note if the user wants notes.
+    /// Prints a warning, or a note if the user requests notes.
     pub(crate) fn finding(self, about: &str, finding: &Finding) {
         if finding.severity == Severity::Info && !self.voice.verbose {
             return;
@@ -239,7 +239,7 @@ impl Terminal {
         }
     }
 
-    /// Returns a word in the colour of a verdict, if the user wants colours.
+    /// Returns a word in the colour of a verdict, if the user requests colours.
     fn colored(self, verdict: Verdict, word: &str) -> String {
         let color = match self.voice.color {
             Color::Always => true,
@@ -261,7 +261,7 @@ impl Terminal {
     }
 }
 
-/// Returns the remedy of a finding, and the line of the experiment file that corrects it, on lines of their own.
+/// Returns the remedy of a finding, and the line of the experiment file that corrects it, on separate lines.
 fn remedy(finding: &Finding) -> String {
     let line = finding.setting.as_ref();
     let line = line.map_or_else(String::new, |line| format!("\n  line: {line}"));
@@ -344,7 +344,7 @@ pub(crate) fn output_lost() -> bool {
     OUTPUT_LOST.load(Ordering::Relaxed)
 }
 
-/// Prints a line on stdout. It is not an error if the reader of a pipe has gone.
+/// Prints a line on stdout. A closed pipe is not an error.
 pub(crate) fn print(text: &impl std::fmt::Display) {
     let mut stdout = std::io::stdout();
     if let Err(error) = writeln!(stdout, "{text}").and_then(|()| stdout.flush())

@@ -85,10 +85,10 @@ impl<S: Scalar> Feedforward<'_, S> {
     ///   positive; `None` for torques without friction. The laws' `tanh(beta v)` becomes `tanh(v / v_c)`
     ///   where that is smoother.
     ///
-    /// Friction acts at the desired velocities and at the references of all covariates, so its torques
-    /// depend on no measurement. Without velocity only its constant torques remain: the motors hold
-    /// gravity. Friction of a link turns its spring, so the rotors move faster the smaller `v_c` is when
-    /// a link turns round. Friction of a link under load follows by iteration.
+    /// Friction acts at the desired velocities and at the references of all covariates, so its torques depend on no
+    /// measurement. Without velocity only its constant torques remain: the motors carry gravity. Friction of a link
+    /// turns its spring, so the rotors move faster the smaller `v_c` is when a link turns round. Friction of a link
+    /// under load follows by iteration.
     ///
     /// The springs have stiffness, cubic stiffness, preload and damping. The torque of damping contains
     /// the rate of the deflection. The third derivative of the deflection, which `q_d` does not
@@ -213,7 +213,7 @@ impl<S: Scalar> Feedforward<'_, S> {
     }
 }
 
-/// What the motion of a robot loses: friction, if it is compensated, and back-EMF.
+/// Losses of the motion of a robot: friction, if it is compensated, and back-EMF.
 struct Losses<'r> {
     robot: &'r Robot<'r>,
     values: &'r Values<'r>,

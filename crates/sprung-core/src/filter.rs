@@ -4,8 +4,8 @@
 /// Discretisation of the continuous pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Discretization {
-    /// Zero-order hold, as printed in the paper. It makes every estimated inertia too small, by
-    /// λT/2 of its value, and turns part of an inertial torque into viscous friction.
+    /// Zero-order hold, as printed in the paper. It makes every estimated inertia too small by the
+    /// factor 1 − λT/2, and part of an inertial torque acts as viscous friction.
     ZeroOrderHold,
     /// Bilinear rule: `g` and `s f` have the same phase.
     Tustin,

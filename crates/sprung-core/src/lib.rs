@@ -2,7 +2,7 @@
 //!
 //! This crate contains the only definition of the equations of motion. Identification builds its
 //! regressor and simulation its right-hand side from the same columns. The crate needs no standard
-//! library and allocates nothing, so the same code runs on a controller. The caller owns the
+//! library and allocates no memory, so the same code runs on a controller. The caller owns the
 //! memory; functions such as [`memory_len`](recursive::memory_len) return the required lengths.
 //!
 //! Modules in the order of the data flow; each module uses only the modules before it:
@@ -32,7 +32,7 @@
 //! All quantities are in SI units and radians. Units in parentheses are those of prismatic joints.
 //! Equation numbers without a reference are those of Miranda-Colorado and Moreno-Valenzuela,
 //! Robotica 2017.
-// A new law or parameter is named wherever it is told from the others.
+// The compiler names each place that must handle a new law or parameter.
 #![warn(clippy::wildcard_enum_match_arm)]
 #![no_std]
 

@@ -74,7 +74,7 @@ impl Robot<'_> {
             .into_iter()
             .enumerate()
         {
-            // The motor of a rigid joint has no position of its own, and no deflection.
+            // The motor of a rigid joint has no separate position and no deflection.
             if self.motor_rows[joint].is_some() {
                 out.motor[order][joint] += weight * slope;
                 out.link[order][joint] -= weight * slope;

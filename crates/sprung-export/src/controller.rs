@@ -10,15 +10,15 @@ use crate::description::{Controller, ControllerKind};
 /// Longest delay of an input shaper, samples.
 const LONGEST_DELAY: usize = 10_000;
 
-/// A designed controller: what the code of a robot contains beside its dynamics.
+/// A designed controller: the controller in the code of a robot.
 ///
 /// Every sample it shapes the desired motion, estimates velocities, adds the feedback to the feedforward
 /// and limits the torques.
 #[derive(Clone, Debug)]
 pub struct ControlCode {
-    /// Kind, gains, windows of the estimators of velocities, and speed of the compensation of friction.
-    /// The model of the feedforward is that of the code, whatever this controller says of it. The caller
-    /// of the code gives the desired motion, so the reference does not count.
+    /// Kind, gains, windows of the estimators of velocities, and speed of the compensation of friction. The model of
+    /// the feedforward is that of the code, whatever the model of this controller is. The caller of the code gives the
+    /// desired motion, so the reference is ignored.
     pub controller: Controller,
     /// Sampling period T, s, positive.
     pub period_s: f64,

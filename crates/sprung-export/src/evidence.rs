@@ -1,4 +1,4 @@
-//! What an identification knows of an actuator besides its parameters.
+//! Values of an actuator beside its parameters.
 
 /// A value with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,4 +1,4 @@
-//! What a file says exactly, what it approximates, and what it drops.
+//! Exact, approximated and dropped properties of a file.
 
 use serde::Serialize;
 use sprung_core::friction::Law;
@@ -9,7 +9,7 @@ use super::robot::{Form, StandardJoint, StandardRobot};
 use super::standard::Extra;
 use crate::numbers::Shown;
 
-/// How a file says a property of the robot.
+/// How a file contains a property of the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum How {
@@ -40,7 +40,7 @@ pub struct Said {
     pub what: String,
     /// How the file says it.
     pub how: How,
-    /// Where the file says it, or the reason why not.
+    /// Place in the file, or the reason for its absence.
     pub note: String,
 }
 

@@ -14,7 +14,7 @@ use crate::finding::GENERATOR;
 /// Half the width of a 95 % interval over the standard error.
 const HALF_WIDTH: f64 = 1.96;
 
-/// What a file contains besides the robot.
+/// Information of a file beside the robot.
 pub(super) struct Contents<'a> {
     pub(super) extras: &'a [Extra],
     pub(super) evidence: &'a [JointEvidence],
@@ -229,7 +229,7 @@ fn actuator(joint: &StandardJoint, at: usize, contents: &Contents<'_>) -> Ordere
     Ordered(entries)
 }
 
-/// Returns the attributes of one MuJoCo joint that stands for motor and link together.
+/// Returns the attributes of one MuJoCo joint for motor and link together.
 fn mjcf_rigid(joint: &StandardJoint, origin: &Origin) -> Ordered {
     let drive = &joint.drive;
     let sum = |name: &str, link: f64, motor: f64| {

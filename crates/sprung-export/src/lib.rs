@@ -1,13 +1,12 @@
 //! Writes an identified robot for simulators and controllers, and proves the file by reading it back.
 //!
-//! `export()` takes named values and returns the text of a file. It reads the text again with a reader
-//! that shares nothing with the writer, and compares its dynamics with those of the identified model at
-//! random states.
+//! `export()` takes named values and returns the text of a file. It reads the text again with a reader that shares no
+//! code with the writer, and compares its dynamics with those of the identified model at random states.
 //!
 //! This crate is internal to `sprung`. Its items may change in any version; use the crate `sprung`, which re-exports the
 //! public names.
 
-// A new law, parameter, quantity or format is named wherever it is told from the others.
+// The compiler names each place that must handle a new law, parameter, quantity or format.
 #![warn(clippy::wildcard_enum_match_arm)]
 
 mod code;

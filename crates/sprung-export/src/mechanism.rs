@@ -1,8 +1,8 @@
 //! A mechanism as a file describes it, and its dynamics by the equations of Newton and Euler in the
 //! frame of the world.
 //!
-//! The dynamics share nothing with those of `sprung_core`, which use spatial vectors and base
-//! parameters, so the comparison of both is a proof.
+//! The dynamics share no code with those of `sprung_core`, which use spatial vectors and base
+//! parameters, so their comparison is an independent test.
 
 use std::array::from_fn;
 
@@ -15,7 +15,7 @@ pub(super) struct Mechanism {
     /// Parents come before their children.
     pub(super) joints: Vec<MechanismJoint>,
     pub(super) springs: Vec<Spring>,
-    /// Acceleration of free fall, m/s²; `None` if the file does not say it.
+    /// Acceleration of free fall, m/s²; `None` if the file does not contain it.
     pub(super) gravity: Option<Vector>,
 }
 

@@ -9,7 +9,7 @@ use super::robot::{Form, Friction, MOTOR, ROTOR, SPRING, StandardJoint, Standard
 use super::standard::standard;
 use super::write::Request;
 
-/// Names of what the fields belong to, in the order of their indices.
+/// Names of the objects of the fields, in the order of their indices.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct MujocoNames {
     /// Bodies, the world first.

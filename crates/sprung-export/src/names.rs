@@ -1,4 +1,4 @@
-//! Names in files: what a format forbids, and how XML writes the others.
+//! Names in files: forbidden characters of a format, and escapes of XML.
 
 use super::error::ExportError;
 use super::format::Format;

@@ -1,4 +1,4 @@
-//! Where an exported robot comes from, written into its file, and whether the file was edited since.
+//! Origin of an exported robot, written into its file, and whether the file was edited since.
 
 use std::fmt::Write;
 
@@ -11,7 +11,7 @@ use crate::sha256::sha256;
 /// Precedes the hash of the contents.
 const MARK: &str = "contents sha256 ";
 
-/// Stands for the hash while it is computed.
+/// Placeholder of the hash during its computation.
 const BLANK: &str = "0000000000000000000000000000000000000000000000000000000000000000";
 
 /// Origin of an exported robot.

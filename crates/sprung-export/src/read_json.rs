@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use super::mechanism::{Mechanism, MechanismJoint, Spring};
 
-/// Returns the mechanism of a JSON file. The motor of a flexible joint is a joint of its own on the base.
+/// Returns the mechanism of a JSON file. The motor of a flexible joint is a separate joint on the base.
 ///
 /// # Errors
 ///

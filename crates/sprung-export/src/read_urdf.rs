@@ -1,5 +1,4 @@
-//! Reads an exported URDF again. The tree comes from the reader of experiments, which knows nothing of the
-//! writer.
+//! Reads an exported URDF again. The tree comes from the reader of experiments, which is independent of the writer.
 
 use roxmltree::{Document, Node};
 use sprung_core::chain::JointKind;

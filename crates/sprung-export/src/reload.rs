@@ -45,7 +45,7 @@ pub struct Proof {
     pub accelerations: f64,
 }
 
-/// The identified model as the file can say it.
+/// The identified model as the file can represent it.
 pub(super) struct Reference<'a> {
     pub(super) model: &'a Model,
     pub(super) theta: &'a [f64],
@@ -253,7 +253,7 @@ impl Reference<'_> {
             torques[term.row] += self.theta[term.column] * column;
         }
         if self.format == Format::Sdf {
-            // The bearing's friction is said to act on the motor.
+            // The exactness table states that the bearing's friction acts on the motor.
             for (i, joint) in self.robot.joints.iter().enumerate() {
                 if joint.has_spring(self.form) {
                     let viscous = joint.drive.link.viscous;

@@ -69,7 +69,7 @@ pub(super) struct DriveValues {
     pub(super) motor: Friction,
 }
 
-/// Friction that all formats can say.
+/// Friction that all formats can represent.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Friction {
     pub(super) viscous: f64,
@@ -83,7 +83,7 @@ impl StandardJoint {
     }
 
     /// Returns the friction of the joint that moves the link: that of the bearing, and that of the
-    /// motor if it has no joint of its own.
+    /// motor if it has no separate joint.
     pub(super) fn friction(&self, form: Form) -> Friction {
         let DriveValues { link, motor, .. } = self.drive;
         if self.has_spring(form) {

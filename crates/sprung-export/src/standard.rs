@@ -22,15 +22,15 @@ const LEAST_MOMENT: f64 = 1e-15;
 #[derive(Clone, Debug)]
 pub(super) struct Standard {
     pub(super) robot: StandardRobot,
-    /// Parameters with laws that no file can say, with their values other than zero.
+    /// Parameters with laws that no file can represent, with their values other than zero.
     pub(super) extras: Vec<Extra>,
     /// Parameters without a value, which are zero in the file.
     pub(super) unknown: Vec<String>,
-    /// Theta of the robot with the parameters that a file can say, except Coulomb friction.
+    /// Theta of the robot with the parameters that a file can represent, except Coulomb friction.
     pub(super) theta: Theta,
 }
 
-/// A parameter that no format can say as it is.
+/// A parameter that no format can represent exactly.
 #[derive(Clone, Debug)]
 pub(super) struct Extra {
     pub(super) name: String,
@@ -230,7 +230,7 @@ fn bodies_of_planar(values: &BTreeMap<String, f64>) -> Result<Vec<[f64; BODY]>, 
     ])
 }
 
-/// Adds a parameter to a drive. Returns whether a file can say the parameter as it is.
+/// Adds a parameter to a drive. Returns whether a file can represent the parameter exactly.
 fn take(drive: &mut DriveValues, kind: JointParameter, value: f64) -> bool {
     let of = |drive: &mut DriveValues, side: Side, viscous: f64, coulomb: f64| {
         let friction: &mut Friction = match side {
@@ -324,7 +324,7 @@ fn physical(joints: &[StandardJoint]) -> Result<(), ExportError> {
     Err(ExportError::NotPhysical { reasons })
 }
 
-/// Returns theta with the parameters that a file can say, without Coulomb friction.
+/// Returns theta with the parameters that a file can represent, without Coulomb friction.
 fn theta(
     model: &Model,
     values: &BTreeMap<String, f64>,

@@ -95,8 +95,8 @@ fn base(robot: &StandardRobot) -> String {
     name
 }
 
-/// Returns a URDF with the parameters of a robot. Everything but inertials, dynamics and transmissions of
-/// its joints stays as it is, byte for byte.
+/// Returns a URDF with the parameters of a robot. All but inertials, dynamics and transmissions of its joints is
+/// unchanged, byte for byte.
 ///
 /// - `file`, `text`: the URDF to change.
 /// - `comment`: comment before the first element.
@@ -173,8 +173,8 @@ pub(super) fn write(
     })
 }
 
-/// Returns the body of each moving link without the bodies that are fixed to it, and the factors of those
-/// that must shrink.
+/// Returns the body of each moving link without the bodies that are fixed to it, and the factors of those that are
+/// scaled down.
 fn without_carried(
     robot: &StandardRobot,
     urdf: &Urdf,

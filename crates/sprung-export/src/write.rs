@@ -58,7 +58,7 @@ pub struct Exported {
     pub format: Format,
     /// Contents of the files, in the order of [`Format::files`].
     pub texts: Vec<String>,
-    /// What the file says exactly, approximates and drops.
+    /// Exact, approximated and dropped properties of the file.
     pub said: Vec<Said>,
     /// The comparison with the identified model.
     pub proof: Proof,
@@ -189,7 +189,7 @@ fn of_urdf(
     let small = urdf::minimal(robot);
     let (file, text) = request.urdf.unwrap_or(("the minimal URDF", &small));
     let changed = |comment: &str| urdf::write(file, text, robot, request.form(), comment);
-    // The comment says which bodies were reduced, so the file is written twice.
+    // The comment lists the reduced bodies, so the file is written twice.
     let first = changed("")?;
     for (link, factor) in first.reduced {
         let what = format!("fixed body {link}");
@@ -209,7 +209,7 @@ fn of_urdf(
     Ok(changed(&request.origin.comment(&robot.name, rows))?.text)
 }
 
-/// Returns what happens to the meshes of a URDF: they are kept as they are written.
+/// Returns the treatment of the meshes of a URDF: they are kept unchanged.
 fn about_meshes(mut meshes: Vec<String>, is_there: &dyn Fn(&str) -> bool) -> Vec<Said> {
     meshes.sort_unstable();
     meshes.dedup();
@@ -263,7 +263,7 @@ fn of_json(
     })
 }
 
-/// Returns what happens to the geometry and to other joints of a URDF in a format of its own.
+/// Returns the treatment of the geometry and of other joints of a URDF in another format.
 fn without_geometry(request: &Request<'_>) -> Vec<Said> {
     let (_, text) = request.urdf.unwrap_or_default();
     let mut rows = Vec::new();

@@ -8,7 +8,7 @@
 //! - `select`: selects the samples of a window;
 //! - `mend`: interpolates wrong samples or leaves them out;
 //! - `reader`: combines the modules above in `LogReader`;
-//! - `survey`: finds the columns of a log of which nothing is known;
+//! - `survey`: finds the columns of an unknown log;
 //! - `figures`: gathers statistics of each channel in `Summary`, from which [`check`] makes
 //!   findings.
 //!

@@ -5,10 +5,10 @@ use crate::block::{BLOCK, LogBlock};
 use crate::columns::channels::Channels;
 use crate::description::{Quantity, WrongSamples};
 
-/// Samples that are held back: a stall is mended only if its end is among them.
+/// Samples that are held back: a stall is corrected only if its end is among them.
 const HELD: usize = 1024;
 
-/// Samples before and behind a sample that decide whether it is wrong.
+/// Samples before and after a sample that decide whether it is wrong.
 const NEIGHBOURS: usize = 8;
 
 /// A spike is farther from the mean of its neighbours than this multiple of the 99th percentile, and than this multiple
@@ -27,7 +27,7 @@ const USUAL: [f64; 2] = [0.01, 0.99];
 const MIN_STALL: usize = 5;
 const MIN_STALL_OF_TORQUE: usize = 6;
 
-/// The step behind a stall of a position lies between these multiples of the 99th percentile of the steps, the second
+/// The step after a stall of a position lies between these multiples of the 99th percentile of the steps, the second
 /// one for each sample of the stall: the joint moved meanwhile.
 const STALL_STEP: [f64; 2] = [2.5, 2.0];
 
@@ -52,14 +52,14 @@ pub struct Mended {
     pub longest: (f64, u64),
 }
 
-/// Kind of samples that are mended.
+/// Kind of corrected samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
     Position,
     Torque,
 }
 
-/// Mends the samples of a log that is read block by block.
+/// Corrects the samples of a log that is read block by block.
 pub(crate) struct Mender {
     // Kind of each channel; `None` if its samples are kept.
     kinds: Vec<Option<Kind>>,
@@ -69,7 +69,7 @@ pub(crate) struct Mender {
     // Whether each held sample stalls; the number of held samples that are decided.
     stalled: Vec<bool>,
     decided: usize,
-    // Time of the last sample that was handed on, s, and whether samples behind it were left out.
+    // Time of the last sample that was handed on, s, and whether samples after it were left out.
     last: Option<f64>,
     left_out: bool,
     mended: Vec<Mended>,
@@ -108,7 +108,7 @@ impl Mender {
         self.kinds.iter().all(Option::is_none)
     }
 
-    /// Returns the mended samples of each channel, \[channels\].
+    /// Returns the corrected samples of each channel, \[channels\].
     pub(crate) fn mended(&self) -> &[Mended] {
         &self.mended
     }
@@ -220,7 +220,8 @@ impl Mender {
         let changes = runs.len();
         let mut found: Vec<(usize, usize)> = Vec::new();
         for &(begin, end) in &runs {
-            // The first sample of a stall was right. What stands still from the beginning of a segment is at rest.
+            // The first sample of a stall was right. A channel that stands still from the beginning of a segment is at
+            // rest.
             let length = end - begin;
             let inside = begin >= self.decided.max(1) && begin < until && end < values.len();
             if !inside || self.held.gaps.contains(&begin) || self.held.gaps.contains(&end) {
@@ -357,7 +358,7 @@ mod tests {
 
     const PERIOD: f64 = 1e-3;
 
-    /// Returns what the mender makes of a position and a torque in blocks of `size` samples.
+    /// Returns a position and a torque after correction in blocks of `size` samples.
     fn mended(position: &[f64], torque: &[f64], gaps: &[usize], size: usize) -> (Mender, LogBlock) {
         let mut mender = Mender::of(vec![Some(Kind::Position), Some(Kind::Torque)]);
         let mut all = LogBlock::new(2);

@@ -153,7 +153,7 @@ impl LogReader {
         Ok(!block.is_empty())
     }
 
-    /// Returns the samples that were mended in each channel so far, \[channels\].
+    /// Returns the corrected samples of each channel so far, \[channels\].
     #[must_use]
     pub fn mended(&self) -> &[Mended] {
         self.mender.mended()

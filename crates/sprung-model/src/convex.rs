@@ -36,7 +36,7 @@ const ROUNDING: f64 = 1e-14;
 /// Largest number of rows of a [`Block`].
 pub const ROWS: usize = 4;
 
-/// An entry of a symmetric matrix. Entries above the diagonal also stand for those below it.
+/// An entry of a symmetric matrix. Entries above the diagonal also represent those below it.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
     /// Row.
@@ -66,7 +66,7 @@ pub struct Block {
     pub terms: Vec<(usize, Vec<Entry>)>,
     /// Weight of `−log det F` in the function itself.
     pub entropy: f64,
-    /// Size s of the matrix in the barrier, which keeps unknowns finite that nothing else determines.
+    /// Size s of the matrix in the barrier, which keeps otherwise undetermined unknowns finite.
     pub(crate) size: f64,
 }
 
@@ -174,8 +174,7 @@ impl Program {
     pub fn minimise(&self, start: &[f64], gap: f64) -> Result<Vec<f64>, NoSolution> {
         let mut x = self.feasible(start)?;
         let last = gap / self.rows().max(1) as f64;
-        // A large μ makes the way short, but without a size unknowns that nothing else determines grow
-        // with it.
+        // A large μ makes the way short, but without a size, otherwise undetermined unknowns grow with it.
         let is_bounded = self.blocks.iter().all(|block| block.size.is_finite());
         let value = self.value(&x, 0.0).filter(|_| is_bounded);
         let first = value.map_or(1.0, |value| f64::max(1.0, 0.1 * value.abs()));
@@ -290,7 +289,7 @@ impl Program {
         }))
     }
 
-    /// Makes a Newton step. Returns whether another one is worth its while, `None` if there is no step.
+    /// Makes a Newton step. Returns whether another step is useful, `None` if there is no step.
     fn step(&self, x: &mut [f64], barrier: f64) -> Option<bool> {
         let n = x.len();
         let here = self.point(x, barrier)?;
@@ -551,7 +550,7 @@ mod tests {
 
     #[test]
     fn an_independent_solver_finds_the_same_optimum() {
-        let golden = include_str!("../tests/fixtures/possible_bodies.json");
+        let golden = include_str!("convex/possible_bodies.json");
         let golden: Golden = serde_json::from_str(golden).unwrap();
         let n = golden.prior.len();
         for wanted in &golden.optima {

@@ -3,7 +3,7 @@
 //! This crate is internal to `sprung`. Its items may change in any version; use the crate `sprung`, which re-exports the
 //! public names.
 
-// A new law, parameter, quantity or format is named wherever it is told from the others.
+// The compiler names each place that must handle a new law, parameter, quantity or format.
 #![warn(clippy::wildcard_enum_match_arm)]
 
 mod base_parameters;
@@ -515,7 +515,7 @@ impl Model {
     }
 
     /// Returns the link parameters in theta that contain the rotor inertia of a rigid joint, each
-    /// with the factor of the rotor inertia; empty if it is a parameter of its own.
+    /// with the factor of the rotor inertia; empty if it is a separate parameter.
     #[must_use]
     pub fn rotor_in_links(&self, joint: usize) -> Vec<(usize, f64)> {
         let Some(links) = &self.fixed.links else {

@@ -110,7 +110,7 @@ impl TreeLinks {
         }
     }
 
-    /// Returns whether a joint's rotor inertia is a parameter of its own.
+    /// Returns whether a joint's rotor inertia is a separate parameter.
     pub(super) fn has_rotor(&self, joint: usize) -> bool {
         let index = self.tree.joints.len() * BODY + joint;
         self.base_of(index).is_some() || self.known.contains_key(&index)

@@ -9,8 +9,8 @@ use crate::description::{NoShape, Shape, Tree};
 /// tool may be longer than the link that carries it by as much.
 const MARGIN: f64 = 0.15;
 
-/// Length by which mass may lie outside the ellipsoid about the geometry of a link, m: covers, cables and screws that
-/// geometry leaves out, and the corners that an ellipsoid about few points leaves out.
+/// Length by which mass may lie outside the ellipsoid about the geometry of a link, m: covers, cables and screws
+/// outside of the geometry, and corners outside of an ellipsoid about few points.
 const BEYOND_GEOMETRY: f64 = 0.03;
 
 /// An ellipsoid that contains the mass of a link, in the frame of its joint.

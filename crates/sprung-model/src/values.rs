@@ -31,7 +31,7 @@ impl Model {
         self.collect(|at, parameter| {
             let is_offset = matches!(parameter.joint, Some((JointParameter::TorqueOffset, _)));
             let given = values.get(&parameter.name).copied().or(parameter.fixed);
-            // The offset of a sensor is no property of the robot.
+            // The offset of a sensor is not a property of the robot.
             let given = given.or(is_offset.then_some(0.0));
             given.or_else(|| {
                 let links = links?;

@@ -93,7 +93,7 @@ pub fn compose_check(checked: &Checked, command: &str, experiment: &str) -> Docu
     }
 }
 
-/// Returns what the check means for an identification, in a sentence.
+/// Returns the consequence of the check for an identification, in a sentence.
 fn summary(report: &CheckReport) -> String {
     match report.worst() {
         None | Some(Severity::Info) => {

@@ -174,9 +174,10 @@ pub struct Finding {
     pub text: String,
     /// Remedy; may be empty.
     pub remedy: String,
-    /// What this kind of finding means: its likely cause; may be empty.
+    /// Meaning of this kind of finding: its likely cause, as a sentence; may be empty. A page shows
+    /// cause and condition once, under the first of its findings that have them.
     pub cause: String,
-    /// The observation that leads to it; may be empty.
+    /// The observation that leads to it, as a sentence; may be empty.
     pub condition: String,
 }
 
@@ -281,7 +282,7 @@ pub enum Layout {
     Grid,
     /// Low panels next to each other, for an overview.
     Overview,
-    /// One panel over half the width; two such figures stand next to each other.
+    /// One panel over half the width; two such figures are next to each other.
     Half,
 }
 

@@ -1,4 +1,4 @@
-//! Composes the report of a designed experiment: what its motion promises, its limits, its curves.
+//! Composes the report of a designed experiment: its promise, its limits, its curves.
 
 use sprung_method::excite::{Excitation, Excited, LimitUsed, Limited, Promised};
 
@@ -68,7 +68,7 @@ fn badge(excitation: &Excitation) -> Badge {
     }
 }
 
-/// Returns what the motion promises, in a sentence.
+/// Returns the promise of the motion, in a sentence.
 fn summary(promise: &[Promised]) -> String {
     let determined = promise
         .iter()
@@ -543,7 +543,7 @@ mod tests {
         assert_eq!(shoulder.series[1].values[0], Some(0.51));
         assert!((shoulder.marks[0].at - 2.0).abs() < 1e-9);
         assert_eq!(elbow.y_label, "elbow position [m]");
-        // The velocity of the elbow uses a quarter of its limit, whose line would hide it.
+        // The velocity of the elbow uses a quarter of its limit, whose line would cover it.
         assert_eq!(figures[1].panels[1].series[1].values[0], None);
         assert_eq!(figures[1].panels[1].note, "25 % of limit");
         // The elbow has no spring.

@@ -1,4 +1,4 @@
-//! Composes the glossary: what the parameters and the words of a report mean, beside a sketch of a
+//! Composes the glossary: the meaning of the parameters and words of a report, with a sketch of a
 //! joint.
 
 use sprung_core::parameters::JointParameter;

@@ -57,7 +57,7 @@ impl Joints {
     }
 
     /// Returns the joint of a parameter, or of the first of combined ones. A link belongs to the
-    /// joint that moves it; another name is a group of its own.
+    /// joint that moves it; another name is a separate group.
     pub(super) fn group<'a>(&'a self, parameter: &'a str) -> &'a str {
         let of = |names: &[String]| {
             names

@@ -266,4 +266,29 @@ mod tests {
         assert!(page.contains("<td class=\"num whole\" style=\"--pad:2\">3</td>"));
         assert!(page.contains("<td class=\"num\">fixed</td>"));
     }
+
+    #[test]
+    fn the_meaning_of_a_finding_is_told_once() {
+        let finding = |code: &str, cause: &str| Finding {
+            code: code.into(),
+            cause: cause.into(),
+            ..Finding::default()
+        };
+        let section = |findings: Vec<Finding>| Section {
+            blocks: vec![Block::Findings(findings)],
+            ..Section::default()
+        };
+        let lost = "The recorder lost samples.";
+        let document = Document {
+            sections: vec![
+                section(vec![finding("gaps", lost), finding("jitter", "Other.")]),
+                section(vec![finding("gaps", lost), finding("unknown", "")]),
+            ],
+            ..Document::default()
+        };
+        let page = render(&document).unwrap();
+        assert_eq!(page.matches(lost).count(), 1);
+        assert_eq!(page.matches("id=\"meaning-").count(), 2);
+        assert_eq!(page.matches("href=\"#meaning-gaps\"").count(), 1);
+    }
 }

@@ -9,7 +9,7 @@ use crate::estimate::{EstimateResult, FeatureKind, Identification};
 /// Largest number of points of a cloud.
 const CLOUD_POINTS: usize = 600;
 
-/// Number of places at which a curve of the model stands in a cloud.
+/// Number of points of a model curve in a cloud.
 const CURVE_POINTS: usize = 60;
 
 /// The figures of one joint by one estimate.
@@ -267,8 +267,8 @@ impl Cloud {
         }
     }
 
-    /// Returns a curve whose values are medians over neighbouring points, at the middle of them: they lie on a rising law,
-    /// whatever a few points at a reversal of the motion show.
+    /// Returns a curve whose values are medians over neighbouring points, at the middle of them: they lie on a rising
+    /// law, also with a few deviating points at a reversal of the motion.
     fn curve(&self, of: impl Fn(usize) -> Option<f64>) -> Option<Vec<Option<f64>>> {
         let size = self.x.len().div_ceil(CURVE_POINTS).max(1);
         let mut values = vec![None; self.x.len()];

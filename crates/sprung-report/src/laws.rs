@@ -8,7 +8,7 @@ use crate::estimate::{
     Applied, EstimateResult, Identification, LawRung, LawsByHoldOut, ModelDependence,
 };
 
-/// Composes the section; `None` if there are neither laws by hold-out nor friction parameters beside others.
+/// Composes the section; `None` if there are neither laws by cross-validation nor friction parameters beside others.
 pub(super) fn laws(identification: &Identification) -> Option<Section> {
     let ladder = (identification.laws.as_ref()).filter(|laws| !laws.rungs.is_empty());
     let mut blocks: Vec<Block> = ladder.map(of_ladder).into_iter().flatten().collect();

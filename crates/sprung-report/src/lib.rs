@@ -5,7 +5,7 @@
 //! This crate is internal to `sprung`. Its items may change in any version; use the crate `sprung`, which re-exports the
 //! public names.
 
-// A new law, parameter, quantity or format is named wherever it is told from the others.
+// The compiler names each place that must handle a new law, parameter, quantity or format.
 #![warn(clippy::wildcard_enum_match_arm)]
 
 mod check;

@@ -19,7 +19,7 @@ const NO_DEFLECTION: f64 = 1e-12;
 /// Squares of the floor over the size of the arm.
 const SQUARES: f64 = 8.0;
 
-/// Times of curves of all joints, and what is drawn beside them.
+/// Times of curves of all joints, and further curves.
 struct Motion<'a> {
     joints: &'a [String],
     turns: &'a [bool],
@@ -114,7 +114,7 @@ impl<'a> Motion<'a> {
     }
 }
 
-/// Returns whether a line leaves a third of the panel to the values.
+/// Returns whether a third of the panel remains for the values above a line.
 fn is_near(at: f64, values: &[f64]) -> bool {
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
     let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -305,7 +305,7 @@ fn skeleton(places: &Places, limits: &[LimitUsed]) -> Option<Skeleton> {
     let limit = (limits.iter())
         .filter(|limit| limit.quantity == Limited::Height.word())
         .find_map(|limit| limit.lowest);
-    // A floor far below the arm would leave little room to it.
+    // A floor far below the arm would leave little room for the arm.
     let floor = limit.filter(|floor| *floor > lowest - size && *floor < highest);
     let grid = round_up(size / SQUARES);
     Some(Skeleton {

@@ -154,7 +154,7 @@ fn explained(measured: &[Option<f64>], predicted: &[Option<f64>]) -> Option<f64>
     fraction.is_finite().then_some(fraction)
 }
 
-/// Returns an explained fraction in words: with two digits of the part that is missed, at most four
+/// Returns an explained fraction in words: with two digits of the unexplained part, at most four
 /// decimals.
 fn in_words(fraction: f64) -> String {
     if fraction <= 0.0 {

@@ -92,8 +92,8 @@ fn sampled(set: &CurveSet, column: usize, time: &[f64]) -> Vec<Option<f64>> {
         .collect()
 }
 
-/// Removes values far outside the range of the second half, because the first estimates rest on
-/// very few samples.
+/// Removes values far outside the range of the second half, because the first estimates use very
+/// few samples.
 fn drop_start(series: &mut [Series]) {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for one in &*series {

@@ -55,7 +55,7 @@ fn errors(joints: &Joints, promise: &[&Promised]) -> Option<Intervals> {
     let [least, most] = MOST_DECADES;
     let mut low = (smallest.floor() as i32).clamp(least, most - 2);
     let high = (greatest.ceil() as i32).clamp(low + 2, most);
-    // The line in the middle of the rows stands at a power of ten, too.
+    // The line in the middle of the rows is at a power of ten, too.
     if (high - low) % 2 == 1 {
         low -= 1;
     }

@@ -1,5 +1,5 @@
 //! Composes further tables of a robot: encoder offsets, the choice of the cut-off, and the standard
-//! parameters behind lumped link parameters.
+//! parameters of lumped link parameters.
 
 use super::document::{Row, Table, Tone};
 use super::numbers::{given, or_dash, significant};

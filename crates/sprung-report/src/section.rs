@@ -1,6 +1,7 @@
 //! Makes sections and findings in the form that all reports share.
 
 use super::document::{Block, Finding as Shown, Fold, Section, Tone};
+use super::verdict::as_sentence;
 use crate::finding::{Finding, Severity};
 use sprung_base::explanation::Explanation;
 
@@ -32,6 +33,7 @@ pub(super) fn folded(
 /// Returns a finding in the form of a report.
 pub(super) fn shown(finding: &Finding) -> Shown {
     let known = Explanation::of(&finding.code);
+    let sentence = |text: &str| as_sentence(&Explanation::plain(text));
     Shown {
         severity: match finding.severity {
             Severity::Info => Tone::Neutral,
@@ -42,11 +44,9 @@ pub(super) fn shown(finding: &Finding) -> Shown {
         title: finding.code.replace('-', " "),
         text: finding.text.clone(),
         remedy: finding.remedy.clone(),
-        cause: known.map_or_else(String::new, |explanation| {
-            Explanation::plain(&explanation.cause)
-        }),
+        cause: known.map_or_else(String::new, |explanation| sentence(&explanation.cause)),
         condition: known
             .and_then(|explanation| explanation.condition.as_deref())
-            .map_or_else(String::new, Explanation::plain),
+            .map_or_else(String::new, sentence),
     }
 }

@@ -32,7 +32,7 @@ fn samples(log: &LogInfo) -> String {
     all.join("; ")
 }
 
-/// Composes the settings, and the experiment file as a section of its own.
+/// Composes the settings, and the experiment file as a separate section.
 pub(super) fn settings(contents: &Contents<'_>) -> [Section; 2] {
     let mut pairs = Vec::new();
     if let Some(identification) = contents.identification {

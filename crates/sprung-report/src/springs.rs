@@ -1,4 +1,4 @@
-//! Composes the sections about springs by the vibrations that motors see, and about joints that are taken as rigid.
+//! Composes the sections about springs by the vibrations of motors, and about joints that are taken as rigid.
 
 use super::document::{Block, Fold, Row, Section, Table, Tone};
 use super::numbers::{or_dash, significant};

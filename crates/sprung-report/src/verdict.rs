@@ -1,4 +1,4 @@
-//! The verdict at the head of a report: its reason, and what to do.
+//! The verdict at the head of a report: its reason, and the remedy.
 
 use super::document::{Badge, Tone};
 use crate::estimate::{EstimateResult, Identification, Verdict};
@@ -72,7 +72,7 @@ impl Head {
         }
     }
 
-    /// Adds the sentence of a validation, and what follows from a broken promise.
+    /// Adds the sentence of a validation, and the consequence of a broken promise.
     fn add_validation(&mut self, validation: &Validation) {
         self.summary = join(&self.summary, &validation.sentence());
         let first = |run: &RunResult| run.sets.first().and_then(|set| set.promise_kept);

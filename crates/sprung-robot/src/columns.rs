@@ -172,7 +172,7 @@ impl Column {
         columns.or(fields).unwrap_or(1)
     }
 
-    /// Returns whether it may stand for several joints: a pattern, a list or a topic.
+    /// Returns whether it may represent several joints: a pattern, a list or a topic.
     #[must_use]
     pub fn spreads(&self) -> bool {
         let pattern = matches!(&self.column, Some(PerJoint::One(name)) if name.is_pattern());
@@ -187,7 +187,7 @@ impl Column {
 pub struct Columns(pub Vec<Column>);
 
 impl Columns {
-    /// Returns the entry that stands for all joints; `None` if each joint has an entry.
+    /// Returns the entry for all joints; `None` if each joint has an entry.
     #[must_use]
     pub fn spread(&self) -> Option<&Column> {
         match &self.0[..] {

@@ -95,24 +95,20 @@ impl Inertial {
         }
     }
 
-    /// Returns the code of a finding.
+    /// Returns the code of a finding. Sensors share a code if its cause and its remedy are the same.
     #[must_use]
     pub const fn code(self, finding: InertialFinding) -> &'static str {
         match (self, finding) {
-            (Self::Gyroscope, InertialFinding::Sign) => "gyroscope-sign",
+            (_, InertialFinding::Sign) => "inertial-sensor-sign",
+            (_, InertialFinding::Saturated) => "inertial-sensor-saturated",
+            (_, InertialFinding::Bias) => "inertial-sensor-bias",
+            (_, InertialFinding::Link) => "link-by-inertial-sensor",
             (Self::Gyroscope, InertialFinding::Scale) => "gyroscope-scale",
             (Self::Gyroscope, InertialFinding::Axes) => "gyroscope-axes",
-            (Self::Gyroscope, InertialFinding::Saturated) => "gyroscope-saturated",
-            (Self::Gyroscope, InertialFinding::Bias) => "gyroscope-bias",
             (Self::Gyroscope, InertialFinding::Mounting) => "gyroscope-mounting",
-            (Self::Gyroscope, InertialFinding::Link) => "link-by-gyroscope",
-            (Self::Accelerometer, InertialFinding::Sign) => "accelerometer-sign",
             (Self::Accelerometer, InertialFinding::Scale) => "accelerometer-scale",
             (Self::Accelerometer, InertialFinding::Axes) => "accelerometer-axes",
-            (Self::Accelerometer, InertialFinding::Saturated) => "accelerometer-saturated",
-            (Self::Accelerometer, InertialFinding::Bias) => "accelerometer-bias",
             (Self::Accelerometer, InertialFinding::Mounting) => "accelerometer-mounting",
-            (Self::Accelerometer, InertialFinding::Link) => "link-by-accelerometer",
         }
     }
 

@@ -71,15 +71,11 @@ fn successor(place: &str, name: &str) -> Option<String> {
     is_axis.then(|| format!("write {sensor}{unit}.{axis} = …"))
 }
 
+/// The schema of the file, with its definitions of tables.
+static SCHEMA: LazyLock<Value> = LazyLock::new(|| schemars::schema_for!(ExperimentFile).to_value());
+
 /// Checks that every key is one of the schema's.
 pub(super) fn check(table: &DeTable<'_>) -> Result<(), Misfit> {
-    static SCHEMA: LazyLock<Value> = LazyLock::new(|| {
-        schemars::generate::SchemaSettings::default()
-            .with(|settings| settings.inline_subschemas = true)
-            .into_generator()
-            .into_root_schema_for::<ExperimentFile>()
-            .to_value()
-    });
     walk(table, &SCHEMA, "")
 }
 
@@ -149,8 +145,11 @@ fn is_single_element(table: &DeTable<'_>, schema: &Value) -> bool {
     branch(schema, "properties").is_some() && !table.iter().all(elements)
 }
 
-/// Returns a part of a schema, also from the alternatives of `anyOf`.
+/// Returns a part of a schema, also from its definition or from the alternatives of `anyOf`.
 fn branch<'a>(schema: &'a Value, part: &str) -> Option<&'a Value> {
+    if let Some(name) = schema.get("$ref").and_then(Value::as_str) {
+        return branch(SCHEMA.pointer(name.strip_prefix('#')?)?, part);
+    }
     schema.get(part).or_else(|| {
         (schema.get("anyOf")?.as_array()?.iter()).find_map(|alternative| branch(alternative, part))
     })

@@ -6,7 +6,7 @@
 //! This crate is internal to `sprung`. Its items may change in any version; use the crate `sprung`, which re-exports the
 //! public names.
 
-// A new law, parameter, quantity or format is named wherever it is told from the others.
+// The compiler names each place that must handle a new law, parameter, quantity or format.
 #![warn(clippy::wildcard_enum_match_arm)]
 
 mod capabilities;
@@ -51,7 +51,7 @@ mod window;
 use sprung_base::{ellipsoid, numbers};
 
 pub use capabilities::{Feature, Task, refuse, refuse_task};
-pub use capabilities::{Language, NotSupported, OwnCall, what_works};
+pub use capabilities::{Language, NotSupported, OwnCall, refusals, what_works};
 pub use columns::{Column, ColumnName, Columns, PerJoint, StartsAt};
 pub use control::{Control, Feedback, Vibrations};
 pub use covariates::{CovariateColumns, Drifts};

@@ -1,7 +1,7 @@
 //! The log of a validation run over `[log]`.
 //!
-//! Delays, signs and gains belong to the channel of a signal and a joint. If a run gives the channel
-//! another column, they go over to that column.
+//! Delays, signs and gains belong to the channel of a signal and a joint. If a run gives the channel another column,
+//! they apply to that column.
 
 use std::collections::BTreeMap;
 
@@ -34,7 +34,7 @@ impl Labelled {
     }
 }
 
-/// A value of `[log]` that cannot go over to the column of a run.
+/// A value of `[log]` that cannot apply to the column of a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Ambiguous {
     /// `delay_s`, `sign` or `gain`.
@@ -76,8 +76,8 @@ impl Log {
     }
 
     /// Returns this log with the entries of `over` in place of its own; a signal in `over` replaces
-    /// all columns of this signal. Delays, signs and gains of replaced columns go over to the
-    /// columns of the same signals and joints, unless `over` gives them.
+    /// all columns of this signal. Delays, signs and gains of replaced columns apply to the columns
+    /// of the same signals and joints, unless `over` gives them.
     #[must_use]
     pub fn overlaid(&self, over: &Self, robot: &Robot) -> Self {
         let mut log = self.clone();

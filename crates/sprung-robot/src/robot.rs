@@ -91,8 +91,7 @@ impl Robot {
         Some(ratio * ratio * constant / of.winding_resistance_ohm?)
     }
 
-    /// Returns whether it matters for which side of the gearbox the torque constant of a joint holds, and the
-    /// description does not say it.
+    /// Returns whether the side of the torque constant of a joint is relevant and not given.
     #[must_use]
     pub fn is_torque_side_open(&self, joint: usize) -> bool {
         let of = &self.joint[joint];

@@ -67,7 +67,7 @@ impl TorqueHold {
         self.controller_period.unwrap_or(unsaid).min(period)
     }
 
-    /// Returns whether torques act that a log does not have, because a controller makes several in a period of the log.
+    /// Returns whether the log lacks torques, because the controller has several periods in one of the log.
     ///
     /// - `period`: of the log, s.
     #[must_use]
@@ -75,7 +75,8 @@ impl TorqueHold {
         self.hold(period) < (1.0 - SAME_RATIO) * period
     }
 
-    /// Returns the delay of the logged torques behind torques that are held from their time stamp to the next one, s.
+    /// Returns the delay of the logged torques relative to torques that are held from their time stamp to the next one,
+    /// s.
     ///
     /// ```text
     /// held  (T − h)/2        mean, instantaneous  T/2        h: hold
@@ -90,7 +91,7 @@ impl TorqueHold {
         }
     }
 
-    /// Returns why a period of the controller does not suit that of a log, and what to do; `None` if it does.
+    /// Returns the reason why a period of the controller does not fit that of a log, and the remedy; `None` if it does.
     ///
     /// - `period`: of the log, s.
     #[must_use]

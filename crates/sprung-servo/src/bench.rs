@@ -9,7 +9,7 @@ use sprung_core::spatial::BODY_NAMES;
 use super::result::Scale;
 use crate::description::{Experiment, FilePart, Payload, Robot, ServoDrive};
 
-/// A servo with its drive law and what is known about it.
+/// A servo with its drive law and known values.
 #[derive(Clone, Debug)]
 pub struct Bench {
     /// Name of the robot.
@@ -26,7 +26,7 @@ pub struct Bench {
     pub loads: Vec<Load>,
     /// Known values of parameters, by the experiment.
     known: [Option<f64>; ServoParameter::COUNT],
-    /// What gives the scale of all torques.
+    /// Source of the scale of all torques.
     pub(crate) scale: Scale,
 }
 

@@ -4,11 +4,11 @@ use super::bench::Bench;
 use super::result::{Scale, ServoEstimate, ServoFit};
 use crate::finding::{Finding, Severity};
 
-/// Residual relative to the noise of the sensor that needs an explanation, and the one that makes the
-/// result unusable.
+/// Residuals relative to the noise of the sensor: above the first a warning, above the second the result is unusable.
 const POOR_FIT: [f64; 2] = [3.0, 10.0];
 
-/// Part of the windows that the model may leave out, and the part that makes the result unusable.
+/// Part of the windows without a fit: above the first a warning, above the second the result is
+/// unusable.
 const NOT_FOLLOWED: [f64; 2] = [0.1, 0.5];
 
 /// Half width of a 95 % interval, relative to the value, beyond which a parameter counts as open.

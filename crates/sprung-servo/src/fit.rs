@@ -142,7 +142,7 @@ fn step(
     damping: f64,
 ) -> Option<([f64; P], [f64; P])> {
     let (_, descent) = sums(normals, unknown);
-    // A parameter at its bound that would leave it stays there.
+    // A parameter at its bound stays there if the step points outward.
     let active: Vec<usize> = (unknown.iter().zip(&descent))
         .filter(|(i, descent)| !(is_at_zero(values, **i) && **descent <= 0.0))
         .map(|(i, _)| *i)

@@ -1,4 +1,4 @@
-//! What the logs of a servo can tell, before the fit.
+//! Parameters that the logs of a servo determine, before the fit.
 
 use sprung_core::servo::ServoParameter;
 

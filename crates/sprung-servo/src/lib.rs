@@ -8,14 +8,14 @@
 //! - `fit`: minimises the distance between simulated and logged positions;
 //! - `identify`: the steps above, standard errors and findings;
 //! - `expect`: the same before the fit;
-//! - `findings`: what the user must know about a result;
+//! - `findings`: findings about a result;
 //! - `result`: the contents of `servo.json`;
 //! - `twin`: simulates such logs.
 //!
 //! This crate is internal to `sprung`. Its items may change in any version; use the crate `sprung`, which re-exports the
 //! public names.
 
-// A new law, parameter, quantity or format is named wherever it is told from the others.
+// The compiler names each place that must handle a new law, parameter, quantity or format.
 #![warn(clippy::wildcard_enum_match_arm)]
 
 mod bench;

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::finding::{Finding, Severity};
 
-/// What gives the scale of all torques.
+/// Source of the scale of all torques.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scale {
@@ -72,7 +72,7 @@ pub struct ServoIdentification {
     pub joint: String,
     /// The logs.
     pub logs: Vec<ServoLog>,
-    /// What gives the scale of all torques.
+    /// Source of the scale of all torques.
     pub scale: Scale,
     /// The parameters.
     pub parameters: Vec<ServoEstimate>,

@@ -70,7 +70,7 @@ impl Figure {
         self
     }
 
-    /// Returns the figure beside that of another program, in the same unit.
+    /// Returns the figure with that of another program, in the same unit.
     #[must_use]
     pub fn beside(mut self, peer: &str, value: f64) -> Self {
         self.peer = Some((peer.to_owned(), value));

@@ -1,22 +1,27 @@
-//! Finds what tests need from outside the repository, and reports tests that are skipped.
+//! Finds what tests need from outside the repository, reports tests that are skipped, compares messages with files,
+//! and gives the limits of random errors.
 //!
-//! A test that returns early counts as passed, and libtest hides what it prints. So a test that
-//! cannot run calls [`skipped`], whose line reaches the terminal; `cargo xtask test` counts these
-//! lines.
+//! A test that returns early counts as passed, and libtest hides its output. So a test that cannot
+//! run calls [`skipped`], whose line reaches the terminal; `cargo xtask test` counts these lines.
 //!
 //! - `SPRUNG_TEST_DATA`: the folder with recorded logs (`data`) and vectors of independent code
 //!   (`golden`). Without the variable, tests look for a folder `shared` beside the checkout and are
 //!   skipped if it is absent. With the variable, a missing file fails the test.
 //! - `SPRUNG_TEST_REQUIRE`: needs that must be met, separated by commas (`data,browser,hdf5`). A test
 //!   that would be skipped for one of these needs fails instead.
+//! - `SPRUNG_WRITE_MESSAGES`: [`Messages`] writes its file instead of comparing with it.
 
 mod figure;
+mod messages;
+mod statistics;
 
 use std::ffi::OsStr;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 pub use figure::Figure;
+pub use messages::Messages;
+pub use statistics::{FALSE_ALARM, largest_of_normals, least_inside};
 
 /// Returns a recorded log, or a folder of logs; reports the calling test as skipped if it is absent.
 ///
@@ -46,7 +51,7 @@ pub fn golden(file: &str) -> Option<PathBuf> {
 
 /// Reports the calling test as skipped, on a line that libtest does not capture.
 ///
-/// - `need`: what is missing, as `SPRUNG_TEST_REQUIRE` names it.
+/// - `need`: the missing input, as `SPRUNG_TEST_REQUIRE` names it.
 ///
 /// # Panics
 ///

@@ -86,7 +86,7 @@ pub mod demo {
 pub mod description {
 
     #[doc(inline)]
-    pub use sprung_robot::{Experiment, Language, Start, schema, what_works};
+    pub use sprung_robot::{Experiment, Language, Start, refusals, schema, what_works};
 }
 
 /// Estimators: from the regression of the logs to parameters, standard errors, findings and a

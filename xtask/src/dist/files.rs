@@ -59,8 +59,8 @@ pub(super) fn texts() -> Done<Vec<Entry>> {
         all.push((PathBuf::from(name), bytes));
     }
     all.push((
-        PathBuf::from("LICENSES-OF-LIBRARIES.txt"),
-        licences::text()?.into_bytes(),
+        PathBuf::from(licences::FILE),
+        licences::text("sprung-cli")?.into_bytes(),
     ));
     Ok(all)
 }

@@ -1,7 +1,7 @@
 //! Releases: an archive and a Debian package, each installed into an empty folder and run.
 
 mod files;
-mod licences;
+pub(crate) mod licences;
 mod packages;
 mod try_out;
 
@@ -78,7 +78,7 @@ fn said<T>(done: Done<T>) -> Option<T> {
     done.map_err(|why| eprintln!("── {why}")).ok()
 }
 
-/// Runs a command and returns what it prints.
+/// Runs a command and returns its output.
 fn output(command: &mut Command) -> Done<String> {
     let name = command.get_program().to_string_lossy().into_owned();
     let output = command
@@ -106,7 +106,7 @@ fn build(out: &Path) -> Done<PathBuf> {
             home.display()
         )
     };
-    // A folder of its own, because other flags would rebuild everything in the usual one.
+    // A separate folder, because other flags would rebuild all crates in the usual one.
     let folder = root.join("target/release-dist");
     let status = Command::new(env!("CARGO"))
         .current_dir(&root)

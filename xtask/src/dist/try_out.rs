@@ -30,7 +30,7 @@ pub(super) fn run(release: &Release, package: &Path) -> Done<()> {
     };
     let work = folder.join("work");
     emptied(&work)?;
-    // Nothing of this shell but the path to the shells.
+    // No variable of this shell but the path to the shells.
     let clean = |program: &Path| {
         let mut command = Command::new(program);
         command

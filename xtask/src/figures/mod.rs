@@ -96,7 +96,7 @@ fn measure(part: &Part, is_accepted: bool) -> Option<()> {
     ended
 }
 
-/// Writes the figures of the file into the pages; returns `None`, and prints why, if a page asks for an absent one.
+/// Writes the figures of the file into the pages; returns `None`, and prints why, if a page requests an absent one.
 pub(crate) fn write_pages() -> Option<()> {
     pages::fill_all(&Figures::read(&root().join(FILE))?)
 }

@@ -13,7 +13,7 @@ use crate::root;
 
 const END: &str = "<!-- end -->";
 
-/// Writes the figures into all pages that ask for them.
+/// Writes the figures into all pages that request them.
 pub(super) fn fill_all(figures: &Figures) -> Option<()> {
     let mut is_right = true;
     for page in files(&root(), "md") {

@@ -1,4 +1,4 @@
-//! The parts of the figures: what each runs, and which code it measures.
+//! The parts of the figures: their commands, and the code that they measure.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -161,7 +161,7 @@ pub(super) const PARTS: [Part; 13] = [
         minutes: 4,
         code: &["crates/sprung-servo/src", "crates/sprung/benches/servo"],
         packages: &[
-            // The package asks for Python 3.12, and its models run on 3.11.
+            // The package requires Python 3.12, and its models run on 3.11.
             "--ignore-requires-python",
             "numpy==2.4.6",
             "better-actuator-models==1.0.2",

@@ -1,6 +1,7 @@
 //! `cargo xtask test outside`: sprung against foreign programs, which it installs itself.
 //!
-//! A step that cannot install its programs fails: nothing is skipped here.
+//! A step that cannot install its programs fails. It skips, with a line that begins with SKIPPED, only the versions of Python
+//! that the machine lacks and a database of advisories that it cannot reach.
 
 mod arm;
 mod benches;
@@ -10,6 +11,7 @@ mod formats;
 mod mujoco;
 mod new;
 pub(crate) mod python;
+mod pythons;
 mod servo;
 mod vectors;
 pub(crate) mod wheel;
@@ -20,20 +22,26 @@ use python::Python;
 
 use crate::run::Outcome;
 use crate::steps::Steps;
-use crate::{summary, target};
+use crate::{deny, summary, target};
 
 /// A comparison with a foreign program.
 struct Step {
     name: &'static str,
     what: &'static str,
-    /// What pip installs for it; nothing if it needs no Python.
+    /// What pip installs for it; empty if it needs no Python.
     packages: &'static [&'static str],
     /// Returns `None`, and prints why, if the comparison fails.
     run: fn(&Python) -> Option<()>,
 }
 
 /// All steps, the quick ones first. A new comparison is a line here and a file beside this one.
-const STEPS: [Step; 13] = [
+const STEPS: [Step; 15] = [
+    Step {
+        name: "deny",
+        what: "licences, sources and advisories of the dependencies",
+        packages: &[],
+        run: |_| deny::check(),
+    },
     Step {
         name: "benches",
         what: "every benchmark of cargo, once and with little work",
@@ -126,7 +134,7 @@ const STEPS: [Step; 13] = [
     Step {
         name: "servo",
         what: "a servo without torque, beside BAM's CMA-ES",
-        // The package asks for Python 3.12, and its models run on 3.11.
+        // The package requires Python 3.12, and its models run on 3.11.
         packages: &[
             "--ignore-requires-python",
             "numpy==2.4.6",
@@ -143,10 +151,22 @@ const STEPS: [Step; 13] = [
         run: wheel::check,
     },
     Step {
+        name: "pythons",
+        what: "the wheel in every supported Python of this machine",
+        packages: &[
+            wheel::MATURIN,
+            wheel::ZIG,
+            "vermin==1.9.2",
+            "abi3audit==0.0.26",
+        ],
+        run: wheel::in_all_pythons,
+    },
+    Step {
         name: "beside",
         what: "the demo's log in sprung, a NumPy script, FIGAROH and MuJoCo's system identification",
         packages: &[
             wheel::MATURIN,
+            wheel::ZIG,
             "numpy==2.4.6",
             "scipy==1.17.1",
             "pandas==3.1.1",
@@ -158,9 +178,10 @@ const STEPS: [Step; 13] = [
     },
 ];
 
-/// What users of the wheel have beside it.
+/// Packages that users of the wheel have.
 const PYTHON: &[&str] = &[
     wheel::MATURIN,
+    wheel::ZIG,
     "numpy==2.4.6",
     "scipy==1.17.1",
     "scipy-stubs",

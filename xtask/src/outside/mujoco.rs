@@ -54,7 +54,7 @@ pub(super) fn check(python: &Python) -> Option<()> {
     (error <= MEDIAN_ERROR).then_some(())
 }
 
-/// Builds the program as the tests do, so that nothing is compiled twice.
+/// Builds the program as the tests do, so that no crate is compiled twice.
 pub(super) fn build() -> Option<()> {
     let build = ["build", "--quiet", "--workspace", "--bin", "sprung"];
     succeeds(cargo().args(build).arg(features(hdf5())))

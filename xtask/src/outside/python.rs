@@ -9,7 +9,7 @@ use crate::steps::succeeds;
 
 pub(crate) struct Python {
     program: PathBuf,
-    /// Folder for what a step writes.
+    /// Folder for the files of a step.
     pub(crate) folder: PathBuf,
 }
 

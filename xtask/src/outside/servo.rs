@@ -6,7 +6,7 @@ use super::mujoco::build;
 use super::python::Python;
 use crate::target;
 
-/// Trials of CMA-ES: enough for a figure beside that of sprung, not for its convergence.
+/// Trials of CMA-ES: enough for a comparison with sprung, not for convergence.
 const TRIALS: &str = "300";
 
 /// Identifies the servo of `examples/servo-pendulum`; the script prints a table and fails if sprung is more

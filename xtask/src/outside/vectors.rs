@@ -50,7 +50,7 @@ fn read(path: &Path) -> Option<Value> {
         .ok()
 }
 
-/// Compares numbers, and the shape of what holds them; counts the numbers.
+/// Compares numbers and the shapes of their containers; counts the numbers.
 fn compare(known: &Value, found: &Value, numbers: &mut usize) -> Result<(), String> {
     match (known, found) {
         (Value::Object(a), Value::Object(b)) if a.keys().eq(b.keys()) => {

@@ -4,20 +4,29 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use super::python::Python;
+use super::pythons;
+use crate::dist::licences;
 use crate::root;
 use crate::steps::succeeds;
 use crate::target;
 
-/// What pip installs to build the wheel.
+/// Packages to build the wheel.
 pub(crate) const MATURIN: &str = "maturin==1.16.0";
 
+/// What pip installs to link the wheel for older systems.
+pub(crate) const ZIG: &str = "ziglang==0.15.2";
+
+/// The oldest C library that the wheel runs with: that of Rust's standard library.
+const OLDEST: &str = "manylinux_2_17";
+
 /// Folder of the crate.
-const CRATE: &str = "crates/sprung-python";
+pub(super) const CRATE: &str = "crates/sprung-python";
 
 /// Builds the wheel and prints its path.
 pub(crate) fn build() -> ExitCode {
+    let packages = [MATURIN, ZIG];
     let built =
-        Python::with(&target().join("outside"), &[MATURIN]).and_then(|python| wheel(&python));
+        Python::with(&target().join("outside"), &packages).and_then(|python| wheel(&python));
     match built {
         Some(path) => {
             println!("{}", path.display());
@@ -28,7 +37,14 @@ pub(crate) fn build() -> ExitCode {
 }
 
 /// Builds the wheel in release; returns its path.
+///
+/// Zig links it on Linux, so the machine's C library may be newer than that of the users.
 fn wheel(python: &Python) -> Option<PathBuf> {
+    let licences = licences::text("sprung-python").and_then(|text| {
+        std::fs::write(root().join(CRATE).join(licences::FILE), text)
+            .map_err(|error| format!("cannot write {}: {error}", licences::FILE))
+    });
+    licences.map_err(|why| eprintln!("── {why}")).ok()?;
     let folder = target().join("wheels");
     // An older wheel would be found beside the new one.
     let _ = std::fs::remove_dir_all(&folder);
@@ -36,6 +52,9 @@ fn wheel(python: &Python) -> Option<PathBuf> {
     command
         .arg("--manifest-path")
         .arg(root().join(CRATE).join("Cargo.toml"));
+    if cfg!(target_os = "linux") {
+        command.args(["--zig", "--compatibility", OLDEST]);
+    }
     succeeds(command.arg("--out").arg(&folder))?;
     let found = std::fs::read_dir(&folder).ok()?.filter_map(Result::ok);
     let mut wheels = found
@@ -44,14 +63,19 @@ fn wheel(python: &Python) -> Option<PathBuf> {
     wheels.next()
 }
 
-/// Builds and installs the wheel.
-pub(crate) fn install(python: &Python) -> Option<()> {
+/// Builds and installs the wheel; returns its path.
+pub(crate) fn install(python: &Python) -> Option<PathBuf> {
     let wheel = wheel(python)?;
     let options = ["install", "--quiet", "--force-reinstall", "--no-deps"];
     succeeds(python.module("pip", &options).arg(&wheel))?;
     let size = std::fs::metadata(&wheel).ok()?.len();
     println!("{}: {:.1} MB", wheel.display(), size as f64 / 1e6);
-    Some(())
+    Some(wheel)
+}
+
+/// Builds the wheel and tests it in every supported Python that is found.
+pub(super) fn in_all_pythons(python: &Python) -> Option<()> {
+    pythons::check(python, &wheel(python)?)
 }
 
 /// Runs the tests of the package: types, examples, tests.

@@ -1,4 +1,4 @@
-//! Where the processor time goes: runs of sprung under `perf`, by stages.
+//! Processor time by stages: runs of sprung under `perf`.
 
 mod cases;
 mod stacks;
@@ -115,8 +115,8 @@ fn processor_time(case: &Case, sprung: &Path, arguments: &[String]) -> Option<f6
     line.split(',').next()?.parse().ok()
 }
 
-/// Runs perf and sprung; returns what they print as errors, or `None`, and shows it, if a run failed.
-/// A verdict that a result is not usable is no failure.
+/// Runs perf and sprung; returns their error output, or `None`, and shows it, if a run failed. A verdict that a result
+/// is not usable is no failure.
 fn ran(command: &mut Command) -> Option<String> {
     let output = command.stdout(Stdio::null()).output().ok()?;
     let text = String::from_utf8_lossy(&output.stderr).into_owned();

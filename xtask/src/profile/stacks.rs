@@ -58,8 +58,8 @@ fn samples(script: &str, program: &Path, shift: u64) -> Vec<Vec<u64>> {
         .collect()
 }
 
-/// Returns the place of a call. A caller's frame holds the place behind the call, which may belong
-/// to another function.
+/// Returns the place of a call. A caller's frame contains the address after the call, which may
+/// belong to another function.
 fn place(frame: usize, line: &str) -> Option<u64> {
     let digits = line.split_whitespace().next()?;
     let place = u64::from_str_radix(digits, 16).ok()?;

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::named::nearest;
 
@@ -28,7 +28,7 @@ const SECTIONS: [(&str, &str); 12] = [
 /// The meaning of one or several findings with one cause and one remedy.
 ///
 /// Texts are Markdown; links are relative to the root of the repository.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Explanation {
     /// Codes of the findings.
@@ -37,7 +37,7 @@ pub struct Explanation {
     #[serde(default)]
     pub aliases: Vec<String>,
     /// Part of the work that finds them.
-    #[serde(skip)]
+    #[serde(skip_deserializing)]
     pub section: &'static str,
     /// Severities that they may have, as words, the usual one first.
     pub severities: Vec<String>,
@@ -59,11 +59,12 @@ struct Section {
 static ALL: LazyLock<Vec<Explanation>> = LazyLock::new(|| {
     let read = |(section, text): &(&'static str, &str)| {
         // A test reads every file.
-        let own: Option<Section> = toml::from_str(text).ok();
-        let findings = own.map(|own| own.finding).unwrap_or_default();
-        findings
-            .into_iter()
-            .map(|own| Explanation { section, ..own })
+        let read: Option<Section> = toml::from_str(text).ok();
+        let findings = read.map(|read| read.finding).unwrap_or_default();
+        findings.into_iter().map(|explanation| Explanation {
+            section,
+            ..explanation
+        })
     };
     SECTIONS.iter().flat_map(read).collect()
 });
@@ -78,17 +79,37 @@ impl Explanation {
     /// Returns the meaning of a finding by its code, or by a code of an earlier version.
     #[must_use]
     pub fn of(code: &str) -> Option<&'static Self> {
-        ALL.iter()
-            .find(|own| own.codes.iter().chain(&own.aliases).any(|one| one == code))
+        ALL.iter().find(|explanation| explanation.has(code))
     }
 
-    /// Returns the known code that is nearest to an unknown one, if one is near.
+    /// Returns whether this is the meaning of a code, or of a code of an earlier version.
     #[must_use]
-    pub fn nearest_code(code: &str) -> Option<&'static str> {
-        nearest(
-            code,
-            ALL.iter().flat_map(|own| &own.codes).map(String::as_str),
-        )
+    pub fn has(&self, code: &str) -> bool {
+        self.codes
+            .iter()
+            .chain(&self.aliases)
+            .any(|known| known == code)
+    }
+
+    /// Returns the code of `all` that is nearest to an unknown one, if one is near.
+    #[must_use]
+    pub fn nearest_code<'a>(
+        code: &str,
+        all: impl IntoIterator<Item = &'a Self>,
+    ) -> Option<&'a str> {
+        let codes = all.into_iter().flat_map(|explanation| &explanation.codes);
+        nearest(code, codes.map(String::as_str))
+    }
+
+    /// Returns the explanation with plain texts instead of Markdown.
+    #[must_use]
+    pub fn in_plain_text(&self) -> Self {
+        Self {
+            cause: Self::plain(&self.cause),
+            condition: self.condition.as_deref().map(Self::plain),
+            remedy: Self::plain(&self.remedy),
+            ..self.clone()
+        }
     }
 
     /// Returns a Markdown text without marks; a link becomes its text and its target.
@@ -128,11 +149,11 @@ mod tests {
         for (section, text) in SECTIONS {
             let read: Result<Section, _> = toml::from_str(text);
             assert!(read.is_ok(), "{section}: {:?}", read.err());
-            assert!(ALL.iter().any(|own| own.section == section));
+            assert!(ALL.iter().any(|known| known.section == section));
         }
         let codes: Vec<&String> = ALL
             .iter()
-            .flat_map(|own| own.codes.iter().chain(&own.aliases))
+            .flat_map(|known| known.codes.iter().chain(&known.aliases))
             .collect();
         let unique: BTreeSet<_> = codes.iter().collect();
         assert_eq!(unique.len(), codes.len());
@@ -140,30 +161,49 @@ mod tests {
     }
 
     #[test]
-    fn every_text_says_something() {
+    fn every_explanation_has_texts_and_an_example() {
         let known = ["error", "serious", "warning", "note"];
-        for own in Explanation::all() {
-            assert!(
-                !own.codes.is_empty() && !own.severities.is_empty(),
-                "{own:?}"
-            );
-            assert!(
-                own.severities
-                    .iter()
-                    .all(|one| known.contains(&one.as_str())),
-                "{own:?}"
-            );
-            for text in [&own.cause, &own.remedy].into_iter().chain(&own.condition) {
-                assert!(text.len() > 5 && !text.ends_with('.'), "{own:?}");
+        for explanation in Explanation::all() {
+            let Explanation {
+                codes,
+                severities,
+                cause,
+                condition,
+                remedy,
+                example,
+                ..
+            } = explanation;
+            assert!(!codes.is_empty() && !severities.is_empty(), "{codes:?}");
+            for severity in severities {
+                assert!(known.contains(&severity.as_str()), "{codes:?}");
             }
+            for text in [cause, remedy].into_iter().chain(condition) {
+                assert!(text.len() > 5 && !text.ends_with('.'), "{text}");
+            }
+            // Reports show these as sentences, and make their first letter a capital.
+            for text in [cause].into_iter().chain(condition) {
+                assert!(
+                    text.starts_with(|c: char| c.is_ascii_alphabetic()),
+                    "{text}"
+                );
+            }
+            let example = example.as_ref().unwrap_or_else(|| panic!("{codes:?}"));
+            assert!(example.len() > 20 && !example.contains("/tmp"), "{example}");
         }
         assert_eq!(Explanation::of("gaps").unwrap().codes, ["gaps"]);
+        assert_eq!(
+            Explanation::of("noisy-torque").unwrap().codes,
+            ["noisy-signal"]
+        );
         assert!(Explanation::of("no-such-finding").is_none());
         assert_eq!(
-            Explanation::nearest_code("weakly-exited"),
+            Explanation::nearest_code("weakly-exited", Explanation::all()),
             Some("weakly-excited")
         );
-        assert_eq!(Explanation::nearest_code("zzzzzz"), None);
+        assert_eq!(
+            Explanation::nearest_code("zzzzzz", Explanation::all()),
+            None
+        );
     }
 
     #[test]

@@ -49,7 +49,7 @@ pub(super) fn begun(
     Ok(new)
 }
 
-/// Prints what the log decided.
+/// Prints the choices by the log.
 pub(super) fn say_choice(terminal: Terminal, new: &NewExperiment) {
     if new.lines.is_empty() {
         return;
@@ -120,7 +120,7 @@ pub(super) fn experiment_of(args: &Identify, terminal: Terminal) -> Result<PathB
     }
 }
 
-/// Writes the experiment of a robot and its logs, if they leave nothing to fill in. Returns its path.
+/// Writes the experiment of a robot and its logs, if no line is to be filled in. Returns its path.
 fn written(
     args: &Identify,
     urdf: &Path,

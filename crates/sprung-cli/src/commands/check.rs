@@ -80,7 +80,7 @@ fn say(terminal: Terminal, report: &CheckReport) {
 /// Most jitter of a log with even time stamps, percent.
 const EVEN_PERCENT: f64 = 1.0;
 
-/// Returns what a log has beside even samples; empty if there is nothing.
+/// Returns the faults of sampling of a log; empty if there is nothing.
 fn irregular(log: &CheckedLog) -> String {
     let counts = [
         (log.gaps, "gaps"),

@@ -87,7 +87,7 @@ pub(crate) fn run(args: &Demo) -> Result<ExitCode, Failure> {
     Ok(ExitCode::Done)
 }
 
-/// Returns how far the first result is from the true parameters.
+/// Returns the distance of the first result from the true parameters.
 fn against_truth(identification: &Identification, truth: &BTreeMap<String, f64>) -> Option<String> {
     let result = identification.results.first()?;
     let all = result.parameters.len();

@@ -1,10 +1,11 @@
-//! `sprung explain`: the meaning of a finding.
+//! `sprung explain`: the meaning of a finding or of a refusal.
 
+use sprung::description::refusals;
 use sprung::finding::Explanation;
 
 use crate::args::Explain;
 use crate::exit_code::{ExitCode, Failure};
-use crate::terminal::print;
+use crate::terminal::{print, print_json};
 
 /// Columns of a line of text.
 const WIDTH: usize = 96;
@@ -12,31 +13,45 @@ const WIDTH: usize = 96;
 const INDENT: usize = 11;
 
 pub(crate) fn run(args: &Explain) -> Result<ExitCode, Failure> {
+    let refusals = refusals();
+    let all = Explanation::all().iter().chain(&refusals);
     let Some(code) = &args.code else {
-        let codes = Explanation::all()
-            .iter()
-            .flat_map(|explanation| &explanation.codes);
-        let lines: Vec<&str> = codes.map(String::as_str).collect();
-        print(&lines.join("\n"));
+        if args.json {
+            let table: Vec<Explanation> = all.map(Explanation::in_plain_text).collect();
+            print_json(&table);
+        } else {
+            let codes = all.flat_map(|explanation| &explanation.codes);
+            let lines: Vec<&str> = codes.map(String::as_str).collect();
+            print(&lines.join("\n"));
+        }
         return Ok(ExitCode::Done);
     };
-    let explanation = Explanation::of(code).ok_or_else(|| {
-        let hint = Explanation::nearest_code(code).map_or_else(
+    let found = all.clone().find(|explanation| explanation.has(code));
+    let explanation = found.ok_or_else(|| {
+        let hint = Explanation::nearest_code(code, all).map_or_else(
             || "sprung explain --list prints all codes".to_owned(),
             |near| format!("did you mean \"{near}\"?"),
         );
         let message = format!("there is no finding \"{code}\"; {hint}");
         Failure::new(ExitCode::Usage, message)
     })?;
-    print(&shown(explanation));
+    let explanation = explanation.in_plain_text();
+    if args.json {
+        print_json(&explanation);
+    } else {
+        print(&shown(&explanation));
+    }
     Ok(ExitCode::Done)
 }
 
 /// Returns an explanation as text.
 fn shown(explanation: &Explanation) -> String {
-    let title = format!("{} ({})", explanation.codes.join(", "), explanation.section);
+    let codes = explanation.codes.join(", ");
+    let title = format!("{codes} ({})", explanation.section);
     let severity = explanation.severities.join(", ");
+    let earlier = explanation.aliases.join(", ");
     let parts = [
+        ("earlier", Some(&earlier).filter(|codes| !codes.is_empty())),
         ("severity", Some(&severity)),
         ("cause", Some(&explanation.cause)),
         ("condition", explanation.condition.as_ref()),
@@ -46,7 +61,7 @@ fn shown(explanation: &Explanation) -> String {
     let mut lines = vec![title, String::new()];
     for (name, text) in parts {
         if let Some(text) = text {
-            let wrapped = wrapped(&Explanation::plain(text), WIDTH - INDENT);
+            let wrapped = wrapped(text, WIDTH - INDENT);
             for (place, line) in wrapped.iter().enumerate() {
                 let head = if place == 0 { name } else { "" };
                 lines.push(format!("{head:INDENT$}{line}"));

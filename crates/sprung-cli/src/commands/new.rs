@@ -43,7 +43,7 @@ pub(crate) fn run(args: &New) -> Result<ExitCode, Failure> {
     Ok(ExitCode::Done)
 }
 
-/// Prints what the log decided, what the user must fill in, and what the check found.
+/// Prints the choices by the log, the lines to fill in, and the findings of the check.
 fn say(terminal: Terminal, new: &NewExperiment) {
     say_choice(terminal, new);
     if !new.open.is_empty() {

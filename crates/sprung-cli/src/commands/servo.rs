@@ -20,7 +20,7 @@ use crate::terminal::{Grid, Terminal, dash};
 const SERVO_FILE: &str = "servo.json";
 const CHECK_FILE: &str = "servo-check.json";
 
-/// What the logs can tell, as a file.
+/// Parameters that the logs determine, as a file.
 #[derive(Serialize)]
 struct Expected {
     format: u32,
@@ -28,7 +28,7 @@ struct Expected {
     findings: Vec<Finding>,
 }
 
-/// Tells which parameters the logs determine, before any fit.
+/// Prints the parameters that the logs determine, before any fit.
 pub(super) fn check(session: &Session, common: &Common) -> Result<ExitCode, Failure> {
     let terminal = Terminal::new(common.voice, common.json);
     let folder = Folder::new(

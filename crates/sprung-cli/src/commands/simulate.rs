@@ -64,7 +64,7 @@ pub(crate) fn run(args: &Simulate) -> Result<ExitCode, Failure> {
     Ok(ExitCode::Done)
 }
 
-/// Prints the standard errors that the experiment buys, and the parameters that it does not determine.
+/// Prints the standard errors of the experiment, and the parameters that it does not determine.
 fn say_errors(terminal: Terminal, errors: &[ExpectedError]) {
     let header = ["parameter", "unit", "true", "± s.e.", "%"].map(str::to_owned);
     let mut table = Grid::new(header.into(), 2).divided(3, 2);

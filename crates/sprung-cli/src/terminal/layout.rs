@@ -62,7 +62,7 @@ impl Grid {
         }
     }
 
-    /// Sets how the table is divided: the first `keys` columns are in all parts, the others stay together in groups.
+    /// Sets the division of the table: the first `keys` columns are in all parts, the others stay together in groups.
     pub(crate) fn divided(self, keys: usize, group: usize) -> Self {
         Self {
             keys,
@@ -129,7 +129,7 @@ impl Grid {
                 .chain(self.header.get(*column))
                 .map(|cell| length(cell))
                 .max();
-            // A blank stands on each side of a cell.
+            // A blank is on each side of a cell.
             2 + longest.unwrap_or(0)
         };
         columns.iter().map(width).sum()

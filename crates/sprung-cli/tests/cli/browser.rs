@@ -1,4 +1,4 @@
-//! The report in a real browser draws every plot and logs nothing on the console.
+//! The report in a real browser draws every plot, and the console stays empty.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -22,8 +22,8 @@ fn browser() -> Option<PathBuf> {
     found
 }
 
-/// Opens a page, with all sections unfolded if the fragment is `#all`. Returns its document and what
-/// the browser logged; `None` without a browser.
+/// Opens a page, with all sections unfolded if the fragment is `#all`. Returns its document and the messages of the
+/// console; `None` without a browser.
 fn open(page: &Path, fragment: &str, more: &[&str]) -> Option<(String, String)> {
     let profile = TempDir::new().unwrap();
     let output = Command::new(browser()?)
@@ -148,7 +148,7 @@ const WIDTHS: [u32; 13] = [
     360, 390, 480, 599, 600, 768, 1024, 1280, 1320, 1400, 1440, 1920, 2560,
 ];
 
-/// Returns, for each width of the page, what lies outside of it or is cut off by a box around it.
+/// Returns, for each width of the page, the elements outside of it or cut off by a box.
 pub(crate) fn overflows(page: &Path, fragment: &str, widths: &[u32]) -> Option<String> {
     let script = OVERFLOWS.replace("WIDTHS", &format!("{widths:?}"));
     measured(page, fragment, (1320, 1000), &script)

@@ -1,4 +1,4 @@
-//! `sprung check`: what it prints and writes, and how it ends.
+//! `sprung check`: its output, its files and its exit code.
 
 use serde_json::Value;
 
@@ -65,7 +65,7 @@ fn all_errors_are_said_at_once_with_their_lines() {
     ] {
         assert!(out.contains(part), "no {part:?} in {out}");
     }
-    // `identify` refuses the log with the same words, and continues if the setting says so.
+    // `identify` refuses the log with the same words, and continues if the setting requests it.
     let output = case.identify(&[]);
     assert_eq!(output.status.code(), Some(3));
     assert!(
@@ -122,7 +122,7 @@ fn a_thorough_check_finds_a_delay_to_a_fraction_of_a_sample() {
     let finding = &json["findings"][0];
     assert_eq!(finding["code"], "delayed-channel", "{json:#}");
     assert_eq!(finding["evidence"]["column"], "q1_rad");
-    // Measured 4e-7 s away; the limit is a fifth of a sample.
+    // The promise: a fifth of a sample.
     let delay = finding["evidence"]["value"].as_f64().unwrap();
     assert!((delay - 3e-3).abs() < 2e-4, "{delay}");
 }

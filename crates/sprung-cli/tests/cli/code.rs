@@ -81,7 +81,7 @@ fn exported(case: &Case, format: &str) -> std::path::PathBuf {
     case.path("sprung-out")
 }
 
-/// Runs a program in a folder; returns whether it succeeded, and what it printed.
+/// Runs a program in a folder; returns whether it succeeded, and its output.
 fn run(folder: &Path, program: &str, args: &[&str]) -> (bool, String) {
     let output = Command::new(program)
         .args(args)

@@ -5,6 +5,7 @@ use std::process::{Command, Output};
 use std::sync::OnceLock;
 
 use serde_json::Value;
+use sprung_testing::{Messages, largest_of_normals};
 use tempfile::TempDir;
 
 /// Runs the program.
@@ -15,12 +16,12 @@ pub(crate) fn sprung(args: &[&str]) -> Output {
         .unwrap()
 }
 
-/// What the program printed on stderr.
+/// Output of the program on stderr.
 pub(crate) fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// How a run ended and what it printed.
+/// Exit code and output of a run.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Ran {
     pub(crate) code: Option<i32>,
@@ -38,7 +39,34 @@ impl Ran {
     }
 }
 
-/// What the program printed on stdout.
+/// Messages of a test, whose file is in `tests/messages`.
+pub(crate) fn messages(test: &str) -> Messages {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/messages");
+    Messages::new(format!("{folder}/{test}.txt"))
+}
+
+/// A text with N for each number with decimals, which a computation may round otherwise on another processor.
+pub(crate) fn without_decimals(text: &str) -> String {
+    let is_part = |c: char| c.is_ascii_digit() || c == '.';
+    let (mut out, mut rest) = (String::new(), text);
+    while let Some(start) = rest.find(|c: char| c.is_ascii_digit()) {
+        let length = rest[start..]
+            .find(|c| !is_part(c))
+            .unwrap_or(rest.len() - start);
+        let number = rest[start..start + length].trim_end_matches('.');
+        out.push_str(&rest[..start]);
+        out.push_str(if number.contains('.') { "N" } else { number });
+        rest = &rest[start + number.len()..];
+    }
+    out + rest
+}
+
+/// A text on one line, as the name of a case.
+pub(crate) fn one_line(text: &str) -> String {
+    text.trim().replace('\n', "; ")
+}
+
+/// Output of the program on stdout.
 pub(crate) fn stdout(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
@@ -55,6 +83,9 @@ pub(crate) fn demo() -> &'static Path {
     })
     .path()
 }
+
+/// A count of the demo's encoders, rad.
+pub(crate) const COUNT: f64 = std::f64::consts::TAU / 16384.0;
 
 /// Estimators of most tests.
 const LINEAR: &str = "[\"least-squares\", \"lsff\"]";
@@ -177,19 +208,32 @@ impl Case {
         )
     }
 
-    /// Checks that identification fails with a code and a message.
-    pub(crate) fn fails(&self, code: i32, fragments: &[&str]) {
-        let output = self.identify(&[]);
-        let message = stderr(&output);
-        println!("{message}");
-        assert_eq!(output.status.code(), Some(code), "{message}");
-        for fragment in fragments {
-            assert!(message.contains(fragment), "no {fragment:?} in: {message}");
-        }
+    /// What the program printed on stderr, with FOLDER for the folder of the case.
+    pub(crate) fn message(&self, output: &Output) -> String {
+        stderr(output).replace(self.folder.path().to_str().unwrap(), "FOLDER")
+    }
+
+    /// Checks that identification fails with a code and leaves no results; returns the message, one line.
+    #[track_caller]
+    pub(crate) fn refused(&self, code: i32, more: &[&str]) -> String {
+        let output = self.identify(more);
+        let message = self.message(&output);
+        assert_eq!(output.status.code(), Some(code), "{more:?}: {message}");
         assert!(message.starts_with("error: "), "{message}");
         assert_eq!(message.trim().lines().count(), 1, "{message}");
         let out = self.path("sprung-out");
-        assert!(!out.exists(), "a failed run left results");
+        assert!(!out.exists(), "{more:?}: a failed run left results");
+        message
+    }
+
+    /// Checks that identification fails with a code and a message.
+    #[track_caller]
+    pub(crate) fn fails(&self, code: i32, fragments: &[&str]) {
+        let message = self.refused(code, &[]);
+        println!("{message}");
+        for fragment in fragments {
+            assert!(message.contains(fragment), "no {fragment:?} in: {message}");
+        }
     }
 
     /// Checks that identification ends with a code and warns.
@@ -214,6 +258,24 @@ pub(crate) fn parameter<'a>(json: &'a Value, name: &str) -> &'a Value {
 /// The value of a parameter of the first result.
 pub(crate) fn value(json: &Value, name: &str) -> f64 {
     parameter(json, name)["value"].as_f64().unwrap()
+}
+
+/// Largest standard error of a parameter relative to its value with which a comparison with the truth says something.
+const USEFUL: f64 = 0.05;
+
+/// Checks that parameters of the first result are the true ones within their standard errors.
+#[track_caller]
+pub(crate) fn assert_true(json: &Value, truth: &[(&str, f64)]) {
+    let limit = largest_of_normals(truth.len());
+    for (name, truth) in truth.iter().copied() {
+        let found = parameter(json, name);
+        let [value, error] = ["value", "standard_error"].map(|key| found[key].as_f64().unwrap());
+        let away = (value - truth) / error;
+        println!("{name}: {value:.5} ± {error:.5}, {away:.1} standard errors from {truth}");
+        assert!(away.abs() < limit, "{name}: {value} ± {error}, not {truth}");
+        let useful = truth == 0.0 || error < USEFUL * truth.abs();
+        assert!(useful, "{name}: {value} ± {error}");
+    }
 }
 
 /// The text of a finding about the log, or about the first result.

@@ -79,7 +79,7 @@ fn a_stiffness_that_falls_is_found_in_the_order_of_the_dates() {
         .iter()
         .find(|parameter| parameter["name"] == "joint1.stiffness");
     let percent = of.unwrap()["change_percent"].as_f64().unwrap();
-    // Measured -5.0; the limit is half of the change.
+    // Half of the change tells it from none and from twice.
     assert!((-7.5..-2.5).contains(&percent), "{percent}");
     let (text, message) = (stdout(&output), stderr(&output));
     for word in [

@@ -1,4 +1,4 @@
-//! `sprung simulate --expected-errors`: the standard errors that an experiment buys.
+//! `sprung simulate --expected-errors`: the standard errors of an experiment.
 
 use std::collections::BTreeMap;
 use std::process::Output;

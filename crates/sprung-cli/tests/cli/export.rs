@@ -1,4 +1,4 @@
-//! Exported robots: what stays of a URDF, and what is refused.
+//! Exported robots: the kept parts of a URDF, and refusals.
 
 use std::process::Output;
 

@@ -1,4 +1,4 @@
-//! Folders: where logs and results lie, what is given instead of an experiment, what a command leaves behind.
+//! Folders: places of logs and results, wrong paths of experiments, remaining files.
 
 use std::path::Path;
 use std::process::Output;
@@ -235,7 +235,7 @@ fn experiments_in_one_folder_keep_their_results_apart() {
         first
     );
 
-    // The folder of both does not tell which results are meant.
+    // The folder of both has results of two experiments.
     let out = case.path("compared");
     let folder = case.path("");
     let output = sprung(&["compare", text(&folder), text(demo()), "--out", text(&out)]);

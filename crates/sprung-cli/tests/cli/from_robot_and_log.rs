@@ -1,6 +1,6 @@
-//! `sprung identify --urdf --log` writes the experiment of `sprung new` and identifies, or names what is missing.
+//! `sprung identify --urdf --log` writes the experiment of `sprung new` and identifies, or names the missing input.
 
-use crate::common::{Ran, stderr};
+use crate::common::{Ran, messages, stderr};
 use crate::new::{ARM, Desk};
 use crate::new_log::{LEAST_SQUARES, Renamed, column, csv, named, recorded};
 
@@ -187,38 +187,23 @@ fn a_log_that_contradicts_its_names_is_refused() {
 
 #[test]
 fn robot_log_and_experiment_exclude_or_need_each_other() {
+    let mut messages = messages("robot_log_and_experiment_exclude_or_need_each_other");
     let desk = Desk::new();
     desk.write("arm.urdf", ARM);
-    for (args, fragment) in [
-        (
-            &["--urdf", "arm.urdf"][..],
-            "--urdf needs a log of the robot: add --log FILE",
-        ),
-        (
-            &["--log", "run.csv"],
-            "--log needs the robot: add --urdf FILE",
-        ),
-        (
-            &["my-arm", "--log", "run 7.csv"],
-            "my-arm names its log itself; for another log with the same columns give --set log.file='/",
-        ),
-        (
-            &["my-arm", "--urdf", "arm.urdf", "--log", "run.csv"],
-            "give either my-arm or --urdf and --log",
-        ),
-        (
-            &["my-arm", "--urdf", "arm.urdf"],
-            "give either my-arm or --urdf and --log",
-        ),
-        (&["my-arm", "--force"], "--urdf <FILE>"),
-        (&[], "<EXPERIMENT>"),
+    for args in [
+        &["--urdf", "arm.urdf"][..],
+        &["--log", "run.csv"],
+        &["my-arm", "--log", "run 7.csv"],
+        &["my-arm", "--urdf", "arm.urdf", "--log", "run.csv"],
+        &["my-arm", "--urdf", "arm.urdf"],
+        &["my-arm", "--force"],
+        &[],
     ] {
-        desk.fails(&[&["identify"], args].concat(), 2, &[fragment]);
+        let args = [&["identify"], args].concat();
+        messages.note(&args.join(" "), &desk.refused(&args, 2));
     }
-    desk.fails(
-        &["identify", "--urdf", "arm.urdf", "--log", "none.csv"],
-        4,
-        &["cannot read none.csv"],
-    );
+    let args = ["identify", "--urdf", "arm.urdf", "--log", "none.csv"];
+    messages.note(&args.join(" "), &desk.refused(&args, 4));
     assert!(!desk.path("sprung-none").exists());
+    messages.compare();
 }

@@ -1,4 +1,4 @@
-//! `sprung new --log` finds the joints of columns whose names do not tell them.
+//! `sprung new --log` finds the joints of columns whose names do not contain them.
 
 use crate::new_log::{begun, column, csv, is_identified, named, recorded};
 
@@ -52,7 +52,7 @@ fn names_share_letters() {
 
 #[test]
 fn slopes_and_torques_tell_the_joints() {
-    // The motors have numbers; the names of links and torques mean nothing.
+    // The motors have numbers; the names of links and torques have no meaning.
     let text = of(
         [
             "encoder lower",

@@ -171,7 +171,7 @@ fn decided(before: &Files, found: &Files) -> Files {
     let mut decided = before.clone();
     decided.retain(|name, _| !list.outdated.contains(name));
     for (from, to) in list.renames {
-        // If the temporary name is gone, the file is in its place.
+        // If the temporary name is absent, the file is in its place.
         let bytes = found.get(&from).unwrap_or_else(|| &found[&to]);
         decided.insert(to, bytes.clone());
     }
@@ -231,7 +231,7 @@ fn a_refinement_that_is_killed_leaves_the_result_of_least_squares() {
     let refine = ["--set", "identify.estimator=prediction-error"];
     let folder = desk.case.path("sprung-out");
     let mut points: Vec<String> = Vec::new();
-    // The second time that nothing is written yet, the refinement has ended.
+    // The second point without a written file is after the refinement.
     while points
         .iter()
         .filter(|point| *point == "nothing written")

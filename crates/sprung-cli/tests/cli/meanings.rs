@@ -222,7 +222,7 @@ fn currents_and_other_units_of_torques_are_named() {
             &format!("transmission = \"rigid\"\n{text}"),
         )
     };
-    // The constant holds for the motor, and the file says that it contains the gear ratio.
+    // The constant holds for the motor, and the file states that it contains the gear ratio.
     let case = scaled(
         constants("torque_constant_side = \"output\"\ntorque_constant_nm_per_a = 0.1")
             .replace("motor_torque_nm", "motor_current_a"),
@@ -305,7 +305,7 @@ fn the_masses_tell_the_side_of_a_torque_constant() {
     ] {
         assert!(text.contains(words), "{text}");
     }
-    // A simulation has no log that could tell it.
+    // A simulation has no log that could determine the side.
     let out = found.path("again");
     let output = sprung(&[
         "simulate",
@@ -319,7 +319,7 @@ fn the_masses_tell_the_side_of_a_torque_constant() {
         text.contains("pan: the gear ratio is not 1, and the side"),
         "{text}"
     );
-    // Without masses nothing tells the side.
+    // Without masses the log does not determine the side.
     let with_masses = read(&found.path("arm.urdf"));
     let parts = with_masses.split("<inertial>").map(|part| {
         part.split_once("</inertial>")
@@ -495,7 +495,7 @@ fn nominal_values_tell_the_unit_of_a_wheel() {
     let line = "[log] motor_position_deg = [\"phi\"]";
     let words = "57.3 is expected for degrees";
     says(&case, ("error", "looks-like-degrees"), &[words], Some(line));
-    // Without nominal values and gravity nothing but the speed tells it.
+    // Without nominal values and gravity only the speed shows it.
     let case = wheel("# no nominal values");
     says_nothing(&case, &[]);
     let case = scaled(case, &[1], DEGREES);
@@ -509,7 +509,7 @@ fn nominal_values_tell_the_unit_of_a_wheel() {
 
 #[test]
 fn a_slope_gives_the_right_gear_ratio() {
-    // The motor has gears of 100.7, and the file says 51.
+    // The motor has gears of 100.7, and the file contains 51.
     let case = scaled(arm::recorded(), &[2], 100.7)
         .replace("time_s", "motor_position_side = \"motor\"\ntime_s")
         .replace(

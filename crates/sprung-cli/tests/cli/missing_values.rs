@@ -1,6 +1,6 @@
 //! Samples in which a column has no value.
 
-use crate::common::{Case, finding, stderr, value};
+use crate::common::{Case, assert_true, finding, messages, stderr};
 
 const Q2: usize = 2;
 const TAU1: usize = 5;
@@ -23,22 +23,36 @@ fn case() -> Case {
 }
 
 #[test]
-fn a_refusal_names_the_setting() {
-    let setting = "nan = \"gap\" in [log] leaves samples";
-    let with = |word: &'static str| {
-        Case::new().log(move |row, cells| {
+fn what_is_no_number_names_line_and_setting() {
+    let mut messages = messages("what_is_no_number_names_line_and_setting");
+    // Without the setting, every cell without a number is an error.
+    for word in ["nan", "N/A", ""] {
+        let case = Case::new().log(|row, cells| {
             if row == 7 {
                 word.clone_into(&mut cells[TAU1]);
             }
-        })
-    };
-    let line = "line 8 of";
-    with("nan").fails(3, &[line, "\"tau1_nm\"", "the value is NaN", setting]);
-    with("N/A").fails(3, &[line, "\"N/A\" is not a number", setting]);
-    with("").fails(
-        3,
-        &["line 8 of", "\"tau1_nm\"", "the cell is empty", setting],
-    );
+        });
+        messages.note(&format!("{word:?}"), &case.refused(3, &[]));
+    }
+    // With it, what is no missing value stays an error.
+    for word in ["inf", "x7"] {
+        let case = case().log(|row, cells| {
+            if row == 4000 {
+                word.clone_into(&mut cells[Q2]);
+            }
+        });
+        messages.note(&format!("{word:?}, nan = \"gap\""), &case.refused(3, &GAP));
+    }
+    let message = case().refused(2, &["--set", "log.nan=gaps"]);
+    messages.note("nan = \"gaps\"", &message);
+    // Columns that never have values together.
+    let apart = Case::new().log(|row, cells| {
+        if row > 0 {
+            cells[if row % 2 == 0 { Q2 } else { TAU1 }].clear();
+        }
+    });
+    messages.note("columns that alternate", &apart.refused(3, &GAP));
+    messages.compare();
 }
 
 #[test]
@@ -54,54 +68,5 @@ fn samples_without_a_value_are_left_out_and_counted() {
     let text = finding(&json, "samples-without-value").unwrap();
     assert!(text.contains("8 of 10000 samples have no value"), "{text}");
     assert!(text.contains("first at line 1001"), "{text}");
-    // As accurate as a log without a hole: the limit is that of a gap of half a second.
-    let stiffness = value(&json, "joint1.stiffness");
-    assert!((stiffness / 9.358_73 - 1.0).abs() < 0.02, "{stiffness}");
-}
-
-#[test]
-fn what_is_no_missing_value_stays_an_error() {
-    for (word, fragment) in [
-        ("inf", "the value is inf"),
-        ("x7", "\"x7\" is not a number"),
-    ] {
-        let case = case().log(|row, cells| {
-            if row == 4000 {
-                word.clone_into(&mut cells[Q2]);
-            }
-        });
-        let output = case.identify(&GAP);
-        let message = stderr(&output);
-        assert_eq!(output.status.code(), Some(3), "{message}");
-        assert!(
-            message.contains(fragment) && message.contains("line 4001"),
-            "{message}"
-        );
-    }
-    let output = case().identify(&["--set", "log.nan=gaps"]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(
-        stderr(&output).contains("did you mean \"gap\"?"),
-        "{}",
-        stderr(&output)
-    );
-}
-
-#[test]
-fn columns_that_never_have_values_together_are_named() {
-    let case = Case::new().log(|row, cells| {
-        if row > 0 {
-            cells[if row % 2 == 0 { Q2 } else { TAU1 }].clear();
-        }
-    });
-    let output = case.identify(&GAP);
-    let message = stderr(&output);
-    assert_eq!(output.status.code(), Some(3), "{message}");
-    for fragment in [
-        "has 0 samples",
-        "10000 more samples have no value",
-        "a file with their own time",
-    ] {
-        assert!(message.contains(fragment), "{message}");
-    }
+    assert_true(&json, &[("joint1.stiffness", 9.358_73)]);
 }

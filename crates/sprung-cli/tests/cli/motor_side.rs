@@ -39,7 +39,7 @@ fn friction_of_the_demo_hides_the_vibrations() {
     }
     let html = std::fs::read_to_string(case.path("sprung-out/report.html")).unwrap();
     assert!(html.contains("Springs seen from the motors"));
-    // The check says it before the fit.
+    // The check reports it before the fit.
     let experiment = case.path("experiment.toml");
     let output = sprung(&["check", experiment.to_str().unwrap()]);
     let text = stdout(&output);

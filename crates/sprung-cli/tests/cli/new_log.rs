@@ -1,4 +1,5 @@
-//! `sprung new --log` chooses columns, units and sides by names and values, and asks what the log does not tell.
+//! `sprung new --log` chooses columns, units and sides by names and values, and leaves FILL IN where the log does not
+//! decide.
 
 use std::fmt::Write as _;
 use std::fs::File;
@@ -8,7 +9,7 @@ use arrow_array::builder::{Float64Builder, ListBuilder, StringBuilder};
 use arrow_array::{ArrayRef, Float64Array, RecordBatch};
 use parquet::arrow::ArrowWriter;
 
-use crate::common::{stderr, stdout};
+use crate::common::{messages, stderr, stdout};
 use crate::mcap_bytes::{file_of, joint_state, record, text};
 use crate::new::{ARM, Desk};
 
@@ -344,6 +345,7 @@ fn a_table_has_as_many_joints_as_the_log() {
 
 #[test]
 fn joints_that_match_nothing_name_the_nearest() {
+    let mut messages = messages("joints_that_match_nothing_name_the_nearest");
     let (desk, log) = recorded();
     let names = [
         column("t", 0, 1.0),
@@ -352,20 +354,11 @@ fn joints_that_match_nothing_name_the_nearest() {
         column("torque a", 5, 1.0),
     ];
     desk.write("log.csv", &csv(&named(&log, &names)));
-    desk.fails(
-        &["new", "new", "--urdf", "arm.urdf", "--log", "log.csv"],
-        2,
-        &[
-            "no column of log.csv belongs to a joint",
-            "Joints: shoulder, elbow",
-            "the nearest names are \"sholder pos\" and shoulder",
-        ],
-    );
-    desk.fails(
-        &["new", "new", "--urdf", "arm.urdf", "--log", "none.csv"],
-        4,
-        &["cannot read none.csv"],
-    );
+    for (log, code) in [("log.csv", 2), ("none.csv", 4)] {
+        let args = ["new", "new", "--urdf", "arm.urdf", "--log", log];
+        messages.note(log, &desk.refused(&args, code));
+    }
+    messages.compare();
 }
 
 #[test]
@@ -445,7 +438,7 @@ fn with_seconds(mut data: Vec<u8>, seconds: u32) -> Vec<u8> {
     data
 }
 
-/// The arm with a gripper: one finger moves, the other one follows it.
+/// The arm with a gripper: one finger moves, the other follows.
 fn with_gripper() -> String {
     let finger = |name: &str, more: &str| {
         format!(
@@ -707,20 +700,15 @@ fn topics_are_told_apart_by_their_names_or_asked_for() {
 
 #[test]
 fn a_bag_with_two_robots_is_refused_until_one_is_chosen() {
+    let mut messages = messages("a_bag_with_two_robots_is_refused_until_one_is_chosen");
     let (desk, log) = recorded();
     let topics = ["/left/joint_states", "/right/joint_states"];
     std::fs::write(desk.path("two.mcap"), bag(&topics, &log)).unwrap();
     let new = ["new", "exp", "--urdf", "arm.urdf", "--log", "two.mcap"];
-    let said = [
-        "two.mcap has the joints of 2 robots, in topics that begin with /left, /right",
-        "--topics /left",
-    ];
-    desk.fails(&new, 2, &said);
-    let said = [
-        "two.mcap has no topic that begins with /lefft",
-        "/left/joint_states",
-    ];
-    desk.fails(&[&new[..], &["--topics", "/lefft"]].concat(), 2, &said);
+    messages.note("two robots", &desk.refused(&new, 2));
+    let other = [&new[..], &["--topics", "/lefft"]].concat();
+    messages.note("no such robot", &desk.refused(&other, 2));
+    messages.compare();
     desk.succeeds(&[&new[..], &["--topics", "/right"]].concat());
     let text = desk.read("exp/experiment.toml");
     assert!(text.contains("topic = \"/right/joint_states\""), "{text}");
@@ -838,7 +826,7 @@ fn lists_of_parquet_are_columns() {
         let text = begun(&desk, file);
         assert!(!text.contains("= \"FILL IN\""), "{text}");
         is_identified(&desk);
-        // One pattern stands for the elements of a list.
+        // One pattern represents the elements of a list.
         desk.write(
             "exp/experiment.toml",
             &format!(

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::common::{finding, sprung, stderr, value};
+use crate::common::{finding, parameter, sprung, stderr, value};
 
 /// A file of a real machine, or `None` and a report that the test is skipped.
 fn data(file: &str) -> Option<String> {
@@ -61,8 +61,8 @@ fn known_delay_gives_both_estimates_and_says_why_they_differ() {
         text.contains("The link rows have no right-hand side"),
         "{text}"
     );
-    // The fit is poor, and the verdict says so. The ranges of the stiffnesses are the values of this log, 30.8 and 40.5
-    // N·m/rad, with a margin of 2 %.
+    // The fit is poor, and the verdict reports it. The ranges of the stiffnesses are the values of this log, 30.8 and
+    // 40.5 N·m/rad, with a margin of 2 %.
     assert_eq!(json["results"][0]["verdict"], "unusable");
     assert!(finding(&json, "poor-fit").is_some());
 }
@@ -108,9 +108,10 @@ fn delay_is_found() {
         delay["standard_error"].as_f64().unwrap(),
     );
     println!("delay of defl1: {value:.4} ± {error:.4} s");
-    // Measured 0.1488 ± 0.0082 s and 30.5 N·m/rad; the limits allow 2.4 standard errors and 5 %.
-    assert!((value - 0.150).abs() < 0.02, "{value}");
-    assert!(error < 0.02, "{error}");
+    assert!((value - 0.150).abs() < 4.0 * error, "{value}");
+    // The delay is certain.
+    assert!(value > 4.0 * error, "{error}");
+    // The stiffness with the known delay, 30.8 N·m/rad, up to the effect of a sample of 2 ms.
     assert!((29.0..32.0).contains(&stiffness(&json).0));
 }
 
@@ -152,8 +153,9 @@ fn same_parameters(one: &Value, other: &Value) {
         }
     }
     println!("{worst:.1e} standard errors apart");
-    // Measured 2.1e-6; the limit allows a factor of ten.
-    assert!(worst < 2e-5, "{worst}");
+    // The tidy files are rounded to 5e-9 of the largest value, and the noise is at least 1e-3 of it. Random rounding moves
+    // an estimate by this ratio of its standard error; four of them.
+    assert!(worst < 4.0 * 5e-9 / 1e-3, "{worst}");
 }
 
 #[test]
@@ -205,6 +207,9 @@ fn relative(json: &Value, row: &str) -> f64 {
     residual.as_f64().unwrap()
 }
 
+/// Predicted error of the positioning system with the laws of the publication (docs/explanation/verdict.md).
+const PROMISED: f64 = 0.038;
+
 /// Compares the parameters of the positioning system with published values.
 fn near_published(json: &Value, tolerances: [f64; 4]) {
     let published = [
@@ -236,18 +241,18 @@ fn positioning_system_comes_out_as_published() {
     let more = ["--set", &file, "--set", DECLARED];
     let (code, json) = run("identify", "emps", &more);
     assert_eq!(code, 0);
-    // The declared laws leave twice the residual of those by hold-out.
+    // The residual with the declared laws is twice that with the laws by cross-validation.
     assert_eq!(json["results"][0]["verdict"], "doubtful");
     assert_eq!(
         json["results"][0]["decision"]["findings"][0],
         "laws-missing"
     );
-    // Measured at most 0.96 %, for Coulomb friction.
+    // The log and the laws are those of the publication. examples/emps/README.md states the differences: less than 1 %,
+    // and two standard errors of the mass.
     near_published(&json, [0.01; 4]);
     let left = relative(&json, "carriage.motor_n");
     println!("relative error {:.2} %", 100.0 * left);
-    // Measured 3.55 %; the limit allows 1 % more.
-    assert!(left <= 0.036, "{left}");
+    assert!(left <= PROMISED, "{left}");
 }
 
 #[test]
@@ -275,11 +280,10 @@ fn positioning_system_is_refined_on_a_lower_rung() {
         let residual = |of: &str| rung["held_out_residual"][of].as_f64().unwrap();
         residual("refined") / residual("linear")
     };
-    // Measured 1.4 on the first rung and 0.999 on the second.
+    // Ratios below 1.02 are ties.
     assert_eq!(rungs[0]["name"], "free");
-    assert!(ratio(&rungs[0]) > 1.1);
+    assert!(ratio(&rungs[0]) > 1.02);
     let used = rungs.iter().find(|rung| rung["used"] == true).unwrap();
-    // The goal.
     assert!(ratio(used) <= 1.02, "{used:#}");
 }
 
@@ -292,7 +296,8 @@ fn positioning_system_on_its_other_log() {
         return;
     };
     // This log gives other values than the first: the mass differs by 1.4 %, friction by up to 3.8 %. The tolerances
-    // add a fifth.
+    // add a fifth. This does not fit the theory: the mass is five standard errors from the published one, so its
+    // interval is too short with the declared laws, whose verdict is doubtful.
     let (code, json) = run(
         "identify",
         "emps",
@@ -301,8 +306,7 @@ fn positioning_system_on_its_other_log() {
     assert_eq!(code, 0);
     near_published(&json, [0.016, 0.045, 0.03, 0.03]);
     let left = relative(&json, "carriage.motor_n");
-    // Measured 3.63 %; the limit allows a tenth more.
-    assert!(left <= 0.04, "{left}");
+    assert!(left <= PROMISED, "{left}");
     // The parameters of the first log predict the force of this log nearly as well.
     let out = TempDir::new().unwrap();
     let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/emps");
@@ -337,9 +341,9 @@ fn positioning_system_on_its_other_log() {
         100.0 * share(0),
         100.0 * share(1)
     );
-    // Measured 3.54 and 4.35 %; the limits allow 2 and 3 % more.
-    assert!(share(0) <= 0.036, "{}", share(0));
-    assert!(share(1) <= 0.045, "{}", share(1));
+    assert!(share(0) <= PROMISED, "{}", share(0));
+    // Root mean squares of two logs differ by up to half.
+    assert!(share(1) <= 1.5 * PROMISED, "{}", share(1));
 }
 
 #[test]
@@ -358,28 +362,39 @@ fn industrial_arm_with_a_coupled_wrist() {
     );
     assert_eq!(code, 0);
     let motor = |i: usize| value(&json, &format!("joint_{i}.motor_viscous"));
+    let error = |name: &str| parameter(&json, name)["standard_error"].as_f64().unwrap();
+    let of_motor = |i: usize| error(&format!("joint_{i}.motor_viscous"));
     let mut worst = 0.0_f64;
     // Motor 6 turns with joints 5 and 6, so the published values of these joints include it.
-    for (what, found, published) in [
-        ("joint 1", motor(1), 8.05),
-        ("joint 2", motor(2), 5.53),
-        ("joint 3", motor(3), 1.97),
-        ("joint 4", motor(4), 1.11),
-        ("joint 5", motor(5) + motor(6), 1.86),
+    let link = "joint_6.link_viscous";
+    for (what, found, error, published) in [
+        ("joint 1", motor(1), of_motor(1), 8.05),
+        ("joint 2", motor(2), of_motor(2), 5.53),
+        ("joint 3", motor(3), of_motor(3), 1.97),
+        ("joint 4", motor(4), of_motor(4), 1.11),
+        (
+            "joint 5",
+            motor(5) + motor(6),
+            of_motor(5).hypot(of_motor(6)),
+            1.86,
+        ),
         (
             "joint 6",
-            value(&json, "joint_6.link_viscous") + motor(6),
+            value(&json, link) + motor(6),
+            error(link).hypot(of_motor(6)),
             0.65,
         ),
-        ("motor 6", motor(6), 0.616),
+        ("motor 6", motor(6), of_motor(6), 0.616),
     ] {
         let off = found / published - 1.0;
         println!(
             "{what}: {found:.4}, published {published} ({:+.1} %)",
             100.0 * off
         );
-        // Measured at most 5.2 %, for joint 4; the limit allows half more.
-        assert!(off.abs() < 0.08, "{what}: {found}, published {published}");
+        assert!(
+            (found - published).abs() < 4.0 * error,
+            "{what}: {found} ± {error}, published {published}"
+        );
         worst = worst.max(100.0 * off.abs());
     }
     let page = concat!(
@@ -401,8 +416,8 @@ fn industrial_arm_with_a_coupled_wrist() {
     }
     let overall = f64::sqrt(residuals / torques);
     println!("torque error overall: {:.2} %", 100.0 * overall);
-    // Measured 5.9 %; the limit allows 40 % more.
-    assert!(overall <= 0.082, "{overall}");
+    // examples/staubli-tx40/README.md: 6.4 to 7.6 % with filter pairs of 10 to 100 rad/s.
+    assert!(overall <= 0.076, "{overall}");
     assert_eq!(result["rank"], 60);
 }
 
@@ -476,7 +491,7 @@ fn possible_bodies_predict_held_out_thirds_of_an_industrial_arm() {
     }
     let ratio = f64::sqrt(sums[1] / sums[0]);
     println!("held-out torque error over that of least squares: {ratio:.3}");
-    // Measured 0.93.
+    // Bodies that can exist predict as well as others: a ratio below 1.02 is a tie.
     assert!(ratio < 1.02, "{ratio}");
 }
 

@@ -1,4 +1,4 @@
-//! What stands on the terminal: width, order, errors for scripts, texts for shells.
+//! Output on the terminal: width, order, errors for scripts, texts for shells.
 
 use std::process::{Command, Output};
 
@@ -48,7 +48,7 @@ fn output_fits_the_terminal_and_words_stay_whole() {
                     let length = line.trim_end().chars().count();
                     assert!(length <= width || is_long, "{length} > {width}: {line}");
                 }
-                // Lists write a colon behind the names of columns.
+                // Lists write a colon after the names of columns.
                 let unknown = |word: &String| !all.contains(word) && !word.ends_with(':');
                 let new: Vec<String> = words(narrow).into_iter().filter(unknown).collect();
                 assert!(

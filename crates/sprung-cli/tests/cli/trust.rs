@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::common::{Case, demo, sprung, stderr};
+use crate::common::{COUNT, Case, demo, messages, sprung, stderr};
 
 const TIME: usize = 0;
 const Q1: usize = 1;
@@ -126,9 +126,12 @@ fn a_saturated_loop_validates_with_its_true_parameters() {
     let Validated { code, run, message } = validate(&case, "truth.toml", &["--set", &log]);
     assert_eq!(code, Some(0), "{message}");
     let e = &run["sets"][0]["e_rms"];
-    // Measured 1.3e-4 rad and 0.0205 N·m; the limits allow factors of 7.5 and 1.5.
-    assert!(e["q_rad"]["joint1"].as_f64().unwrap() < 1e-3, "{e}");
-    assert!(e["tau_nm"]["joint1"].as_f64().unwrap() < 0.03, "{e}");
+    // The positions are rounded to counts. The logged torque has noise, and the loop multiplies the rounding by 50
+    // N·m/rad; a root mean square of n samples has the relative standard error √(1/2n).
+    assert!(e["q_rad"]["joint1"].as_f64().unwrap() < COUNT, "{e}");
+    let expected = f64::hypot(0.02, 50.0 * COUNT / 12_f64.sqrt());
+    let limit = expected * (1.0 + 4.0 / 20_000_f64.sqrt());
+    assert!(e["tau_nm"]["joint1"].as_f64().unwrap() < limit, "{e}");
     // The limit has an effect: without it the same log does not fit.
     let off = [
         "--set",
@@ -138,8 +141,7 @@ fn a_saturated_loop_validates_with_its_true_parameters() {
     ];
     let run = validate(&case, "truth.toml", &off).run;
     let e = &run["sets"][0]["e_rms"];
-    // Measured 0.061 rad.
-    assert!(e["q_rad"]["joint1"].as_f64().unwrap() > 1e-2, "{e}");
+    assert!(e["q_rad"]["joint1"].as_f64().unwrap() > 10.0 * COUNT, "{e}");
 }
 
 #[test]
@@ -202,13 +204,18 @@ fn times_with_few_digits_do_not_bias() {
     let exact = inertia(&case);
     let rounded = case.column(TIME, |time| (time * 1e4).round() / 1e4);
     let found = inertia(&rounded);
-    // Measured 2.5e-4; the limit allows a factor of eight.
-    assert!((found / exact - 1.0).abs() < 2e-3, "{found} {exact}");
+    // The period is the mean of 256 steps, and the first and the last stamp are rounded by up to 0.05 ms each. An inertia
+    // is proportional to the square of the period.
+    let period_error = 2.0 * 0.05e-3 / (256.0 / 960.0);
+    let error = (found / exact - 1.0).abs();
+    assert!(error < 2.0 * period_error, "{found} {exact}");
     let Validated { code, run, message } = validate(&rounded, "truth.toml", &[]);
     assert_eq!(code, Some(0), "{message}");
     let e = &run["sets"][0]["e_rms"]["q_rad"];
-    // Measured 2.0e-4 rad; the limit allows a factor of ten.
-    assert!(e["joint1"].as_f64().unwrap() < 2e-3, "{e}");
+    // After 10 s the reference is late by this part, at velocities of up to 3° 2π (1 + 0.5 + 0.2) Hz.
+    let velocity = 3_f64.to_radians() * std::f64::consts::TAU * 1.7;
+    let limit = period_error * 10.0 * velocity;
+    assert!(e["joint1"].as_f64().unwrap() < limit, "{e}");
 }
 
 #[test]
@@ -269,8 +276,8 @@ fn the_late_channel_is_the_one_that_is_named() {
             .split_once(&format!("if \"{name}\" was recorded "))
             .unwrap_or_else(|| panic!("{message}"));
         let delay: f64 = rest.split(' ').next().unwrap().parse().unwrap();
-        // Measured 0.100 s; the limit is three samples.
-        assert!((delay - 0.1).abs() < 0.003, "{delay}");
+        // One sample, and half of the last digit.
+        assert!((delay - 0.1).abs() < 1.5e-3, "{delay}");
     }
 }
 
@@ -296,29 +303,16 @@ fn damaged_curves_beside_an_identification_are_left_out() {
 
 #[test]
 fn settings_and_columns_that_cannot_be_meant() {
+    let mut messages = messages("settings_and_columns_that_cannot_be_meant");
     let case = Case::new();
-    for (assignment, code, fragment) in [
-        (
-            "identify.filter_cutoff_rad_per_s=5000",
-            2,
-            "too fast for 1000",
-        ),
-        (
-            "log.link_position_rad=[\"q1_rad\",\"q1_rad\"]",
-            2,
-            "\"q1_rad\" is named twice",
-        ),
-        (
-            "validate=[{name=\"x\",log={sign={q11=-1}}}]",
-            2,
-            "\"q11\", which is not a column",
-        ),
+    for assignment in [
+        "identify.filter_cutoff_rad_per_s=5000",
+        "log.link_position_rad=[\"q1_rad\",\"q1_rad\"]",
+        "validate=[{name=\"x\",log={sign={q11=-1}}}]",
     ] {
-        let output = case.identify(&["--set", assignment]);
-        assert_eq!(output.status.code(), Some(code), "{}", stderr(&output));
-        assert!(stderr(&output).contains(fragment), "{}", stderr(&output));
+        messages.note(assignment, &case.refused(2, &["--set", assignment]));
     }
-    Case::new()
+    let twice = Case::new()
         .log(|row, cells| {
             if row == 0 {
                 "q1_rad".clone_into(&mut cells[PHI1]);
@@ -327,8 +321,9 @@ fn settings_and_columns_that_cannot_be_meant() {
         .replace("\"phi1_rad\"", "\"q2_rad\"")
         .replace("[\"q1_rad\", \"q2_rad\"]", "[\"q1_rad\", \"phi2_rad\"]")
         .replace("[\"q2_rad\", \"phi2_rad\"]", "[\"q2_rad\", \"tau2_nm\"]")
-        .replace("[\"tau1_nm\", \"tau2_nm\"]", "[\"tau1_nm\", \"t_s\"]")
-        .fails(3, &["has two columns \"q1_rad\""]);
+        .replace("[\"tau1_nm\", \"tau2_nm\"]", "[\"tau1_nm\", \"t_s\"]");
+    messages.note("one name twice", &twice.refused(3, &[]));
+    messages.compare();
 }
 
 #[test]

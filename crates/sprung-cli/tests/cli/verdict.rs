@@ -23,7 +23,7 @@ fn the_last_line_is_the_decision() {
                  predict the motor torques with errors of ";
     assert!(last(&text).starts_with(start), "{text}");
     assert!(last(&text).ends_with(" % (root mean squares)."), "{text}");
-    // No other line says the reasons again.
+    // No other line repeats the reasons.
     assert_eq!(text.matches("least-squares: ").count(), 1, "{text}");
 
     let output = Case::new().identify(&["--set", "identify.estimator=[\"lsff\"]"]);
@@ -133,7 +133,7 @@ fn a_payload_of_an_arm_is_named_with_its_mass() {
         .split_once("fore.m +")
         .unwrap_or_else(|| panic!("{message}"));
     let mass: f64 = mass.split(' ').next().unwrap().parse().unwrap();
-    // Measured 0.497 kg with another motion; the limit allows 5 %.
+    // A twentieth, the largest standard error of a useful value.
     assert!((mass - 0.5).abs() < 0.025, "{message}");
 }
 

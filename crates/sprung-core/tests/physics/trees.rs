@@ -7,7 +7,9 @@ use sprung_core::scalar::{Jet, Scalar};
 use sprung_core::spatial::BODY;
 
 use crate::bodies::{GRAVITY, Tree};
-use crate::support::{Memory, Random, Waves, Worst, inner, moved, slope};
+use crate::support::{
+    Memory, ROUNDINGS, Random, Waves, Worst, inner, moved, slope, slope_rounding,
+};
 
 /// Momentum, rest and torque of a state, computed from the regressor columns.
 fn by_columns(tree: &Tree, q: &[f64], dq: &[f64], ddq: &[f64]) -> [Vec<f64>; 3] {
@@ -140,8 +142,7 @@ fn rest_is_the_slope_of_the_lagrangian() {
             worst.compare(*found, -slope(2e-3, lagrangian));
         }
     });
-    // Error of the difference, measured 7.1e-12; the limit allows a factor of 14.
-    worst.assert_below(1e-10, "rest");
+    worst.assert_below(ROUNDINGS * slope_rounding(2e-3), "rest");
 }
 
 #[test]
@@ -157,8 +158,7 @@ fn torque_is_the_rate_of_momentum_plus_rest() {
             worst.compare(torque[i], slope(1e-3, momentum) + rest[i]);
         }
     });
-    // Error of the difference, measured 2.2e-12; the limit is that of the rest.
-    worst.assert_below(1e-10, "torque");
+    worst.assert_below(ROUNDINGS * slope_rounding(1e-3), "torque");
 }
 
 #[test]
@@ -186,8 +186,7 @@ fn power_goes_into_energy() {
         worst.compare(inner(dq, &torque), rate);
         worst.compare(inner(dq, &by_recursion(tree, [q, dq, ddq])), rate);
     });
-    // Error of the difference, measured 3.6e-12; the limit is that of the rest.
-    worst.assert_below(1e-10, "power");
+    worst.assert_below(ROUNDINGS * slope_rounding(1e-3), "power");
 }
 
 #[test]
@@ -209,8 +208,7 @@ fn mass_rate_minus_twice_the_coriolis_matrix_takes_no_power() {
             worst.compare(*found, slope(2e-3, potential));
         }
     });
-    // Errors of the differences, measured 6.4e-12; the limit is that of the rest.
-    worst.assert_below(1e-10, "Coriolis and gravity");
+    worst.assert_below(ROUNDINGS * slope_rounding(1e-3), "Coriolis and gravity");
 }
 
 #[test]
@@ -238,10 +236,10 @@ fn series_of_torques_are_their_time_derivatives() {
             second.compare(tau.derivative(2), slope(5e-3, rate));
         }
     }
-    // Errors of the differences, measured 2.3e-12 and 1.8e-10; the second derivative is a difference of
-    // differences, and its limit allows a factor of eleven.
-    first.assert_below(1e-10, "first derivative");
-    second.assert_below(2e-9, "second derivative");
+    first.assert_below(ROUNDINGS * slope_rounding(2e-3), "first derivative");
+    // A difference of differences.
+    let limit = ROUNDINGS * slope_rounding(5e-3).powi(2) / f64::EPSILON;
+    second.assert_below(limit, "second derivative");
 }
 
 #[test]

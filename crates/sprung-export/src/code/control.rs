@@ -26,7 +26,7 @@ const MAX_DELAYED: usize = 40;
 /// limits.
 pub(super) const FAR: usize = 3;
 
-/// A torque that stands for none.
+/// A torque that represents none.
 const NO_LIMIT: f64 = 1e30;
 
 /// Errors of the self-test's samples.

@@ -32,7 +32,7 @@ impl Language {
         constants.join(", ")
     }
 
-    /// Returns numbers on lines of their own.
+    /// Returns numbers on separate lines.
     pub(super) fn lines(&self, values: &[f64]) -> String {
         let line = |value: &f64| format!("    {},\n", self.constant(*value));
         values.iter().map(line).collect()

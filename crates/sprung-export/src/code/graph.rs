@@ -1,4 +1,4 @@
-//! Expressions of the model: a number type that writes down what the kernels compute.
+//! Expressions of the model: a number type that records the operations of the kernels.
 //!
 //! A kernel over [`Scalar`] that runs with [`Symbol`] appends its operations to a [`Graph`]. Equal
 //! operations are shared, constants are folded, and operations with zero and one disappear.

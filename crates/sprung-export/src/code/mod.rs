@@ -156,7 +156,7 @@ fn theta(model: &Model, values: &BTreeMap<String, f64>) -> Result<Theta, ModelEr
     model.theta(&known)
 }
 
-/// Returns what the code says of the robot.
+/// Returns the comment of the code about the robot.
 pub(super) fn said(model: &Model, extras: &[Extra], control: Option<&ControlCode>) -> Vec<Said> {
     let dynamics =
         "inverse and forward dynamics, mass matrix, Coriolis torques, gravity and regressor";

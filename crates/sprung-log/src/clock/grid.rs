@@ -383,7 +383,7 @@ impl Grid {
     fn stamped(&mut self, place: Place, time: f64, values: impl Iterator<Item = f64>) {
         let step = self.placed.map_or(0.0, |before| time - before);
         let at = self.at + step / self.timing.period;
-        // Rounding errors must not accumulate, because they would hide even samples.
+        // Rounding errors must not accumulate, because samples would then seem uneven.
         let near = (at - at.round()).abs() <= SAME_TIME_PART;
         self.put(
             place,

@@ -1,4 +1,4 @@
-//! Sampling times: the clock behind the time stamps, and resampling of uneven samples.
+//! Sampling times: the clock of the samples, and resampling of uneven samples.
 //!
 //! [`cycle`] tracks a clock that ticks once per period. [`evidence`] decides whether samples were
 //! taken at the stamps or at the ticks of the clock. [`resample`] interpolates. [`grid`] combines

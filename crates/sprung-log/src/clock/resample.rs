@@ -220,12 +220,13 @@ mod tests {
                 -1.0
             }
         });
-        // Measured 5025; the limit asks for four fifths.
-        assert!(interpolated > 4000, "{interpolated}");
+        // The steps are random, so hardly a sample is on the grid.
+        assert!(2 * interpolated > out.len() as u64, "{interpolated}");
         let worst = out.values[0]
             .iter()
             .fold(0.0_f64, |worst, x| worst.max(x.abs()));
-        // Measured 1.59 with these steps; the limit allows 25 % more.
-        assert!(worst < 2.0, "{worst}");
+        // The absolute weights of a cubic whose outer samples are at least half an inner step away sum to 5/3 or less.
+        // They have the largest sum in the middle of the inner step.
+        assert!(worst < 5.0 / 3.0 + 1e-12, "{worst}");
     }
 }

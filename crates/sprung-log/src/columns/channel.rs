@@ -110,7 +110,7 @@ pub enum ChannelError {
         sensor: &'static str,
         /// Name of the joint.
         joint: String,
-        /// What does not suit, and what to do.
+        /// The fault and its remedy.
         reason: &'static str,
     },
     /// A constant for the conversion of currents or voltages to torques is missing.

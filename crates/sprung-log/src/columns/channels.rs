@@ -167,8 +167,8 @@ impl Channels {
         (self.all.iter()).position(|c| c.quantity.signal() == signal && c.joint == joint)
     }
 
-    /// Returns the index in [`Channels::all`] of the channel that gives a covariate of a joint: its own
-    /// one, or that of all joints; `None` for the time.
+    /// Returns the index in [`Channels::all`] of the channel that gives a covariate of a joint: that of the joint, or
+    /// that of all joints; `None` for the time.
     #[must_use]
     pub fn of_covariate(&self, covariate: Covariate, joint: usize) -> Option<usize> {
         let signal = Signal::Covariate(covariate);
@@ -176,9 +176,9 @@ impl Channels {
             .or_else(|| (self.all.iter()).position(|c| c.quantity.signal() == signal))
     }
 
-    /// Returns the delay of each channel behind torques that are held from their time stamp to the next one, s.
+    /// Returns the delay of each channel relative to torques that are held from their time stamp to the next one, s.
     ///
-    /// - `delays`: of the channels behind what the description says about them, s; `period`: of the log, s.
+    /// - `delays`: of the channels beyond the description, s; `period`: of the log, s.
     #[must_use]
     pub fn acting_delays(&self, delays: &[f64], period: f64) -> Vec<f64> {
         let of_torques = self
@@ -193,8 +193,8 @@ impl Channels {
     }
 
     /// Returns the channels with link and motor columns of a joint exchanged, to test whether they
-    /// are exchanged in the description; `None` if one of the two positions has no column of its
-    /// own. The order of the values in blocks stays.
+    /// are exchanged in the description; `None` if one of the two positions has no column. The
+    /// order of the values in blocks stays.
     #[must_use]
     pub fn exchanged(&self, joint: usize) -> Option<Self> {
         let link = self.index(Quantity::LinkPosition, joint)?;

@@ -6,7 +6,7 @@ use crate::clock::resample::lagrange;
 use crate::clock::timing::Count;
 use crate::error::LogError;
 
-/// A step of more than this number of usual steps is a gap, across which nothing is interpolated.
+/// A step of more than this number of usual steps is a gap without interpolation.
 const GAP_PERIODS: f64 = 3.5;
 
 /// Number of steps whose median is the usual step.

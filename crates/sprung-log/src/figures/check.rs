@@ -12,10 +12,10 @@ use crate::finding::{Finding, Severity};
 use crate::mend::Mended;
 use crate::numbers::Shown;
 
-/// Code of the finding that positions look like degrees.
+/// Code of the finding that positions seem to be in degrees.
 pub const LOOKS_LIKE_DEGREES: &str = "looks-like-degrees";
 
-/// Code of a finding about positions that are declared as degrees and look like radians.
+/// Code of a finding about positions that are declared as degrees and seem to be in radians.
 pub const LOOKS_LIKE_RADIANS: &str = "looks-like-radians";
 
 const DEGREES_PER_RADIAN: f64 = 180.0 / std::f64::consts::PI;
@@ -38,7 +38,7 @@ const MIN_ENCODER_STEPS: f64 = 30.0;
 /// Returns findings about the columns of a log.
 ///
 /// - `file`: name for messages; `joints`: names of the joints.
-/// - `mended`: samples that were mended in each channel, \[channels\].
+/// - `mended`: corrected samples of each channel, \[channels\].
 ///
 /// A column that contradicts its declaration gives a finding of [`Severity::Error`]: a position
 /// that never changes although its joint moves, an encoder in degrees or on the other side of the
@@ -265,7 +265,7 @@ impl ColumnCheck<'_> {
         (known && range > std::f64::consts::TAU).then(|| {
             let column = &channels.all[motor].column;
             Finding::new(
-                // Many joints turn more than once; only the equations of the robot tell.
+                // Many joints turn more than once; only the equations of the robot decide.
                 Severity::Info,
                 LOOKS_LIKE_DEGREES,
                 format!(

@@ -10,8 +10,8 @@ use crate::finding::{Finding, Severity};
 /// kelvin are usual in gears.
 const MIN_TEMPERATURE_RANGE_K: f64 = 2.0;
 
-/// Squared correlation above which one log cannot tell two covariates apart: their standard errors are
-/// seven times those of single covariates.
+/// Squared correlation above which one log does not separate two covariates: their standard errors are seven times
+/// those of single covariates.
 const MAX_SQUARED_CORRELATION: f64 = 0.98;
 
 /// Returns findings about the covariates of a joint.

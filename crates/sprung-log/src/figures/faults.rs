@@ -40,7 +40,7 @@ pub const STUCK_SAMPLES: &str = "stuck-samples";
 /// Returns findings about the samples of a channel.
 ///
 /// - `(file, joint)`: names for messages.
-/// - `mended`: samples that were mended, which `figures` do not contain.
+/// - `mended`: corrected samples, which `figures` do not contain.
 pub(crate) fn faults(
     (file, joint): (&str, &str),
     channel: &Channel,
@@ -142,7 +142,7 @@ impl SampleCheck<'_> {
         )
     }
 
-    /// Reports a stretch in which the column repeats one value although the joint moves.
+    /// Reports a run of samples in which the column repeats one value although the joint moves.
     fn stalled(&self) -> Option<Finding> {
         let figures = self.figures;
         let stall = if self.channel.quantity.is_position() {

@@ -12,7 +12,7 @@ pub struct SlopeRemedy {
     pub table: &'static str,
     /// Line that corrects the ratio.
     pub line: String,
-    /// What to do, with the alternatives to the line.
+    /// Remedy, with the alternatives to the line.
     pub words: String,
 }
 

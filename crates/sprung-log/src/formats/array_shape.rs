@@ -17,7 +17,7 @@ impl Sides {
     ///
     /// # Errors
     ///
-    /// What is wrong, as a predicate, if more than two sides are longer than 1.
+    /// The fault, as a predicate, if more than two sides are longer than 1.
     pub(super) fn of(dimensions: &[u64]) -> Result<Self, String> {
         let long: Vec<u64> = dimensions.iter().copied().filter(|n| *n != 1).collect();
         match long[..] {
@@ -66,7 +66,7 @@ impl Sides {
 /// Most columns of one array; it bounds the memory for their names.
 const MAX_LISTED_COLUMNS: u64 = 1 << 16;
 
-/// Checks that no topic is asked for: only bags have topics.
+/// Checks that no topic is requested: only bags have topics.
 pub(super) fn no_topics(request: &Request<'_>) -> Result<(), LogError> {
     match request.topic {
         None => Ok(()),

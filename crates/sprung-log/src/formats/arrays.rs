@@ -109,7 +109,7 @@ pub(super) fn open_npz(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Open
                     npy,
                 });
             }
-            // An array of text may stand beside the columns, so it is an error only if it is asked for.
+            // An array of text may accompany the columns, so it is an error only if it is requested.
             Err(why) => refused.push(Refused { name: name(), why }),
         }
     }
@@ -155,8 +155,8 @@ fn open(
         (&all[place], arrays[columns[place].0].npy.rows)
     })?;
     let mut strips: Vec<Strip> = Vec::new();
-    // Columns whose numbers lie in the same rows of an array share a reader. A column whose numbers follow
-    // one another has its own.
+    // Columns whose numbers lie in the same rows of an array share a reader. A column with consecutive numbers has its
+    // own.
     let mut shared: Vec<(usize, bool, usize)> = Vec::new();
     for (out, &place) in places.iter().enumerate() {
         let (i, column) = columns[place];

@@ -98,7 +98,7 @@ fn topics(file: &str, reopen: Reopen<'_>) -> Result<Option<Contents>, LogError> 
     };
     let (mut numeric, mut others) = (Vec::new(), Vec::new());
     for (i, name) in names.into_iter().enumerate() {
-        // A topic of an unknown type or encoding may stand beside those of the joints.
+        // A topic of an unknown type or encoding may accompany those of the joints.
         let elements = (i < MAX_TOPICS)
             .then(|| {
                 topic(&name)

@@ -31,7 +31,7 @@ struct CsvTable {
     skipped: u64,
     // Line of each row of the last block.
     lines: Vec<u64>,
-    // Whether `record` holds the first row, which was read to count the columns.
+    // Whether `record` contains the first row, which was read to count the columns.
     pending: bool,
 }
 
@@ -257,7 +257,7 @@ fn is_missing(cell: &[u8]) -> bool {
         .any(|word| cell.eq_ignore_ascii_case(word))
 }
 
-/// Shortens a cell for an error; an unclosed quote may make one cell of the whole file.
+/// Shortens a cell for an error; an unclosed quote may turn the whole file into one cell.
 fn shortened(text: String) -> String {
     match text.char_indices().nth(MAX_SHOWN_CHARS) {
         Some((end, _)) => format!("{}…", &text[..end]),

@@ -261,7 +261,7 @@ fn field(line: &str, package: &str, names: &[String]) -> Result<Option<Field>, S
     };
     let name = rest.split_whitespace().next().unwrap_or_default();
     let behind = rest.trim_start().strip_prefix(name).unwrap_or_default();
-    // A constant has "=" behind its name, a default value has a blank.
+    // A constant has "=" after its name, a default value has a blank.
     if name.contains('=') || behind.trim_start().starts_with('=') {
         return Ok(None);
     }

@@ -64,7 +64,7 @@ impl Form {
             .last()
             .map(|line| cells(line[1..].trim(), delimiter))
             .filter(|names| names.len() == first.len());
-        // If a comment contains the names, text in some cells of the first line makes no header of it.
+        // If a comment contains the names, text in some cells of the first line does not make it a header.
         let header = (said.header).unwrap_or(match &commented {
             Some(_) => 2 * numbers < first.len(),
             None => numbers < first.len() || first.is_empty(),
@@ -151,6 +151,10 @@ fn has_decimal_commas(data: &[&str], delimiter: Delimiter) -> bool {
 
 /// Parses a cell as a number.
 pub(super) fn number(cell: &[u8], decimal_comma: bool) -> Option<f64> {
+    if !decimal_comma && let Ok(value) = fast_float2::parse(cell.trim_ascii()) {
+        return Some(value);
+    }
+    // Other blanks, decimal commas, and cells that are no numbers.
     let text = std::str::from_utf8(cell).ok()?.trim();
     if !decimal_comma {
         return text.parse().ok();

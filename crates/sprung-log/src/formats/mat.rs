@@ -153,7 +153,7 @@ struct Scan<'a> {
     compressed: bool,
 }
 
-/// The tag of an element: type and length in bytes. Up to 4 bytes of data stand in the tag itself.
+/// The tag of an element: type and length in bytes. The tag itself contains up to 4 bytes of data.
 struct Element {
     kind: u32,
     length: u64,
@@ -287,7 +287,7 @@ impl Scan<'_> {
         }
     }
 
-    /// Skips the rest of an array, unless it is the variable itself, after which nothing is read.
+    /// Skips the rest of an array, unless it is the requested variable, the last one to read.
     fn rest<R: Read>(read: &mut Counted<R>, end: u64, depth: usize) -> IoResult<()> {
         if depth == 0 {
             return Ok(());
@@ -296,7 +296,7 @@ impl Scan<'_> {
         read.skip(left.ok_or_else(|| damaged("an array whose parts are longer than the array"))?)
     }
 
-    /// Notes why an array is not read, and skips its rest.
+    /// Records why an array is not read, and skips its rest.
     fn refuse<R: Read>(
         &mut self,
         read: &mut Counted<R>,

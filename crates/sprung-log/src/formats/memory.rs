@@ -20,7 +20,7 @@ struct MemoryTable {
 ///
 /// # Errors
 ///
-/// [`LogError`] if a wanted column is missing, or a topic is asked for.
+/// [`LogError`] if a wanted column is missing, or a topic is requested.
 pub(crate) fn open(request: &Request<'_>, arrays: &Arrays) -> Result<Opened, LogError> {
     no_topics(request)?;
     let names = Names {

@@ -22,7 +22,7 @@ pub(super) struct NpyColumn {
     pub(super) time_unit: Option<f64>,
 }
 
-/// What the header of an array says.
+/// Contents of the header of an array.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Npy {
     /// Bytes of the header; the numbers follow it.
@@ -44,7 +44,7 @@ impl Npy {
     }
 }
 
-/// Longest header that is read; it bounds the memory that a damaged length can ask for.
+/// Longest header that is read; it bounds the memory that a damaged length can request.
 const MAX_HEADER_BYTES: u32 = 1 << 22;
 
 const DAMAGED: &str = "has a damaged header; copy or write it again";
@@ -53,7 +53,7 @@ const DAMAGED: &str = "has a damaged header; copy or write it again";
 ///
 /// # Errors
 ///
-/// What is wrong with the array, as the predicate of a sentence whose subject is its name.
+/// The fault of the array, as the predicate of a sentence whose subject is its name.
 pub(super) fn header(read: &mut dyn Read) -> Result<Npy, String> {
     let mut fixed = [0_u8; 8];
     let cut = |_| "ends within its header: it was cut off; copy or write it again".to_owned();
@@ -172,7 +172,7 @@ fn layout(descr: &Value, fortran: bool, shape: &[u64], header_bytes: u64) -> Res
 /// - `long`: its sides that are longer than one.
 fn too_deep(shape: &[u64], long: &[u64]) -> String {
     let sides: Vec<String> = shape.iter().map(u64::to_string).collect();
-    // The header does not say which side is time; usually it is the first.
+    // The header does not contain the time axis; usually it is the first.
     let rows = long.first().copied().unwrap_or(0);
     format!(
         "has the shape ({}), and a log has two dimensions; reshape it to samples × columns, as \
@@ -370,7 +370,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Reads a literal; returns nothing if the text is no literal.
+    /// Reads a literal; returns `None` if the text is no literal.
     ///
     /// - `depth`: literals around it.
     fn value(&mut self, depth: usize) -> Option<Value> {

@@ -13,8 +13,8 @@ use rusqlite::{Connection, Error, ErrorCode, MAIN_DB, OpenFlags};
 use crate::error::LogError;
 use crate::input::Input;
 
-/// How errors call the part of the file that is damaged.
-const PART: &str = "its database";
+/// Name of the damaged part of the file in errors.
+const DATABASE: &str = "its database";
 
 /// Instructions of `SQLite`'s virtual machine between two looks at their count.
 const COUNTED_INSTRUCTIONS: u16 = 10_000;
@@ -26,7 +26,7 @@ const MAX_INSTRUCTIONS_PER_BYTE: u64 = 8;
 /// Instructions for a file of any length, such as those that read its tables' names.
 const MAX_OTHER_INSTRUCTIONS: u64 = 1_000_000;
 
-/// Opens a database, which nothing changes.
+/// Opens a database for reading.
 pub(super) fn open(file: &str, input: Box<dyn Input>) -> Result<Connection, LogError> {
     let path = input.path().map(Path::to_owned);
     let beside = path.as_deref().and_then(file_beside);
@@ -35,7 +35,7 @@ pub(super) fn open(file: &str, input: Box<dyn Input>) -> Result<Connection, LogE
         (Some(path), None) => alone(path, input),
         (None, _) => in_memory(input),
     }
-    .map_err(|error| LogError::read(file, PART, error))?;
+    .map_err(|error| LogError::read(file, DATABASE, error))?;
     base.and_then(|base| limited(base, length))
         .map_err(|error| match (&error, &beside) {
             (Error::SqliteFailure(failure, _), Some(beside)) if cannot_finish(failure.code) => {
@@ -48,7 +48,7 @@ pub(super) fn open(file: &str, input: Box<dyn Input>) -> Result<Connection, LogE
 /// A database or the reason why `SQLite` does not open it, and its length in bytes.
 type Opened = IoResult<(Result<Connection, Error>, u64)>;
 
-/// Opens a file whose latest changes stand in another one: its recorder was killed or still runs.
+/// Opens a file whose latest changes are in another file: its recorder was killed or still runs.
 fn beside_another(path: &Path, mut input: Box<dyn Input>) -> Opened {
     let length = input.seek(SeekFrom::End(0))?;
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
@@ -77,7 +77,7 @@ fn alone(path: &Path, mut input: Box<dyn Input>) -> Opened {
 
 fn in_memory(mut input: Box<dyn Input>) -> Opened {
     let (mut header, length) = header(&mut *input)?;
-    // SQLite opens no copy of a database that says it has a write-ahead log.
+    // SQLite opens no copy of a database whose header declares a write-ahead log.
     for version in &mut header[18..20] {
         *version = 1.min(*version);
     }
@@ -89,7 +89,7 @@ fn in_memory(mut input: Box<dyn Input>) -> Opened {
     Ok((copied, length))
 }
 
-/// Returns the header of a database, and its length in bytes; the input then stands behind the header.
+/// Returns the header of a database, and its length in bytes; the input is then after the header.
 fn header(input: &mut dyn Input) -> IoResult<([u8; 100], u64)> {
     let length = input.seek(SeekFrom::End(0))?;
     input.rewind()?;
@@ -107,7 +107,7 @@ fn header(input: &mut dyn Input) -> IoResult<([u8; 100], u64)> {
     Ok((header, length))
 }
 
-/// Makes a database refuse functions with side effects, and searches without an end.
+/// Makes a database refuse functions with side effects, and endless searches.
 fn limited(mut base: Connection, length: u64) -> Result<Connection, Error> {
     base.set_db_config(DbConfig::SQLITE_DBCONFIG_TRUSTED_SCHEMA, false)?;
     let instructions = MAX_OTHER_INSTRUCTIONS + length.saturating_mul(MAX_INSTRUCTIONS_PER_BYTE);
@@ -117,12 +117,12 @@ fn limited(mut base: Connection, length: u64) -> Result<Connection, Error> {
         left == 0
     };
     base.progress_handler(COUNTED_INSTRUCTIONS.into(), Some(count))?;
-    // SQLite reads nothing before the first query.
+    // SQLite does not read before the first query.
     base.query_row("PRAGMA schema_version", [], |_| Ok(()))?;
     Ok(base)
 }
 
-/// Returns the write-ahead log or rollback journal of a database, if it holds anything.
+/// Returns the write-ahead log or rollback journal of a database, if it is not empty.
 fn file_beside(path: &Path) -> Option<PathBuf> {
     ["-wal", "-journal"].into_iter().find_map(|end| {
         let mut name = OsString::from(path);
@@ -155,7 +155,7 @@ fn not_closed(file: &str, beside: &Path) -> LogError {
 /// Returns an error of `SQLite` as one of the file.
 pub(super) fn failed(file: &str, error: &Error) -> LogError {
     let damaged =
-        |text: String| LogError::read(file, PART, IoError::new(ErrorKind::InvalidData, text));
+        |text: String| LogError::read(file, DATABASE, IoError::new(ErrorKind::InvalidData, text));
     match error {
         Error::SqliteFailure(failure, text) => match failure.code {
             ErrorCode::OperationInterrupted => {

@@ -20,7 +20,7 @@ pub(super) struct Cell {
 pub(super) struct Strip {
     /// Name of the column or array, for messages.
     pub(super) name: String,
-    /// A reader that stands at the first record.
+    /// A reader at the first record.
     pub(super) read: Box<dyn Read + Send>,
     /// Bytes of a record.
     pub(super) record: usize,

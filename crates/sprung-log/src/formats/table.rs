@@ -85,7 +85,7 @@ pub(super) fn whole_file<'a>(file: &'a str, topic: Option<&str>) -> &'a str {
     alone.unwrap_or(file)
 }
 
-/// What to read from a file.
+/// Columns to read from a file.
 pub(crate) struct Request<'a> {
     /// Name of the file in errors.
     pub(crate) file: &'a str,
@@ -123,7 +123,7 @@ pub(crate) type Reopen<'a> = &'a mut dyn FnMut() -> Result<Box<dyn Input>, LogEr
 /// A number in the messages of a topic.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Element {
-    /// Path of its field; `*` stands for the index of an element of a list of messages.
+    /// Path of its field; `*` represents the index of an element of a list of messages.
     pub(crate) field: String,
     pub(crate) place: ElementPlace,
 }

@@ -1,4 +1,4 @@
-//! Members of a zip archive, each opened as a reader of its own.
+//! Members of a zip archive, each opened as a separate reader.
 //!
 //! `rawzip` reads the archive's directory. A member's bytes are read here, from a second handle of the
 //! file, because columns from several members are read side by side.
@@ -27,7 +27,7 @@ pub(super) struct Member {
     packed_bytes: u64,
 }
 
-/// Most members of an archive; it bounds the memory that a damaged directory can ask for.
+/// Most members of an archive; it bounds the memory that a damaged directory can request.
 const MAX_MEMBERS: usize = 1 << 16;
 
 /// Lists the members of an archive.
@@ -71,7 +71,7 @@ pub(super) fn members(file: &str, read: &mut dyn Input) -> Result<Vec<Member>, L
 /// Name of the directory in messages.
 const DIRECTORY: &str = "the list of its members";
 
-/// Returns what `rawzip` says as an error of the file.
+/// Returns the error of `rawzip` as an error of the file.
 fn unreadable(file: &str, error: rawzip::Error) -> LogError {
     let source = match error.into_kind() {
         ZipErrorKind::MissingEndOfCentralDirectory => {
@@ -95,7 +95,7 @@ impl Member {
 
     /// Returns a reader of its contents, which checks their checksum when the last byte is read.
     ///
-    /// - `read`: a handle of the archive that nothing else uses.
+    /// - `read`: a handle of the archive for this reader alone.
     ///
     /// # Errors
     ///

@@ -1,5 +1,5 @@
-//! Joints of columns whose names tell a quantity and no joint: by the words that they share, by the slope between two
-//! positions, and by the torque that a motion explains.
+//! Joints of columns whose names contain a quantity and no joint: by the words that they share, by the slope between
+//! two positions, and by the torque that a motion explains.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use super::read::Survey;
 use super::slopes::{explained_torque, similarity};
 use super::words::{Meaning, Sort, Token, tokens};
 
-/// Largest part that the best match leaves unexplained, relative to the second best.
+/// Largest unexplained part with the best match, relative to the second best.
 const CLEARLY_BETTER: f64 = 0.7;
 
 /// Smallest squared correlation of two positions of one joint.
@@ -67,8 +67,8 @@ pub(super) fn joined(survey: &Survey, families: Vec<Family>, joints: usize) -> V
     rest.chain(found).collect()
 }
 
-/// Returns the number of joints of columns whose names tell none: their largest group of positions, or half of it if its
-/// columns move in pairs. `None` if there is no group.
+/// Returns the number of joints of columns whose names contain none: their largest group of positions, or half of it if
+/// its columns move in pairs. `None` if there is no group.
 pub(super) fn count(survey: &Survey, families: &[Family]) -> Option<usize> {
     let all = ungrouped(families);
     let positions = all
@@ -118,8 +118,8 @@ fn ungrouped(families: &[Family]) -> Vec<Group> {
     groups
 }
 
-/// Returns the groups with one column for each joint. Positions whose names tell no side are two groups if they move in
-/// pairs: those with the larger range of each pair, and the others.
+/// Returns the groups with one column for each joint. Positions whose names contain no side are two groups if they move
+/// in pairs: those with the larger range of each pair, and the others.
 fn groups(survey: &Survey, families: &[Family], joints: usize) -> Vec<Group> {
     let range = |(source, column): Place| survey.sources[source].columns[column].figures.range();
     let split = |group: Group| -> Vec<Group> {
@@ -207,8 +207,8 @@ impl Order {
         })
     }
 
-    /// Returns the columns of a group in the order of the joints, and the reason; `None` if neither names nor content tell
-    /// it.
+    /// Returns the columns of a group in the order of the joints, and the reason; `None` if neither names nor content
+    /// show it.
     fn place(&self, survey: &Survey, group: &Group) -> Option<(Vec<Place>, &'static str)> {
         if let Some(columns) = self.by_words(survey, group) {
             return Some((columns, "the words that the names share"));

@@ -308,7 +308,7 @@ impl Decided<'_> {
                 link: Some(of_link),
             };
         }
-        // The unit of the links is open; that of the motors may tell it.
+        // The unit of the links is open; that of the motors may show it.
         let of_motor = absolute(self.survey, motor, of_both, true);
         let known = of_motor.open.is_none() && of_motor.gears.is_none();
         let by_motor = known.then(|| {
@@ -485,7 +485,7 @@ impl Decided<'_> {
         }
     }
 
-    /// Returns the unit in the names of all measured columns of a sort, and how to write a unit that no key ends in, as a
+    /// Returns the unit in the names of all measured columns of a sort, and the notation for a unit without a key, as a
     /// further sentence.
     fn unit_of(&self, sort: Sort, with_keys: &[&str]) -> (Option<&'static str>, String) {
         let meanings = self.all.iter().map(|family| &family.meaning);

@@ -7,7 +7,7 @@ use super::words::{Meaning, Token, tokens, words};
 use crate::description::JointOfStart;
 use crate::formats::table::ElementPlace;
 
-/// Words that mean a joint or its motor and do not tell joints apart.
+/// Words that mean a joint or its motor and do not distinguish joints.
 const ANY_JOINT: &[&str] = &[
     "joint",
     "jnt",
@@ -37,7 +37,7 @@ pub(super) type Place = (usize, usize);
 pub(super) struct Family {
     /// Its name for messages, with `*` for the joint.
     pub(super) name: String,
-    /// Reason for the joints of its columns, in words, if their names do not tell them.
+    /// Reason for the joints of its columns, in words, if their names do not contain them.
     pub(super) joints_by: Option<&'static str>,
     pub(super) meaning: Meaning,
     /// Column of each joint of the robot, if it has one.
@@ -68,7 +68,7 @@ impl From<String> for Problem {
     }
 }
 
-/// The part of a name that tells the joint.
+/// The part of a name that identifies the joint.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Key {
     /// Indices of the joints with this name: more than one if two joints have the same words.
@@ -85,7 +85,7 @@ type Stem = Vec<Option<Token>>;
 /// A group of columns: the first column of its field in a topic, if it is a list, and its name.
 type Group = (Option<Place>, Stem);
 
-/// Columns of groups with the joints that their names tell.
+/// Columns of groups with the joints of their names.
 type Groups = BTreeMap<Group, Vec<(Key, Place)>>;
 
 /// Joints by their numbers, of names that differ in the number alone.
@@ -101,7 +101,7 @@ pub(super) fn families(survey: &Survey, joints: &[JointOfStart], mimics: &[Strin
     for (s, source) in survey.sources.iter().enumerate() {
         let fields: Vec<&str> = source.columns.iter().map(|column| &*column.name).collect();
         let is_exact = |column: &Column| matches!(&column.place, ElementPlace::Named(name) if names.is_known(name));
-        // Beside names that are exact, another name is that of another joint.
+        // If one name is exact, another name belongs to another joint.
         let has_exact = source.columns.iter().any(is_exact);
         for (c, column) in source.columns.iter().enumerate() {
             let place = (s, c);
@@ -212,7 +212,7 @@ struct Names {
     all: Vec<(Vec<Token>, Vec<Token>)>,
     /// Names as they are written.
     written: Vec<String>,
-    /// Number of the joints; the names of joints that follow others stand behind theirs.
+    /// Number of the joints; the names of mimic joints come after the joints that they follow.
     count: usize,
     /// Whether a joint is one of a gripper.
     of_gripper: Vec<bool>,
@@ -247,7 +247,7 @@ impl Names {
         self.written.iter().any(|known| known == name)
     }
 
-    /// Returns the key of joints with these names: those that follow others are strangers.
+    /// Returns the key of joints with these names: those that follow others are unknown.
     fn key_of(&self, mut named: Vec<usize>) -> Key {
         let follower = named.first().map_or("", |&first| &self.written[first]);
         let follower = follower.to_owned();

@@ -1,9 +1,8 @@
-//! Survey of a log of which nothing is known: its columns, and what they hold.
+//! Survey of an unknown log: its columns and their contents.
 //!
 //! [`Survey::read`] reads the names of all columns and a bounded number of samples: a beginning, an
-//! end and parts between them. [`choose`]
-//! assigns columns to the quantities of a robot's joints, first by their names, then by what they
-//! hold, and explains each decision.
+//! end and parts between them. [`choose`] assigns columns to the quantities of a robot's joints,
+//! first by their names, then by their contents, and explains each decision.
 
 mod by_content;
 mod choose;

@@ -1,8 +1,8 @@
 //! Reads parts of a long table: a beginning, an end, and parts evenly between them.
 //!
-//! A joint may move only late in a log. Many formats do not tell their number of rows before the end, so one pass
-//! thins out the blocks that it has read: memory is bounded, and the parts stay evenly spread. Of the rows that are left
-//! out only the range remains, so a short motion between the parts is seen as well.
+//! A joint may move only late in a log. Many formats give their number of rows only at the end, so one pass thins out
+//! the blocks that it has read: memory is bounded, and the parts stay evenly spread. Of the rows that are left out only
+//! the range remains, so a short motion between the parts is found too.
 
 use std::ops::Range;
 
@@ -65,7 +65,7 @@ pub(super) fn head(table: &mut dyn Table, columns: usize, rows: usize) -> Result
 ///
 /// # Errors
 ///
-/// [`LogError`] if the first block cannot be read. Damage behind it ends the reading: the check of the log names it.
+/// [`LogError`] if the first block cannot be read. Damage after it ends the reading: the check of the log names it.
 pub(super) fn parts(table: &mut dyn Table, columns: usize, rows: usize) -> Result<Parts, LogError> {
     let mut found = Parts::empty(columns);
     let out = &mut found.columns;

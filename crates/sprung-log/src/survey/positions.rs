@@ -1,4 +1,4 @@
-//! Which positions are those of the motors, and which those of the links.
+//! Assignment of positions to motors and links.
 
 use super::families::{Family, Place};
 use super::read::Survey;
@@ -10,7 +10,7 @@ use crate::description::Unit;
 const MIN_GEAR: f64 = 1.5;
 
 /// Largest difference of two columns with the same readings, as a part of their range.
-const SAME: f64 = 1e-9;
+const MAX_DIFFERENCE_OF_SAME: f64 = 1e-9;
 
 /// The positions of a log.
 #[derive(Clone, Debug, Default)]
@@ -83,7 +83,7 @@ fn same(survey: &Survey, one: &Family, two: &Family) -> bool {
     one.of.iter().zip(&two.of).all(|pair| match pair {
         (Some(a), Some(b)) => {
             let (a, b) = (values(*a), values(*b));
-            let limit = SAME * a.figures.range();
+            let limit = MAX_DIFFERENCE_OF_SAME * a.figures.range();
             a.values.len() == b.values.len()
                 && (a.values.iter().zip(&b.values)).all(|(x, y)| (x - y).abs() <= limit)
         }
@@ -92,7 +92,7 @@ fn same(survey: &Survey, one: &Family, two: &Family) -> bool {
     })
 }
 
-/// How clearly a family belongs to the motors: above 0 for motors, below for links.
+/// Evidence that a family belongs to the motors: above 0 for motors, below for links.
 pub(super) fn side(family: &Family) -> i16 {
     i16::from(family.meaning.motor) - i16::from(family.meaning.link)
 }

@@ -18,7 +18,7 @@ const MAX_COLUMNS: usize = 1 << 12;
 /// Samples that are read to compare the columns of logs.
 const BEGINNING_ROWS: usize = 1000;
 
-/// Samples by which a column of numbers is told from a column of text.
+/// Samples that distinguish a column of numbers from a column of text.
 const PROBED_ROWS: usize = 16;
 
 /// Rows of a log that are read.
@@ -208,7 +208,7 @@ fn table(
     let into = |columns: &[usize], parts: &Parts| -> Vec<(usize, Vec<f64>, Figures)> {
         let all = parts.columns.iter().zip(&parts.left_out);
         let all = columns.iter().zip(all).map(|(&k, (one, (min, max)))| {
-            // A time as a large integer needs its origin only to tell its unit.
+            // A time as a large integer needs its origin only for its unit.
             let origin = one.origin as f64;
             let values: Vec<f64> = one.values.iter().map(|x| x + origin).collect();
             let figures = Figures::of(&values, &parts.joins);
@@ -223,7 +223,7 @@ fn table(
             joins = all.parts.joins;
         }
         Err(error) => {
-            // Texts stand beside the numbers, or arrays have different lengths.
+            // Texts accompany the numbers, or arrays have different lengths.
             let numeric: Vec<usize> = (wanted.iter().copied())
                 .filter(|&k| of(&[k], Extent::Head(PROBED_ROWS)).is_ok())
                 .collect();

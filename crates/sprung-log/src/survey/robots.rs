@@ -8,8 +8,8 @@ use super::read::{Source, Survey};
 use super::words::{Meaning, tokens};
 use crate::formats::table::ElementPlace;
 
-/// Returns the beginnings of the topics of each robot if a bag has several: topics that end alike and name the same joints,
-/// and no word tells their motors from their links.
+/// Returns the beginnings of the topics of each robot if a bag has several: topics with the same end and the same
+/// joints, without a word that distinguishes motors from links.
 pub(super) fn several(survey: &Survey) -> Vec<String> {
     let all: Vec<(Vec<&str>, BTreeSet<&str>)> = (survey.sources.iter())
         .filter_map(|source| {

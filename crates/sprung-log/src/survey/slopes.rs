@@ -36,9 +36,9 @@ pub(super) struct Slope {
 
 /// Returns the slope of `motor` over `link`; `None` if the two do not move together.
 ///
-/// The spring lies between them: their difference follows torque, friction and inertia. These are
-/// regressors as well, so the deflection does not bias the slope. All signals are smoothed alike, and
-/// samples near a reversal are left out, because the friction law is not known there.
+/// The spring lies between them: their difference follows torque, friction and inertia. These are regressors as well,
+/// so the deflection does not bias the slope. All signals pass the same filter, and samples near a reversal are left
+/// out, because the friction law is not known there.
 pub(super) fn slope(
     survey: &Survey,
     motor: Place,

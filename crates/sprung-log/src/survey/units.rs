@@ -19,16 +19,16 @@ const BEYOND_LIMITS: f64 = 0.2;
 const WIDEST: f64 = 2.0 * TAU;
 const LONGEST: f64 = 5.0;
 
-/// Largest difference of a slope from 1 for positions in one unit, and from the slope that degrees
-/// and turns make, which a gear ratio may have as well.
-const SAME: f64 = 0.1;
+/// Largest difference of a slope from 1 for positions in one unit, and from the slope by degrees
+/// and turns; a gear ratio may have the same slope.
+const MAX_DIFFERENCE_OF_SLOPES: f64 = 0.1;
 const SAME_UNIT: f64 = 0.005;
 
 /// Smallest slope of a position before the gearbox.
 const MIN_GEAR: f64 = 1.5;
 
-/// Standard errors, and part of the slope, within which a gear ratio lies; and the largest error of a slope that tells
-/// multiples of 0.5 apart.
+/// Standard errors, and part of the slope, within which a gear ratio lies; and the largest error of a slope that
+/// separates multiples of 0.5.
 const SIGMAS: f64 = 3.0;
 const BIAS: f64 = 2e-4;
 const MAX_ERROR: f64 = 0.1;
@@ -55,7 +55,7 @@ pub(super) struct Reading {
     pub(super) gears: Option<Vec<Option<Gear>>>,
     /// Reasons, as sentences without the last full stop.
     pub(super) why: String,
-    /// What the user must fill in, if the unit is not clear.
+    /// Line to fill in, if the unit is not clear.
     pub(super) open: Option<String>,
 }
 
@@ -139,7 +139,7 @@ impl<'a> JointFigures<'a> {
 
 /// Returns the unit of positions by their names or their values.
 ///
-/// - `is_motor`: whether the names say that they are those of motors, perhaps before a gearbox.
+/// - `is_motor`: whether the names are those of motors, perhaps before a gearbox.
 pub(super) fn absolute(
     survey: &Survey,
     family: &Family,
@@ -252,7 +252,7 @@ pub(super) fn by_slope(
         slopes.iter().all(|slope| is(slope.value.abs() * unit))
     };
     let one = |ratio: f64| (ratio - 1.0).abs() < SAME_UNIT;
-    let same = |ratio: f64| (ratio - 1.0).abs() < SAME;
+    let same = |ratio: f64| (ratio - 1.0).abs() < MAX_DIFFERENCE_OF_SLOPES;
     let geared = |ratio: f64| ratio > MIN_GEAR;
     let mut reading = Reading::default();
     let shown = || -> String {
@@ -334,8 +334,8 @@ fn gears(slopes: &[Slope], unit: f64) -> Vec<Option<Gear>> {
         .collect()
 }
 
-/// Returns the only usual gear ratio in the interval of a slope, else a multiple of 0.5 if the slope tells such
-/// multiples apart, else the slope.
+/// Returns the only usual gear ratio in the interval of a slope, else a multiple of 0.5 if the slope separates such
+/// multiples, else the slope.
 fn gear(value: f64, error: f64) -> Gear {
     let is_within = |ratio: &f64| (value - ratio).abs() <= error;
     let usual: Vec<f64> = USUAL_GEARS.into_iter().filter(is_within).collect();

@@ -1,4 +1,4 @@
-//! Words of a column's name, and what they say about it.
+//! Words of a column's name, and their meaning.
 
 use crate::description::Unit;
 
@@ -10,7 +10,7 @@ pub(super) enum Token {
     Number(u64),
 }
 
-/// What a column holds, by the words of its name.
+/// Contents of a column, by the words of its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Sort {
     Time,
@@ -24,11 +24,11 @@ pub(super) enum Sort {
     Other,
 }
 
-/// What the words of a name say.
+/// Meaning of the words of a name.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Meaning {
     pub(super) sort: Option<Sort>,
-    /// How clearly it belongs to the motor: 2 by a word such as `motor`, 1 by a usual letter.
+    /// Evidence that it belongs to the motor: 2 by a word such as `motor`, 1 by a usual letter.
     pub(super) motor: u8,
     /// How clearly it belongs to the link.
     pub(super) link: u8,
@@ -360,7 +360,7 @@ const UNITS: &[(&str, &str)] = &[
     ("min", "min"),
 ];
 
-/// Splits a name at signs, between letters and digits, and before capitals behind small letters.
+/// Splits a name at signs, between letters and digits, and before capitals after small letters.
 pub(super) fn tokens(name: &str) -> Vec<Token> {
     let mut all = Vec::new();
     let mut word = String::new();
@@ -415,7 +415,7 @@ pub(super) fn words(tokens: &[Token]) -> Vec<&str> {
 }
 
 impl Meaning {
-    /// Returns what the words of a column's name say.
+    /// Returns the meaning of the words of a column's name.
     ///
     /// - `name`: tokens of the name without those of the joint; `topic`: words of the topic.
     pub(super) fn of(name: &[Token], topic: &[&str]) -> Self {

@@ -40,7 +40,7 @@ impl fmt::Display for Short {
     }
 }
 
-/// Returns a number as TOML, which tells floats from integers by their point.
+/// Returns a number as TOML, which distinguishes floats from integers by their point.
 pub(super) fn number(value: f64) -> String {
     let text = format!("{value}");
     if text.contains(['.', 'e']) {

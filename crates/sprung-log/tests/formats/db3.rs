@@ -90,7 +90,7 @@ fn reading_leaves_no_file_beside_a_bag() {
     assert_eq!(names(&folder), ["run.db3"]);
     assert!(difference(&read(folder.clone()).unwrap(), &truth()) <= 1e-12);
     assert_eq!(names(&folder), ["run.db3"]);
-    // The database still says that it has a write-ahead log.
+    // The header of the database still declares a write-ahead log.
     let bytes = std::fs::read(folder.join("run.db3")).unwrap();
     assert_eq!(bytes[18..20], [2, 2]);
     let found = read_log(&Files::Memory(vec![("run.db3", bytes)]), "run.db3", TOPICS);

@@ -79,11 +79,11 @@ fn a_force_from_a_voltage() {
     );
     let worst = difference(&recorded, &tidy);
     println!("{} samples, {worst:.1e} of the largest", tidy[0].len());
-    // The copy has 8 decimals or 9 digits, so its rounding is at most 5e-9; the limit allows a factor of two.
+    // The copy has 8 decimals or 9 digits, so its rounding is at most 5e-9. The largest value is above 0.5.
     assert!(worst < 1e-8, "{worst}");
 }
 
-/// Six joints with nothing but positions and torques.
+/// Six joints with only positions and torques.
 fn six(log: &str) -> String {
     let joints: Vec<String> = [121, 121, 101, 101, 101, 101]
         .into_iter()
@@ -128,7 +128,7 @@ fn raw_counts_of_two_encoders() {
             "{recorded}: {} samples, {worst:.1e} of the largest",
             raw[0].len()
         );
-        // The copy has 8 decimals or 9 digits, so its rounding is at most 5e-9; the limit allows a factor of two.
+        // The copy has 8 decimals or 9 digits, so its rounding is at most 5e-9. The largest value is above 0.5.
         assert!(worst < 1e-8, "{worst}");
     }
 }
@@ -151,14 +151,16 @@ fn a_controller_of_2_ms_and_a_recorder_that_is_late() {
         println!("{recorded}: {timing:?}");
         // The logged targets of the controller advance by whole multiples of 2 ms.
         let cycle = timing.sampling.and_then(Sampling::cycle).unwrap();
-        // Measured 1e-5 or less; the limit allows a factor of ten.
+        // The clocks of controller and recorder are quartzes, which are wrong by up to 50 ppm each.
         assert!((cycle / 2e-3 - 1.0).abs() < 1e-4, "{cycle}");
-        // Measured 23 and 29 interpolated samples; the limit allows 50.
+        // The recorder is late in few samples: fewer than one of twenty.
+        let samples = columns[0].len() as u64;
         assert!(
-            timing.interpolated < 50 && timing.gaps.count == 0,
+            20 * timing.interpolated < samples && timing.gaps.count == 0,
             "{timing:?}"
         );
-        // Measured 4.1 ms, one period; the limit is two periods.
-        assert!((timing.period * columns[0].len() as f64 - timing.duration).abs() < 8e-3);
+        // There is one period less than samples, and the last sample may be late by another one.
+        let off = timing.period * columns[0].len() as f64 - timing.duration;
+        assert!(off.abs() < 2.0 * timing.period, "{off}");
     }
 }

@@ -129,7 +129,7 @@ fn files_that_were_cut_off_are_told() {
     says(&message, &["run.log"]);
 }
 
-/// What came of a damaged file.
+/// Outcome of a damaged file.
 #[derive(Debug, PartialEq)]
 enum Outcome {
     Refused(String),
@@ -168,7 +168,7 @@ impl Damaged {
         }
     }
 
-    /// Returns where compressed chunks begin and end. zlib puts a checksum behind each.
+    /// Returns where compressed chunks begin and end. zlib puts a checksum after each.
     fn chunks(&self) -> Vec<Range<usize>> {
         let mut chunks = Vec::new();
         for at in 0..self.whole.len() - 1 {
@@ -183,8 +183,8 @@ impl Damaged {
     }
 }
 
-/// Whether a message says what is wrong with a damaged file: what cannot be read and what to do, which name
-/// is missing or is no array of numbers, or which number is implausible.
+/// Whether a message states the fault of a damaged file: the unreadable part and the remedy, the name that is missing
+/// or is no array of numbers, or the implausible number.
 fn explains(message: &str) -> bool {
     let all = |parts: &[&str]| parts.iter().all(|part| message.contains(part));
     message.contains("run.log")
@@ -219,7 +219,7 @@ fn damage_in_compressed_numbers_is_found_by_their_checksum() {
     }
 }
 
-/// HDF5 has no checksum for numbers that are not compressed, so a damaged number is read as another one.
+/// HDF5 has no checksum for numbers that are not compressed, so a damaged number is read as another number.
 #[test]
 fn damage_in_plain_numbers_changes_that_number_alone() {
     let file = Damaged::of("plain", "flat73.mat", FLAT);

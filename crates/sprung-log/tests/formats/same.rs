@@ -125,7 +125,7 @@ fn large_times_are_counted_from_the_first() {
 fn topics_on_other_clocks_come_onto_that_of_the_first() {
     let truth = truth();
     let found = read_log(&Files::Fixtures, "late.mcap", TOPICS).unwrap();
-    // Before the second topic begins there is nothing to interpolate.
+    // Before the second topic begins no sample is interpolated.
     assert_eq!(found[0].len(), truth[0].len() - 1);
     assert!((found[0][0] - 0.001).abs() < 1e-12);
     // Values recorded at t + 0.4 ms, taken at t: those of 0.4 ms before.

@@ -1,5 +1,6 @@
 //! A robot with two joints, and logs of it.
 
+use sprung_testing::Messages;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
@@ -157,6 +158,12 @@ pub(crate) fn difference(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
         }
     }
     worst
+}
+
+/// Messages of a test, whose file is in `tests/messages`.
+pub(crate) fn messages(test: &str) -> Messages {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/messages");
+    Messages::new(format!("{folder}/{test}.txt"))
 }
 
 /// Checks that a message contains all fragments.

@@ -1,7 +1,7 @@
 //! Units, sides of the gearbox, counts, and text in columns.
 
 use crate::keys::USUAL;
-use crate::support::{difference, experiment, read_text, says, truth};
+use crate::support::{difference, experiment, messages, read_text, says, truth};
 
 /// A log of four rows. `cells` returns the cells of a row from its time.
 fn text(header: &str, cells: impl Fn(f64) -> String) -> String {
@@ -193,68 +193,43 @@ fn ten_thousand_columns() {
 
 #[test]
 fn keys_that_do_not_fit_are_refused_with_their_line() {
-    let case = |key: &str, fragments: &[&str]| {
-        let log = USUAL.replace("motor_torque_nm = \"tau*_nm\"", key);
-        says(&experiment(&log).unwrap_err(), fragments);
-    };
-    case(
+    let mut messages = messages("keys_that_do_not_fit_are_refused_with_their_line");
+    for key in [
         "motor_torque = \"tau*\"",
-        &["line 21", "motor_torque has no unit", "\"N·m\""],
-    );
-    case(
         "motor_torque = { column = \"tau*\", unit = \"rad\" }",
-        &["cannot be measured in \"rad\""],
-    );
-    case(
         "motor_torque = { column = \"tau*\", unit = \"Nmm\" }",
-        &["unknown unit \"Nmm\"; did you mean"],
-    );
-    case(
         "motor_torque_nm = { column = \"tau*\", unit = \"N·m\" }",
-        &["has its unit in its name"],
-    );
-    case(
         "motor_torque = { column = \"tau*\", topic = \"/a\", unit = \"N·m\" }",
-        &["names a column and a topic"],
-    );
-    case(
         "motor_torque = { column = \"tau*\", unit = \"N·m\", sign = [1, 1, 1] }",
-        &["sign of motor_torque has 3 entries for 2 joints"],
-    );
-    case(
         "motor_torque = { column = \"tau*\", unit = \"N·m\", sign = 2 }",
-        &["sign of motor_torque is 2; it must be 1 or -1"],
-    );
-    case(
         "motor_torque = { column = \"tau*\", unit = \"N·m\", signs = 1 }",
-        &["unknown key \"signs\"", "did you mean \"sign\"?"],
-    );
-    case("motor_torque_nm = [0, 1]", &["columns are numbered from 1"]);
+        "motor_torque_nm = [0, 1]",
+    ] {
+        let log = USUAL.replace("motor_torque_nm = \"tau*_nm\"", key);
+        messages.note(key, &experiment(&log).unwrap_err());
+    }
     let counts = USUAL.replace(
         "link_position_rad = \"q*_rad\"",
         "link_position = { column = \"q*\", unit = \"counts\" }",
-    );
-    says(
-        &experiment(&counts).unwrap_err(),
-        &["is in counts; add counts_per_turn"],
-    );
-    let twice = USUAL.replace("\"t_s\"", "\"t_s\"\ntime_ms = \"t\"");
-    says(
-        &experiment(&twice).unwrap_err(),
-        &["time_s and time_ms both give the time"],
     );
     let borrowed = USUAL.replace(
         "\"tau*_nm\"",
         "[{ file = \"a.npy\", column = 1 }, { file = \"a.npy\", column = 2 }]\n\
          [[validate]]\nname = \"other\"\nlog = { file = \"other.csv\" }\n[log.sign]",
     );
-    says(
-        &experiment(&borrowed).unwrap_err(),
-        &["a.npy holds columns of [log]"],
-    );
-    let csv = format!("csv = {{ delimiter = \"ab\" }}\n{USUAL}");
-    says(
-        &experiment(&csv).unwrap_err(),
-        &["delimiter = \"ab\" is not understood"],
-    );
+    for (name, log) in [
+        ("counts without size", counts),
+        (
+            "two times",
+            USUAL.replace("\"t_s\"", "\"t_s\"\ntime_ms = \"t\""),
+        ),
+        ("a file for two logs", borrowed),
+        (
+            "two delimiters",
+            format!("csv = {{ delimiter = \"ab\" }}\n{USUAL}"),
+        ),
+    ] {
+        messages.note(name, &experiment(&log).unwrap_err());
+    }
+    messages.compare();
 }

@@ -6,7 +6,9 @@ use sprung_robot::Window;
 use crate::clocks::{csv, truth as motion};
 use crate::keys::{TOPICS, USUAL};
 use crate::same::cases;
-use crate::support::{Files, Found, difference, experiment, read_source, read_window, says, truth};
+use crate::support::{
+    Files, Found, difference, experiment, messages, read_source, read_window, says, truth,
+};
 
 fn between(from_s: f64, to_s: f64) -> Window {
     Window {
@@ -175,67 +177,41 @@ fn a_gap_in_the_window_stays_a_gap() {
 
 #[test]
 fn windows_without_samples_are_refused() {
+    let mut messages = messages("windows_without_samples_are_refused");
     let mut all = lines(4000);
     all.drain(1501..1701);
     let text = all.join("\n");
-    let refused = |window| of_text(text.as_bytes(), "", window).err().unwrap();
-    says(
-        &refused(between(12.0, 60.0)),
-        &[
-            "no sample of log.csv",
-            "from 12 s to 60 s",
-            "3800 samples end at 3.999",
-        ],
-    );
-    says(
-        &refused(between(-5.0, -1.0)),
-        &["its first sample is at 0 s"],
-    );
-    says(
-        &refused(between(1.55, 1.6)),
-        &["no sample between 1.499", "and 1.7 s"],
-    );
-    says(
-        &refused(samples(5000, 6000)),
-        &["from sample 5000", "3800 samples"],
-    );
-    says(
-        &refused(samples(10, 11)),
-        &["log.csv (from sample 10 to sample 11) has 1 samples"],
-    );
+    for (name, window) in [
+        ("behind the end", between(12.0, 60.0)),
+        ("before the beginning", between(-5.0, -1.0)),
+        ("in a gap", between(1.55, 1.6)),
+        ("samples behind the end", samples(5000, 6000)),
+        ("one sample", samples(10, 11)),
+    ] {
+        let error = of_text(text.as_bytes(), "", window).err().unwrap();
+        messages.note(name, &error);
+    }
+    messages.compare();
 }
 
 #[test]
 fn windows_that_contradict_themselves_are_refused() {
-    let refused = |file: &str| {
-        let log = format!("file = {file}\n{USUAL}");
-        experiment(&log).err().unwrap()
-    };
-    says(
-        &refused("{ path = \"a.csv\", from_s = 60, to_s = 12 }"),
-        &["the window of a.csv, from 60 s to 12 s, is empty"],
-    );
-    says(
-        &refused("{ path = \"a.csv\", from_index = 5, to_index = 5 }"),
-        &["from sample 5 to sample 5, is empty"],
-    );
-    says(
-        &refused("{ path = \"a.csv\", from_s = 1.0, from_index = 5 }"),
-        &["from_s and from_index of a.csv", "keep one"],
-    );
-    says(
-        &refused("{ path = \"a.csv\", to_s = inf }"),
-        &["to_s", "finite"],
-    );
-    says(&refused("{ from_s = 1.0 }"), &["path"]);
-    says(
-        &refused("{ path = \"a.csv\", from = 1.0 }"),
-        &["unknown key \"from\"", "from_s"],
-    );
-    says(
-        &refused("[{ path = \"a.csv\", to_s = 10 }, { path = \"a.csv\", from_s = 9 }]"),
-        &["two windows that overlap"],
-    );
+    let mut messages = messages("windows_that_contradict_themselves_are_refused");
+    for file in [
+        "{ path = \"a.csv\", from_s = 60, to_s = 12 }",
+        "{ path = \"a.csv\", from_index = 5, to_index = 5 }",
+        "{ path = \"a.csv\", from_s = 1.0, from_index = 5 }",
+        "{ path = \"a.csv\", to_s = inf }",
+        "{ from_s = 1.0 }",
+        "{ path = \"a.csv\", from = 1.0 }",
+        "[{ path = \"a.csv\", to_s = 10 }, { path = \"a.csv\", from_s = 9 }]",
+    ] {
+        let error = experiment(&format!("file = {file}\n{USUAL}"))
+            .err()
+            .unwrap();
+        messages.note(file, &error);
+    }
+    messages.compare();
     let touching =
         "file = [{ path = \"a.csv\", to_s = 9 }, { path = \"a.csv\", from_s = 9 }, \"b.csv\"]";
     let log = experiment(&format!("{touching}\n{USUAL}"))

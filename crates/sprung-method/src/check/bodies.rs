@@ -13,14 +13,14 @@ use crate::prepare::{BodyScale, INACCURATE_FACTOR};
 const SAME_ON_AVERAGE: f64 = 1.15;
 const SAME_IN_A_JOINT: f64 = 2.0;
 
-/// Factor of an explanation from which on no nominal values can be so wrong.
+/// Factor of an explanation above which nominal values cannot be the cause.
 const IMPOSSIBLE_FACTOR: f64 = 10.0;
 
 /// Largest ratio of the scales of two joints for a common cause without explanation.
 const COMMON_SPREAD: f64 = 3.0;
 
-/// Conditions for kinematics that do not fit: mean logarithm by which all equations together leave
-/// more unexplained than each alone; part of the bodies' torque that all equations together leave
+/// Conditions for wrong kinematics: mean logarithm by which the residual of all equations together
+/// exceeds that of each alone; part of the bodies' torque that all equations together leave
 /// unexplained (root mean square over the joints), for a warning and for a serious finding.
 const CONTRADICTION: f64 = 0.4;
 const UNEXPLAINED_BODIES: f64 = 0.35;
@@ -32,7 +32,7 @@ const UNEXPLAINED_STRANGE_BODIES: f64 = 0.25;
 /// Smallest torque of the bodies, as part of the links' torque, of the joints that are compared.
 const MATTERING_BODIES: f64 = 0.2;
 
-/// Smallest unexplained part of the links' torques: below it, the kinematics serve.
+/// Smallest unexplained part of the links' torques: below it, the kinematics are right.
 const MIN_UNEXPLAINED: f64 = 0.02;
 
 /// Tilt of gravity that is tried, radians.
@@ -74,7 +74,7 @@ impl WholeRobot<'_> {
                     .map(|(body, factor)| (body.scale / factor).ln())
                     .collect();
                 let mean = off.iter().sum::<f64>() / off.len() as f64;
-                // The factors of one torque are far apart, so inaccurate bodies do not confuse them.
+                // The factors of one torque are far apart, so inaccurate bodies do not mix them up.
                 let agrees = (off.len() == 1 || mean.abs() < SAME_ON_AVERAGE.ln())
                     && off.iter().all(|off| off.abs() < SAME_IN_A_JOINT.ln());
                 agrees.then_some((mean.abs(), explanation))
@@ -197,7 +197,7 @@ impl WholeRobot<'_> {
         }
     }
 
-    /// Finding: no bodies make the equations of the robot fit, although each motor alone fits.
+    /// Finding: the equations of the robot fit with no bodies, although each motor alone fits.
     pub(super) fn other_kinematics(&self) -> Option<Finding> {
         let robot = &self.context.experiment.robot;
         if robot.tree.is_none() || !(self.is_long_enough() && self.is_suspicious()) {

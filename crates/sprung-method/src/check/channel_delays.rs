@@ -36,7 +36,7 @@ pub(crate) struct RelativeDelays {
 pub(crate) struct ChannelDelay {
     /// Index of the channel in [`Channels::all`](crate::log::Channels::all).
     pub channel: usize,
-    /// Delay of the channel behind the others.
+    /// Delay of the channel relative to the others.
     pub delay: f64,
     /// Standard error.
     pub standard_error: f64,
@@ -48,7 +48,7 @@ struct Joint {
     number: usize,
     torque: usize,
     motor: usize,
-    // `None` if the link has no channel of its own.
+    // `None` if the link has no channel.
     link: Option<usize>,
     // Current delay for the next step, a whole number of samples, s.
     at: f64,
@@ -117,9 +117,9 @@ impl Joint {
 /// - `weak`: joints with a negative stiffness or an unexplained torque. Their delay may be long, so
 ///   all their channels are searched in the whole range of [`estimate_delays`].
 ///
-/// Only delays between channels can be determined. A link that is slightly late looks like more
-/// viscous friction of the motor and less of the link: such delays need the likelihood of the whole
-/// robot. Joints with a delay in the description are skipped.
+/// Only delays between channels can be determined. A slightly late link resembles more viscous
+/// friction of the motor and less of the link: such delays need the likelihood of the whole robot.
+/// Joints with a delay in the description are skipped.
 ///
 /// Joints are missing in the result if the excerpt is too short.
 #[must_use]

@@ -29,12 +29,12 @@ const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 const NEAR_RATIO: f64 = 0.06;
 const NEAR_RESIDUAL: f64 = 1.1;
 
-/// Ratio from which on two encoders of a joint have different units.
+/// Ratio above which two encoders of a joint have different units.
 const OTHER_UNIT: f64 = DEGREES / 3.0;
 
 impl CheckContext<'_> {
-    /// Returns the fits with which the trials of other meanings are compared: those of few samples, as
-    /// in the trials, or the given ones if there is nothing to try.
+    /// Returns the fits with which the trials of other meanings are compared: those of few samples, as in the trials,
+    /// or the given ones without trials.
     pub(super) fn compared(&self, fits: &[RowFit], weak: &[usize]) -> Vec<RowFit> {
         let all: Vec<usize> = (0..fits.len()).collect();
         let few = (!weak.is_empty()).then(|| fit_rows(&self.few, self.reading, &all));
@@ -234,8 +234,8 @@ impl CheckContext<'_> {
         Some((finding.seen(self.file, column, residual(&best), "")).mended_by("[log]", &lines))
     }
 
-    /// Returns the ratio by which the motor position of a joint moves too far by the motor row, with the
-    /// fit on the link's scale; `None` if its scale is right or no scale explains the torque.
+    /// Returns the ratio by which the motor position of a joint is too large by the motor row, with the fit on the
+    /// link's scale; `None` if its scale is right or no scale explains the torque.
     pub(super) fn motor_scale(&self, joint: usize, fit: &RowFit) -> Option<(f64, MotorRowFit)> {
         let channels = self.reading.channels();
         let motor = channels.index(Quantity::MotorPosition, joint)?;
@@ -253,7 +253,7 @@ impl CheckContext<'_> {
         };
         let channel = &channels.all[motor];
         let given = channel.gear_ratio.map(f64::abs);
-        // Readings before the gearbox are divided by the given ratio already.
+        // Readings before the gearbox are already divided by the given ratio.
         let divided = if channel.before_gear {
             given.unwrap_or(1.0)
         } else {

@@ -15,7 +15,7 @@ pub(super) struct CheckContext<'a> {
     pub(super) experiment: &'a Experiment,
     pub(super) reading: &'a Reading,
     pub(super) excerpt: &'a Excerpt,
-    /// The excerpt with so few samples that the filters just fit, for trials.
+    /// The excerpt with the fewest samples that the filters allow, for trials.
     pub(super) few: Excerpt,
     pub(super) file: &'a str,
     pub(super) independent: f64,

@@ -11,8 +11,7 @@ use crate::finding::{Finding, Severity};
 use crate::log::{LOOKS_LIKE_DEGREES, LOOKS_LIKE_RADIANS, Signal};
 use crate::prepare::RowFit;
 
-/// Gains (sums of logarithms) that a further joint in degrees must add, and at which the declared unit
-/// is certain.
+/// Gains (sums of logarithms): minimum for a further joint in degrees, and limit at which the declared unit is certain.
 const FURTHER_GAIN: f64 = 1.0;
 const CERTAIN_LOSS: f64 = -0.3;
 
@@ -114,7 +113,7 @@ impl WholeRobot<'_> {
             left: Vec::new(),
         };
         let mut best = (found.all, revolute.clone(), all);
-        // Joints that are added one by one, from the largest gain on.
+        // Joints that are added one by one, by decreasing gain.
         let mut chosen: Vec<usize> = Vec::new();
         let mut before = 0.0;
         loop {
@@ -170,7 +169,7 @@ impl WholeRobot<'_> {
             .degrees_finding(Severity::Error, text, &certain.joints)
     }
 
-    /// Finding: the parameters are as many times too small as degrees make them.
+    /// Finding: the parameters are too small by the factor of degrees.
     fn by_nominal_values(&self, found: &[(usize, f64)]) -> Finding {
         let joints: Vec<usize> = found.iter().map(|(joint, _)| *joint).collect();
         let ratios: Vec<String> = (found.iter())
@@ -201,14 +200,14 @@ impl WholeRobot<'_> {
             self.context.widest(&joints)
         );
         let mut finding = self.context.degrees_finding(severity, text, &joints);
-        // Two causes remain, and the line of one would be wrong for the other.
+        // Two causes are possible, so no line is suggested.
         if !gears.is_empty() {
             finding.setting = None;
         }
         finding
     }
 
-    /// Finding: nothing but range and speed tell the unit.
+    /// Finding: only range and speed show the unit.
     fn by_speed(&self, joint: usize) -> Finding {
         let (range, speed) = (self.context.range(joint), self.context.speed(joint));
         let severity = if speed > FASTEST_JOINT {
@@ -294,7 +293,7 @@ impl WholeRobot<'_> {
 
 /// Joints whose positions are degrees by the equations of the robot.
 struct CertainDegrees {
-    /// The joints; empty if the equations do not tell.
+    /// The joints; empty if the equations do not determine it.
     joints: Vec<usize>,
     /// Gain if all joints are read as degrees.
     all: f64,

@@ -31,7 +31,7 @@ pub struct Examination {
     pub joints: Vec<JointFigures>,
 }
 
-/// What the figures of one log show without the other logs.
+/// Findings by the figures of one log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OfLog {
     findings: Vec<Finding>,
@@ -68,7 +68,7 @@ impl OfLog {
 
 /// Examines logs by their figures and the beginning of the first log.
 ///
-/// - `logs`: what the figures of each log show.
+/// - `logs`: findings by the figures of each log.
 #[must_use]
 pub fn examine(prepared: &Prepared, logs: &[OfLog]) -> Examination {
     let (reading, excerpt) = (prepared.reading(), prepared.excerpt());
@@ -97,7 +97,7 @@ pub fn examine(prepared: &Prepared, logs: &[OfLog]) -> Examination {
         let experiment = prepared.experiment();
         match examine_joints(experiment, &reading, excerpt, name, &tested, is_sound) {
             Some(examined) => {
-                // The equations tell the unit of the positions, which their range alone does not.
+                // The equations determine the unit of the positions; their range alone does not.
                 findings.retain(|found| found.code != LOOKS_LIKE_DEGREES);
                 findings.extend(filters(&reading, excerpt, name, moving));
                 findings.extend(one_frequency(&reading, excerpt, name));

@@ -13,7 +13,7 @@ use crate::regression::{Reading, signals};
 const REMOVED_NOISE_RATIO: f64 = 4.0;
 const REMOVED_MOTION_SHARE: f64 = 0.01;
 
-/// Largest ratio of the given cut-off to the one that sprung would choose.
+/// Largest ratio of the given cut-off to the automatic one.
 const MAX_CUTOFF_RATIO: f64 = 4.0;
 
 /// Smallest number of samples in a period of the motion.
@@ -241,17 +241,12 @@ impl FilterCheck<'_> {
             )
         };
         let mut findings = Vec::new();
-        let mut compare = |channel: usize,
-                           what: &str,
-                           code: &str,
-                           noise: f64,
-                           size: f64,
-                           of: f64| {
+        let mut compare = |channel: usize, what: &str, noise: f64, size: f64, of: f64| {
             if size > 0.0 && noise > of * size {
                 findings.push(
                     Finding::new(
                         Severity::Warning,
-                        code,
+                        "noisy-signal",
                         format!(
                             "{}: the {what} from \"{}\" is {:.0} % noise ({noise:.2e} of {size:.2e} rms)",
                             self.name(joint),
@@ -268,14 +263,7 @@ impl FilterCheck<'_> {
         if let Some((channel, noise)) = of(Signal::Motor) {
             let size = all(|s| &s.dphi);
             let noise = noise * per_position;
-            compare(
-                channel,
-                "velocity",
-                "noisy-velocity",
-                noise,
-                size,
-                MAX_VELOCITY_NOISE,
-            );
+            compare(channel, "velocity", noise, size, MAX_VELOCITY_NOISE);
         }
         let link = of(Signal::Link);
         if let Some((channel, noise)) = link {
@@ -285,25 +273,11 @@ impl FilterCheck<'_> {
             // White noise that passes the filter.
             let cutoff = self.reading.position_cutoff_hz();
             let noise = noise * (2.0 * cutoff * period).min(1.0).sqrt();
-            compare(
-                channel,
-                "deflection",
-                "noisy-deflection",
-                noise,
-                size,
-                MAX_DEFLECTION_NOISE,
-            );
+            compare(channel, "deflection", noise, size, MAX_DEFLECTION_NOISE);
         }
         if let Some((channel, noise)) = of(Signal::Torque) {
             let size = deviation(self.excerpt.channel(channel));
-            compare(
-                channel,
-                "torque",
-                "noisy-torque",
-                noise,
-                size,
-                MAX_TORQUE_NOISE,
-            );
+            compare(channel, "torque", noise, size, MAX_TORQUE_NOISE);
         }
         findings
     }

@@ -20,8 +20,8 @@ const MAX_PERIODS: f64 = 64.0;
 const STEP: f64 = 0.25;
 const FINE_STEP: f64 = 1.0 / 64.0;
 
-/// Part of a velocity's variance that other frequencies may explain. Friction distorts the motion, but
-/// motions between two points at constant speed have a tenth in further frequencies.
+/// Part of a velocity's variance that other frequencies may explain. Friction distorts the motion, but in motions
+/// between two points at constant speed, a tenth of the power has other frequencies.
 const OTHER_FREQUENCIES: f64 = 0.03;
 
 /// A joint whose standard deviation is below this part of the largest one hardly moves.
@@ -99,8 +99,7 @@ fn periods(values: &[f64]) -> Option<f64> {
     (left < OTHER_FREQUENCIES * whole).then_some(periods)
 }
 
-/// Returns the mean square of a velocity that a frequency and its double leave; infinite if the terms
-/// are not independent.
+/// Returns the mean square of a velocity without a frequency and its double; infinite if the terms are not independent.
 ///
 /// - `periods`: number of periods in the whole.
 fn unexplained(values: &[f64], periods: f64) -> f64 {

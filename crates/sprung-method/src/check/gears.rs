@@ -1,4 +1,4 @@
-//! Tests whether motor positions that are declared as those after the gearbox are those before it.
+//! Tests whether motor positions that are declared as after the gearbox are before it.
 
 use super::resolution::UNEXPLAINED;
 use super::robot::{WholeRobot, percent};
@@ -8,7 +8,7 @@ use crate::description::Quantity;
 use crate::finding::{Finding, Severity};
 use crate::log::rounded;
 
-/// Joints whose positions are those before the gearbox by the equations of the robot.
+/// Joints whose positions are before the gearbox by the equations of the robot.
 pub(super) struct Geared {
     joints: Vec<usize>,
     ratios: Vec<f64>,
@@ -19,8 +19,8 @@ pub(super) struct Geared {
 }
 
 impl WholeRobot<'_> {
-    /// Finds positions before the gearbox that are declared as those after it, of joints without link
-    /// encoder. The ratios are those of the file, or a usual one for all joints.
+    /// Finds positions before the gearbox that are declared as after it, of joints without link encoder. The ratios are
+    /// those of the file, or a usual one for all joints.
     pub(super) fn geared(&self) -> Option<Geared> {
         let context = self.context;
         let channels = context.reading.channels();
@@ -61,7 +61,7 @@ impl WholeRobot<'_> {
             })
     }
 
-    /// Finding: the equations of the robot fit if the positions are those before the gearbox.
+    /// Finding: the equations of the robot fit if the positions are before the gearbox.
     pub(super) fn by_gears(&self, geared: &Geared, is_equal: bool) -> Finding {
         let line = "motor_position_side = \"motor\"";
         let (table, line) = if geared.is_given {

@@ -20,8 +20,8 @@ use crate::regression::Reading;
 const MIN_DELAY_IMPROVEMENT: f64 = 0.15;
 const DELAY_SIGMAS: f64 = 3.0;
 
-/// Smallest residual over torque for a finding about a delay. Below it, the hold of the torque between
-/// two samples looks like a delay.
+/// Smallest residual over torque for a finding about a delay. Below it, the hold of the torque between two samples
+/// resembles a delay.
 const MIN_DELAY_RESIDUAL: f64 = 0.01;
 
 /// Ratio to the nominal parameters, for all of them in one direction, at which the scale of the
@@ -36,15 +36,15 @@ const NEAR_SCALE: f64 = 3.0;
 pub(super) struct Examined {
     pub(super) findings: Vec<Finding>,
     pub(super) joints: Vec<JointFigures>,
-    /// Finding that the kinematics are wrong, which counts if the log has no other fault.
+    /// Finding that the kinematics are wrong, valid if the log has no other fault.
     pub(super) kinematics: Option<Finding>,
 }
 
 /// Joints that a log allows to test.
 pub(super) struct Tested {
-    /// Joints that move and whose columns are not wrong by themselves.
+    /// Moving joints without a fault of a single column.
     pub(super) moving: Vec<usize>,
-    /// Joints whose encoders have different scales; the motor row tells the ratio.
+    /// Joints whose encoders have different scales; the motor row determines the ratio.
     pub(super) unequal: Vec<usize>,
 }
 
@@ -189,11 +189,11 @@ fn figures(
         .collect()
 }
 
-/// What motor rows and torque sensors tell about the meaning of columns.
+/// Evidence of motor rows and torque sensors about the meaning of columns.
 struct ByRows {
     /// Fits of few samples.
     few: Vec<RowFit>,
-    /// Exchanged joints, which the equations of the whole robot tell better.
+    /// Exchanged joints, which the equations of the whole robot show better.
     swaps: Vec<Winner>,
     reported: Vec<usize>,
     /// Joints whose motor torque has another scale by the torque sensors.
@@ -223,7 +223,7 @@ impl CheckContext<'_> {
         self.tell(&others, &few, &mut reported, findings);
         let by_sensors = self.torque_sensors(moving, findings);
         reported.extend(&by_sensors);
-        // Friction of a torque of another scale is small beside that of the sensor, so its sign is open.
+        // Friction of a torque of another scale is small compared with that of the sensor, so its sign is undetermined.
         let rescaled = if findings
             .iter()
             .any(|finding| finding.code == "torque-scale")

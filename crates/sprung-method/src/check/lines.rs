@@ -45,8 +45,7 @@ impl CheckContext<'_> {
         lines.join("; ")
     }
 
-    /// Returns the lines that name the columns as other channels assign them, of the keys whose columns
-    /// differ.
+    /// Returns the lines of the keys whose columns differ, with the columns of other channels.
     pub(super) fn column_lines(&self, channels: &Channels) -> String {
         let given = self.experiment.log.iter().flat_map(Log::given);
         let lines: Vec<String> = given

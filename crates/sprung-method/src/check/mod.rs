@@ -6,7 +6,7 @@
 //! the motion, whether a channel is late, whether the filters remove motion. These checks use the
 //! beginning of the first log, an `Excerpt`.
 
-// A new law, parameter, quantity or format is named wherever it is told from the others.
+// The compiler names each place that must handle a new law, parameter, quantity or format.
 #![warn(clippy::wildcard_enum_match_arm)]
 
 mod assemble;

@@ -9,8 +9,9 @@ use crate::finding::{Finding, Severity};
 use crate::log::{Quantity, rounded};
 use crate::prepare::RowFit;
 
-/// Conditions for the trials: mean logarithm by which all equations together leave more than each
-/// alone, and smallest unexplained part of the bodies' torque in a joint whose bodies matter.
+/// Conditions for the trials: mean logarithm by which the residual of all equations together
+/// exceeds that of each alone, and smallest unexplained part of the bodies' torque in a joint with
+/// relevant bodies.
 const SUSPICIOUS_MISFIT: f64 = 0.2;
 const SUSPICIOUS_PART: f64 = 0.25;
 const MATTERING_BODIES: f64 = 0.2;
@@ -64,8 +65,7 @@ struct Tried {
 }
 
 impl WholeRobot<'_> {
-    /// Returns whether the equations of the robot leave so much unexplained that another meaning of
-    /// the columns is possible.
+    /// Returns whether the unexplained torque is large enough for another meaning of the columns.
     pub(super) fn is_suspicious(&self) -> bool {
         let misfit = gain(&self.together, &self.each) / self.moving.len() as f64;
         let badly = (self.together.iter().zip(&self.without)).any(|(left, without)| {
@@ -74,8 +74,8 @@ impl WholeRobot<'_> {
         misfit > SUSPICIOUS_MISFIT || badly || self.bodies_are_strange()
     }
 
-    /// Returns whether the torque of the nominal bodies has another sign or shape than that of the log
-    /// in a joint whose bodies matter.
+    /// Returns whether the torque of the nominal bodies has another sign or shape than that of the log in a joint with
+    /// relevant bodies.
     pub(super) fn bodies_are_strange(&self) -> bool {
         self.has_bodies
             && (self.moving.iter().zip(&self.without)).any(|(joint, without)| {
@@ -84,8 +84,8 @@ impl WholeRobot<'_> {
             })
     }
 
-    /// Returns whether the log has so many independent samples that a fit of the whole robot tells the
-    /// meaning of the columns.
+    /// Returns whether the log has enough independent samples for a fit of the whole robot to decide the meaning of the
+    /// columns.
     pub(super) fn is_long_enough(&self) -> bool {
         let unknowns = self.context.reading.model().parameters().len() as f64;
         self.context.independent * self.moving.len() as f64 > SAMPLES_PER_UNKNOWN * unknowns
@@ -111,7 +111,7 @@ impl WholeRobot<'_> {
                 break;
             };
             tried.retain(|attempt| attempt.gain > most - SAME_GAIN);
-            // Torques of one joint too large look like those of the others too small.
+            // Too large torques of one joint resemble too small torques of the others.
             if let Change::Scaled(..) = tried[0].change {
                 let off = |attempt: &Tried| self.off_nominal(&attempt.change, fits);
                 tried.sort_by(|a, b| off(a).total_cmp(&off(b)));
@@ -149,8 +149,8 @@ impl WholeRobot<'_> {
         findings
     }
 
-    /// Returns how far the parameters are from their nominal values with the torque of one joint
-    /// corrected, sum of logarithms; infinite for other changes.
+    /// Returns the distance of the parameters from their nominal values with the torque of one
+    /// joint corrected, sum of logarithms; infinite for other changes.
     fn off_nominal(&self, change: &Change, fits: &[RowFit]) -> f64 {
         let Change::Scaled(joint, explanation) = change else {
             return f64::INFINITY;

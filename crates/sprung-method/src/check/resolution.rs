@@ -1,13 +1,13 @@
-//! Computes the part of a torque's residual that the resolution of the positions causes.
+//! Computes the part of a torque's residual by the resolution of the positions.
 
 use crate::prepare::{Excerpt, RowFit, velocity_noise};
 use crate::regression::{Reading, System, TransitionWeights};
 
-/// Limit of the unexplained fraction of a motor torque, root mean squares, after the part that the
-/// resolution of the positions causes is subtracted.
+/// Limit of the unexplained fraction of a motor torque, root mean squares, after the part by the
+/// resolution of the positions is subtracted.
 pub(crate) const UNEXPLAINED: f64 = 0.2;
 
-/// Returns the fraction of a torque that a model would leave unexplained with exact positions.
+/// Returns the unexplained fraction of a torque with exact positions.
 ///
 /// - `relative`: residual over torque, root mean squares.
 /// - `share`: velocity noise that passes through Coulomb transitions over torque, root mean

@@ -190,7 +190,7 @@ pub struct JointFigures {
 pub struct LikelyDelay {
     /// Name of the column.
     pub column: String,
-    /// Delay of the channel behind the others, s.
+    /// Delay of the channel relative to the others, s.
     pub delay: f64,
     /// Standard error, s.
     pub standard_error: f64,
@@ -222,7 +222,7 @@ impl LikelyDelay {
 pub struct DelayFigures {
     /// Name of the column.
     pub column: String,
-    /// Delay of the column behind the others of its joint.
+    /// Delay of the column relative to the others of its joint.
     pub delay_s: f64,
     /// Standard error.
     pub standard_error_s: f64,

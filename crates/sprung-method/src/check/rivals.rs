@@ -60,7 +60,7 @@ impl CheckContext<'_> {
         shares: &[f64],
     ) -> Vec<Winner> {
         let mut rivals = self.rivals(fits, doubtful);
-        // A line is printed only if the log then looks like a sound one.
+        // A line is printed only if the corrected log is consistent.
         rivals.retain(|rival| {
             (rival.joints.iter().zip(&rival.fits)).all(|(&joint, fit)| {
                 beyond_resolution(fit.relative_residual, shares[joint]) <= UNEXPLAINED

@@ -15,8 +15,8 @@ pub(super) struct WholeRobot<'a> {
     pub(super) context: &'a CheckContext<'a>,
     /// Joints that move.
     pub(super) moving: &'a [usize],
-    /// Parts of the links' torques that stay unexplained, joint by joint of `moving`: by all
-    /// equations together, by each equation alone, and without bodies.
+    /// Unexplained parts of the links' torques, joint by joint of `moving`: by all equations
+    /// together, by each equation alone, and without bodies.
     pub(super) together: Vec<f64>,
     pub(super) each: Vec<f64>,
     pub(super) without: Vec<f64>,
@@ -25,7 +25,7 @@ pub(super) struct WholeRobot<'a> {
     pub(super) scales: Vec<BodyScale>,
     /// Whether the bodies have nominal values.
     pub(super) has_bodies: bool,
-    /// The log as it is described, and what its equations leave unexplained.
+    /// The log as described, and the torque that its equations do not explain.
     pub(super) given: Trial,
     pub(super) given_left: Vec<f64>,
 }

@@ -43,8 +43,7 @@ pub fn check(
     Ok(assemble(&prepared, &figures, found))
 }
 
-/// Returns findings about the springs that the settings ask to find from the motors, by the beginning
-/// of the first log.
+/// Returns findings about the springs from the motors that the settings request, by the beginning of the first log.
 fn springs(prepared: &Prepared) -> Vec<Finding> {
     let (reading, excerpt) = (prepared.reading(), prepared.excerpt());
     if !reading.settings().springs_from_motor {

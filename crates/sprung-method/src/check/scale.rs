@@ -122,9 +122,8 @@ pub(super) fn explanations(context: &CheckContext<'_>, joints: &[usize]) -> Vec<
             table: "[log]",
             line: String::new(),
         }));
-        for explanation in &mut found {
-            (explanation.table, explanation.line) =
-                ("[log]", gain_line(context, *joint, explanation.factors[0]));
+        for cause in &mut found {
+            (cause.table, cause.line) = ("[log]", gain_line(context, *joint, cause.factors[0]));
         }
     }
     found
@@ -141,7 +140,7 @@ pub(super) fn gain_line(context: &CheckContext<'_>, joint: usize, factor: f64) -
     )
 }
 
-/// Returns table and key that tell the side of the gearbox of the torques.
+/// Returns table and key of the side of the gearbox of the torques.
 pub(super) fn side_of_torques(context: &CheckContext<'_>) -> (&'static str, &'static str) {
     let key = context.key(Quantity::MotorTorque);
     if key.starts_with("motor_current") || key.starts_with("drive_voltage") {

@@ -1,8 +1,8 @@
 //! Checks of joint torque sensors by the motor rows.
 //!
-//! The motor row balances the motor torque with rotor, friction and spring torque, so it tells the gain
-//! of the sensor, its offset and the torques of other joints in its reading. The columns of the sensors
-//! are added to the row, whose right-hand side already contains the reading:
+//! The motor row balances the motor torque with rotor, friction and spring torque, so it shows the gain of the sensor,
+//! its offset and the torques of other joints in its reading. The columns of the sensors are added to the row, whose
+//! right-hand side already contains the reading:
 //!
 //! ```text
 //! tau = … + tau_m + a tau_m,i + Σ c_j tau_m,j        gain 1/(1 + a), cross-talk -c_j/(1 + a)
@@ -23,12 +23,12 @@ const MIN_GAIN_ERROR: f64 = 0.05;
 const MIN_OFFSET: f64 = 0.02;
 const MIN_CROSS_TALK: f64 = 0.02;
 
-/// Part of the squared residual that the sensors' columns must remove together. A missing friction law
-/// changes a gain too, but hardly the residual.
+/// Part of the squared residual that the sensors' columns must remove together. A missing friction law also changes a
+/// gain, but hardly the residual.
 const MIN_IMPROVEMENT: f64 = 0.15;
 
-/// Factor between motor torque and sensor that no sensor has, and largest factor between it and an
-/// explanation. Friction and rotor make it inaccurate.
+/// Factor between motor torque and sensor above which the sensor is not the cause, and largest
+/// factor between it and an explanation. Friction and rotor make it inaccurate.
 const FAR_SCALE: f64 = 5.0;
 const SAME_SCALE: f64 = 2.5;
 
@@ -242,7 +242,8 @@ impl CheckContext<'_> {
         )
     }
 
-    /// Finding: the motor torque of a joint has another scale, by a factor that no sensor has.
+    /// Finding: the motor torque of a joint has another scale, by a factor that is impossible for a
+    /// sensor.
     fn motor_torque_of(&self, fit: &SensorFit) -> Option<Finding> {
         let (inverse, _) = fit.inverse_gain;
         if inverse.ln().abs() < FAR_SCALE.ln() {
@@ -284,7 +285,7 @@ impl CheckContext<'_> {
             "give the unit and the side of the motor torque; if it is right, give the torque sensor its gain",
         )
         .seen(self.file, motor, inverse, "");
-        // Without the gear ratio two causes remain, and the line of one would be wrong for the other.
+        // Without the gear ratio two causes are possible, so no line is suggested.
         Some(match explanation.filter(|_| !is_open) {
             Some(explanation) => finding.mended_by(explanation.table, &explanation.line),
             None => finding,

@@ -105,8 +105,8 @@ impl Trial {
         is_changed.then_some(trial)
     }
 
-    /// Returns the part of each link's torque that the equations of the robot leave unexplained (root
-    /// mean squares); `None` if a spring is negative or nothing can be fitted.
+    /// Returns the part of each link's torque that the equations of the robot leave unexplained (root mean squares);
+    /// `None` if a spring is negative or no fit is possible.
     pub(super) fn left(&self, reading: &Reading, joints: &[usize]) -> Option<Vec<f64>> {
         let reading = reading.with_channels(self.channels.clone());
         let rows = LinkRows::new(&self.excerpt, &reading, joints)?;

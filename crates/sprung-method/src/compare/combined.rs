@@ -203,7 +203,7 @@ mod tests {
         assert_eq!(combined(&[]), None);
     }
 
-    /// Results of six logs with errors of their own, one common error and, in the second case, a
+    /// Results of six logs with independent errors, one common error and, in the second case, a
     /// parameter that changes between the logs by three standard errors.
     #[test]
     fn intervals_contain_the_truth() {

@@ -1,4 +1,4 @@
-//! Tests one robot for drift over time: which parameters follow a line through its runs.
+//! Tests one robot for drift over time: parameters that follow a line through its runs.
 
 use super::agreement::SIGNIFICANCE;
 use super::combined::{OneResult, WithError, are_of_different_logs, with_error};
@@ -9,15 +9,15 @@ use super::trend::{FEWEST_RUNS, Run, Trend, adjusted, trend};
 use crate::finding::{Finding, Severity};
 use crate::model::short;
 
-/// Least part of a standard error that belongs to a run alone. Without it a run whose error is all bias would
-/// have an infinite weight.
+/// Least part of a standard error that belongs to a run alone. Without it a run with only a bias would have an infinite
+/// weight.
 const LEAST_OWN_PART: f64 = 0.01;
 
 /// Tests the results of each estimator for drift.
 ///
-/// Estimators with fewer than four results are not tested, nor those of which two results have a log in
-/// common: then settings differ, and not times. The order is that of the dates of the logs if all have one,
-/// and otherwise that of the results.
+/// Estimators with fewer than four results are not tested, nor those of which two results have a log in common: then
+/// the settings differ, not the times. The order is that of the dates of the logs if all have one, and otherwise that
+/// of the results.
 pub(super) fn drifts(
     compared: &[ComparedResult],
     results: &[OneResult<'_>],
@@ -50,7 +50,7 @@ fn of_estimator(
     parameters: &[ComparedParameter],
 ) -> Drift {
     let dates: Option<Vec<f64>> = indices.iter().map(|&i| compared[i].date_s).collect();
-    // Runs at one time, as simulated ones may be, have only the order in which they were given.
+    // Runs at one time, for example simulated ones, have only the given order.
     let dates = dates.filter(|dates| dates.windows(2).any(|pair| pair[0] < pair[1]));
     let times: Vec<f64> = match &dates {
         Some(dates) => (dates.iter())
@@ -64,7 +64,7 @@ fn of_estimator(
                 let mut all = results[i].1.parameters.iter();
                 let same = all.find(|p| p.name == parameter.name && p.unit == parameter.unit);
                 let WithError { value, error, bias } = with_error(same?)?;
-                // A bias that all runs share moves the line and does not turn it.
+                // A bias that all runs share moves the line and does not change its slope.
                 let independent_error = (error * error - bias * bias).max(0.0).sqrt();
                 Some(Run {
                     time,

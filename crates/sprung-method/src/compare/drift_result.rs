@@ -22,7 +22,7 @@ pub struct Drift {
     /// Date of the first log, s since 1970; absent if the order is that in which the results were given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub from_date_s: Option<f64>,
-    /// Label of a result whose logs have no date, which is the reason for that order.
+    /// Label of a result whose logs have no date, the reason for that order.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub without_date: Option<String>,
     /// The tested parameters: those that at least four results determine with an interval.

@@ -1,6 +1,6 @@
 //! Compares results of several estimators, settings or runs of one robot.
 
-// A new law, parameter, quantity or format is named wherever it is told from the others.
+// The compiler names each place that must handle a new law, parameter, quantity or format.
 #![warn(clippy::wildcard_enum_match_arm)]
 
 mod agreement;

@@ -13,7 +13,7 @@ pub struct ComparedPromise {
     pub run: String,
     /// Log of the run.
     pub log: String,
-    /// Whether the parameters come from this log, so that it proves nothing.
+    /// Whether the parameters come from this log, which is then no proof.
     pub same_log: bool,
     /// Origin of the parameters.
     pub parameters: String,
@@ -50,8 +50,7 @@ pub(super) fn promises<'a>(
     })
 }
 
-/// Returns how often promises were kept on logs that the parameters do not come from, in words;
-/// `None` without a validation.
+/// Returns the number of kept promises on other logs, in words; `None` without a validation.
 pub(super) fn sentence(promises: &[ComparedPromise]) -> Option<String> {
     if promises.is_empty() {
         return None;

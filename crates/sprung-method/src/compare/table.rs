@@ -137,7 +137,7 @@ fn all<'a>(file: &Compared<'a>) -> impl Iterator<Item = &'a ParameterEstimate> {
     results.flat_map(|result| &result.parameters)
 }
 
-/// Returns the files in the order of the dates of their logs, or as they are if a log has no date.
+/// Returns the files in the order of the dates of their logs, or unchanged if a log has no date.
 fn by_date<'a>(files: &[Compared<'a>]) -> Vec<Compared<'a>> {
     let dated = files
         .iter()

@@ -11,7 +11,7 @@ use super::task::ControlTask;
 use crate::description::{Controller, Feedback};
 use crate::frequency::Linear;
 
-/// Factors of the proportions that are tried, from the largest: steps per factor of ten, and range.
+/// Tried factors of the proportions, from the largest: steps per factor of ten, and range.
 const PER_DECADE: f64 = 12.0;
 const LARGEST: f64 = 10.0;
 const SMALLEST: f64 = 0.02;
@@ -22,10 +22,11 @@ const HALVINGS: usize = 4;
 /// Highest bandwidth, part of the sampling rate.
 const HIGHEST: f64 = 0.1;
 
-/// Bandwidth of a robot without springs of which nothing else is known, Hz.
+/// Default bandwidth of a robot without springs, Hz.
 const RIGID_HZ: f64 = 10.0;
 
-/// Reduction where the margins of a robot of the posterior do not hold, and most of them.
+/// Reduction if the margins of a robot of the posterior do not hold, and largest number of
+/// reductions.
 const LESS: f64 = 0.93;
 const REDUCTIONS: usize = 30;
 
@@ -46,7 +47,7 @@ enum Robots {
     Drawn,
 }
 
-/// A feedback that keeps the margins of the identified robot, or what breaks.
+/// A feedback that keeps the margins of the identified robot, or the broken margin.
 enum Tried {
     Kept(Controller),
     Broken(String),
@@ -70,7 +71,7 @@ struct Search<'t, 'a> {
 ///
 /// # Errors
 ///
-/// [`ControlRefusal`] if the bandwidth that was asked for does not keep the margins, or none does.
+/// [`ControlRefusal`] if the requested bandwidth does not keep the margins, or none does.
 pub(super) fn feedback(
     task: &ControlTask<'_>,
     speed: Option<f64>,
@@ -178,7 +179,8 @@ impl Search<'_, '_> {
         })
     }
 
-    /// Returns the largest factor that keeps the margins of the identified robot at all poses, and what breaks above it.
+    /// Returns the largest factor that keeps the margins of the identified robot at all poses, and the margin that
+    /// breaks above it.
     fn largest(&mut self) -> Result<(f64, Option<String>), ControlRefusal> {
         let fastest = self.base.iter().copied().fold(0.0, f64::max);
         let top = LARGEST.min(HIGHEST / self.task.period / fastest);
@@ -207,8 +209,8 @@ impl Search<'_, '_> {
         Err(ControlRefusal::NoBandwidth { because })
     }
 
-    /// Returns the feedback for a factor: the first that keeps the margins at all poses, or what breaks with the first one. Gains
-    /// for the coupled arm come first, then those for each joint alone.
+    /// Returns the feedback for a factor: the first that keeps the margins at all poses, or the margin that the first
+    /// one breaks. Gains for the coupled arm come first, then those for each joint alone.
     fn at(&mut self, factor: f64) -> Tried {
         let task = self.task;
         let aim = Aim {

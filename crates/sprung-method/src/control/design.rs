@@ -1,4 +1,4 @@
-//! From identified values to a controller, its margins, its shaper and the simulations that prove it.
+//! Design of a controller from identified values: margins, shaper and simulations.
 
 use sprung_base::finding::GENERATOR;
 use sprung_base::progress::{Listener, Phase};
@@ -21,13 +21,13 @@ use super::vibrations::{measured_regions, regions, vibrations};
 use crate::description::{Controller, ControllerKind};
 use crate::simulate::Trajectory;
 
-/// Largest vibration that a shaper leaves, as a part of that without it.
+/// Largest residual vibration with a shaper, as a part of that without it.
 const LARGEST_RESIDUAL: f64 = 0.05;
 
 /// Velocity of friction compensation without a reference, rad/s (m/s), and with one as a part of the root mean square velocity of
 /// its slowest joint that moves.
-const SPEED: f64 = 0.02;
-const SPEED_PART: f64 = 0.1;
+const COMPENSATION_SPEED: f64 = 0.02;
+const COMPENSATION_SPEED_PART: f64 = 0.1;
 
 /// Multiple of the highest frequency of a spring up to which poles are shown.
 const SHOWN: f64 = 4.0;
@@ -49,7 +49,7 @@ pub struct Controlled {
 
 /// Designs a controller, examines its loop over poses and robots of the posterior, and simulates it.
 ///
-/// - `assumed`: sentences about what the caller assumed.
+/// - `assumed`: sentences about the assumptions of the caller.
 /// - `verdict`: word of the verdict on the values.
 ///
 /// # Errors
@@ -145,7 +145,7 @@ fn compensation_speed(task: &ControlTask<'_>) -> Option<f64> {
         return (speed > 0.0).then_some(speed);
     }
     let Some(reference) = task.reference else {
-        return Some(SPEED);
+        return Some(COMPENSATION_SPEED);
     };
     let motion = Trajectory::new(reference, task.model);
     let n = task.model.joint_count();
@@ -162,9 +162,9 @@ fn compensation_speed(task: &ControlTask<'_>) -> Option<f64> {
     let moving = squares.into_iter().filter(|square| *square > 0.0);
     let slowest = moving.map(f64::sqrt).fold(f64::INFINITY, f64::min);
     Some(if slowest.is_finite() {
-        SPEED_PART * slowest
+        COMPENSATION_SPEED_PART * slowest
     } else {
-        SPEED
+        COMPENSATION_SPEED
     })
 }
 
@@ -214,7 +214,7 @@ fn shaper(
     Ok(Some(design))
 }
 
-/// Way of a link on its spring, rad (m), whose torque dry friction of the motor holds if the motor sticks.
+/// Deflection of a spring, rad (m), whose torque the dry friction of a sticking motor holds.
 const STICKS: f64 = 0.05;
 
 /// Returns whether dry friction holds the motor of a joint while its link vibrates.
@@ -263,7 +263,7 @@ fn loops(task: &ControlTask<'_>, seen: &[Seen]) -> Vec<LoopMargins> {
             LoopMargins {
                 joint: name.clone(),
                 gain_db: gain.worst.is_finite().then_some(WithDraws {
-                    // A figure that no gain bounds has no number in JSON.
+                    // JSON has no number for an unbounded figure.
                     identified: if gain.identified.is_finite() {
                         gain.identified
                     } else {

@@ -116,8 +116,8 @@ fn motors(joints: &[Joint], aim: &Aim) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// Returns the gains of a quadratic cost for each joint alone: two inertias on a spring, or one without a spring. They know nothing of
-/// the coupling by the links, so they depend less on the pose.
+/// Returns the gains of a quadratic cost for each joint alone: two inertias on a spring, or one without a spring. They
+/// ignore the coupling by the links, so they depend less on the pose.
 pub(super) fn of_joints(
     model: &Model,
     linear: &Linear,
@@ -152,8 +152,9 @@ pub(super) fn of_joints(
     Some(all)
 }
 
-/// Returns the gains with the least cost: for one body, poles with the rate `w` and the damping `d` minimise the integral of
-/// `w⁴ q² + (4 d² - 2) w² q̇² + (tau/J)²`. The links count, so the springs' vibrations cost what they move the links.
+/// Returns the gains with the least cost: for one body, poles with the rate `w` and the damping `d` minimise the
+/// integral of `w⁴ q² + (4 d² - 2) w² q̇² + (tau/J)²`. The cost weights the links, so vibrations of the springs are
+/// weighted by the motion of the links.
 fn quadratic(joints: &[Joint], plant: &Sampled, aim: &Aim) -> Option<Vec<Vec<f64>>> {
     let (n, rows) = (joints.len(), plant.rows());
     let mut state = vec![0.0; 2 * rows];

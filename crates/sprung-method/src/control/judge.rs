@@ -9,7 +9,7 @@ use crate::description::{Control, Controller};
 use crate::frequency::{Linear, Mode, assigned};
 use crate::model::{Model, Theta};
 
-/// Number of pairs of a robot and a pose that are looked at beside those of the identified robot.
+/// Number of tested pairs of a robot and a pose beside those of the identified robot.
 const PAIRS: usize = 300;
 
 /// Lowest frequency of a vibration of a spring, Hz.
@@ -49,7 +49,7 @@ pub(super) fn identified<'a>(task: &ControlTask<'a>) -> Vec<Case<'a>> {
         .collect()
 }
 
-/// Returns the robots of the posterior, each at some of the poses, which all have about equally many robots.
+/// Returns the robots of the posterior, each at some of the poses, with about equally many robots in each pose.
 pub(super) fn drawn<'a>(task: &ControlTask<'a>) -> Vec<Case<'a>> {
     let poses = task.poses.len();
     let each = (PAIRS / task.draws.len().max(1)).clamp(1, poses);
@@ -112,7 +112,7 @@ fn springs(model: &Model, linear: &Linear) -> [Vec<Option<Point>>; 2] {
     let stiffness = |joint: usize| -linear.stiffness[(robot.motor_coordinate(joint), joint)];
     let of = |linear: &Linear, ends: &dyn Fn(usize) -> (Option<usize>, usize)| {
         let mut modes = Mode::all(linear);
-        // The motion of a free robot as a whole has no frequency but rounding.
+        // A rigid-body motion has a frequency only by rounding.
         modes.retain(|mode| mode.hz() > SLOWEST);
         let shares: Vec<Vec<f64>> = (0..flexible.len())
             .map(|k| {

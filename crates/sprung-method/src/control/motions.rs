@@ -8,7 +8,7 @@ use crate::description::{Controller, Reference, Simulate};
 use crate::model::Theta;
 use crate::simulate::{Move, Trajectory, Twin, TwinSetup};
 
-/// Longest simulation of a reference, s, and its beginning that does not count: the robot starts at rest.
+/// Longest simulation of a reference, s, and its ignored beginning: the robot starts at rest.
 const LONGEST: f64 = 8.0;
 pub(super) const SETTLES: f64 = 1.0;
 
@@ -23,7 +23,7 @@ const STEP_PART: f64 = 0.05;
 const MOVE: f64 = 0.5;
 const MOVE_SAMPLES: f64 = 20.0;
 
-/// Vibration periods after a move that are looked at, and least time, s.
+/// Evaluated vibration periods after a move, and least time, s.
 const PERIODS: f64 = 12.0;
 const HOLD: f64 = 1.0;
 
@@ -50,7 +50,7 @@ pub(super) struct Designed<'a> {
 /// A kind of simulated motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
-    /// Along the reference of the experiment, whose beginning does not count.
+    /// Along the reference of the experiment, without its beginning.
     Reference,
     /// From rest to rest.
     Move,

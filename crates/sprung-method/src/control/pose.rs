@@ -6,8 +6,8 @@ use crate::frequency::{Linear, Pose};
 use crate::model::{Model, Theta};
 use crate::simulate::{JointState, at_rest_in_springs};
 
-/// Velocity at which friction is linearised, rad/s (m/s). It is beyond the transition of Coulomb friction, which so adds no
-/// damping.
+/// Velocity at which friction is linearised, rad/s (m/s). It is beyond the transition of Coulomb friction, so Coulomb
+/// friction adds no damping.
 const MOVING: f64 = 1.0;
 
 /// Returns the equations about rest in a pose; `None` if no robot can have the values.

@@ -30,7 +30,7 @@ pub(super) fn prove(
     let plan = Plan::new(task, designed);
     let count = 1 + task.settings.simulations.min(task.draws.len());
     let mut robots = Vec::with_capacity(count);
-    // In blocks, so that progress is seen and a stop is heard.
+    // In blocks, for progress and stops.
     for first in (0..count).step_by(8) {
         progress.tell(Phase::Simulating, first as u64, Some(count as u64))?;
         let block: Vec<Result<Robot, ControlRefusal>> = (first..count.min(first + 8))
@@ -145,7 +145,7 @@ fn draw(
                 })
                 .collect::<Vec<_>>()
         };
-    // Distances from the end along the way, because robots start in different poses.
+    // Distances from the end along the path, because robots start in different poses.
     let from_end = |run: &Run, k: usize, joint: usize| {
         let at = |sample: Option<&Vec<f64>>| sample.map_or(0.0, |sample| sample[joint]);
         let (start, rest) = (at(run.links.first()), at(run.links.last()));

@@ -4,13 +4,13 @@
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ControlRefusal {
-    /// The bandwidth that was asked for does not keep the margins.
+    /// The requested bandwidth does not keep the margins.
     #[error(
         "a bandwidth of {} Hz does not keep the margins; the largest in these proportions is {} Hz, above which {because}",
         numbers(.asked_hz), numbers(.largest_hz)
     )]
     TooFast {
-        /// Bandwidths that were asked for, Hz, \[n\].
+        /// Requested bandwidths, Hz, \[n\].
         asked_hz: Vec<f64>,
         /// The largest in the same proportions, Hz, \[n\].
         largest_hz: Vec<f64>,

@@ -7,7 +7,7 @@ use super::shapers::ShaperDesign;
 /// Version of the format of `control.json`.
 pub const CONTROL_FORMAT: u32 = 1;
 
-/// A designed controller with what is known about it.
+/// A designed controller with its margins and tests.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ControlDesign {
     /// Version of the format.
@@ -44,7 +44,7 @@ pub struct ControlDesign {
     pub shaper: Option<ShaperDesign>,
     /// What the simulations show.
     pub proof: Proof,
-    /// Assumptions of the design and what it leaves out, one sentence each.
+    /// Assumptions and omissions of the design, one sentence each.
     pub assumed: Vec<String>,
 }
 
@@ -78,7 +78,7 @@ pub struct Bandwidth {
     pub used_hz: Vec<f64>,
     /// The largest in the same proportions that keep the margins at all poses.
     pub largest_hz: Vec<f64>,
-    /// What forbids more, in a sentence.
+    /// Reason for the limit, in a sentence.
     pub limited_by: String,
 }
 
@@ -154,7 +154,8 @@ pub struct Mode {
     pub damping_95: [f64; 2],
 }
 
-/// What simulations of the loop with robots from the posterior show. The model in the controller is that of the identified robot.
+/// Results of simulations of the loop with robots from the posterior. The model in the controller is that of the
+/// identified robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Proof {
     /// Number of simulated robots, the identified one among them.
@@ -167,7 +168,7 @@ pub struct Proof {
     pub torque_percent: Option<f64>,
 }
 
-/// How well a link follows the reference, root mean square, rad (m).
+/// Tracking error of a link, root mean square, rad (m).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tracking {
     /// Name of the joint.
@@ -192,6 +193,6 @@ pub struct Moves {
     /// The largest shaped residual in percent of the unshaped one of the same robot and pose; `None` if moves without shaper
     /// leave less than 1 % of the way.
     pub largest_percent: Option<f64>,
-    /// Number of robots that go on moving long after the end: a limit cycle.
+    /// Number of robots that still move long after the end: a limit cycle.
     pub limit_cycles: usize,
 }

@@ -140,7 +140,7 @@ impl Sampled {
     /// Returns the state after one period that began with one in a position or a torque: positions and velocities of all
     /// coordinates.
     ///
-    /// - `index`: of a position, or behind them of a motor torque.
+    /// - `index`: of a position, or after them of a motor torque.
     #[cfg(test)]
     pub(super) fn column(&self, index: usize) -> Vec<f64> {
         let rows = self.transition.nrows() / 2;

@@ -1,11 +1,11 @@
-//! What the design of a controller takes.
+//! Input of the design of a controller.
 
 use crate::description::{
     Control, Controller, ControllerKind, Feedback, Feedforward, Reference, Simulate,
 };
 use crate::model::{Model, Theta};
 
-/// What the design of a controller takes.
+/// Input of the design of a controller.
 #[derive(Clone, Copy, Debug)]
 pub struct ControlTask<'a> {
     /// The robot's equations and limits.

@@ -167,7 +167,7 @@ fn over(
     })
 }
 
-/// Returns the value below which a part of the values lies, between the two nearest; 0 without values.
+/// Returns the percentile of a part of the values, between the two nearest; 0 without values.
 pub(super) fn quantile(values: &mut [f64], part: f64) -> f64 {
     if values.is_empty() {
         return 0.0;

@@ -27,7 +27,7 @@ pub fn workspace_poses(ranges: &[[f64; 2]], count: usize) -> Vec<Vec<f64>> {
     (0..count).map(at).collect()
 }
 
-/// Returns the digits of a number behind the point, in reverse order.
+/// Returns the digits of a number after the point, in reverse order.
 fn radical_inverse(mut index: u32, base: u32) -> f64 {
     let (mut part, mut digit) = (0.0, 1.0);
     while index > 0 {

@@ -16,8 +16,8 @@ use crate::stopwatch::Stopwatch;
 /// Identifies the parameters of a robot from its logs.
 ///
 /// Each log is read block by block, so memory does not grow with the length of a log. The beginning
-/// of the first log is enough for searches (cut-off, delays, Stribeck velocities) and for further
-/// tests of suspicious results. The refinement reads the beginning of every log again.
+/// of the first log suffices for searches (cut-off, delays, Stribeck velocities) and for further
+/// tests of doubtful results. The refinement reads the beginning of every log again.
 ///
 /// - `sources`: the logs, all with the same columns.
 /// - `progress`: receives the choices made, the samples read, the runs of the filter and the
@@ -40,10 +40,10 @@ pub fn identify(
     identify_and_tell(experiment, model, sources, progress, &mut |_| ())
 }
 
-/// Identifies the parameters as [`identify`], and hands over the result of least squares before a
+/// Identifies the parameters as [`identify`], and returns the result of least squares before a
 /// refinement begins, because a refinement may take minutes.
 ///
-/// - `first`: receives the result of least squares. It is not called if no refinement is asked for.
+/// - `first`: receives the result of least squares. It is not called if no refinement is requested.
 ///
 /// # Errors
 ///
@@ -69,7 +69,7 @@ pub fn identify_and_tell(
     )
 }
 
-/// Makes the steps after the pass, which one machine or many machines have made.
+/// Makes the steps after the pass, which one or several machines have made.
 ///
 /// - `logs`: the logs, for estimators that read them again.
 /// - `clock`: started before the first step; `timing`: of the torques.

@@ -55,7 +55,7 @@ pub(super) fn problem(
         .resonances
         .iter()
         .fold(0.0, |most: f64, hz| most.max(*hz));
-    // A loop is simulated over some periods, because it begins at rest; more of them tell the same again.
+    // A loop is simulated over some periods, because it begins at rest; further periods add no information.
     let simulated = (*periods).min((MOST_LINES / most).max(1));
     let length = if task.controller.is_some() {
         simulated

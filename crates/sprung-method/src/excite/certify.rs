@@ -21,7 +21,7 @@ use crate::model::{Model, Theta};
 /// Shortest interval, s.
 const SHORTEST: f64 = 1e-7;
 
-/// Difference between the certified bound of a peak and its value that is small enough.
+/// Tolerated difference between the certified bound of a peak and its value.
 const FINE: f64 = 5e-3;
 
 /// Certifies the reference of each joint: positions, velocities, accelerations, jerks.
@@ -103,7 +103,7 @@ impl Path for Series {
     }
 }
 
-/// Certifies the motion of a robot whose links follow a path, springs included only by the torque that they carry.
+/// Certifies the motion of a robot whose links follow a path; of the springs only the torque counts.
 ///
 /// # Errors
 ///

@@ -1,4 +1,4 @@
-//! The search for a motion: random starts, of which the best go on.
+//! The search for a motion: random starts, and continuation of the best.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -16,7 +16,7 @@ use super::starts::{NoPose, inside, random_start, worst};
 use super::task::{Frequencies, Task};
 use crate::progress::{Listener, Phase};
 
-/// Part of the steps after which only the best searches go on, and their number.
+/// Part of the steps after which only the best searches continue, and their number.
 const FIRST_PART: usize = 5;
 const GO_ON: usize = 2;
 
@@ -81,7 +81,7 @@ pub(super) fn design(
         let found = search(problem, x, steps, barriers, &mut |_| go_on());
         found.ok_or_else(|| {
             let no = worst(problem, x);
-            // Within the limits no value means that the loop has no motion.
+            // If a start is within the limits and has no value, the loop is unstable.
             if no.place < 1.0 {
                 NoPose {
                     place: f64::INFINITY,

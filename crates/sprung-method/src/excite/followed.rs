@@ -1,4 +1,4 @@
-//! Links that follow the reference exactly: springs deflect as the torques of the links demand, without friction.
+//! Links that follow the reference exactly: springs deflect by the torques of the links, without friction.
 
 use std::f64::consts::TAU;
 

@@ -1,4 +1,4 @@
-//! The motion that a reference causes, and the way back from derivatives by the motion to those by the reference.
+//! The motion that a reference causes, and the adjoint: from derivatives by the motion to those by the reference.
 
 use super::followed::Followed;
 use super::motion::{ByMotion, Moved};

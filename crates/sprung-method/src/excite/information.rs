@@ -117,8 +117,8 @@ impl Weighting {
         }
     }
 
-    /// Returns the weighting beside the information of earlier logs, \[free × free\], and beside so little about each
-    /// parameter that a motion without any information has an objective, too.
+    /// Returns the weighting with the information of earlier logs, \[free × free\], and a weak prior of each parameter,
+    /// so that the objective of a motion without any information is finite.
     ///
     /// - `scales`: of the free parameters.
     pub(super) fn with_known(mut self, information: Option<&Mat<f64>>, scales: &[f64]) -> Self {

@@ -1,4 +1,4 @@
-//! What experiments tell about the parameters.
+//! Information of experiments about the parameters.
 
 use faer::Mat;
 

@@ -1,4 +1,4 @@
-//! Spectra of the errors of the equations of motion, as the noise of sensors and disturbances cause them.
+//! Spectra of the errors of the equations of motion by sensor noise and disturbances.
 
 use faer::{Mat, c64, linalg::solvers::Solve};
 use sprung_core::friction::Scale;
@@ -179,7 +179,8 @@ pub(super) struct Fastest {
 const LONGEST_STEP: f64 = 2.5e-3;
 
 impl Fastest {
-    /// Returns how fast the equations of a robot are, by inertias and stiffnesses of single joints.
+    /// Returns the fastest rate of the equations of a robot, by inertias and stiffnesses of single
+    /// joints.
     pub(super) fn of(model: &Model, theta: &[f64]) -> Self {
         let (n, rows) = (model.joint_count(), model.coordinates());
         let masses = mean_mass(model, theta, &[vec![0.0; n]]);

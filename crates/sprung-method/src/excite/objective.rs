@@ -1,11 +1,11 @@
-//! What a design makes best, as a function of the information with its gradient.
+//! Objective of a design, as a function of the information with its gradient.
 
 use faer::{Mat, Side};
 use sprung_core::linear::{factor, invert};
 
 use crate::description::Objective;
 
-/// Exponent of the mean that stands for the largest relative error.
+/// Exponent of the mean that approximates the largest relative error.
 const LARGEST: f64 = 6.0;
 
 /// The value of an objective, smaller is better, and its derivatives by the information.

@@ -1,4 +1,4 @@
-//! From a task to a certified motion: a motion that breaks a limit is designed again within narrower ones.
+//! From a task to a certified motion: a motion that breaks a limit is designed again with narrower limits.
 
 use super::bounds::{Bounds, Limited};
 use super::certify::{certify_followed, certify_reference};
@@ -53,7 +53,7 @@ pub enum Refused {
 const REPAIRS: usize = 5;
 const REPAIR_PART: usize = 5;
 
-/// A limit that is broken by less is kept by a smaller motion, at most so often.
+/// If a limit is broken by less, the motion is made smaller, at most this number of times.
 const SLIGHT: f64 = 1.05;
 const SLIGHT_SHRINKS: usize = 4;
 
@@ -162,7 +162,7 @@ pub fn certify(
 
 /// Returns the first quantity without any limit that a design needs; `None` if the limits are enough.
 ///
-/// A motion needs an end in each joint: limits of torque, or of position and of velocity or acceleration.
+/// The design needs limits of each joint: of torque, or of position and of velocity or acceleration.
 #[must_use]
 pub fn missing_limit(bounds: &Bounds, has_loop: bool) -> Option<(usize, Vec<Limited>)> {
     for (joint, joint_bounds) in bounds.joints.iter().enumerate() {

@@ -116,7 +116,7 @@ impl Problem {
         (samples, sample): (usize, f64),
     ) -> Self {
         let period = std::f64::consts::TAU / rate;
-        // The reference repeats, so one period of it is enough, and the samples are finer than those of the motion.
+        // The reference is periodic, so one period suffices, and the samples are finer than those of the motion.
         let most = harmonics.last().copied().unwrap_or(1);
         let count = samples.max(SAMPLES_PER_WAVE * most);
         let times: Vec<f64> = (0..count)

@@ -1,4 +1,4 @@
-//! The standard errors that a motion buys, and what would buy more.
+//! The standard errors of a motion, and the changes that reduce them.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use super::task::{Frequencies, Task, scales};
 use crate::description::Experiment;
 use crate::model::Model;
 
-/// Factor of a standard error that is worth to be told as a cure.
+/// Factor of a standard error from which a remedy is reported.
 const WORTH: f64 = 1.3;
 
 /// Amplitudes of a larger motion.
@@ -157,7 +157,7 @@ fn tilted(
     })
 }
 
-/// Returns what more experiments buy: the motion again, and others beside it.
+/// Returns the standard errors with more experiments: the motion again, and further motions.
 #[must_use]
 pub fn more(
     (model, theta): (&Model, &[f64]),

@@ -29,16 +29,16 @@ pub struct Excitation {
     pub motion: MotionResult,
     /// The motion for validation; `None` without a search.
     pub hold_out: Option<MotionResult>,
-    /// The slow motion for friction; `None` if none was asked for.
+    /// The slow motion for friction; `None` if none was requested.
     pub slow: Option<MotionResult>,
     /// How near the motion comes to each limit.
     pub limits: Vec<LimitUsed>,
-    /// Standard errors that the motion buys.
+    /// Standard errors of the motion.
     pub promise: Vec<Promised>,
     /// Condition number of the information about the inertial parameters of the links, with columns of length one; `None`
     /// if there are none.
     pub links_condition_number: Option<f64>,
-    /// Standard errors that more experiments would buy.
+    /// Standard errors with more experiments.
     pub more: Vec<More>,
     /// Assumptions of the design, one sentence each.
     pub assumed: Vec<String>,
@@ -99,7 +99,7 @@ pub struct LimitUsed {
     pub shown: String,
 }
 
-/// The standard error that the motion buys for one parameter.
+/// The standard error of one parameter for the motion.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Promised {
     /// Name of the parameter.
@@ -142,7 +142,7 @@ pub struct SearchResult {
     pub objective: f64,
 }
 
-/// A designed experiment with what is drawn of it.
+/// A designed experiment with its curves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Excited {
     /// What is written to JSON.

@@ -1,7 +1,7 @@
 //! A closed loop of PD control on the motors, simulated from rest, and its adjoint equations.
 //!
-//! Runge-Kutta steps of order 4 integrate the loop. The way back runs through the same steps in reverse
-//! order, so the gradient is that of the simulated motion without further error.
+//! Runge-Kutta steps of order 4 integrate the loop. The adjoint runs through the same steps in reverse order, so the
+//! gradient is that of the simulated motion without further error.
 
 use faer::Mat;
 use sprung_core::robot::Torques;
@@ -41,7 +41,7 @@ pub(super) struct Simulated {
 /// Stages of a Runge-Kutta step.
 const STAGES: usize = 4;
 
-/// Position beyond which a joint counts as run away, rad (m).
+/// Position beyond which the loop counts as unstable, rad (m).
 const RUNAWAY: f64 = 100.0;
 
 impl Simulated {

@@ -29,7 +29,7 @@ const RANDOM_MOTIONS: usize = 3;
 const REFINED: usize = 4;
 const STEPS: usize = 200;
 
-/// Largest place of a pose that leaves enough of the limits to a motion.
+/// Largest place of a pose with enough room for a motion within the limits.
 const GOOD: f64 = 0.75;
 
 /// Largest place of a pose about which the robot can move at all.
@@ -184,7 +184,7 @@ fn pose(problem: &mut Problem, rng: &mut ChaCha8Rng) -> Result<Vec<f64>, NoPose>
         tried.push((place, parts));
     }
     tried.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // Where few poses keep the limits, steps about the best ones find them.
+    // If few poses keep the limits, steps about the best ones find them.
     let mut best: Option<(f64, Vec<f64>)> = None;
     for from in tried.into_iter().take(REFINED) {
         let (place, parts) = refined(problem, from, rng);

@@ -1,4 +1,4 @@
-//! What is to be designed: the robot, its values, limits and sensors, and the frequencies of the motion.
+//! Input of a design: the robot, its values, limits and sensors, and the frequencies of the motion.
 
 use std::f64::consts::TAU;
 
@@ -142,7 +142,7 @@ pub(super) fn draws(task: &Task<'_>) -> Vec<Vec<f64>> {
     (0..task.settings.draws)
         .map(|_| {
             let mut factor = || (1.0 + error).powf(rng.random_range(-1.0..1.0));
-            // One factor for all masses keeps them those of a robot that can exist.
+            // One factor for all masses keeps the robot possible.
             let of_masses = factor();
             let parameters = task.model.parameters().iter().zip(task.theta);
             parameters

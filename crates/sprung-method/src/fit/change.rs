@@ -4,7 +4,7 @@ use super::jackknife::{influences, scatter};
 use crate::model::Model;
 use crate::regression::{System, SystemPart, Triangle, solve};
 
-/// Number of stretches that are left out in turn for the standard errors.
+/// Number of segments that are left out in turn for the standard errors.
 const STRETCHES: usize = 16;
 
 /// A direction in which a solution may move.
@@ -27,7 +27,7 @@ pub(crate) struct Steps {
 
 /// Returns the steps from `theta` that minimise the squared residuals, each row divided by its
 /// scale; `None` without samples or if a number is not finite. Directions that the system does not
-/// tell apart share the shortest step.
+/// separate share the shortest step.
 ///
 /// - `scales`: by row, N·m (N), positive.
 pub(crate) fn steps_along(

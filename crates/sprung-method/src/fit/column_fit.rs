@@ -8,20 +8,21 @@ use crate::regression::{SystemPart, Triangle, solve};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ColumnFit {
     pub(crate) value: f64,
-    /// By the disagreement of stretches of the log, and at least that of residuals which are correlated over the memory
-    /// of the filters: few stretches of a slow motion may agree by chance.
+    /// By the disagreement of segments of the log, and at least that of residuals which are correlated over the memory
+    /// of the filters: few segments of a slow motion may agree by chance.
     pub(crate) standard_error: f64,
-    /// Squared length of the first column beyond what the other columns explain, over the squared length of the column.
+    /// Squared length of the part of the first column that the other columns do not explain, over the squared length of
+    /// the column.
     pub(crate) unexplained_share: f64,
-    /// Student's quantile for this number of stretches over that of the normal distribution.
+    /// Student's quantile for this number of segments over that of the normal distribution.
     pub(crate) few_stretches: f64,
 }
 
 impl ColumnFit {
-    /// Fits a column of a row by other columns; `None` if the stretches do not determine the first coefficient. Noise of
+    /// Fits a column of a row by other columns; `None` if the segments do not determine the first coefficient. Noise of
     /// the fitted column does not bias the coefficients.
     ///
-    /// - `(stretches, memory)`: factors of the row, stretch by stretch, and the time over which the filters correlate
+    /// - `(segments, memory)`: factors of the row, segment by segment, and the time over which the filters correlate
     ///   residuals, over the duration of the log.
     /// - `of`: the fitted column; `by`: columns that explain it. The right-hand side counts as the last column.
     pub(crate) fn new(
@@ -102,7 +103,7 @@ mod tests {
 
     #[test]
     fn stretches_that_agree_by_chance_do_not_hide_the_residual() {
-        // Every stretch is the same, so they agree exactly.
+        // Every segment is the same, so they agree exactly.
         let same = stretch(0, 1e-6, 1e-4);
         let error = |memory: f64| {
             let found = ColumnFit::new((&[&same; 16], memory), 0, &[3, 1]);

@@ -1,5 +1,5 @@
-//! Blocked hold-out: consecutive parts of the logs are left out in turn and predicted by a fit of
-//! the other parts.
+//! Blocked cross-validation (hold-out): consecutive parts of the logs are left out in turn and
+//! predicted by a fit of the other parts.
 
 use super::least_squares::weighted;
 use super::unknowns::Free;
@@ -84,7 +84,7 @@ impl<'a> HoldOut<'a> {
                 .map(|left_out| self.fit(|part| part != left_out))
                 .collect();
         }
-        // Factors of all parts up to each part, and of all parts behind it.
+        // Factors of all parts up to each part, and of all parts after it.
         let mut before: Vec<Option<Vec<Triangle>>> = vec![None; count];
         let mut behind: Vec<Option<Vec<Triangle>>> = vec![None; count];
         for part in 1..count {
@@ -123,7 +123,7 @@ impl<'a> HoldOut<'a> {
         Some(self.free.whole(&x, |value| value))
     }
 
-    /// Returns the residual that parameters leave in the rows of a part.
+    /// Returns the residual of parameters in the rows of a part.
     pub(crate) fn missed(&self, part: usize, theta: &[f64]) -> Missed {
         Missed::of(self.model, &self.parts[part], theta)
     }
@@ -160,7 +160,7 @@ pub(crate) struct Missed {
 }
 
 impl Missed {
-    /// Returns the residual that `theta`, \[p\], leaves in a system of one factor per row.
+    /// Returns the residual of `theta`, \[p\], in a system of one factor per row.
     pub(crate) fn of(model: &Model, factors: &[Triangle], theta: &[f64]) -> Self {
         let torque_row = |row: usize| model.torque_row(model.joint_of(row));
         Self {
@@ -243,9 +243,10 @@ mod tests {
 
     fn assert_close(found: &[f64], expected: &[f64]) {
         for (i, (found, expected)) in found.iter().zip(expected).enumerate() {
-            // Measured 3e-12; the limit allows a factor of 300.
+            // Rounding, times the condition number: columns and directions differ by up to three orders of size each.
+            let limit = 1e6 * 4.0 * f64::EPSILON;
             let difference = (found - expected).abs() / (1e-3 + expected.abs());
-            assert!(difference < 1e-9, "{i}: {found} {expected}");
+            assert!(difference < limit, "{i}: {found} {expected}");
         }
     }
 

@@ -1,4 +1,4 @@
-//! Standard errors by the jackknife: stretches of the log are left out in turn.
+//! Standard errors by the jackknife: segments of the log are left out in turn.
 
 use faer::Mat;
 use faer::linalg::solvers::Solve;

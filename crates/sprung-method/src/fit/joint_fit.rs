@@ -43,8 +43,8 @@ pub(crate) fn joint_fits(model: &Model, system: &System, theta: &[f64]) -> Optio
     fits.collect()
 }
 
-/// Returns the root mean squares of a reference and of the residual of a row. With weights both come
-/// from the kept samples, because weights could hide an error.
+/// Returns the root mean squares of a reference and of the residual of a row. With weights both come from the kept
+/// samples, because weights could mask an error.
 ///
 /// - `rows`: residuals of all samples; `column`: the parameter whose entry is the reference; the
 ///   right-hand side without it.

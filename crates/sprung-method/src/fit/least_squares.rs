@@ -12,7 +12,7 @@ use crate::regression::{System, Triangle, solve, solve_quickly};
 /// Least residual of a row relative to the largest one; a log without noise has none.
 const LEAST_RESIDUAL: f64 = 1e-9;
 
-/// Limits of the number of jackknife groups; each group is a stretch of the log.
+/// Limits of the number of jackknife groups; each group is a segment of the log.
 const MAX_GROUPS: usize = 32;
 const MIN_GROUPS: usize = 4;
 
@@ -42,14 +42,14 @@ pub struct Fitted {
     /// Standard error of each parameter; zero for known parameters. A fit has only the sampling
     /// error; the errors below are added later.
     pub standard_error: Vec<f64>,
-    /// Standard error by the disagreement of stretches of the log.
+    /// Standard error by the disagreement of segments of the log.
     pub sampling_error: Vec<f64>,
-    /// Changes of each parameter when stretches of the log are left out, \[p\]\[stretches\]; the sum of
-    /// their squares is the square of the sampling error.
+    /// Changes of each parameter when segments of the log are left out, \[p\]\[segments\]; the sum of their squares is
+    /// the square of the sampling error.
     pub moves: Vec<Vec<f64>>,
     /// Deviation of each parameter between parts of the logs beyond their sampling errors.
     pub between_parts: Vec<f64>,
-    /// Estimated size of the bias that all stretches share.
+    /// Estimated size of the bias that all segments share.
     pub bias: Vec<f64>,
     /// How well the data determine the parameters together.
     pub excitation: Excitation,
@@ -59,7 +59,7 @@ pub struct Fitted {
     pub motor_rows: Vec<MotorRow>,
     /// Weight of each row.
     pub(super) weights: Vec<f64>,
-    /// Weighted factors of each row without the known parameters, stretch by stretch.
+    /// Weighted factors of each row without the known parameters, segment by segment.
     pub(super) groups: Vec<Vec<Triangle>>,
 }
 
@@ -70,7 +70,7 @@ impl Fitted {
         &self.weights
     }
 
-    /// Adds errors that all stretches of a log share to the standard errors.
+    /// Adds errors that all segments of a log share to the standard errors.
     ///
     /// - `between_parts`, `bias`: standard deviations, \[p\]; zero for known parameters.
     #[must_use]
@@ -88,12 +88,12 @@ impl Fitted {
 ///
 /// Returns `None` if there are no samples or a number is not finite.
 ///
-/// Standard errors come from up to 32 stretches of the log that are left out in turn, so they hold
-/// for residuals of any colour and level. They measure the disagreement of the stretches. They do
-/// not contain a bias that all stretches share, for example the bias of quantised positions in the
+/// Standard errors come from up to 32 segments of the log that are left out in turn, so they hold
+/// for residuals of any colour and level. They measure the disagreement of the segments. They do
+/// not contain a bias that all segments share, for example the bias of quantised positions in the
 /// Coulomb transition.
 ///
-/// - `memory`: time over which the filters correlate neighbouring residuals, s. No stretch is
+/// - `memory`: time over which the filters correlate neighbouring residuals, s. No segment is
 ///   shorter, unless the log is shorter than four times this time.
 ///
 /// # Source
@@ -153,7 +153,7 @@ pub(crate) fn fit_weighted(
     })
 }
 
-/// Returns the factors of each row of the stretches that are left out in turn.
+/// Returns the factors of each row of the segments that are left out in turn.
 ///
 /// - `memory`: as for [`fit`].
 pub(crate) fn stretches_for(system: &System, memory: f64) -> Vec<Vec<Triangle>> {
@@ -168,9 +168,9 @@ pub(super) fn weighted(factors: Vec<Triangle>, weights: &[f64]) -> Vec<Triangle>
         .collect()
 }
 
-/// Returns the weight of each row for which residuals of all joints count the same, \[rows\]: the reciprocal
-/// of the residual of the joint's torque row. Link rows without a right-hand side have the weight of their motor,
-/// because a row with a right-hand side of zero and a weight of its own would shrink the parameters.
+/// Returns the weight of each row for which residuals of all joints count the same, \[rows\]: the reciprocal of the
+/// residual of the joint's torque row. Link rows without a right-hand side have the weight of their motor, because a
+/// row with a right-hand side of zero and a separate weight would shrink the parameters.
 ///
 /// - `theta`: an estimate, \[p\].
 #[must_use]
@@ -195,7 +195,7 @@ pub(crate) fn row_weights(model: &Model, system: &System, theta: &[f64]) -> Vec<
         .collect()
 }
 
-/// Returns the moves of all parameters from the influences of the groups on the unknowns.
+/// Returns the changes of all parameters from the influences of the groups on the unknowns.
 fn moves(free: &Free, stacked: &Mat<f64>) -> Vec<Vec<f64>> {
     let count = stacked.ncols() as f64;
     let scale = ((count - 1.0) / count).max(0.0).sqrt();

@@ -12,7 +12,7 @@ use crate::regression::{System, SystemPart, Triangle, solve};
 /// Solution of the motor row of one flexible joint.
 ///
 /// Its right-hand side is the motor torque, which fixes the scale of the parameters. In the stacked
-/// system the link rows have no right-hand side, so their errors pull the scale down.
+/// system the link rows have no right-hand side, so their errors reduce the scale.
 #[derive(Clone, Debug)]
 pub struct MotorRow {
     /// The joint.
@@ -41,9 +41,9 @@ pub(super) struct Reduced<'a> {
     pub(super) free: &'a Free,
     /// Factor of each row.
     pub(super) whole: &'a [Triangle],
-    /// Factors of each row, stretch by stretch.
+    /// Factors of each row, segment by segment.
     pub(super) groups: &'a [Vec<Triangle>],
-    /// Change of each unknown of the stacked system when a stretch is left out, \[p × groups\].
+    /// Change of each unknown of the stacked system when a segment is left out, \[p × groups\].
     pub(super) stacked: &'a Mat<f64>,
 }
 

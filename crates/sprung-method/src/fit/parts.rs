@@ -6,10 +6,10 @@ use super::unknowns::Free;
 use crate::model::Model;
 use crate::regression::{System, Triangle, solve};
 
-/// Number of stretches of one part, which are left out in turn for its standard errors.
+/// Number of segments of one part, which are left out in turn for its standard errors.
 const STRETCHES_OF_PART: usize = 8;
 
-/// Minimum number of stretches of a part.
+/// Minimum number of segments of a part.
 const MIN_STRETCHES: usize = 4;
 
 /// Estimate from one part of the logs.
@@ -18,12 +18,12 @@ pub(crate) struct PartFit {
     /// Value and standard error of each parameter, \[p\]; `None` for known parameters and for those
     /// that the part does not determine.
     pub(crate) values: Vec<Option<(f64, f64)>>,
-    /// Number of stretches that were left out in turn.
+    /// Number of segments that were left out in turn.
     stretches: usize,
 }
 
 impl PartFit {
-    /// - `stretches`: factors of each row without the known parameters, stretch by stretch.
+    /// - `stretches`: factors of each row without the known parameters, segment by segment.
     fn new(model: &Model, free: &Free, stretches: &[Vec<Triangle>]) -> Option<Self> {
         let rows = stretches.first()?.len();
         let whole = (0..rows)
@@ -43,8 +43,8 @@ impl PartFit {
         })
     }
 
-    /// Returns the deviation of Student's t with the freedom of the stretches, by which errors from
-    /// few stretches count more.
+    /// Returns the deviation of Student's t with the freedom of the segments, by which errors from
+    /// few segments count more.
     pub(crate) fn error_factor(&self) -> f64 {
         let freedom = self.stretches.saturating_sub(1).max(3) as f64;
         (freedom / (freedom - 2.0)).sqrt()
@@ -84,7 +84,7 @@ pub(crate) fn fits_of_quarters(model: &Model, fitted: &Fitted) -> Vec<PartFit> {
     Vec::new()
 }
 
-/// Returns the estimate from one log with the weights of a fit; `None` if it has too few stretches.
+/// Returns the estimate from one log with the weights of a fit; `None` if it has too few segments.
 pub(crate) fn fit_of_log(
     model: &Model,
     system: &System,

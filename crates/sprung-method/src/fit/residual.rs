@@ -4,7 +4,7 @@ use crate::model::Model;
 use crate::regression::System;
 
 /// Returns the root mean square of a row's residual over that of its right-hand side, both from the
-/// kept samples. They have no weights, because weights could hide a model that does not explain its
+/// kept samples. They have no weights, because weights could mask a model that does not explain its
 /// log. `None` if the system has no weights.
 ///
 /// - `values`: parameters of all entries of the row.

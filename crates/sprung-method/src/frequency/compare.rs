@@ -16,8 +16,7 @@ use super::result::{
 use super::spectra::{Spectra, imaginary};
 use crate::model::Model;
 
-/// Half width of the window about a vibration, relative to its frequency: as a rule, and at most if it
-/// has too few lines.
+/// Half width of the window about a vibration, relative to its frequency: default, and maximum if it has too few lines.
 const WINDOW: f64 = 0.2;
 const WIDEST_WINDOW: f64 = 0.35;
 
@@ -28,8 +27,8 @@ const MOST_LINES: usize = 400;
 /// as exact.
 const LEAST_SIGNAL_TO_NOISE: f64 = 300.0;
 
-/// Largest power of dry friction relative to that of the motor torque. Feedback answers friction with
-/// torque, and the response of the log is then that of the inverse controller.
+/// Largest power of dry friction relative to that of the motor torque. Feedback responds to friction with torque, and
+/// the response of the log is then that of the inverse controller.
 const LARGEST_FRICTION: f64 = 0.1;
 
 /// Half the number of lines over which a power is averaged for the curves.
@@ -59,8 +58,8 @@ pub(crate) struct Identified<'a> {
     pub(crate) model: &'a Model,
     /// Parameters, \[p\].
     pub(crate) theta: &'a [f64],
-    /// Moves of each parameter whose squares add up to its variance, \[p\]\[moves\]. Moves of several
-    /// parameters at the same place occur together.
+    /// Changes of each parameter whose squares add up to its variance, \[p\]\[changes\]. Moves of several parameters at
+    /// the same place occur together.
     pub(crate) moves: &'a [Vec<f64>],
 }
 
@@ -170,7 +169,7 @@ fn expected(linear: &Linear, springs: &[Spring]) -> Vec<Vec<Expected>> {
     all
 }
 
-/// The equations in the mean pose, before and after each move of the parameters.
+/// The equations in the mean pose, before and after each change of the parameters.
 struct Moved {
     before: Linear,
     after: Vec<Option<Linear>>,
@@ -245,8 +244,8 @@ struct OfLog<'s> {
 }
 
 impl OfLog<'_> {
-    /// Returns the pole of the log near that of the model, or why the log does not show it. If the window about the
-    /// vibration of the model shows no peak, windows beside it are tried.
+    /// Returns the pole of the log near that of the model, or the reason for its absence. If the window about the
+    /// vibration of the model shows no peak, neighbouring windows are tried.
     fn pole(&self, joint: usize, expected: &Expected) -> Result<Pole, Unseen> {
         let [centre, beside @ ..] = CENTRES;
         self.pole_about(joint, expected, centre).or_else(|unseen| {
@@ -344,7 +343,7 @@ fn power(lines: &[c64]) -> f64 {
     lines.iter().map(c64::norm_sqr).sum::<f64>() / lines.len().max(1) as f64
 }
 
-/// Returns the power of the noise of a position: that of its highest lines, at which nothing moves.
+/// Returns the power of the noise of a position: that of its highest lines, without motion.
 fn noise(position: &[c64]) -> f64 {
     power(&position[position.len() - position.len() / 4..])
 }

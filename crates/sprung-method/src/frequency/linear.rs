@@ -52,7 +52,7 @@ pub(crate) struct Pose {
 }
 
 impl OperatingPoint {
-    /// Returns the operating point of a stretch of a log.
+    /// Returns the operating point of a segment of a log.
     ///
     /// Friction that is not linear becomes the viscous friction with the least mean square error along
     /// the log, `Σ f v/Σ v²`. For a Gaussian velocity this is the slope of the best linear
@@ -92,8 +92,8 @@ impl OperatingPoint {
     }
 }
 
-/// Hands each friction term at a sample to `take`: its index, its torque per unit of the parameter, and
-/// the velocity of its side.
+/// Passes each friction term at a sample to `take`: its index, its torque per unit of the parameter, and the velocity
+/// of its side.
 fn along(model: &Model, stretch: &Stretch, k: usize, take: &mut dyn FnMut(usize, f64, f64)) {
     let robot = model.robot();
     let n = model.joint_count();
@@ -127,8 +127,8 @@ fn along(model: &Model, stretch: &Stretch, k: usize, take: &mut dyn FnMut(usize,
 }
 
 impl OperatingPoint {
-    /// Returns the friction torque on each motor that its linear part leaves, \[n\]\[samples\], N·m (N).
-    /// No torque of the log contains it, so it disturbs the frequency response.
+    /// Returns the nonlinear rest of the friction torque on each motor, \[n\]\[samples\], N·m (N). No torque of the log
+    /// contains it, so it disturbs the frequency response.
     #[must_use]
     pub(super) fn distortion(
         &self,
@@ -158,8 +158,8 @@ impl OperatingPoint {
 impl Linear {
     /// Linearises the equations at rest in a pose; `None` if the mass matrix is not positive definite.
     ///
-    /// - `friction`: viscous friction that stands for each friction term, per unit of its parameter; zero for other terms,
-    ///   \[terms\].
+    /// - `friction`: equivalent viscous friction of each friction term, per unit of its parameter; zero for other
+    ///   terms, \[terms\].
     #[must_use]
     pub(crate) fn new(model: &Model, theta: &[f64], friction: &[f64], pose: &Pose) -> Option<Self> {
         let (robot, n, rows) = (model.robot(), model.joint_count(), model.rows());

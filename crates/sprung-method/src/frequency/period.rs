@@ -16,8 +16,8 @@ const BETWEEN_CORRELATION: f64 = 0.7;
 /// Largest root mean square of the change over a period, relative to the motion.
 const MAX_CHANGE: f64 = 0.03;
 
-/// Returns the period of the motion in samples of the stretch, if all joints that move repeat
-/// their motion at least once.
+/// Returns the period of the motion in samples of the segment, if all joints that move repeat their
+/// motion at least once.
 #[must_use]
 pub(super) fn period(stretch: &Stretch) -> Option<usize> {
     let joints = 0..stretch.joints();

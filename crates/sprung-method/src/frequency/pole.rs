@@ -157,7 +157,7 @@ impl Search<'_> {
         Some(regression.factored()?.solve(self.window.output))
     }
 
-    /// Solves with the derivative by the pole, and hands the factors to `then`.
+    /// Solves with the derivative by the pole, and passes the factors to `then`.
     fn linearized<T>(
         &self,
         pole: c64,
@@ -241,7 +241,7 @@ impl Search<'_> {
         (!likelihood.is_nan()).then_some(likelihood)
     }
 
-    /// Returns whether the pole is in the window, and explains much that a smooth response does not.
+    /// Returns whether the pole is in the window, and explains more than a smooth response.
     fn accepted(&self, point: &Point) -> bool {
         let inside = point.pole.re.abs() < FARTHEST && point.pole.im < FARTHEST;
         let Some(solution) = self

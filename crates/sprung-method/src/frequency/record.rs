@@ -1,4 +1,4 @@
-//! Keeps the samples of one stretch of the logs for spectra.
+//! Keeps the samples of one segment of the logs for spectra.
 
 use crate::preprocess::RawBlock;
 use crate::regression::{Observer, Restart};
@@ -9,7 +9,7 @@ const LEAST_RATE_HZ: f64 = 400.0;
 /// Samples of the record times joints: two minutes at 500 Hz for up to three joints.
 const SAMPLES_TIMES_JOINTS: usize = 180_000;
 
-/// The longest stretch of the logs without a gap, up to a limit.
+/// The longest segment of the logs without a gap, up to a limit.
 #[derive(Clone, Debug)]
 pub(crate) struct Record {
     joints: usize,
@@ -46,7 +46,7 @@ impl Record {
         }
     }
 
-    /// Returns the stretch.
+    /// Returns the segment.
     pub(super) fn longest(&self) -> &Stretch {
         if self.current.duration() > self.longest.duration() {
             &self.current

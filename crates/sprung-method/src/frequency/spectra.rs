@@ -40,7 +40,7 @@ pub(super) struct Spectra {
 }
 
 impl Spectra {
-    /// Returns the spectra of a stretch; `None` if it is too short.
+    /// Returns the spectra of a segment; `None` if it is too short.
     #[must_use]
     pub(super) fn of(stretch: &Stretch) -> Option<Self> {
         let repeated = period(stretch).and_then(|period| {
@@ -53,8 +53,7 @@ impl Spectra {
         Self::of_periods(stretch, repeated)
     }
 
-    /// Returns the spectra of a whole stretch, whether its motion repeats itself or not; `None` if it is
-    /// too short.
+    /// Returns the spectra of a whole segment, whether its motion repeats itself or not; `None` if it is too short.
     #[must_use]
     pub(super) fn of_whole(stretch: &Stretch) -> Option<Self> {
         Self::of_periods(stretch, None)
@@ -96,7 +95,7 @@ impl Spectra {
         Some(spectra)
     }
 
-    /// Returns the spectra of columns with one value per sample of the stretch.
+    /// Returns the spectra of columns with one value per sample of the segment.
     #[must_use]
     pub(super) fn of_columns(&self, columns: &[Vec<f64>]) -> Vec<Vec<c64>> {
         let length = self.length as f64;

@@ -28,7 +28,7 @@ pub(super) struct Factored<'r> {
     sizes: Vec<f64>,
     /// Lower Cholesky factor of the scaled normal matrix, row by row.
     factor: Vec<c64>,
-    /// Leverage of each row, once a variance was asked for.
+    /// Leverage of each row, after the first request of a variance.
     leverages: OnceCell<Vec<f64>>,
 }
 
@@ -154,7 +154,7 @@ impl Factored<'_> {
         })
     }
 
-    /// Returns the variance of one unknown by the residuals of each row, whatever their variances.
+    /// Returns the variance of one unknown by the residuals of each row, for any variances.
     ///
     /// # Source
     ///

@@ -1,4 +1,4 @@
-//! The part of an excerpt in which a robot jerks most.
+//! The part of an excerpt with the largest jerk of the robot.
 
 use super::excerpt::Excerpt;
 use crate::log::{Channels, LogBlock, Signal};

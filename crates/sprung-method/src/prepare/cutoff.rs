@@ -33,10 +33,9 @@ const WEIGHTED_AT_HZ: f64 = 12.0;
 /// Chooses the cut-off of the position filter from the noise of the positions.
 ///
 /// With equal weights this is the highest cut-off at which no velocity's noise, times the sharpness
-/// β of its Coulomb friction, exceeds 0.08. With weights for the transition, noise does less harm
-/// and smearing matters more: the bound is 0.4 at 12 Hz and falls with the root of the cut-off
-/// above. In both cases the choice lies between 10 and 40 Hz and below a fifth of the sampling
-/// rate.
+/// β of its Coulomb friction, exceeds 0.08. With weights for the transition, noise has less effect
+/// and smearing more: the bound is 0.4 at 12 Hz and falls with the root of the cut-off above. In
+/// both cases the choice lies between 10 and 40 Hz and below a fifth of the sampling rate.
 ///
 /// Returns the cut-off, Hz, and the reason for it.
 #[must_use]

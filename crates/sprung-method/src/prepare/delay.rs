@@ -13,7 +13,7 @@ const LATEST_S: f64 = 0.5;
 const COARSE_STEP_S: f64 = 0.01;
 const SAMPLES_PER_COARSE_STEP: f64 = 2.5;
 
-/// Turns of the channels of a joint. A delay of one channel moves the estimate of another by a part of it.
+/// Turns of the channels of a joint. A delay of one channel changes the estimate of another by a part of the delay.
 const TURNS: usize = 3;
 
 /// An estimate of a delay.
@@ -34,8 +34,8 @@ pub(crate) struct DelayEstimate {
     pub with: MotorRowFit,
 }
 
-/// Estimates the delays of any channels by the smallest residual of the motor torque. Channels of one joint take turns, each
-/// with the last estimates of the others.
+/// Estimates the delays of any channels by the smallest residual of the motor torque. The delays of one joint are
+/// searched in turn, each with the last estimates of the others.
 ///
 /// - `wanted`: indices of channels.
 ///

@@ -21,7 +21,7 @@ pub struct DelayError(String);
 pub(crate) struct DelayByLikelihood {
     /// Index of the channel in [`Channels::all`].
     pub channel: usize,
-    /// Delay of the channel behind the other channels, s.
+    /// Delay of the channel relative to the other channels, s.
     pub delay: f64,
     /// Standard error, s.
     pub standard_error: f64,
@@ -102,7 +102,7 @@ impl Estimated {
             let gain = self.held_out[0].zip(self.held_out[origin as usize]);
             let gain = gain.map(|(without, with)| DelayGain { without, with });
             gain.is_none_or(|gain| match origin {
-                // Least squares may not see a short delay.
+                // Least squares may not show a short delay.
                 Origin::Likelihood => !gain.is_higher(),
                 Origin::None | Origin::Search => gain.is_lower(),
             })
@@ -294,7 +294,7 @@ impl Delays {
         }
     }
 
-    /// Uses of each channel's estimates the one that hold-out accepts, the other channels having
+    /// Uses the estimate of each channel that cross-validation accepts, the other channels having
     /// their present delays.
     fn accept(&mut self, reading: &Reading, excerpt: &Excerpt) {
         self.set_values();
@@ -321,7 +321,7 @@ impl Delays {
         }
     }
 
-    /// Returns the channels whose estimated delay hold-out rejected, so that no later stage
+    /// Returns the channels whose estimated delay cross-validation rejected, so that no later stage
     /// estimates it.
     pub(super) fn rejected(&self) -> impl Iterator<Item = usize> {
         (self.estimates.iter())

@@ -1,5 +1,4 @@
-//! Finds the signs, the gains and the side of the torque constants that the description leaves to sprung, before all
-//! other choices.
+//! Finds the open signs, gains and side of the torque constants, before all other choices.
 
 use std::borrow::Cow;
 
@@ -108,7 +107,7 @@ impl Factors {
         signs.chain(gains).chain(side).collect()
     }
 
-    /// Writes what was found into the description.
+    /// Writes the found values into the description.
     fn write_into(&self, experiment: &mut Experiment) {
         let signs = self.signs.iter().map(|s| (s.column.clone(), s.value));
         let gains = self.gains.iter().map(|g| (g.column.clone(), g.value));

@@ -99,7 +99,7 @@ fn of_position(
             beside.column
         )));
     }
-    // Encoders with an arbitrary zero leave a constant that a gain would absorb.
+    // An arbitrary zero of an encoder causes a constant that a gain would absorb.
     let with_offset = {
         let mut experiment = experiment.clone();
         experiment.identify.encoder_offset = Some(EncoderOffset::Estimate);

@@ -21,7 +21,7 @@ pub(crate) struct DelayGain {
 
 impl DelayGain {
     /// Returns whether the error falls by more than the accuracy of the filtered regression, which
-    /// alone can look like a delay of a sample.
+    /// alone can act like a delay of a sample.
     pub(crate) fn is_clear(self) -> bool {
         is_clearly_below(self.with, self.without)
     }

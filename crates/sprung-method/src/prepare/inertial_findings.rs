@@ -20,8 +20,8 @@ use crate::regression::Reading;
 /// Error of the scale from which it is a finding.
 const MIN_SCALE_ERROR: f64 = 0.1;
 
-/// Part of the squared angular velocity that must remain unexplained before axes are suspected, and the
-/// ratio to what the best rotation leaves.
+/// Part of the squared angular velocity that must remain unexplained before axes are tested, and its ratio to the rest
+/// with the best rotation.
 const MIN_UNEXPLAINED: f64 = 0.05;
 const MIN_RATIO: f64 = 4.0;
 
@@ -180,8 +180,8 @@ impl About<'_> {
         .mended_by("[log]", &format!("sign = {{ \"{first}\" = -1 }}"))
     }
 
-    /// Finding: with the other sign or in the other unit the reading explains the torques much better. The links
-    /// of soft joints do not follow their motors, so the motion alone does not tell.
+    /// Finding: with the other sign or in the other unit the reading explains the torques much better. The links of
+    /// soft joints do not follow their motors, so the motion alone does not decide.
     fn by_equations(&self) -> Option<Finding> {
         let channel = self.sensor.channels.into_iter().flatten().next()?;
         let error = |factor: f64| {
@@ -272,7 +272,7 @@ impl About<'_> {
                 .finding(Severity::Info, InertialFinding::Mounting, &text, &remedy)
                 .seen(self.file, self.column(0), 100.0 * error, "%");
         }
-        // A wrong place adds a part of the motors' motion to the deflections, which are far smaller.
+        // A wrong place adds a part of the motors' motion to the much smaller deflections.
         let (severity, remedy) = match self.kind.place_key() {
             Some(_) => (Severity::Error, "measure the place on the link, and give"),
             None if left > MIN_UNEXPLAINED => (Severity::Warning, "if you know it, give"),
@@ -390,7 +390,7 @@ impl About<'_> {
 }
 
 /// Returns a note about the joints with a sensor on the link: how well the beginning of the log determines their
-/// stiffnesses, and what it leaves open.
+/// stiffnesses, and the undetermined ones.
 pub(super) fn about_stiffnesses(reading: &Reading, excerpt: &Excerpt) -> Vec<Finding> {
     let model = reading.model();
     let Some(sensors) = &reading.channels().inertial else {

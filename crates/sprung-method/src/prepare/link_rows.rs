@@ -11,8 +11,8 @@ use super::excerpt::Excerpt;
 use crate::model::Model;
 use crate::regression::{Reading, SystemPart, Triangle, solve};
 
-/// Factor between the torques of the log and those of the nominal bodies that nominal values which
-/// are merely inaccurate may have.
+/// Factor between the torques of the log and those of the nominal bodies by inaccurate nominal
+/// values.
 pub(crate) const INACCURATE_FACTOR: f64 = 3.0;
 
 /// Smallest part of the bodies' torque (squares) that the nominal bodies must explain before their
@@ -88,8 +88,8 @@ impl LinkRows {
         Some(Self { rows, plausible })
     }
 
-    /// Returns the part of each right-hand side that all equations together leave unexplained (root
-    /// mean squares); `None` if a number is not finite.
+    /// Returns the unexplained part of each right-hand side by all equations together (root mean
+    /// squares); `None` if a number is not finite.
     pub(crate) fn together(&self, model: &Model) -> Option<Vec<f64>> {
         let parts: Vec<SystemPart<'_>> = (self.rows.iter())
             .map(|row| SystemPart {
@@ -105,14 +105,14 @@ impl LinkRows {
         Some(self.rows.iter().map(left).collect())
     }
 
-    /// Returns the part of each right-hand side that its equation alone leaves unexplained.
+    /// Returns the unexplained part of each right-hand side by its equation alone.
     pub(crate) fn each(&self) -> Vec<f64> {
         (self.rows.iter())
             .map(|row| alone(&row.factor).map_or(f64::NAN, |x| length(&row.factor.residual(&x))))
             .collect()
     }
 
-    /// Returns the part of each right-hand side that friction and rotor alone leave unexplained.
+    /// Returns the unexplained part of each right-hand side by friction and rotor alone.
     pub(crate) fn without_bodies(&self, model: &Model) -> Vec<f64> {
         let left = |row: &LinkRow| {
             let reduced = row.reduced(model, None);

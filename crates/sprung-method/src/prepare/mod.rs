@@ -1,8 +1,8 @@
-//! Makes all choices that an estimate needs, from the beginning of the first log: the cut-off of
-//! the position filter, signs and gains, delays by least squares, Stribeck velocities and weights
-//! of samples.
+//! Makes all choices for an estimate from the beginning of the first log: the cut-off of the
+//! position filter, signs and gains, delays by least squares, Stribeck velocities and weights of
+//! samples.
 
-// A new law, parameter, quantity or format is named wherever it is told from the others.
+// The compiler names each place that must handle a new law, parameter, quantity or format.
 #![warn(clippy::wildcard_enum_match_arm)]
 
 mod as_given;

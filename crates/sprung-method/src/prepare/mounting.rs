@@ -227,7 +227,8 @@ pub(super) fn fit_windows(sensors: &mut InertialSensors, i: usize, windows: &[Wi
     let sensor = &mut sensors.all[i];
     let mut axes = (0..3).filter(|&axis| sensor.channels[axis].is_some());
     if let (Some(axis), None) = (axes.next(), axes.next()) {
-        // Along its only axis the place matters by the squared velocity alone, so noise decides it.
+        // Along the only axis, the place acts only by the squared velocity, so noise dominates its
+        // estimate.
         let axis: Vector = std::array::from_fn(|row| sensor.mounting[row][axis]);
         let along = dot(&axis, &sensor.position);
         sensor.position = std::array::from_fn(|k| sensor.position[k] - along * axis[k]);
@@ -296,7 +297,7 @@ fn placed(
         let size = (0..UNKNOWNS).map(|i| matrix[(i, i)]).fold(0.0, f64::max);
         let mut is_better = false;
         for _ in 0..8 {
-            // Directions that the motion does not show stay where they are.
+            // Directions that the motion does not show are unchanged.
             let damped = Mat::from_fn(UNKNOWNS, UNKNOWNS, |i, j| {
                 let ridge = if i == j {
                     damping * size + f64::MIN_POSITIVE

@@ -1,6 +1,6 @@
 //! Mountings of accelerometers by the equations of motion.
 //!
-//! The motors predict the acceleration of a soft link badly, but its torques tell its deflection. The rows are linear
+//! The motors predict the acceleration of a soft link badly, but its torques show its deflection. The rows are linear
 //! in the parameters, and nearly so in small changes of the mountings m, so both are found together by Gauss-Newton
 //! steps:
 //!
@@ -11,8 +11,8 @@
 //! The second equation has the weight of one independent sample. It keeps directions in which the rows do not change,
 //! such as a turn of sensor and place about a vertical first axis.
 //!
-//! The steps need a start. From the base to the tip, the mounting comes from means over windows in which the links
-//! below move as their sensors tell, then its distance from a scan, then from steps on the motor row alone.
+//! The steps need a start. From the base to the tip, the mounting comes from means over windows in which the sensors
+//! give the motion of the links below, then its distance from a scan, then from steps on the motor row alone.
 
 use std::ops::Range;
 
@@ -47,7 +47,7 @@ const MIN_DECREASE: f64 = 1e-5;
 /// Parts of the log that are left out in turn for the standard errors.
 const GROUPS: usize = 16;
 
-/// Largest relative standard error of a stiffness with which its mounting counts as found.
+/// Largest relative standard error of a stiffness for a determined mounting.
 const MAX_STIFFNESS_ERROR: f64 = 0.05;
 
 /// Returns the reading with the mountings of accelerometers that the description does not give and the equations

@@ -245,7 +245,7 @@ impl Prepared {
         &self.reading
     }
 
-    /// Returns the settings with which a check reads the logs: without weights, which could hide
+    /// Returns the settings with which a check reads the logs: without weights, which could mask
     /// faulty samples, and with the cut-off that the noise allows, which alters the motion least.
     pub(crate) fn examined(&self) -> Reading {
         (self.reading.without_weights()).with_position_cutoff(self.noise_cutoff_hz)
@@ -302,8 +302,8 @@ impl Prepared {
         self.wrong_time_unit.as_ref()
     }
 
-    /// Adds the delays by likelihood to those by least squares, and uses those that hold-out accepts.
-    /// Uses the Stribeck velocities by likelihood, unless they raise this error.
+    /// Adds the delays by likelihood to those by least squares, and uses those that cross-validation accepts. Uses the
+    /// Stribeck velocities by likelihood, unless they raise this error.
     #[must_use]
     pub(crate) fn with_likely(mut self, likely: &Likely) -> Self {
         self = self.with_velocities(&likely.velocities);

@@ -28,7 +28,7 @@ impl Smoothed {
         Self { period, stretches }
     }
 
-    /// Returns the signals of each stretch without gap.
+    /// Returns the signals of each segment without gap.
     pub(super) fn stretches(&self) -> &[SignalBlock] {
         &self.stretches
     }

@@ -28,7 +28,7 @@ const MAX_STEP: f64 = 5.0;
 const MAX_RATIO_TO_NOMINAL: f64 = 4.0;
 const MAX_RATIO_TO_GUESS: f64 = 1e3;
 
-/// Half width of a 95 % interval from the stretches of the beginning of a log, in standard errors.
+/// Half width of a 95 % interval from the segments of the beginning of a log, in standard errors.
 const STUDENT_SIGMAS: f64 = 2.0;
 
 /// Standard error over value from which a stiffness counts as open.

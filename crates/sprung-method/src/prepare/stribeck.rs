@@ -177,7 +177,7 @@ fn speeds(reading: &Reading, excerpt: &Excerpt, mut see: impl FnMut(usize, f64))
         if channel.quantity != crate::log::Quantity::MotorPosition {
             continue;
         }
-        // Differences over 0.02 s, so that a single count does not look like a high speed.
+        // Differences over 0.02 s, because the difference over one count would be a high speed.
         let apart = (0.02 / excerpt.period()).round().max(1.0);
         for block in excerpt.blocks() {
             let values = &block.values[i];

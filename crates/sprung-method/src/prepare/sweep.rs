@@ -1,5 +1,5 @@
 //! Estimates with several cut-offs of the position filter, and the choice among them by blocked
-//! hold-out.
+//! cross-validation.
 
 use rayon::prelude::*;
 
@@ -9,15 +9,15 @@ use crate::fit::{HoldOut, Missed, student_95};
 use crate::model::Theta;
 use crate::regression::Reading;
 
-/// Lowest cut-off that can be chosen, Hz. The sweep continues one step below it, so that each
-/// candidate has two neighbours.
+/// Lowest cut-off that can be chosen, Hz. The sweep continues one step below it, so each candidate
+/// has two neighbours.
 const LOWEST_HZ: f64 = 5.0;
 
 /// Number of parts of the beginning of a log, each of which is held out once.
 const HOLD_OUT_PARTS: usize = 8;
 
 /// Standard errors by which the held-out residual of a cut-off may exceed the least one. Higher cut-offs smear less, so
-/// the highest of those that chance may separate is used.
+/// the highest of those without a significant difference is used.
 ///
 /// # Source
 ///
@@ -25,7 +25,7 @@ const HOLD_OUT_PARTS: usize = 8;
 /// standard error.
 const BY_CHANCE: f64 = 1.0;
 
-/// Excess of the held-out residual that does not matter, whatever its standard error is.
+/// Excess of the held-out residual that is irrelevant for any standard error.
 const SMALL_EXCESS: f64 = 0.02;
 
 /// Estimates with several cut-offs.
@@ -63,8 +63,8 @@ impl CutoffAt {
         student_95(differences.len().saturating_sub(1)) * jackknife(&differences)
     }
 
-    /// Returns whether the held-out residual exceeds another one by what matters and by more than chance: by the scatter of
-    /// the ratio of both without each part in turn.
+    /// Returns whether the held-out residual exceeds another one by a relevant and significant amount: by the scatter
+    /// of the ratio of both without each part in turn.
     fn is_worse_than(&self, other: &Self) -> bool {
         let (Some(held_out), Some(least)) = (self.held_out, other.held_out) else {
             return true;
@@ -92,8 +92,8 @@ fn jackknife(values: &[f64]) -> f64 {
 ///
 /// Each part of the beginning of the log is predicted by a fit of the other parts. The cut-off
 /// filters only positions, and the filter pair alone filters the torque. So all cut-offs predict
-/// the same torque, and no cut-off gains by removing a part of it. Rows without a torque do not
-/// count, because a lower cut-off shrinks both of their sides.
+/// the same torque, and no cut-off has an advantage by removing a part of it. Rows without a torque
+/// do not count, because a lower cut-off shrinks both of their sides.
 pub(crate) fn sweep(reading: &Reading, excerpt: &Excerpt, free: bool) -> Option<Sweep> {
     let from_noise = reading.position_cutoff_hz();
     let lowest = if free {

@@ -1,4 +1,4 @@
-//! Excerpts with fewer samples, for searches that try many readings of them.
+//! Excerpts with fewer samples, for searches with many trials.
 
 use super::excerpt::Excerpt;
 use crate::log::{Channels, LogBlock, Quantity};
@@ -10,7 +10,7 @@ const MIN_RATE_OVER_CUTOFF: f64 = 6.0;
 const MAX_FILTER_STEP: f64 = 0.2;
 
 impl Excerpt {
-    /// Returns the excerpt with so few samples that the filters of a reading just fit.
+    /// Returns the excerpt with the fewest samples that the filters of a reading allow.
     ///
     /// - `longest`: limit of the period, s.
     #[must_use]

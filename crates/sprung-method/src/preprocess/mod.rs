@@ -4,7 +4,7 @@
 //! shift and differentiates them. Both process block after block; their memory does not grow with
 //! the log.
 
-// A new law, parameter, quantity or format is named wherever it is told from the others.
+// The compiler names each place that must handle a new law, parameter, quantity or format.
 #![warn(clippy::wildcard_enum_match_arm)]
 
 mod align;

@@ -199,7 +199,7 @@ pub(crate) struct Smoother {
 impl Smoother {
     /// Returns a smoother for a new log.
     ///
-    /// - `flexible`: whether each joint's link has a position of its own.
+    /// - `flexible`: whether each joint's link has a separate position.
     /// - `period`: T, s.
     #[must_use]
     pub(crate) fn new(filter: &Butterworth, flexible: &[bool], period: f64) -> Self {

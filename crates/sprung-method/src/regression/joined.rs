@@ -2,7 +2,7 @@
 
 use super::system::System;
 
-/// The reduced systems of logs, one behind the other.
+/// The reduced systems of logs in sequence.
 #[derive(Clone, Debug)]
 pub(crate) struct Joined {
     pub(crate) system: System,

@@ -39,7 +39,7 @@ pub(crate) struct LogFigures {
     pub lost: u64,
     /// Name in the file of the column of each channel, \[channels\].
     pub names: Vec<String>,
-    /// Samples that were mended in each channel, \[channels\].
+    /// Corrected samples of each channel, \[channels\].
     pub mended: Vec<Mended>,
 }
 
@@ -67,7 +67,7 @@ struct Heard<'a> {
 }
 
 impl Shared<'_> {
-    /// Tells the listener how far a log was read. Ends the log if an earlier log failed.
+    /// Reports the read part of a log to the listener. Ends the log if an earlier log failed.
     fn tell(&self, index: usize, log: &LogReader) -> Result<(), Stopped> {
         if self.failed.load(Ordering::Relaxed) < index {
             return Err(Stopped);
@@ -95,10 +95,10 @@ impl Shared<'_> {
 ///
 /// The system has one time axis, on which the logs follow one another.
 ///
-/// As many logs as there are threads are read and reduced at the same time, unless the observer must
-/// see them one after the other. Each log has its own filters and its own factors, which are joined in
-/// the order of the logs, so the result does not depend on the number of threads. If a thread is free,
-/// it reads and smooths the next block of a log while the last one is reduced.
+/// As many logs as there are threads are read and reduced at the same time, unless the observer needs them in sequence.
+/// Each log has its own filters and its own factors, which are joined in the order of the logs, so the result does not
+/// depend on the number of threads. If a thread is free, it reads and smooths the next block of a log while the last
+/// one is reduced.
 ///
 /// - `progress`: receives the number of samples read so far, as part of `phase`.
 ///
@@ -277,7 +277,7 @@ fn too_short(
         _ => ", between two gaps",
     };
     let label = source.label();
-    // If the unit of the time is wrong, the filters seem to need billions of samples.
+    // If the unit of the time is wrong, the filters need billions of samples.
     let unit = time_unit(&label, reading.channels(), log.timing().period);
     if let Some(finding) = unit.filter(|finding| finding.severity == Severity::Error) {
         let line = finding.setting.unwrap_or(finding.remedy);

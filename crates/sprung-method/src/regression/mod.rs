@@ -4,7 +4,7 @@
 //! small triangular factors. `System` holds the reduced logs, and `Solution` solves them.
 //! [`FilteredRegression`] forms the same regression one sample at a time.
 
-// A new law, parameter, quantity or format is named wherever it is told from the others.
+// The compiler names each place that must handle a new law, parameter, quantity or format.
 #![warn(clippy::wildcard_enum_match_arm)]
 
 mod batch;

@@ -64,8 +64,8 @@ pub(crate) trait Observer: Send {
     /// - `period`: T, s.
     fn raw(&mut self, _period: f64, _samples: &RawBlock) {}
 
-    /// Returns an observer of one log alone, which may see its log at the same time as others see
-    /// theirs; `None` if one observer must see the logs one after the other.
+    /// Returns an observer of one log alone, which may process its log in parallel to others;
+    /// `None` if one observer needs the logs in sequence.
     fn of_one_log(&self) -> Option<Self>
     where
         Self: Sized,
@@ -73,7 +73,7 @@ pub(crate) trait Observer: Send {
         None
     }
 
-    /// Takes what an observer of the next log alone has seen.
+    /// Takes the result of an observer of the next log.
     fn join(&mut self, _next: Self)
     where
         Self: Sized,
@@ -111,7 +111,7 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
 /// Smoothed signals of one block, ready for the regression.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Piece {
-    // Whether this is the first piece of a log or of a segment behind a gap.
+    // Whether this is the first piece of a log or of a segment after a gap.
     begins: bool,
     // Change of the parameters by a known payload, \[p\].
     carried: Option<Arc<[f64]>>,
@@ -352,8 +352,7 @@ pub fn signals(
     observed_signals(reading, period, blocks, &mut ())
 }
 
-/// Returns the signals of blocks as [`signals`], and hands their samples to an observer before they are
-/// filtered.
+/// Returns the signals of blocks as [`signals`], and passes their samples to an observer before they are filtered.
 ///
 /// # Errors
 ///

@@ -12,8 +12,8 @@ pub(crate) enum Probe {
     /// A term of a drive with its own shape of the friction laws. Its row and gain are used; its
     /// entry and its column are not.
     Term(Term, Shape),
-    /// The rate of change of the row's right-hand side, over the last sampling period. Its parameter
-    /// is the time in s by which the torque acts later than the log says.
+    /// The rate of change of the row's right-hand side, over the last sampling period. Its parameter is the time in s
+    /// by which the torque acts later than logged.
     TorqueRate {
         /// The row.
         row: usize,

@@ -16,7 +16,7 @@ use crate::description::DiscretizationName;
 use crate::model::Model;
 use crate::preprocess::{Decimator, SignalBlock};
 
-/// Number of stretches of samples in memory, at most. They are divided into 32 parts or fewer.
+/// Number of segments of samples in memory, at most. They are divided into 32 parts or fewer.
 const STRETCHES_OF_KNOWN_LENGTH: u64 = 128;
 
 /// Forms, filters and folds the regression of samples as they arrive.
@@ -30,7 +30,7 @@ pub struct Reduction {
     batch: Batch,
     next: Batch,
     rows: Vec<RowReduction>,
-    // End of each stretch, s; merged together with the rows' factors.
+    // End of each segment, s; merged together with the rows' factors.
     ends: Vec<f64>,
     in_current: u64,
     stretches: Stretches,
@@ -103,7 +103,7 @@ impl Reduction {
         self
     }
 
-    /// Sets the number of samples that will come. Then the first stretches are as long as the last,
+    /// Sets the number of samples that will come. Then the first segments are as long as the last,
     /// which saves most of the small factors.
     #[must_use]
     pub(crate) fn with_samples(mut self, samples: u64) -> Self {

@@ -1,13 +1,13 @@
-//! The factors of one row of the regression, one per stretch of the log.
+//! The factors of one row of the regression, one per segment of the log.
 
 use super::householder::RowBlock;
 use super::system::joined_in_pairs;
 use super::triangle::Triangle;
 use crate::model::Model;
 
-/// Limits of the stretches of a log: each row keeps one factor per stretch. When the largest number
-/// of factors is reached, neighbours are merged and the stretches double in length. Models with
-/// many parameters have large factors, so they keep fewer.
+/// Limits of the segments of a log: each row keeps one factor per segment. When the largest number
+/// of factors is reached, neighbours are merged and the segments double in length. Models with many
+/// parameters have large factors, so they keep fewer.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stretches {
     pub(super) max_factors: usize,
@@ -30,14 +30,14 @@ impl Stretches {
     }
 }
 
-/// Returns the number of stretches up to which neighbours are not merged.
+/// Returns the number of segments up to which neighbours are not merged.
 pub(super) fn max_stretches(model: &Model) -> usize {
     Stretches::of(model).max_factors
 }
 
 impl Stretches {
-    /// Returns the limits of one of several logs, whose factors are joined later. Longer first stretches
-    /// save small factors that would be merged.
+    /// Returns the limits of one of several logs, whose factors are joined later. Longer first segments save small
+    /// factors that would be merged.
     pub(super) fn among(self, logs: usize) -> Self {
         let levels = logs.clamp(1, self.max_factors).ilog2();
         Self {
@@ -61,7 +61,7 @@ pub(super) struct RowFactors {
     rows: usize,
     in_current: u64,
     limits: Stretches,
-    /// Samples of a stretch.
+    /// Samples of a segment.
     stretch: u64,
     current: Option<Triangle>,
     pub(super) done: Vec<Triangle>,
@@ -96,7 +96,7 @@ impl RowFactors {
         &mut self.tile[self.in_tile * self.width..][..self.width]
     }
 
-    /// Counts the row that was written into the tile, and factors or closes a stretch when it is
+    /// Counts the row that was written into the tile, and factors or closes a segment when it is
     /// full.
     pub(super) fn advance(&mut self) {
         self.in_tile += 1;

@@ -11,24 +11,24 @@ use super::system::{Kept, System};
 use super::triangle::Triangle;
 use crate::model::Model;
 
-/// Limits of the stretches of one log and of its samples for plots. More of them hardly improve errors,
-/// and they take space.
+/// Limits of the segments of one log and of its samples for plots. More of them hardly improve errors, and they take
+/// space.
 const STRETCHES: usize = 32;
 const SAMPLES: usize = 128;
 
 /// The reduced system of one log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct StoredSystem {
-    /// Samples of a stretch.
+    /// Samples of a segment.
     stretch: u64,
     samples: u64,
-    /// End of each stretch on the time axis of the log, s.
+    /// End of each segment on the time axis of the log, s.
     ends: Packed,
     /// Sum of the squared weights of each row.
     weights: Packed,
     /// Samples at rest of each row.
     at_rest: Vec<u64>,
-    /// Factors of each row, stretch by stretch.
+    /// Factors of each row, segment by segment.
     rows: Vec<Packed>,
     kept: StoredSamples,
 }
@@ -45,7 +45,7 @@ struct StoredSamples {
 }
 
 impl StoredSystem {
-    /// Returns a system of one log with fewer stretches and samples.
+    /// Returns a system of one log with fewer segments and samples.
     pub(crate) fn new(mut system: System) -> Self {
         system.reduce_to(STRETCHES, SAMPLES);
         let packed = |all: Vec<Vec<f64>>| all.into_iter().map(Packed).collect();

@@ -51,8 +51,8 @@ impl Kept {
 }
 
 impl Kept {
-    /// Appends samples of the same rows. The samples of both become as rare as those of the rarer one, and
-    /// rarer while they are too many.
+    /// Appends samples of the same rows. The samples of both are thinned to the rate of the rarer one, and further
+    /// while they are too many.
     fn append(&mut self, mut next: Self, later: f64) {
         while self.stride < next.stride {
             self.thin();
@@ -94,23 +94,23 @@ impl Kept {
 /// The reduced system: the stacked filtered regression of all logs.
 #[derive(Clone, Debug)]
 pub struct System {
-    /// Factors of each row, stretch by stretch.
+    /// Factors of each row, segment by segment.
     pub(super) rows: Vec<Vec<Triangle>>,
     /// Sum of the squared weights of each row.
     pub(super) weights: Vec<f64>,
-    /// Time at the end of each stretch, s.
+    /// Time at the end of each segment, s.
     pub(super) ends: Vec<f64>,
-    /// Number of stretches of each log and of all logs before it.
+    /// Number of segments of each log and of all logs before it.
     pub(super) logs: Vec<usize>,
-    /// Samples of a stretch; the last stretch of a log may be shorter.
+    /// Samples of a segment; the last segment of a log may be shorter.
     pub(super) stretch: u64,
-    /// Number of stretches up to which neighbours of one log are not merged.
+    /// Number of segments up to which neighbours of one log are not merged.
     pub(super) max_stretches: usize,
     pub(super) kept: Kept,
     /// Samples at rest of each row.
     pub(super) at_rest: Vec<u64>,
     pub(super) samples: u64,
-    // The factors of all samples, once they were asked for.
+    // The factors of all samples, after their first request.
     pub(super) all: OnceLock<Option<Vec<Triangle>>>,
 }
 
@@ -128,7 +128,7 @@ impl System {
         self.samples
     }
 
-    /// Returns the time from the end of the first stretch to the last sample, s.
+    /// Returns the time from the end of the first segment to the last sample, s.
     #[must_use]
     pub fn duration(&self) -> f64 {
         let ends = self.ends.first().zip(self.ends.last());
@@ -174,8 +174,8 @@ impl System {
 
     /// Appends the logs of another system of the same rows.
     ///
-    /// Stretches of all logs have one length. It doubles, and neighbours within a log are merged, while
-    /// there are more stretches than one system keeps.
+    /// Segments of all logs have one length. It doubles, and neighbours within a log are merged, while there are more
+    /// segments than one system keeps.
     ///
     /// - `later`: is added to the times of the other system, s.
     pub(super) fn append(&mut self, mut next: Self, later: f64) {
@@ -205,8 +205,8 @@ impl System {
         self.all = OnceLock::new();
     }
 
-    /// Merges neighbours within each log and thins the samples for plots, until a system of one log has at
-    /// most these numbers of stretches and samples.
+    /// Merges neighbours within each log and thins the samples for plots, until a system of one log has at most these
+    /// numbers of segments and samples.
     pub(super) fn reduce_to(&mut self, stretches: usize, samples: usize) {
         while self.ends.len() > stretches.max(self.logs.len()) {
             self.coarsen();
@@ -217,7 +217,7 @@ impl System {
         self.all = OnceLock::new();
     }
 
-    /// Doubles the length of the stretches: merges neighbours within each log.
+    /// Doubles the length of the segments: merges neighbours within each log.
     fn coarsen(&mut self) {
         let mut first = 0;
         let logs: Vec<Range<usize>> = (self.logs.iter())

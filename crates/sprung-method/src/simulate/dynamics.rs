@@ -270,7 +270,7 @@ impl Dynamics {
         })
     }
 
-    /// Returns the sum of those terms of the drives that count, \[n\].
+    /// Returns the sum of the counted terms of the drives, \[n\].
     fn drives(
         &self,
         state: &JointState,
@@ -374,7 +374,7 @@ mod tests {
     use crate::description::{no_files, read};
     use std::collections::BTreeMap;
 
-    /// Returns the demo's robot, without friction and damping if asked.
+    /// Returns the demo's robot, without friction and damping if requested.
     fn robot(lossless: bool) -> Dynamics {
         let experiment = read("demo", demo::EXPERIMENT, &[], &mut no_files).unwrap();
         let model = Model::new(&experiment).unwrap();

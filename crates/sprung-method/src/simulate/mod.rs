@@ -3,7 +3,7 @@
 //! The plant is integrated with the columns of the regressor, so simulation and identification use
 //! the same equations.
 
-// A new law, parameter, quantity or format is named wherever it is told from the others.
+// The compiler names each place that must handle a new law, parameter, quantity or format.
 #![warn(clippy::wildcard_enum_match_arm)]
 
 mod closed_loop;

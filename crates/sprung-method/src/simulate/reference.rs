@@ -111,7 +111,7 @@ impl Trajectory {
         }
     }
 
-    /// Returns the trajectory behind an input shaper.
+    /// Returns the trajectory after an input shaper.
     ///
     /// - `shaper`: times, s, and parts of its impulses; before time zero the trajectory rests at its start.
     #[must_use]

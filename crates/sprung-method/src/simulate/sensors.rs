@@ -80,7 +80,7 @@ impl Disturbance {
     }
 }
 
-/// Sensors on the links, with random numbers of their own.
+/// Sensors on the links, with separate random numbers.
 #[derive(Clone, Debug)]
 pub(super) struct InertialSensorsOfTwin<'a> {
     sensors: &'a InertialSensors,

@@ -247,7 +247,7 @@ fn both_logs(finding: Finding, logs: &Logs<'_>) -> Finding {
     finding.mended_by("[log]", &format!("file = [{}]", files.join(", ")))
 }
 
-/// Adds the line that gives the log of the run a gain of its own.
+/// Adds the line that gives the log of the run a separate gain.
 fn with_gain(finding: Finding, joint: usize, gain: f64, logs: &Logs<'_>) -> Finding {
     let channels = logs.channels;
     let channel = channels.telling(Signal::Torque, joint);

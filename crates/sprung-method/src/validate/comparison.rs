@@ -14,7 +14,7 @@ const POINTS_OF_CURVES: usize = 2048;
 pub(super) struct Comparison<'a> {
     controller: Option<&'a Controller>,
     candidates: &'a mut [Candidate],
-    /// Change of theta by the payload of each log that is still to come, the last log first.
+    /// Change of theta by the payload of each remaining log, the last log first.
     payloads: Vec<Option<Theta>>,
     /// The change by the payload of the present log.
     carried: Option<Theta>,

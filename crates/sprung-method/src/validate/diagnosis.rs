@@ -25,7 +25,7 @@ const EQUALLY_GOOD: f64 = 1.3;
 /// Number of standard errors above which a step counts as a change.
 const SIGNIFICANT_SIGMAS: f64 = 2.0;
 
-/// What changed between the identification and the validation.
+/// Change of the robot between identification and validation.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Kind {
     /// Friction and torque offset of one joint, or of all joints.

@@ -123,8 +123,8 @@ pub(super) fn poor_prediction<'a>(
     })
 }
 
-/// Finding for a model that explains the torque along the measured motion, but moves differently in
-/// the simulated loop: the simulated loop differs from that of the log.
+/// Finding that the simulated loop differs from that of the log, although the model explains the
+/// torque along the measured motion.
 ///
 /// - `motion`: error of the simulated positions over their measured motion.
 pub(super) fn moves_otherwise(label: &str, motion: f64) -> Finding {

@@ -1,4 +1,4 @@
-//! Proof of a promise: prediction errors on a log beside the promised ones.
+//! Proof of a promise: prediction errors on a log compared with the promised ones.
 
 use serde::{Deserialize, Serialize};
 

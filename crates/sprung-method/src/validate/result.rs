@@ -27,7 +27,7 @@ pub struct RunResult {
     pub name: String,
     /// Log file.
     pub log: String,
-    /// Whether the parameters come from this log, so that it proves nothing.
+    /// Whether the parameters come from this log, which is then no proof.
     #[serde(default)]
     pub same_log: bool,
     /// Number of samples.

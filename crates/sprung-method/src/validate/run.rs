@@ -34,8 +34,7 @@ pub struct Validated {
 pub struct ChosenFor {
     /// Delays, s, by column.
     pub delays: BTreeMap<String, f64>,
-    /// Cut-off of the position filter, Hz. It is used if the experiment leaves the cut-off to
-    /// sprung.
+    /// Cut-off of the position filter, Hz. It is used if the experiment gives no cut-off.
     pub position_cutoff_hz: Option<f64>,
     /// Names of its logs.
     pub logs: Vec<String>,
@@ -123,7 +122,7 @@ pub fn validate(
             set.label = format!("{}/{}", described.name, set.label);
             curves.sets.push(set);
         }
-        // The names of the experiment, not the paths that they mean.
+        // The names in the experiment, not the full paths.
         let names: Vec<String> = match &log.file {
             Some(files) => files.iter().map(ToString::to_string).collect(),
             None => sources.iter().map(LogSource::label).collect(),

@@ -1,4 +1,4 @@
-"""What an identification tells beside its parameters."""
+"""Results of an identification beside its parameters."""
 
 from __future__ import annotations
 

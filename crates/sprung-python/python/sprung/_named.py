@@ -1,4 +1,4 @@
-"""Things by name, whose ``KeyError`` gives the nearest name."""
+"""Values by name, whose ``KeyError`` gives the nearest name."""
 
 from __future__ import annotations
 

@@ -274,7 +274,7 @@ def _over_time(axes: NDArray[np.object_]) -> None:
         own.grid(alpha=0.3)
     curves = axes[0].get_lines()
     if len(curves) > 1:
-        # Above the panel, where it hides no curve.
+        # Above the panel, where it covers no curve.
         axes[0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(curves), frameon=False)
     axes[-1].set_xlabel("time [s]")
 

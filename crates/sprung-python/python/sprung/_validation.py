@@ -1,4 +1,4 @@
-"""Predictions of other logs beside what was promised."""
+"""Predictions of other logs, compared with the promise."""
 
 from __future__ import annotations
 

@@ -182,8 +182,8 @@ class Drawing {
 
 const svgOf = (figure) => {
   const index = figure.querySelector("[data-figure]")?.dataset.figure;
-  const own = figures.filter(({ key, isDrawn }) => key === `figure-${index}` && !isDrawn);
-  if (own.length) draw(own);
+  const shown = figures.filter(({ key, isDrawn }) => key === `figure-${index}` && !isDrawn);
+  if (shown.length) draw(shown);
   return new XMLSerializer().serializeToString(new Drawing(figure).svg);
 };
 

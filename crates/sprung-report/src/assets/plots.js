@@ -93,8 +93,8 @@ function panelsOf(data) {
     // A constant curve is stored as one value.
     const all = (values) => (values.length === 1 ? Array(length).fill(values[0]) : values);
     const series = panel.series.map((s) => ({ ...s, values: all(curve(s.curve)) }));
-    const own = { ...panel, series };
-    if (panel.errors === null) return [own];
+    const single = { ...panel, series };
+    if (panel.errors === null) return [single];
     const [measured, ...models] = series;
     const difference = (values) => values.map((v, i) => {
       const truth = measured.values[i];
@@ -102,7 +102,7 @@ function panelsOf(data) {
     });
     const errors = models.map((s) => ({ ...s, values: difference(s.values) }));
     const isStrip = data.layout === "overview";
-    return [own, { ...panel, y_label: panel.errors, note: "", series: errors, isStrip }];
+    return [single, { ...panel, y_label: panel.errors, note: "", series: errors, isStrip }];
   });
 }
 

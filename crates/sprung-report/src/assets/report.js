@@ -54,9 +54,9 @@ function openNamed() {
     return;
   }
   const target = name && document.getElementById(name);
-  const fold = target && target.closest("details.fold");
-  if (!fold) return;
-  fold.open = true;
+  const closed = target ? [target.closest("details.fold"), target.closest("details.meaning")].filter(Boolean) : [];
+  if (!closed.length) return;
+  for (const fold of closed) fold.open = true;
   target.scrollIntoView();
 }
 

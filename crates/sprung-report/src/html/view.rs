@@ -1,5 +1,7 @@
 //! Converts the texts of a document to the values that the template expects.
 
+use std::collections::BTreeMap;
+
 use minijinja::{Value, context};
 
 use super::super::document::{
@@ -9,12 +11,20 @@ use super::super::document::{
 
 /// Returns the template values of all sections; the data of figures are separate.
 pub(super) fn sections(document: &Document) -> Value {
-    let mut figures = 0;
+    let mut before = Before::default();
     document
         .sections
         .iter()
-        .map(|section| section_view(section, &mut figures))
+        .map(|section| section_view(section, &mut before))
         .collect()
+}
+
+/// What stands before a block on the page.
+#[derive(Default)]
+struct Before<'a> {
+    figures: usize,
+    /// Code of the finding that first told a cause and a condition.
+    told: BTreeMap<(&'a str, &'a str), &'a str>,
 }
 
 /// Returns the CSS class of a tone.
@@ -27,11 +37,11 @@ pub(super) fn tone(tone: Tone) -> &'static str {
     }
 }
 
-fn section_view(section: &Section, figures: &mut usize) -> Value {
+fn section_view<'a>(section: &'a Section, before: &mut Before<'a>) -> Value {
     let blocks: Value = section
         .blocks
         .iter()
-        .map(|block| block_view(block, figures))
+        .map(|block| block_view(block, before))
         .collect();
     let fold = match section.fold {
         Fold::Open => "open",
@@ -47,7 +57,7 @@ fn section_view(section: &Section, figures: &mut usize) -> Value {
     }
 }
 
-fn block_view(block: &Block, figures: &mut usize) -> Value {
+fn block_view<'a>(block: &'a Block, before: &mut Before<'a>) -> Value {
     match block {
         Block::Paragraph(text) => context! { kind => "paragraph", text => text },
         Block::Code(text) => context! { kind => "code", text => text },
@@ -60,8 +70,8 @@ fn block_view(block: &Block, figures: &mut usize) -> Value {
         }
         Block::Table(table) => table_view(table),
         Block::Figure(figure) => {
-            let index = *figures;
-            *figures += 1;
+            let index = before.figures;
+            before.figures += 1;
             let layout = match figure.layout {
                 Layout::Stack => "stack",
                 Layout::Grid => "grid",
@@ -90,7 +100,9 @@ fn block_view(block: &Block, figures: &mut usize) -> Value {
             context! { kind => "bars", caption => shown.caption.as_str(), names => &shown.names, ticks, rows }
         }
         Block::Findings(findings) => {
-            let findings: Value = findings.iter().map(finding_view).collect();
+            let findings: Value = (findings.iter())
+                .map(|finding| finding_view(finding, before))
+                .collect();
             context! { kind => "findings", findings }
         }
     }
@@ -182,7 +194,12 @@ const CUT_LABEL: usize = 18;
 const COLORS: usize = 7;
 const SHAPES: usize = 3;
 
-fn finding_view(finding: &Finding) -> Value {
+fn finding_view<'a>(finding: &'a Finding, before: &mut Before<'a>) -> Value {
+    let meaning = (finding.cause.as_str(), finding.condition.as_str());
+    let told_under = before.told.get(&meaning).copied();
+    if told_under.is_none() && !finding.cause.is_empty() {
+        before.told.insert(meaning, &finding.code);
+    }
     let label = match finding.severity {
         Tone::Good => "ok",
         Tone::Doubtful => "doubtful",
@@ -198,6 +215,7 @@ fn finding_view(finding: &Finding) -> Value {
         remedy => finding.remedy.as_str(),
         cause => finding.cause.as_str(),
         condition => finding.condition.as_str(),
+        told_under,
     }
 }
 

@@ -21,7 +21,7 @@ pub fn refuse_task(robot: &Robot, log: Option<&Log>, task: Task) -> Result<(), N
     Ok(())
 }
 
-/// Returns what the payload of a file is, with the name of the file; `None` without payload.
+/// Returns the kind of payload of a file, with the name of the file; `None` without payload.
 pub(crate) fn payload_feature(file: &FilePart) -> Option<(Feature, String)> {
     let payload = file.payload.as_ref()?;
     let feature = match payload.mass_kg {

@@ -131,7 +131,8 @@ impl Feature {
         }
     }
 
-    /// Returns what a joint, a log or the robot has: a verb and its object, behind their name.
+    /// Returns the property of a joint, a log or the robot: a verb and its object, after their
+    /// name.
     pub(crate) const fn has(self) -> &'static str {
         match self {
             Self::LinkEncoder => "has a link encoder",

@@ -6,6 +6,7 @@
 mod experiment;
 mod feature;
 mod page;
+mod refusals;
 mod table;
 mod task;
 
@@ -13,6 +14,7 @@ pub(crate) use experiment::payload_feature;
 pub use experiment::refuse_task;
 pub use feature::Feature;
 pub use page::what_works;
+pub use refusals::refusals;
 pub use table::refuse;
 pub(crate) use table::together;
 pub use task::Task;

@@ -11,7 +11,8 @@ const INTRODUCTION: &str = "\
 # What works with what
 
 sprung refuses a combination only by the tables of this page. The message of a refusal names the sensor or property, the
-task, and what to use instead; `code` of the error in Python is the code below.
+task, and what to use instead; `code` of the error in Python is the code below. `sprung explain CODE` prints the reason and
+an example.
 
 ";
 

@@ -7,7 +7,7 @@ use crate::numbers::Shown;
 use crate::robot::Robot;
 
 /// Most steps of a search.
-const MOST: usize = 100_000;
+const MAX_STEPS: usize = 100_000;
 
 /// Checks the limits of the joints.
 pub(super) fn check_limits(robot: &Robot) -> Result<(), Fault> {
@@ -101,7 +101,7 @@ pub(super) fn check_excite(excite: &Excite, robot: &Robot) -> Result<(), Fault> 
         }
     }
     for (key, value, least, most) in [
-        ("steps", excite.steps, 0, MOST),
+        ("steps", excite.steps, 0, MAX_STEPS),
         ("starts", excite.starts, 1, 1000),
         ("draws", excite.draws, 1, 1000),
         ("harmonics", excite.harmonics.unwrap_or(3), 3, 200),

@@ -349,7 +349,7 @@ fn check_file(file: &FilePart, at: &[&str]) -> Result<(), Fault> {
 }
 
 /// Checks that a validation log with its own file does not take columns from the recording of
-/// `[log]`, and that delays, signs and gains of `[log]` go over to its columns.
+/// `[log]`, and that delays, signs and gains of `[log]` apply to its columns.
 pub(crate) fn check_overlay(
     log: Option<&Log>,
     over: &Log,

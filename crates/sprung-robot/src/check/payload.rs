@@ -7,7 +7,7 @@ use crate::payload::Payload;
 use crate::types::ExperimentFile;
 use crate::window::FilePart;
 
-/// Checks payloads: bodies that can exist, at a robot that can tell them.
+/// Checks payloads: possible bodies, on a robot for which they are identifiable.
 pub(super) fn check_payloads(file: &ExperimentFile) -> Result<(), Fault> {
     let of_robot = |part: &FilePart, path: &[&str], what: String| {
         Err(fault(

@@ -107,7 +107,7 @@ pub(crate) fn robot(file: &ExperimentFile) -> Result<(), Fault> {
     transmission(robot)
 }
 
-/// Checks that the side of a torque constant is given where no log is asked for it.
+/// Checks that the side of a torque constant is given if no log determines it.
 fn side_of_voltages(robot: &Robot, index: usize, at: &str) -> Result<(), Fault> {
     let joint = &robot.joint[index];
     let needed_by = if joint.back_emf_vs_per_rad.is_some() {

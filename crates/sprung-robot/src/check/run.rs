@@ -303,6 +303,8 @@ pub(super) fn check_target(twin: &Simulate, robot: &Robot) -> Result<(), Fault> 
 
 #[cfg(test)]
 mod tests {
+    use sprung_testing::Messages;
+
     use crate::{no_files, read};
 
     const GAIN: &str = "gain = [[1, 0, 1, 0, 1, 0, 1, 0], [0, 1, 0, 1, 0, 1, 0, 1]]";
@@ -321,15 +323,14 @@ mod tests {
         let state = format!("kind = \"state-feedback\"\n{GAIN}");
         assert_eq!(message(&state, "0.05"), None);
         let pd = "kind = \"pd\"\nkp_nm_per_rad = [1, 1]\nkd_nms_per_rad = [1, 1]";
-        for (controller, speed, word) in [
-            (&*state, "0", "= 0 must be positive and finite"),
-            (&state, "-0.1", "= -0.1 must be positive and finite"),
-            (&state, "inf", "must be positive and finite"),
-            (&state, "nan", "must be positive and finite"),
-            (pd, "0.05", "belongs to controller \"state-feedback\""),
-        ] {
-            let message = message(controller, speed).unwrap_or_default();
-            assert!(message.contains(word), "{speed}: {message}");
+        let mut messages = Messages::new(concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/tests/messages/speed_of_the_compensation.txt"
+        ));
+        for speed in ["0", "-0.1", "inf", "nan"] {
+            messages.note(speed, &message(&state, speed).unwrap_or_default());
         }
+        messages.note("pd", &message(pd, "0.05").unwrap_or_default());
+        messages.compare();
     }
 }

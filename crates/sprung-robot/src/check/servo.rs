@@ -193,6 +193,8 @@ fn drive_law(drive: &ServoDrive, joint: &Joint, path: &[&str; 4]) -> Result<(), 
 
 #[cfg(test)]
 mod tests {
+    use sprung_testing::Messages;
+
     use crate::{Experiment, no_files, read};
 
     fn experiment(drive: &str, file: &str) -> Result<Experiment, String> {
@@ -228,48 +230,29 @@ mod tests {
     fn faults_name_the_key_and_the_remedy() {
         let file = "\"a.csv\"";
         let heavy = "[{ path = \"a.csv\", payload = { mass_kg = -1.0, com_m = [0.1, 0, 0] } }]";
-        for (drive, file, expected) in [
-            ("", file, "add [robot.joint.servo]"),
-            ("servo = { supply_v = 12.0 }", file, "add gain_duty_per_rad"),
-            ("servo = { gain_duty_per_rad = 5.0 }", file, "add supply_v"),
-            (
-                "servo = { gain_a_per_rad = 5.0, supply_v = 12.0 }",
-                file,
-                "supply_v does not belong to a servo with gain_a_per_rad",
-            ),
-            (
-                "servo = { gain_duty_per_rad = 5.0, gain_a_per_rad = 5.0 }",
-                file,
-                "keep one",
-            ),
-            (
-                "servo = { gain_duty_per_rad = -5.0, supply_v = 12.0 }",
-                file,
-                "gain_duty_per_rad = -5 must be positive",
-            ),
-            (
-                "servo = { gain_duty_per_rad = 5.0, supply_v = 12.0, duty_limit = 96.0 }",
-                file,
-                "duty_limit = 96 must be at most 1",
-            ),
-            (
-                "servo = { gain_duty_per_rad = 5.0, supply_v = 12.0, loop_period_s = 5.0 }",
-                file,
-                "loop_period_s = 5 must be positive",
-            ),
-            (
-                "servo = { gain_duty_per_rad = 5.0, supply_v = 12.0 }\ntorque_constant_nm_per_a = 1.0",
-                file,
-                "has no effect beside servo",
-            ),
-            (
-                "servo = { gain_duty_per_rad = 5.0, supply_v = 12.0 }",
-                heavy,
-                "the payload of a.csv: mass_kg = -1 must be positive",
-            ),
+        let servo = "servo = { gain_duty_per_rad = 5.0, supply_v = 12.0 }";
+        let mut messages = Messages::new(concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/tests/messages/servo.txt"
+        ));
+        for drive in [
+            "servo = { supply_v = 12.0 }",
+            "servo = { gain_duty_per_rad = 5.0 }",
+            "servo = { gain_a_per_rad = 5.0, supply_v = 12.0 }",
+            "servo = { gain_duty_per_rad = 5.0, gain_a_per_rad = 5.0 }",
+            "servo = { gain_duty_per_rad = -5.0, supply_v = 12.0 }",
+            "servo = { gain_duty_per_rad = 5.0, supply_v = 12.0, duty_limit = 96.0 }",
+            "servo = { gain_duty_per_rad = 5.0, supply_v = 12.0, loop_period_s = 5.0 }",
         ] {
-            let error = experiment(drive, file).unwrap_err();
-            assert!(error.contains(expected), "{error} lacks {expected}");
+            messages.note(drive, &experiment(drive, file).unwrap_err());
         }
+        messages.note("no servo", &experiment("", file).unwrap_err());
+        let constant = format!("{servo}\ntorque_constant_nm_per_a = 1.0");
+        messages.note(
+            "a torque constant",
+            &experiment(&constant, file).unwrap_err(),
+        );
+        messages.note("a negative mass", &experiment(servo, heavy).unwrap_err());
+        messages.compare();
     }
 }

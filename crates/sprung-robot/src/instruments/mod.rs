@@ -1,4 +1,4 @@
-//! The instruments of each joint: which signals its log has, and what follows.
+//! The instruments of each joint: the signals of its log, and their consequences.
 //!
 //! [`Instrument`] is one value per joint. The stages ask it for properties: where the link position comes
 //! from, which rows the regression has and their right-hand sides, and the filter of the rows. [`Inertial`](crate::Inertial)

@@ -15,6 +15,7 @@ pub enum RightHandSide {
 
 impl RightHandSide {
     /// Returns the joints whose motor torque and spring torque it contains.
+    #[inline]
     #[must_use]
     pub const fn torques(self) -> [Option<usize>; 2] {
         match self {
@@ -29,6 +30,7 @@ impl RightHandSide {
     ///
     /// - `motor`, `spring`: torques of motors and springs, measured, or filtered like the row,
     ///   \[n\], N·m (N).
+    #[inline]
     #[must_use]
     pub fn of(self, motor: &[f64], spring: &[f64]) -> f64 {
         match self {

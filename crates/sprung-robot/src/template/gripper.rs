@@ -1,4 +1,4 @@
-//! Tells the joints of a gripper from those of the arm.
+//! Distinguishes the joints of a gripper from those of the arm.
 
 use sprung_core::chain::JointKind;
 

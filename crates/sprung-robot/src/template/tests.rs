@@ -1,6 +1,7 @@
 use std::path::Path;
 
 use sprung_core::parameters::JointParameter;
+use sprung_testing::Messages;
 
 use super::*;
 use crate::{Columns, DescriptionError, Experiment, read, schema};
@@ -81,29 +82,27 @@ fn replaces(line: &str) -> bool {
 
 #[test]
 fn an_unfilled_place_is_an_error_with_its_line() {
-    let text = template(&mixed());
-    let line = 1 + text
-        .lines()
-        .position(|line| line.starts_with("file = "))
-        .unwrap();
-    let read = |text: &str| {
-        read("experiment.toml", text, &[], &mut |_: &Path| {
+    let mut messages = Messages::new(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/tests/messages/unfilled_places.txt"
+    ));
+    let table = Start::table(2).unwrap();
+    for (case, start, key) in [
+        ("a robot by URDF", mixed(), "file = "),
+        ("a table", table, "dh_modified = "),
+    ] {
+        let text = template(&start);
+        let line = text.lines().position(|line| line.starts_with(key));
+        let error = read("experiment.toml", &text, &[], &mut |_: &Path| {
             Ok(MIXED.to_owned())
-        })
-    };
-    let error = read(&text).unwrap_err().to_string();
-    assert!(
-        error.starts_with(&format!(
-            "line {line} of experiment.toml: FILL IN file: only you know"
-        )),
-        "{error}"
-    );
-    let table = template(&Start::table(2).unwrap());
-    let error = read(&table).unwrap_err().to_string();
-    assert!(
-        error.contains("FILL IN dh_modified: only you know"),
-        "{error}"
-    );
+        });
+        let error = error.unwrap_err().to_string();
+        // The number of the line changes with every line of the template.
+        let place = format!("line {} of ", 1 + line.unwrap());
+        let rest = error.strip_prefix(&place);
+        messages.note(case, rest.unwrap_or_else(|| panic!("{error}")));
+    }
+    messages.compare();
 }
 
 #[test]

@@ -111,7 +111,7 @@ pub(super) struct Limits {
 }
 
 impl Limits {
-    /// Returns the limits that say something.
+    /// Returns the limits with a meaning.
     pub(super) fn known(&self) -> KnownLimits {
         let positive = |value: Option<f64>| value.filter(|value| *value > 0.0);
         let positions = self.lower.zip(self.upper);

@@ -1,4 +1,4 @@
-//! The laws that hold-out adds to the demo's model, on logs with known laws.
+//! The laws that cross-validation adds to the demo's model, on logs with known laws.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +18,7 @@ pub(crate) fn with_found_laws(experiment: &Experiment, estimator: Estimator) -> 
     experiment
 }
 
-/// Prints the laws that hold-out adds to the model, log by log, and how often it adds each law.
+/// Prints the laws that cross-validation adds to the model, log by log, and the counts of each law.
 pub(crate) fn print(what: &str, experiment: &Experiment, logs: &[Vec<u8>]) {
     let experiment = with_found_laws(experiment, Estimator::LeastSquares);
     let model = Model::new(&experiment).expect("the experiment has a model");

@@ -13,8 +13,8 @@ use crate::{Arguments, CASES, result_of, truth};
 const LONG_S: f64 = 300.0;
 const SEEDS_OF_LONG: u64 = 3;
 
-/// Prints, for each case and length: how often the intervals and the sampling errors alone contain
-/// the true value, the ratio of the half width of an interval to the actual error, and the verdicts.
+/// Prints, for each case and length: the coverage of the confidence intervals and of the sampling errors alone, the
+/// ratio of the half width of an interval to the actual error, and the verdicts.
 pub(crate) fn lengths(demo: &Demo, arguments: &Arguments) {
     let mut experiment = demo.experiment.clone();
     experiment.identify.estimator = vec![Estimator::LeastSquares];

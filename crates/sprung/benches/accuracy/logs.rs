@@ -150,9 +150,8 @@ impl Other {
         names.zip(self.theta.iter().copied()).collect()
     }
 
-    /// Returns the Cramér-Rao bound of each parameter on a log of the plant, if an estimate knows its
-    /// laws, but neither the Stribeck velocities nor the delays of the torques; `None` if the log is
-    /// too short.
+    /// Returns the Cramér-Rao bound of each parameter on a log of the plant, with known laws, unknown Stribeck
+    /// velocities and unknown delays of the torques; `None` if the log is too short.
     pub(crate) fn bound(&self, settings: &Simulate, log: &[u8]) -> Option<Vec<f64>> {
         let experiment = with_its_laws();
         let model = Model::new(&experiment).expect("the plant has a model");

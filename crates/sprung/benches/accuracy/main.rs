@@ -433,7 +433,8 @@ fn mujoco(demo: &Demo, arguments: &Arguments) {
     findings(&trials, &ways);
 }
 
-/// Prints the laws that hold-out adds on logs of the twin, of the other plant and of MuJoCo.
+/// Prints the laws that cross-validation adds on logs of the twin, of the other plant and of
+/// MuJoCo.
 fn laws_by_hold_out(demo: &Demo, arguments: &Arguments) {
     for (case, motor, link) in CASES {
         let log = |seed| {

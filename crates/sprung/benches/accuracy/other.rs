@@ -1,5 +1,5 @@
-//! The case of a plant with laws that the model lacks, fitted without these laws, with them, and with
-//! the laws that hold-out adds.
+//! The case of a plant with laws that the model lacks, fitted without these laws, with them, and with the laws that
+//! cross-validation adds.
 
 use std::collections::BTreeMap;
 
@@ -109,8 +109,8 @@ fn identified(way: &Experiment, log: &[u8]) -> (EstimateResult, Option<LawsByHol
     })
 }
 
-/// Prints the number of logs in which hold-out adds each law to both joints, and how often it adds
-/// other laws.
+/// Prints the number of logs in which cross-validation adds each law to both joints, and the counts
+/// of other laws.
 fn named<'l>(name: &str, laws: impl Iterator<Item = &'l LawsByHoldOut>) {
     let mut counts = [0; LAWS.len()];
     let mut others: BTreeMap<String, usize> = BTreeMap::new();

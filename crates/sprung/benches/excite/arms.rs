@@ -104,7 +104,7 @@ impl Arm {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let n = rng.random_range(2..=7);
         let is_flexible = rng.random_bool(0.3);
-        // Some arms are too weak for their own weight.
+        // Some arms are too weak for their weight.
         let strength = if rng.random_bool(0.15) { 0.1 } else { 1.0 };
         let mut links: Vec<Link> = Vec::new();
         for k in 0..n {

@@ -1,5 +1,5 @@
-//! The arm of the paper with nominal values that are off by a factor of two: a first small motion, and a second one by what
-//! the first identified, beside a design with true values.
+//! The arm of the paper with nominal values that are off by a factor of two: a first small motion, a second one with
+//! the identified values, and a design with true values.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -36,7 +36,7 @@ pub(crate) fn run(robots: u64) {
     for seed in 1..=robots {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut factor = || if rng.random_bool(0.5) { OFF } else { 1.0 / OFF };
-        // One factor for the inertias of the links keeps them those of a robot that can exist.
+        // One factor for the inertias of the links keeps the robot possible.
         let of_links = factor();
         let wrong: Vec<(String, f64)> = (truth.iter())
             .map(|(name, value)| {

@@ -37,10 +37,10 @@ pub(crate) fn nominal(values: &[(String, f64)]) -> Vec<String> {
     for (name, value) in values {
         match name.split_once('.') {
             Some(("joint1", quantity)) => {
-                write!(of_joints[0], "{quantity}={value},").expect("text")
+                write!(of_joints[0], "{quantity}={value},").expect("text");
             }
             Some(("joint2", quantity)) => {
-                write!(of_joints[1], "{quantity}={value},").expect("text")
+                write!(of_joints[1], "{quantity}={value},").expect("text");
             }
             _ => write!(nominal, "\"{name}\"={value},").expect("text"),
         }

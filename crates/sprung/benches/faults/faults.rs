@@ -242,7 +242,7 @@ pub(crate) const KINDS: [Kind; 34] = [
         name: "position jumps",
         sizes: [0.01, 0.02, 0.05, 0.1, 0.5],
         unit: "rad",
-        // After a standstill, a jump looks like the end of a stall.
+        // After a standstill, a jump resembles the end of a stall.
         codes: &["position-jumps", "stuck-samples"],
         damage: |table, size, rng| {
             let (column, from) = (Q + 2 * joint(rng) + joint(rng), sample(table, rng));
@@ -404,8 +404,7 @@ pub(crate) const KINDS: [Kind; 34] = [
         codes: &[
             "hardly-moves",
             "only-friction",
-            "noisy-velocity",
-            "noisy-deflection",
+            "noisy-signal",
             "unexcited-joint",
         ],
         damage: |_, _, _| (),
@@ -435,14 +434,14 @@ pub(crate) const KINDS: [Kind; 34] = [
         name: "coarse encoders",
         sizes: [1024.0, 512.0, 256.0, 128.0, 64.0],
         unit: "counts",
-        codes: &["noisy-velocity", "noisy-deflection", "hardly-moves"],
+        codes: &["noisy-signal", "hardly-moves"],
         damage: |_, _, _| (),
     },
     Kind {
         name: "noisy link",
         sizes: [0.02, 0.03, 0.05, 0.1, 0.2],
         unit: "rad",
-        codes: &["noisy-deflection", "noisy-velocity"],
+        codes: &["noisy-signal"],
         damage: |table, size, rng| {
             let column = Q + joint(rng);
             noise(table, column, size, rng);

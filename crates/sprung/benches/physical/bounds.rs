@@ -14,7 +14,7 @@ use super::{DURATION_S, EXPERIMENT, TRUTH, Twin, known};
 /// Noise of the torques, N·m.
 const NOISE: f64 = 2.0;
 
-/// Friction of the links behind this joint is this part of that of the example.
+/// Friction of the links beyond this joint is this part of that of the example.
 const WRISTS: [&str; 3] = ["joint5", "joint6", "joint7"];
 const LIGHT: f64 = 0.02;
 

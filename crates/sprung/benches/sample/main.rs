@@ -1,5 +1,5 @@
-//! Times 1000 draws of robots with seven joints: of the twin with flexible joints, and of the recorded Panda, whose
-//! log leaves many parameters at their bounds.
+//! Times 1000 draws of robots with seven joints: of the twin with flexible joints, and of the recorded Panda, with many
+//! parameters at their bounds.
 //!
 //! `cargo bench -p sprung --bench sample`
 #![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]

@@ -1,4 +1,4 @@
-//! A log of the motors of the 2-DOF arm, and the springs that it gives. The tests of the twin identify some of them.
+//! A log of the motors of the 2-DOF arm, and the springs by this log. The tests of the twin identify some of them.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;

@@ -1,4 +1,4 @@
-//! Logs of the arm with seven joints, torque sensors and very stiff springs, and what the logs say of the springs. The
+//! Logs of the arm with seven joints, torque sensors and very stiff springs, and the results about the springs. The
 //! tests of the twin use one of them.
 
 use std::collections::BTreeMap;
@@ -35,7 +35,7 @@ const RIGID: f64 = 1e9;
 /// Counts of the encoders per turn.
 const COUNTS: [f64; 2] = [131_072.0, 13_107_200.0];
 
-/// What a log says of the spring of a joint.
+/// Result of a log about the spring of a joint.
 pub(crate) struct Spring {
     pub(crate) truth: f64,
     /// Estimate, if the log determines it, N·m/rad.
@@ -141,7 +141,7 @@ impl Twin {
         identified(&self.experiment, log)
     }
 
-    /// Returns what a log says of each spring.
+    /// Returns the result of a log about each spring.
     pub(crate) fn springs(&self, found: &Identification, log: &[u8]) -> Vec<Spring> {
         let of = |(joint, &truth): (usize, &f64)| {
             let name = &self.model.joints()[joint];

@@ -1,4 +1,4 @@
-//! The kinds of cases: what is wrong with the log or with its description.
+//! The kinds of cases: the fault of the log or of its description.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

@@ -44,7 +44,7 @@ impl Sensors {
 
     /// Returns the torque of each spring at equal readings of its encoders, N·m.
     pub(crate) fn preloads(&self, arm: &Arm) -> Vec<f64> {
-        // A count stands for the middle of its step.
+        // A count represents the middle of its step.
         let zero = |(step, phase): (f64, f64)| step * (phase - 0.5);
         (arm.drives.iter().enumerate())
             .map(|(joint, drive)| {

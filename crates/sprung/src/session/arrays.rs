@@ -52,7 +52,7 @@ impl Session {
 
     /// Returns this session with a log of arrays, and that log.
     ///
-    /// Delays, signs and gains of `[log]` go over to the arrays of the same quantities and joints.
+    /// Delays, signs and gains of `[log]` apply to the arrays of the same quantities and joints.
     ///
     /// # Errors
     ///

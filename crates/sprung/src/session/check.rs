@@ -14,8 +14,8 @@ pub enum Depth {
     /// One pass over the logs.
     #[default]
     OnePass,
-    /// In addition, estimates delays to a fraction of a sample by maximum likelihood, on a stretch of
-    /// the first log. It is skipped for a refused log.
+    /// In addition, estimates delays to a fraction of a sample by maximum likelihood, on a segment of the first log. It
+    /// is skipped for a refused log.
     Likelihood,
 }
 

@@ -32,7 +32,7 @@ pub enum ControlError {
          {highest_hz:.4} Hz; give at least the period of the log, or identify from a faster one"
     )]
     Period {
-        /// Period that was asked for, s.
+        /// Requested period, s.
         period_s: f64,
         /// Period of the log, s.
         log_s: f64,
@@ -103,7 +103,7 @@ pub enum ControlError {
     /// Values are missing.
     #[error("{0}; give --parameters FILE with an identification")]
     Values(String),
-    /// No controller keeps what it must.
+    /// No controller satisfies the requirements.
     #[error(transparent)]
     Refused(#[from] ControlRefusal),
 }

@@ -17,7 +17,7 @@ pub struct Described {
     pub place: Option<String>,
     /// The fault.
     pub text: String,
-    /// What to do, if the text does not say it.
+    /// Remedy, if the text does not contain it.
     pub remedy: Option<String>,
 }
 
@@ -118,8 +118,8 @@ impl SessionError {
     }
 }
 
-/// Splits a message into the fault and the remedy. Messages give the cause first and the remedy behind
-/// the first semicolon.
+/// Splits a message into the fault and the remedy. Messages give the cause first and the remedy after the first
+/// semicolon.
 #[must_use]
 pub fn split_remedy(message: &str) -> (&str, Option<&str>) {
     match message.split_once("; ") {

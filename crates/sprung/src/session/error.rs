@@ -278,7 +278,7 @@ pub enum SessionError {
     /// A task does not work with the robot or its logs.
     #[error(transparent)]
     NotSupported(#[from] NotSupported),
-    /// A servo has calls of its own.
+    /// A servo has separate calls.
     #[error(transparent)]
     IsServo(#[from] OwnCall),
     /// The experiment describes no servo.

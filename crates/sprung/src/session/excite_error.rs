@@ -58,7 +58,7 @@ pub enum ExciteError {
         /// Names of the parameters.
         names: String,
     },
-    /// A parameter that was asked for does not exist, or no motion determines it.
+    /// A requested parameter does not exist, or no motion determines it.
     #[error("{why}; [excite] parameters takes names of these: {known}")]
     NotDetermined {
         /// The parameter, and why no motion determines it.
@@ -74,7 +74,7 @@ pub enum ExciteError {
         /// The key.
         key: &'static str,
     },
-    /// The motion says nothing about a combination of parameters.
+    /// The motion does not determine a combination of parameters.
     #[error(
         "the motion that was found says nothing about some combination of parameters, so it has no standard errors; raise steps or \
          duration_s of [excite], or give known values in [robot.fixed]"

@@ -1,4 +1,4 @@
-//! Standard errors that an experiment buys, before anybody records it.
+//! Expected standard errors of an experiment, before its recording.
 
 use std::collections::BTreeMap;
 use std::io::{Cursor, Result as IoResult};
@@ -16,7 +16,7 @@ use sprung_method::estimate::{Bound, KnownNoise, KnownTruth, information_bound};
 /// Part of the largest parameter with the same unit below which a standard error counts as small for a parameter of zero.
 const SMALL_PART: f64 = 0.01;
 
-/// The standard error that an experiment buys for one parameter.
+/// The expected standard error of one parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ExpectedError {
     /// Name of the parameter.
@@ -32,8 +32,8 @@ pub struct ExpectedError {
 }
 
 impl Session {
-    /// Returns the standard errors that the experiment of a twin buys: the Cramér-Rao bound of each unknown parameter
-    /// for its motion, its sensors, its noise and its disturbances. The refinement reaches it where the model matches the
+    /// Returns the expected standard errors of a twin's experiment: the Cramér-Rao bound of each unknown parameter for
+    /// its motion, its sensors, its noise and its disturbances. The refinement reaches it where the model matches the
     /// robot.
     ///
     /// - `twin`: of this session.
@@ -71,7 +71,7 @@ impl Session {
             .collect())
     }
 
-    /// Returns the smallest covariance of the parameters that the experiment of a twin buys.
+    /// Returns the smallest covariance of the parameters for the experiment of a twin.
     ///
     /// # Errors
     ///

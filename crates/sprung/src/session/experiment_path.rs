@@ -1,4 +1,4 @@
-//! Recognises what was given instead of an experiment file.
+//! Recognises other inputs in place of an experiment file.
 
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
@@ -26,7 +26,7 @@ const NAMES_IT: &str = "give the experiment file that names it in [log], or the 
 ///
 /// # Errors
 ///
-/// [`SessionError`] if there is no such file, or if it is something else.
+/// [`SessionError`] if the file does not exist, or is no experiment file.
 pub(super) fn experiment_file(path: &Path) -> Result<PathBuf, SessionError> {
     let file = if path.is_dir() {
         in_folder(path)?
@@ -164,7 +164,7 @@ fn by_content(file: &Path, start: &[u8]) -> Option<(&'static str, String)> {
     is_table(text).then(|| ("a table of numbers", NAMES_IT.to_owned()))
 }
 
-/// Returns whether a text contains rows of numbers and nothing that TOML could be.
+/// Returns whether a text contains rows of numbers and no TOML.
 fn is_table(text: &str) -> bool {
     let is_row = |line: &str| {
         let cells: Vec<&str> = line

@@ -221,7 +221,7 @@ impl<'a> Exporter<'a> {
         self.with(values, origin, export)
     }
 
-    /// Returns what a writer makes of a robot with these values.
+    /// Returns the file of a writer for a robot with these values.
     pub(super) fn with<T>(
         &self,
         values: &BTreeMap<String, f64>,
@@ -302,7 +302,7 @@ pub(super) fn values_of(result: &EstimateResult) -> BTreeMap<String, f64> {
     });
     let standard = (result.standard_parameters.iter())
         .map(|parameter| (parameter.name.clone(), parameter.value));
-    // The scales of friction laws have names of their own.
+    // The scales of friction laws have separate names.
     let mut values = result.values();
     values.extend(parameters.chain(standard));
     values

@@ -27,7 +27,7 @@ pub struct SampledRobots {
 }
 
 impl SampledRobots {
-    /// Returns some of the robots; `range` may end behind the last one.
+    /// Returns some of the robots; `range` may end after the last one.
     #[must_use]
     pub fn of(samples: &Samples, seed: u64, range: Range<usize>) -> Self {
         let all = |robot: usize| {

@@ -34,7 +34,7 @@ pub trait Files: Send + Sync {
     }
 
     /// Prepares a folder before its results are read: completes the renames of a run that was
-    /// killed. The default does nothing, which suffices if no run can be killed.
+    /// killed. The default has no effect, which suffices if no run can be killed.
     ///
     /// # Errors
     ///
@@ -117,7 +117,7 @@ const KINDS: [(&[u8], &str); 9] = [
 ///
 /// # Errors
 ///
-/// The kind of file that its first bytes tell if it is no text.
+/// The kind of file by its first bytes, if it is no text.
 fn text_of(bytes: Vec<u8>) -> IoResult<String> {
     String::from_utf8(bytes).map_err(|error| {
         let mut known = KINDS.iter();

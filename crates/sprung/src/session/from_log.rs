@@ -39,7 +39,7 @@ pub struct NewExperiment {
     pub left_out: usize,
     /// Sentences about joints of grippers and joints that follow others, without their last full stops.
     pub about_joints: Vec<String>,
-    /// What the equations of the robot or the clock of the log contradicted in the names of the columns, each with the
+    /// Choices by names of columns that the equations of the robot or the clock of the log contradict, each with the
     /// corrected lines.
     pub corrected: Vec<String>,
     /// Lines of `[log]` that were chosen.
@@ -62,8 +62,8 @@ impl NewExperiment {
         }
     }
 
-    /// Returns the experiment of a robot and its logs: chooses the columns by their names and by what
-    /// they hold, then checks the choice.
+    /// Returns the experiment of a robot and its logs: chooses the columns by their names and contents, then checks the
+    /// choice.
     ///
     /// - `logs`: the logs, at least one; `topics`: beginning of the topics of a bag that belong to the robot, or none for
     ///   all; `folder`: future folder of the experiment, which need not exist.
@@ -130,8 +130,7 @@ impl NewExperiment {
     }
 }
 
-/// Returns the number of joints whose positions a log holds; `None` if the names of its columns do not
-/// tell.
+/// Returns the number of joints whose positions a log holds; `None` if the names of its columns do not contain it.
 ///
 /// # Errors
 ///
@@ -287,8 +286,8 @@ fn without_parents(path: &Path) -> PathBuf {
     resolved
 }
 
-/// Returns the choice without the mistake that a finding names; `None` if the finding does not tell
-/// how to correct it.
+/// Returns the choice without the mistake that a finding names; `None` if the finding contains no
+/// correction.
 fn mended(chosen: &Chosen, finding: &Finding) -> Option<Chosen> {
     let mut other = chosen.clone();
     let why = format!("By the equations of the robot: {}", finding.text);

@@ -19,11 +19,11 @@ impl Session {
         self.identify_with(&mut logs.sources(), progress)
     }
 
-    /// Identifies the parameters from the logs that the experiment names, and hands over the result
-    /// of least squares before a refinement begins, because a refinement may take minutes.
+    /// Identifies the parameters from the logs that the experiment names, and returns the result of
+    /// least squares before a refinement begins, because a refinement may take minutes.
     ///
-    /// - `first`: receives the result of least squares. It is not called if no refinement is asked
-    ///   for.
+    /// - `first`: receives the result of least squares. It is not called if no refinement is
+    ///   requested.
     ///
     /// # Errors
     ///

@@ -158,8 +158,8 @@ impl Session {
         })
     }
 
-    /// Returns this session for logs in memory: its logs have the columns of the experiment, and their
-    /// own names in place of those of files.
+    /// Returns this session for logs in memory: its logs have the columns of the experiment, and separate names in
+    /// place of those of files.
     #[must_use]
     pub fn without_files(&self) -> Self {
         let mut session = self.clone();

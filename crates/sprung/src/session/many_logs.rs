@@ -126,7 +126,7 @@ impl Session {
     }
 }
 
-/// Returns the first log that serves the robot's own parameters.
+/// Returns the first log for the parameters of the robot.
 fn first_log(sources: Vec<LogSource<'_>>) -> Result<LogSource<'_>, SessionError> {
     let mut logs = sources.into_iter().filter(|log| !log.has_unknown_payload());
     logs.next().ok_or(SessionError::NoLogFile)

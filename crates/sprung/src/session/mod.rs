@@ -46,11 +46,9 @@ pub use check::Depth;
 pub use compare::{ComparedFiles, compare_files};
 pub use control::controller_toml;
 pub use control_code::read_control;
-pub use control_error::ControlError;
 pub use described::{Described, split_remedy};
 pub use error::{ErrorKind, SessionError};
 pub use excite::{ExciteMethod, ExciteRequest, excitation_files};
-pub use excite_error::ExciteError;
 pub use expected::ExpectedError;
 pub use experiment_path::EXPERIMENT_FILE;
 pub use export::ExportRequest;
@@ -70,4 +68,4 @@ pub use start::start_from_urdf;
 pub use switch::{SWITCH_FILE, Switch, TEMPORARY_NAME, finish};
 pub use usability::Usability;
 
-pub use sprung_method::estimate::{Choices, FactorsError, LogFactors};
+pub use sprung_method::estimate::{Choices, LogFactors};

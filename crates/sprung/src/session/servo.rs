@@ -118,8 +118,8 @@ impl Session {
         Ok(identify(&bench, &records, progress)?)
     }
 
-    /// Returns what the logs of a position servo can tell, before any fit: first values with their
-    /// smallest possible errors, and findings.
+    /// Returns the parameters that the logs of a position servo determine, before any fit: first
+    /// values with their smallest possible errors, and findings.
     ///
     /// # Errors
     ///
@@ -132,7 +132,7 @@ impl Session {
         self.check_servo_with(&mut logs.sources(), progress)
     }
 
-    /// Returns what other logs with the same columns can tell.
+    /// Returns the parameters that other logs with the same columns determine.
     ///
     /// # Errors
     ///

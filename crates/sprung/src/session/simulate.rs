@@ -29,7 +29,8 @@ pub struct Recording<'a> {
 impl Session {
     /// Prepares the twin that the experiment describes.
     ///
-    /// - `run`: name of a `[[validate]]` run whose controller and log replace the experiment's own.
+    /// - `run`: name of a `[[validate]]` run whose controller and log replace those of the
+    ///   experiment.
     /// - `parameters`: parameters of the twin. Without them, the parameters of the `[simulate]`
     ///   block are used, or else the nominal ones.
     ///

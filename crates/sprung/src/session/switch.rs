@@ -1,7 +1,7 @@
 //! Replaces a set of files as a whole, although the process may be killed between two renames.
 //!
 //! A list of the renames is written first. Once the list is in the folder, the new files are valid.
-//! If the process that wrote the list is gone, the next process completes the renames.
+//! If the process that wrote the list was killed, the next process completes the renames.
 
 use std::fs::File;
 use std::io::{ErrorKind, Read};
@@ -52,7 +52,7 @@ impl Switch {
                 .map_err(|error| failed(folder, &format!("put {to} in its place"), error))?;
             after_change(to);
         }
-        // An empty list tells processes that wait for the lock that nothing remains to be done.
+        // An empty list informs processes that wait for the lock that the work is complete.
         let removed = list.set_len(0).and_then(|()| {
             after_change(SWITCH_FILE);
             gone(std::fs::remove_file(folder.join(SWITCH_FILE)))

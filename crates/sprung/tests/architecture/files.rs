@@ -22,7 +22,7 @@ pub(crate) struct Source {
     pub(crate) text: String,
 }
 
-/// A file of a crate: what it defines, imports and names.
+/// A file of a crate: its definitions, imports and names.
 #[derive(Default)]
 struct Scope {
     file: PathBuf,
@@ -79,8 +79,8 @@ impl Files {
         Self::of(&[], texts(root, &[]))
     }
 
-    /// Returns all crates of the library as if they were one; all tests share them. Its list of public names uses
-    /// nothing.
+    /// Returns all crates of the library as if they were one; all tests share them. Its list of public names uses no
+    /// module.
     pub(crate) fn library() -> &'static Self {
         static LIBRARY: OnceLock<Files> = OnceLock::new();
         LIBRARY.get_or_init(Self::read_library)
@@ -317,7 +317,7 @@ fn is_root(module: &[String]) -> bool {
     matches!(module, [one] if one == "lib" || one == "main")
 }
 
-/// Gathers what a file defines, imports and names.
+/// Gathers the definitions, imports and names of a file.
 struct Reader<'s> {
     /// Module path of the crate's root.
     prefix: ModulePath,

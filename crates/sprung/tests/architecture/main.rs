@@ -1,5 +1,4 @@
-//! The structure of the code: which module may use which, the length of files, and calls that a library must not
-//! make.
+//! The structure of the code: allowed uses between modules, the length of files, and forbidden calls of the library.
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod files;

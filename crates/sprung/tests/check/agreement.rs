@@ -23,7 +23,7 @@ const ENDS: [&str; 2] = [
 ];
 
 /// Returns findings as a set, because their order may differ. Severities are left out, because
-/// `identify` knows the effect on the result.
+/// `identify` measures the effect on the result.
 fn words(findings: &[Finding]) -> BTreeSet<String> {
     (findings.iter())
         .filter(|finding| !OF_RESULTS.contains(&finding.code.as_str()))

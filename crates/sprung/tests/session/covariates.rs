@@ -301,7 +301,7 @@ fn time_and_temperature_that_rise_together_are_both_named() {
     for name in ["joint1.motor_viscous_per_k", "joint1.motor_viscous_per_s"] {
         assert!(!result.parameter(name).unwrap().identifiable, "{name}");
     }
-    // Alone the time stands for the temperature, which rises by 20 K in 30 s.
+    // Alone the time represents the temperature, which rises by 20 K in 30 s.
     let alone = [
         "time = [\"motor_viscous\", \"motor_coulomb\"], reference_s = 15.0",
         TEMPERATURES[1],

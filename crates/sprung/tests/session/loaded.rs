@@ -81,7 +81,8 @@ fn a_known_payload_does_not_change_the_refined_robot() {
             .as_ref()
             .is_some_and(|refinement| refinement.used)
     );
-    // Measured 0.0017 and 0.88.
+    // In one of two logs the payload doubles the first moment of the second link. Ignored, it shows as a part of this;
+    // known, as less than a hundredth.
     assert!(with < 0.01 && without > 0.1, "{with} {without}");
 }
 

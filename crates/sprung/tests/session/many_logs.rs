@@ -78,7 +78,7 @@ fn factors_give_the_parameters_of_one_pass() {
             (found.0 / expected.0 - 1.0).abs() < 1e-10,
             "{found:?} {expected:?}"
         );
-        // Stretches have other borders.
+        // Segments have other borders.
         assert!(
             (0.7..1.4).contains(&(found.1 / expected.1)),
             "{found:?} {expected:?}"

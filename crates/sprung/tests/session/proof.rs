@@ -233,7 +233,7 @@ fn another_scale_of_a_torque_is_named_with_its_line() {
         );
         let (_, gain) = line.split_once("_nm\" = ").unwrap();
         let gain: f64 = gain.split(' ').next().unwrap().parse().unwrap();
-        // Measured 1.2490 and 1.2497; the limit allows 1 % of 1.25.
+        // Within a percent, which the promise of the next lines does not notice.
         assert!((gain - 1.25).abs() < 0.0125, "{line}");
         // With this gain the promise is kept.
         let over = format!(

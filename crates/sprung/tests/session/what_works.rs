@@ -1,4 +1,4 @@
-//! Every cell of the page of what works with what, tried: the library does what the table says.
+//! Tries every cell of the page of what works with what: the library agrees with the table.
 
 use std::collections::BTreeMap;
 use std::io::{Cursor, Error, ErrorKind, Result as IoResult};
@@ -210,7 +210,7 @@ impl Case {
     }
 
     fn parameters(&self) -> Parameters {
-        // Nothing of a servo's robot is asked before the task is refused.
+        // The task of a servo is refused before its robot is read.
         let found = self.found.clone();
         Parameters::from(found.unwrap_or_else(|| Self::new("link encoder").found.unwrap()))
     }
@@ -348,7 +348,7 @@ fn rows(page: &str, heading: &str) -> Vec<Vec<String>> {
         .collect()
 }
 
-/// Tries all tasks with the features whose place leaves this rest.
+/// Tries all tasks with the features whose index has this remainder.
 fn try_features(rest: usize) {
     let page = what_works();
     let table = rows(&page, "## Sensors, logs and tasks");

@@ -10,6 +10,7 @@ use sprung_method::check::check;
 use sprung_method::estimate::{EstimateResult, identify};
 use sprung_model::{Model, Theta};
 use sprung_robot::{self as description, Simulate, no_files};
+use sprung_testing::Messages;
 
 use crate::in_memory::with_source;
 use crate::support::Twin;
@@ -201,7 +202,7 @@ fn mountings_follow_from_the_equations() {
     }
 }
 
-/// The deflections of stiff springs are smaller than what an error of the place adds.
+/// The deflections of stiff springs are smaller than the effect of an error of the place.
 #[test]
 fn a_mounting_that_the_equations_leave_open_must_be_given() {
     let recorded = stiffer(THREE_AXES, TILTED);
@@ -214,7 +215,7 @@ fn a_mounting_that_the_equations_leave_open_must_be_given() {
         println!("{}", error.text);
         assert_eq!(error.severity, Severity::Error);
     }
-    let open = (found.iter()).find(|finding| finding.code == "link-by-accelerometer");
+    let open = (found.iter()).find(|finding| finding.code == "link-by-inertial-sensor");
     let text = &open.unwrap().text;
     assert!(
         text.contains("leaves open that of joint1, joint2"),
@@ -241,7 +242,7 @@ fn good_accelerometers_cause_notes_only() {
             .all(|finding| finding.severity == Severity::Info)
     );
     let codes: Vec<&str> = found.iter().map(|finding| finding.code.as_str()).collect();
-    assert!(codes.contains(&"link-by-accelerometer") && codes.contains(&"accelerometer-bias"));
+    assert!(codes.contains(&"link-by-inertial-sensor") && codes.contains(&"inertial-sensor-bias"));
 }
 
 #[test]
@@ -249,8 +250,8 @@ fn faulty_accelerometers_are_named() {
     let true_twin = stiffer(ONE_AXIS, ALONG_LINKS);
     let reversed = format!("{ONE_AXIS}\nsign = {{ a2 = -1 }}");
     for (code, columns, limit) in [
-        ("accelerometer-saturated", ONE_AXIS, 2.0),
-        ("accelerometer-sign", &reversed, f64::INFINITY),
+        ("inertial-sensor-saturated", ONE_AXIS, 2.0),
+        ("inertial-sensor-sign", &reversed, f64::INFINITY),
         (
             "accelerometer-scale",
             "accelerometer_g.y = [\"a1\", \"a2\"]",
@@ -273,34 +274,20 @@ fn mistakes_are_named() {
         let found = description::read("experiment.toml", text, &[], &mut no_files);
         found.err().unwrap().to_string()
     };
+    let mut messages = Messages::new(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/tests/messages/accelerometer.txt"
+    ));
     let description = text(ONE_AXIS, ALONG_LINKS);
-    let both = refused(&text(&format!("{ONE_AXIS}\n{GYROSCOPES}"), ALONG_LINKS));
-    assert!(
-        both.contains("keep the gyroscopes or the accelerometers"),
-        "{both}"
-    );
-    let two = refused(&description.replace(
-        ONE_AXIS,
-        &format!("{ONE_AXIS}\naccelerometer_m_per_s2.x = [\"b1\", \"b2\"]"),
-    ));
-    assert!(
-        two.contains("an accelerometer has one axis or three"),
-        "{two}"
-    );
-    let refinement =
-        refused(&description.replacen("[\"least-squares\"]", "[\"prediction-error\"]", 1));
-    assert!(
-        refinement.contains("joint1 has an accelerometer") && refinement.contains("least-squares"),
-        "{refinement}"
-    );
-    let corner = refused(&description.replace(
-        ONE_AXIS,
-        &format!("{ONE_AXIS}\naccelerometer_corner_hz = 0.0"),
-    ));
-    assert!(
-        corner.contains("accelerometer_corner_hz = 0 must be positive"),
-        "{corner}"
-    );
+    let both = text(&format!("{ONE_AXIS}\n{GYROSCOPES}"), ALONG_LINKS);
+    messages.note("gyroscopes and accelerometers", &refused(&both));
+    let with = |line: &str| description.replace(ONE_AXIS, &format!("{ONE_AXIS}\n{line}"));
+    let two = with("accelerometer_m_per_s2.x = [\"b1\", \"b2\"]");
+    messages.note("two axes", &refused(&two));
+    let refined = description.replacen("[\"least-squares\"]", "[\"prediction-error\"]", 1);
+    messages.note("refinement", &refused(&refined));
+    let corner = with("accelerometer_corner_hz = 0.0");
+    messages.note("a corner of zero", &refused(&corner));
     // These need the whole robot.
     let unsuited = |text: &str| {
         let experiment = description::read("experiment.toml", text, &[], &mut no_files).unwrap();
@@ -309,23 +296,12 @@ fn mistakes_are_named() {
         found.err().unwrap().to_string()
     };
     let kinematics = format!("dh_modified = [{{}}, {{ a_m = {LENGTH} }}]");
-    let lengths = unsuited(&description.replacen(&kinematics, "kinematics = \"planar-2r\"", 1));
-    assert!(
-        lengths.contains("planar-2r") && lengths.contains("joint1"),
-        "{lengths}"
-    );
-    let half = unsuited(&text(
-        ONE_AXIS,
-        [ALONG_LINKS[0], "accelerometer_xyz_m = [0.2, 0, 0]"],
-    ));
-    assert!(
-        half.contains("joint2") && half.contains("give both"),
-        "{half}"
-    );
+    let planar = description.replacen(&kinematics, "kinematics = \"planar-2r\"", 1);
+    messages.note("no lengths", &unsuited(&planar));
+    let half = [ALONG_LINKS[0], "accelerometer_xyz_m = [0.2, 0, 0]"];
+    messages.note("half a mounting", &unsuited(&text(ONE_AXIS, half)));
     let axis = "accelerometer_rpy_deg = [0, 0, 0]\naccelerometer_xyz_m = [0, 0, 0.1]";
-    let on_axis = unsuited(&text(ONE_AXIS, [axis, ALONG_LINKS[1]]));
-    assert!(
-        on_axis.contains("joint1") && on_axis.contains("away from the axis"),
-        "{on_axis}"
-    );
+    let on_axis = text(ONE_AXIS, [axis, ALONG_LINKS[1]]);
+    messages.note("on the axis", &unsuited(&on_axis));
+    messages.compare();
 }

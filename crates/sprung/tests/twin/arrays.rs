@@ -1,4 +1,4 @@
-//! Columns in memory give what a file with the same numbers gives.
+//! Columns in memory give the result of a file with the same numbers.
 
 use sprung_base::progress::Unheard;
 use sprung_log::{Arrays, LogSource};

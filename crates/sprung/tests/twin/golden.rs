@@ -42,7 +42,12 @@ fn zero_phase_filter_is_that_of_scipy() {
                 0.4 + (7.0 * t).sin() + 0.2 * (200.0 * t).cos() + 0.01 * (k * k % 17) as f64
             })
             .collect();
-        let filter = Butterworth::new(order, cutoff, 1.0 / number("rate_hz")).unwrap();
+        let rate = number("rate_hz");
+        let filter = Butterworth::new(order, cutoff, 1.0 / rate).unwrap();
+        // A section of order two amplifies the rounding of its states by this square, and roundings of random sign in
+        // all samples and orders add up; four deviations for each of both programs.
+        let amplified = (rate / (std::f64::consts::TAU * cutoff)).powi(2).max(1.0);
+        let limit = 8.0 * f64::EPSILON * amplified * (x.len() as f64 * order as f64).sqrt();
         let mut zero_phase = ZeroPhase::new(filter);
         let mut y = Vec::new();
         for part in x.chunks(257) {
@@ -52,10 +57,9 @@ fn zero_phase_filter_is_that_of_scipy() {
         let index = case["index"].as_array().unwrap();
         for (k, expected) in index.iter().zip(numbers(&case["value"])) {
             let k = usize::try_from(k.as_u64().unwrap()).unwrap();
-            // Measured 4.8e-12; the limit allows a factor of 20.
             let error = (y[k] - expected).abs();
             assert!(
-                error < 1e-10,
+                error < limit,
                 "order {order}, {cutoff} Hz, sample {k}: {error:e}"
             );
             worst = worst.max(error);
@@ -80,7 +84,7 @@ fn check_simulation(rows: &[Vec<f64>], stride: usize) {
         }
     }
     println!("simulation, {} rows: {worst:.1e}", rows.len());
-    // Measured 1.8e-8 and 5.1e-8; the limit allows a factor of two.
+    // The tolerance of the integrator.
     assert!(worst < 1e-7, "{worst:e}");
 }
 
@@ -116,8 +120,11 @@ fn check_least_squares(expected: &[f64]) {
         .map(|(found, expected)| (found / expected - 1.0).abs())
         .fold(0.0, f64::max);
     println!("least squares: {worst:.1e}");
-    // Measured 6.2e-9; the limit allows a factor of ten.
-    assert!(worst < 6e-8, "{worst:e}");
+    // A tolerance of 1e-7 changes parameters by 2e-6 (above). The independent code has Runge-Kutta steps of 0.05 ms; where
+    // friction reverses, in about 2 % of the samples, its rate is 2400/s.
+    let by_tolerance = 2e-6 * 1e-10 / 1e-7;
+    let by_steps = 0.02 * (2400.0_f64 * 0.05e-3).powi(4) / 120.0;
+    assert!(worst < by_tolerance + by_steps, "{worst:e}");
 }
 
 #[test]

@@ -10,6 +10,7 @@ use sprung_method::check::check;
 use sprung_method::estimate::{EstimateResult, identify};
 use sprung_model::{Model, Theta};
 use sprung_robot::{self as description, Estimator, Simulate, no_files};
+use sprung_testing::Messages;
 
 use crate::in_memory::with_source;
 use crate::seven::{Arm, EXPERIMENT};
@@ -121,7 +122,7 @@ fn good_gyroscopes_cause_notes_only() {
             .all(|finding| finding.severity == Severity::Info),
         "{codes:?}"
     );
-    assert!(codes.contains(&"link-by-gyroscope") && codes.contains(&"gyroscope-bias"));
+    assert!(codes.contains(&"link-by-inertial-sensor") && codes.contains(&"inertial-sensor-bias"));
 }
 
 #[test]
@@ -129,7 +130,7 @@ fn faulty_gyroscopes_are_named() {
     type Case = (&'static str, &'static str, f64, Severity, &'static str);
     let cases: [Case; 3] = [
         (
-            "gyroscope-sign",
+            "inertial-sensor-sign",
             "gyroscope_rad_per_s.z = [\"w1\", \"w2\"]\nsign = { w2 = -1 }",
             f64::INFINITY,
             Severity::Error,
@@ -142,7 +143,13 @@ fn faulty_gyroscopes_are_named() {
             Severity::Error,
             "",
         ),
-        ("gyroscope-saturated", ONE_AXIS, 0.25, Severity::Error, ""),
+        (
+            "inertial-sensor-saturated",
+            ONE_AXIS,
+            0.25,
+            Severity::Error,
+            "",
+        ),
     ];
     for (code, recorded, limit, severity, line) in cases {
         let found = findings(recorded, ONE_AXIS, |settings| {
@@ -208,7 +215,9 @@ fn mountings_are_found_in_space() {
     assert!(worst(&stiffnesses[..4]) < 15.0);
     // The deflections of the wrist are as small as the noise.
     let mut notes = found.identification.findings.iter();
-    let note = notes.find(|note| note.code == "link-by-gyroscope").unwrap();
+    let note = notes
+        .find(|note| note.code == "link-by-inertial-sensor")
+        .unwrap();
     println!("{}", note.text);
     assert_eq!(note.severity, Severity::Warning);
     assert!(note.text.contains("joint7, whose deflection contains"));
@@ -273,28 +282,22 @@ fn mistakes_are_named() {
         let found = description::read("experiment.toml", &text, &[], &mut no_files);
         found.err().unwrap().to_string()
     };
+    let mut messages = Messages::new(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/tests/messages/gyroscope.txt"
+    ));
     let two = ONE_AXIS.to_owned() + "\ngyroscope_rad_per_s.x = [\"v1\", \"v2\"]";
-    let text = refused(&two, "", "");
-    assert!(text.contains("one axis or three"), "{text}");
-    let text = refused(&format!("{LINKS}\n{ONE_AXIS}"), "", "");
-    assert!(
-        text.contains("a link encoder") && text.contains("keep the gyroscopes"),
-        "{text}"
-    );
-    let text = refused(&format!("{ONE_AXIS}\ngyroscope_corner_hz = 0.0"), "", "");
-    assert!(
-        text.contains("gyroscope_corner_hz = 0 must be positive"),
-        "{text}"
-    );
-    let text = refused(ONE_AXIS, "[\"least-squares\"]", "[\"prediction-error\"]");
-    assert!(
-        text.contains("prediction-error") && text.contains("gyroscope on its link"),
-        "{text}"
-    );
+    messages.note("two axes", &refused(&two, "", ""));
+    let both = format!("{LINKS}\n{ONE_AXIS}");
+    messages.note("gyroscopes and link encoders", &refused(&both, "", ""));
+    let corner = format!("{ONE_AXIS}\ngyroscope_corner_hz = 0.0");
+    messages.note("a corner of zero", &refused(&corner, "", ""));
+    let (linear, refined) = ("[\"least-squares\"]", "[\"prediction-error\"]");
+    messages.note("refinement", &refused(ONE_AXIS, linear, refined));
     let joint = "torque_constant_nm_per_a";
     let cubic = format!("spring = [\"linear\", \"cubic\"]\n{joint}");
-    let text = refused(ONE_AXIS, joint, &cubic);
-    assert!(text.contains("joint1") && text.contains("cubic"), "{text}");
-    let text = refused("gyroscope_rad_per_s.z = [\"w1\"]", "", "");
-    assert!(text.contains("names 1 columns"), "{text}");
+    messages.note("a cubic spring", &refused(ONE_AXIS, joint, &cubic));
+    let one = "gyroscope_rad_per_s.z = [\"w1\"]";
+    messages.note("one column", &refused(one, "", ""));
+    messages.compare();
 }

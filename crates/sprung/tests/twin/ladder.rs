@@ -8,6 +8,7 @@ use sprung_method::estimate::identify;
 use sprung_method::simulate::{TwinSetup, record};
 use sprung_model::Model;
 use sprung_robot::{self as description, no_files};
+use sprung_testing::largest_of_normals;
 
 use crate::in_memory::with_source;
 
@@ -136,19 +137,15 @@ fn every_law_is_found_again() {
         identify(&experiment, &model, &mut [source], &mut Unheard).unwrap()
     });
     let result = &found.identification.results[0];
+    let limit = largest_of_normals(result.parameters.len());
     for (p, truth) in result.parameters.iter().zip(&truth) {
         let value = p.value.unwrap();
         println!("{}: {value:.5} for {truth:.5}", p.name);
-        // Measured 7e-5 for a parameter that is zero, and 1.8 % for the others; the limits allow a factor of ten and of
-        // 1.7.
-        if *truth == 0.0 {
-            assert!(value.abs() < 7e-4, "{}: {value}", p.name);
-        } else {
-            assert!(
-                (value / truth - 1.0).abs() < 0.03,
-                "{}: {value} {truth}",
-                p.name
-            );
-        }
+        let error = p.standard_error.unwrap();
+        assert!(
+            (value - truth).abs() < limit * error,
+            "{}: {value} ± {error}, not {truth}",
+            p.name
+        );
     }
 }

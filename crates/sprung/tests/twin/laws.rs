@@ -1,4 +1,4 @@
-//! Laws by hold-out on logs that do not tell two laws apart.
+//! Laws by cross-validation on logs that do not separate two laws.
 
 use std::fmt::Write;
 
@@ -35,7 +35,7 @@ const INERTIA: f64 = 0.5;
 const VISCOUS: f64 = 2.0;
 const COULOMB: f64 = 1.0;
 
-/// Mean speed, rad/s. A log of more than a turn looks like degrees.
+/// Mean speed, rad/s. A position of more than a turn seems to be in degrees.
 const SPEED: f64 = 0.25;
 
 /// Returns a log of 10 s at the mean speed and at most twice a part of it more or less.
@@ -92,7 +92,7 @@ fn viscous_and_quadratic_friction_at_nearly_constant_speed_are_named_together() 
     let text = missing(&found);
     assert!(text.contains("motor_friction \"viscous\", or "), "{text}");
     assert!(text.contains("or motor_friction \"quadratic\""), "{text}");
-    // At speeds between 0.05 and 0.45 rad/s the log tells them apart.
+    // At speeds between 0.05 and 0.45 rad/s the log separates them.
     let found = identified(r#"["coulomb"]"#, &log(0.4));
     let others = &rungs(&found)[0].not_told_apart_from;
     assert!(others.is_empty(), "{others:?}");

@@ -6,6 +6,7 @@ use sprung_base::finding::Severity;
 use sprung_base::progress::Unheard;
 use sprung_method::estimate::{EstimateResult, identify};
 use sprung_robot::{Constraints, Cutoff, Estimator, Laws, Weights};
+use sprung_testing::least_inside;
 
 use crate::in_memory::with_source;
 use crate::support::Twin;
@@ -80,14 +81,15 @@ fn coverage(twin: &Twin, runs: &[EstimateResult]) -> f64 {
 #[test]
 fn weights_reach_the_noise_of_the_positions() {
     let (weighted, alike) = (twin(Weights::Transition), twin(Weights::None));
-    // Twenty logs have median errors of 0.39 and 1.2 %; three of them, the worst, have 0.41 and 2.0 %.
-    for (counts, limit) in COUNTS.into_iter().zip([0.6, 3.0]) {
+    // Twenty logs have median errors of 0.39 and 1.2 %. A median of 15 errors has a standard error of 0.30 of it
+    // (refined.rs), that of six logs 0.12; four of them.
+    for (counts, limit) in COUNTS.into_iter().zip([0.39 * 1.5, 1.2 * 1.5]) {
         let found = runs(&weighted, counts, 11..=16);
         let (error, inside) = (self::error(&weighted, &found), coverage(&weighted, &found));
         println!("{counts}: median {error:.2} %, inside ci95 {inside:.0} %");
         assert!(error < limit, "{counts}: {error}");
-        // Twenty logs have 98 and 96 %.
-        assert!(inside > 80.0, "{counts}: {inside}");
+        let least = 100.0 * least_inside(6 * 15, 0.95) as f64 / 90.0;
+        assert!(inside >= least, "{counts}: {inside}");
         let without = self::error(&alike, &runs(&alike, counts, 11..=12));
         println!("{counts}, all samples alike: median {without:.2} %");
         // Four logs have more than twice the error of twenty.
@@ -172,9 +174,9 @@ fn exact_positions_need_no_weights() {
     };
     let [with, without] = [Weights::Transition, Weights::None].map(stiffness);
     for (a, b) in with.iter().zip(without) {
-        // Samples at rest count less also with exact positions. Measured 5e-4 for the smallest
-        // friction; the limit allows a factor of four.
-        assert!((a / b - 1.0).abs() < 2e-3, "{a} {b}");
+        // Samples at rest count less also with exact positions. Both estimates have the bias of matched filters, at most
+        // 0.3 % (paper.rs).
+        assert!((a / b - 1.0).abs() < 3e-3, "{a} {b}");
     }
 }
 

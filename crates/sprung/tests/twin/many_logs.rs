@@ -129,7 +129,7 @@ fn each_log_is_a_part_on_a_common_time_axis() {
     assert!(growing.windows(2).all(|pair| pair[0] < pair[1]));
 }
 
-/// A log that cannot be read behind one that stops early: the error names the first faulty one.
+/// A log that cannot be read after one that stops early: the error names the first faulty one.
 #[test]
 fn the_first_faulty_log_is_named() {
     let twin = twin(Weights::None);

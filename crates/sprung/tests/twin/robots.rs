@@ -97,7 +97,7 @@ fn urdf_and_closed_form_give_the_same_estimates() {
     let mut urdf = by_urdf();
     for experiment in [&mut closed.experiment, &mut urdf] {
         experiment.identify.estimator = vec![Estimator::LeastSquares];
-        // Closed form and tree have other unknowns beside the log, and so other priors.
+        // Closed form and tree have different unknowns, and so different priors.
         experiment.identify.constraints = Constraints::None;
     }
     let log = closed.log(closed.experiment.simulate.as_ref().unwrap());
@@ -118,6 +118,7 @@ fn urdf_and_closed_form_give_the_same_estimates() {
         .map(|(a, b)| (a / b - 1.0).abs())
         .fold(0.0, f64::max);
     println!("URDF against closed form: {worst:.1e}");
-    // Measured 7.7e-14, because both descriptions have the same equations.
-    assert!(worst < 1e-11, "{worst:e}");
+    // Both descriptions have the same equations, so their estimates differ by rounding times the condition number, which
+    // is below 1e4 after scaling.
+    assert!(worst < 1e4 * 4.0 * f64::EPSILON, "{worst:e}");
 }

@@ -11,7 +11,8 @@ use sprung_method::estimate::{Decided, EstimateResult, Identified, ParameterEsti
 use sprung_method::simulate::{TwinSetup, record};
 use sprung_model::{Model, Theta};
 use sprung_robot::{
-    self, Constraints, Cutoff, EncoderOffset, Estimator, Experiment, Payload, Simulate, no_files,
+    self as description, Constraints, Cutoff, EncoderOffset, Estimator, Experiment, Payload,
+    Simulate, no_files,
 };
 
 use crate::in_memory::with_source;
@@ -292,7 +293,7 @@ fn a_payload_follows_from_logs_without_and_with_it() {
     let arm = Arm::new(|_| ());
     let logs = empty_and_loaded(&arm);
     let found = identify_both(&arm, &logs, Payload::default());
-    // The robot's own parameters come from the log without payload.
+    // The parameters of the robot come from the log without payload.
     let alone = arm.identify(&logs[0]);
     for (parameter, alone) in (found.identification.results[0].parameters.iter())
         .zip(&alone.identification.results[0].parameters)
@@ -344,7 +345,7 @@ fn a_known_payload_does_not_change_the_robot() {
     assert!(known < 0.2 * ignored, "{known} {ignored}");
 }
 
-/// Standard parameters of the truth with errors as those of CAD: masses, centres of mass and radii.
+/// True standard parameters with errors like those of CAD: masses, centres of mass and radii.
 fn wrong_cad(values: &BTreeMap<String, f64>, seed: u64) -> BTreeMap<String, f64> {
     let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) + 1;
     let mut wrong = || {

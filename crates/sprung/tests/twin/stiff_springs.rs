@@ -79,7 +79,7 @@ fn without_torque_sensor_a_stiff_joint_becomes_rigid_with_one_friction() {
     let compared = rigid.hold_out.unwrap();
     assert!(compared.rigid.unwrap() < 0.05);
     assert!(found.findings.iter().any(|finding| finding.code == CODE));
-    // One friction: what link and motor have together.
+    // One friction: the sums over link and motor.
     assert!(result.parameter("joint2.stiffness").is_none());
     assert!(result.parameter("joint2.link_viscous").is_none());
     let viscous = result.parameter("joint2.motor_viscous").unwrap();

@@ -24,7 +24,7 @@ fn experiment(sharpness: &str) -> (Experiment, Model) {
     (experiment, model)
 }
 
-/// Returns what sprung finds in every second row of a log, by a description without a sharpness.
+/// Returns the result for every second row of a log, by a description without a sharpness.
 fn identified(true_sharpness: &str, keeps: usize) -> (Identification, Vec<f64>) {
     let twin = Twin::new();
     let (truth, model) = experiment(true_sharpness);

@@ -142,7 +142,7 @@ impl Robot {
         })
     }
 
-    /// Returns what all compilers get for the driver.
+    /// Returns the options of all compilers for the driver.
     fn flags(&self, number: Number) -> Vec<String> {
         let mut flags: Vec<String> = STRICT.iter().map(ToString::to_string).collect();
         flags.extend(number.flag().map(str::to_owned));

@@ -45,7 +45,7 @@ const LOOP: u64 = 2_000_000;
 /// Largest error of the count of instructions: one tick of the timer, and the call.
 const COUNT_ERROR: u64 = 100;
 
-/// What a function of the robot takes.
+/// Arguments of a function of the robot.
 #[derive(Clone, Debug, PartialEq)]
 struct Cost {
     function: String,
@@ -204,7 +204,8 @@ pub(super) fn table(rows: &[Row]) -> Vec<String> {
     lines
 }
 
-/// Returns what defines the prefix of the functions and the sizes of a header for the driver.
+/// Returns the definitions of the prefix of the functions and of the sizes in a header for the
+/// driver.
 pub(super) fn defined(header: &str) -> Option<Vec<String>> {
     let prefix = header.lines().find_map(|line| {
         let rest = line.strip_prefix("void ")?;

@@ -1,4 +1,4 @@
-//! Binary files that are cut off, damaged, or of another kind than their name says.
+//! Binary files that are cut off, damaged, or of another kind than their name.
 
 use super::keys::{ARRAYS, MATLAB, NUMBERS, RECORDS, TOPICS, USUAL};
 use super::{Faulty, fixture};

@@ -1,6 +1,11 @@
 //! Seeds of the fuzz targets.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use sprung::progress::Unheard;
+use sprung::session::Session;
+use tempfile::TempDir;
 
 use super::Faulty;
 use super::mcap_bytes::{JOINT_STATE, joint_state};
@@ -9,11 +14,12 @@ use super::mcap_bytes::{JOINT_STATE, joint_state};
 const LARGEST: usize = 100_000;
 
 /// Targets of `fuzz/` by the first bytes of a file. Other files are text.
-const TARGETS: [(&[u8], &str); 10] = [
+const TARGETS: [(&[u8], &str); 11] = [
     (b"\x1f\x8b", "compressed"),
     (b"\x28\xb5\x2f\xfd", "compressed"),
     (b"\x93NUMPY", "npy"),
     (b"PK", "npz"),
+    (b"MATLAB 7.3", "mat73"),
     (b"MATLAB", "mat"),
     (b"PAR1", "parquet"),
     (b"ARROW1", "arrow"),
@@ -62,7 +68,7 @@ pub(super) fn write(folder: &Path, corpus: &[Faulty]) {
         "experiment.toml",
         sprung::demo::EXPERIMENT.as_bytes(),
     );
-    // A definition, and a message behind a zero.
+    // A definition, and a message after a zero.
     let state = joint_state(7, &["joint1", "joint2"], &[0.1, 0.2], &[1.0, 2.0]);
     let messages = folder.join("ros_message");
     std::fs::create_dir_all(&messages).unwrap();
@@ -79,6 +85,56 @@ pub(super) fn write(folder: &Path, corpus: &[Faulty]) {
         let seed = [definition.as_bytes(), &[0], message].concat();
         std::fs::write(messages.join(name), seed).unwrap();
     }
+    meshes(&folder.join("mesh"));
+    results(folder);
+}
+
+/// Writes a mesh of one triangle, as text and in binary.
+fn meshes(folder: &Path) {
+    let text = "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 0.1 0 0\nvertex 0 0.1 0\nendloop\nendfacet\n\
+                endsolid\n";
+    let corners = [0_f32, 0.0, 1.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1, 0.0];
+    let mut binary = vec![0; 80];
+    binary.extend(1_u32.to_le_bytes());
+    binary.extend(corners.iter().flat_map(|corner| corner.to_le_bytes()));
+    binary.extend([0; 2]);
+    std::fs::create_dir_all(folder).unwrap();
+    std::fs::write(folder.join("text"), text).unwrap();
+    std::fs::write(folder.join("binary"), binary).unwrap();
+}
+
+/// Writes the results of the demo: short, because a fuzzer repeats them often.
+fn results(folder: &Path) {
+    let work = TempDir::new().unwrap();
+    let demo = work.path().join("sprung-demo");
+    for words in [&["demo"][..], &["control", "sprung-demo"]] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_sprung"));
+        let status = command
+            .args(words)
+            .arg("--quiet")
+            .current_dir(&work)
+            .status();
+        assert!(status.unwrap().success(), "{words:?}");
+    }
+    let put = |target: &str, name: &str, bytes: &[u8]| {
+        let folder = folder.join(target);
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(folder.join(name), bytes).unwrap();
+    };
+    for (target, name) in [
+        ("identification", "identification.json"),
+        ("identification", "validation.json"),
+        ("control", "control.json"),
+    ] {
+        let text = std::fs::read(demo.join("sprung-out").join(name)).unwrap();
+        let json: serde_json::Value = serde_json::from_slice(&text).unwrap();
+        put(target, name, json.to_string().as_bytes());
+    }
+    put("parameters", "truth.toml", sprung::demo::TRUTH.as_bytes());
+    let session = Session::open(&demo, &[]).unwrap();
+    let choices = session.choices(&mut Unheard).unwrap();
+    let factors = session.factors(&choices, 0, &mut Unheard).unwrap();
+    put("factors", "demo.json", factors.to_json().as_bytes());
 }
 
 fn entries(folder: &Path) -> Vec<PathBuf> {

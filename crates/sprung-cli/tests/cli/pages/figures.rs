@@ -1,4 +1,4 @@
-//! Tables of figures: the demo, what each parameter needs.
+//! Tables of figures: the demo, and the motions for each parameter.
 
 use serde_json::Value;
 

@@ -3,6 +3,8 @@
 use std::fmt::Write;
 use std::process::Command;
 
+use serde_json::{Value, json};
+use sprung::description::refusals;
 use sprung::finding::Explanation;
 
 use super::experiment::same_or_written;
@@ -11,8 +13,9 @@ use crate::common::{stderr, stdout};
 const HEAD: &str = "# Findings
 
 A finding is an observation that you must know. It has a code, a severity, a text with values, a remedy and, where one
-line of the experiment file corrects the cause, this line. This page has the cause, the condition and the remedy of each code;
-`sprung explain CODE` prints them, and `sprung explain --list` prints all codes. [Verdict, promise and
+line of the experiment file corrects the cause, this line. This page has the cause, the condition, the remedy and an
+example of each code; `sprung explain CODE` prints them, `sprung explain --list` prints all codes, and `--json` prints
+either as JSON. A code of an earlier version has the same explanation. [Verdict, promise and
 proof](../explanation/verdict.md#findings-and-their-cost) says what severities cost, [How the check
 works](../explanation/checks.md) its method.
 ";
@@ -32,17 +35,16 @@ fn page() -> String {
 }
 
 fn entry(explanation: &Explanation) -> String {
-    let codes: Vec<String> = explanation
-        .codes
-        .iter()
-        .map(|code| format!("`{code}`"))
-        .collect();
+    let quoted = |codes: &[String]| {
+        let codes: Vec<String> = codes.iter().map(|code| format!("`{code}`")).collect();
+        codes.join(", ")
+    };
     // Links in the texts begin at the root of the repository.
     let linked = |text: &str| {
         text.replace("](docs/", "](../")
             .replace("](../reference/", "](")
     };
-    let mut text = format!("\n### {}\n\n", codes.join(", "));
+    let mut text = format!("\n### {}\n\n", quoted(&explanation.codes));
     writeln!(text, "- Cause: {}.", linked(&explanation.cause)).unwrap();
     let severities = explanation.severities.join(", ");
     match &explanation.condition {
@@ -52,10 +54,25 @@ fn entry(explanation: &Explanation) -> String {
         None => writeln!(text, "- Severity: {severities}.").unwrap(),
     }
     writeln!(text, "- Remedy: {}.", linked(&explanation.remedy)).unwrap();
+    if !explanation.aliases.is_empty() {
+        writeln!(text, "- Earlier codes: {}.", quoted(&explanation.aliases)).unwrap();
+    }
     if let Some(example) = &explanation.example {
-        writeln!(text, "\n> {example}").unwrap();
+        writeln!(text, "\n> {}", quotable(example)).unwrap();
     }
     text
+}
+
+/// Returns a text whose characters are no marks of Markdown.
+fn quotable(text: &str) -> String {
+    let mut shown = String::new();
+    for letter in text.chars() {
+        if "\\`*<".contains(letter) {
+            shown.push('\\');
+        }
+        shown.push(letter);
+    }
+    shown
 }
 
 #[test]
@@ -75,14 +92,16 @@ fn explain(words: &[&str]) -> std::process::Output {
 fn a_finding_is_explained_and_all_are_listed() {
     let list = stdout(&explain(&["--list"]));
     let codes: Vec<&str> = list.lines().collect();
-    assert_eq!(
-        codes.len(),
-        Explanation::all()
-            .iter()
-            .map(|explanation| explanation.codes.len())
-            .sum::<usize>()
-    );
-    for code in ["gaps", "weakly-excited", "noisy-torque"] {
+    let refusals = refusals();
+    let all = Explanation::all().iter().chain(&refusals);
+    let count: usize = all.map(|explanation| explanation.codes.len()).sum();
+    assert_eq!(codes.len(), count);
+    for code in [
+        "gaps",
+        "weakly-excited",
+        "noisy-signal",
+        "servo-of-several-joints",
+    ] {
         assert!(codes.contains(&code));
         let output = explain(&[code]);
         let text = stdout(&output);
@@ -91,7 +110,7 @@ fn a_finding_is_explained_and_all_are_listed() {
             "{text}"
         );
         assert!(
-            text.contains("\ncause ") && text.contains("\nremedy "),
+            text.contains("\ncause ") && text.contains("\nremedy ") && text.contains("\nexample "),
             "{text}"
         );
         assert!(
@@ -117,4 +136,34 @@ fn an_unknown_code_names_the_nearest() {
         stderr(&output)
     );
     assert_eq!(explain(&[]).status.code(), Some(2));
+}
+
+#[test]
+fn an_earlier_code_has_the_explanation_of_its_successor() {
+    let earlier = stdout(&explain(&["noisy-torque"]));
+    assert_eq!(earlier, stdout(&explain(&["noisy-signal"])));
+    assert!(earlier.contains("\nearlier "), "{earlier}");
+}
+
+#[test]
+fn explanations_as_json_have_plain_texts() {
+    let read =
+        |words: &[&str]| -> Value { serde_json::from_str(&stdout(&explain(words))).unwrap() };
+    let table = read(&["--list", "--json"]);
+    let table = table.as_array().unwrap();
+    assert_eq!(table.len(), Explanation::all().len() + refusals().len());
+    let one = read(&["noisy-torque", "--json"]);
+    assert!(table.contains(&one), "{one:#}");
+    assert_eq!(one["codes"], json!(["noisy-signal"]));
+    assert_eq!(one["severities"], json!(["warning"]));
+    for entry in table {
+        for key in ["section", "cause", "remedy", "example"] {
+            let text = entry[key].as_str().unwrap();
+            assert!(!text.is_empty() && !text.contains("]("), "{entry:#}");
+        }
+    }
+    let output = explain(&["weakly-exited", "--json"]);
+    let error: Value = serde_json::from_str(&stderr(&output)).unwrap();
+    assert_eq!(error["code"], "usage");
+    assert_eq!(output.status.code(), Some(2));
 }

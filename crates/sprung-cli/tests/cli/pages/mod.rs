@@ -37,8 +37,8 @@ fn blocks(page: &str, language: &str) -> Vec<String> {
         .collect()
 }
 
-/// Returns the words of each command `sprung …` in a shell block. Single quotes may span lines; a `#`
-/// behind a blank begins a comment.
+/// Returns the words of each command `sprung …` in a shell block. Single quotes may span lines; a `#` after a blank
+/// begins a comment.
 fn commands_of(block: &str) -> Vec<Vec<String>> {
     let mut commands = Vec::new();
     let (mut words, mut word) = (Vec::<String>::new(), String::new());
@@ -64,7 +64,7 @@ fn commands_of(block: &str) -> Vec<Vec<String>> {
     commands
 }
 
-/// Runs the commands of a page's shell blocks in a folder; returns what each printed on stdout.
+/// Runs the commands of a page's shell blocks in a folder; returns the output of each on stdout.
 fn run_commands(page: &str, folder: &Path) -> Vec<String> {
     let commands: Vec<_> = (blocks(page, "sh").iter())
         .flat_map(|block| commands_of(block))

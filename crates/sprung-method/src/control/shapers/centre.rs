@@ -120,7 +120,7 @@ impl Search<'_> {
     }
 }
 
-/// Returns the argument with the least value that a golden-section search meets, and this value.
+/// Returns the argument with the least value in a golden-section search, and this value.
 fn minimise(cost: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2], steps: usize) -> (f64, f64) {
     let section = 0.5 * (5_f64.sqrt() - 1.0);
     let at = |argument: f64| (argument, cost(argument));

@@ -54,8 +54,8 @@ pub(super) struct Choice {
 }
 
 impl Problem<'_> {
-    /// Returns the shortest combination that keeps the level, or that with the least residual if none does. `None` if
-    /// no combination fits into the filter.
+    /// Returns the shortest combination that keeps the level, or else the one with the least residual. `None` if no
+    /// combination fits into the filter.
     pub(super) fn choose(&self) -> Option<Choice> {
         let combinations = self.combinations();
         let mut trade_off: Vec<Evaluated> = (self.listed(&combinations).into_iter())

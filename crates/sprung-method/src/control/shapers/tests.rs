@@ -213,7 +213,7 @@ fn centre_has_the_least_residual_of_a_fine_grid() {
         }
         assert!(found.alone.largest < 1.02 * least, "{found:?} {least}");
     }
-    // The level of the hump is chosen, so EI is never worse than ZVD.
+    // The level of the hump is free, so EI is never worse than ZVD.
     let of = |kind| best(kind, &region, 0.05, period).unwrap();
     let [ei, zvd] = [ShaperKind::Ei, ShaperKind::Zvd].map(of);
     assert!(ei.alone.largest < zvd.alone.largest, "{ei:?} {zvd:?}");

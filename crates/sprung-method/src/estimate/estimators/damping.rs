@@ -2,8 +2,7 @@
 
 use crate::estimate::statistics::ROUNDING;
 
-/// Damping of the first step. The steps of all searches reach their end from it without a failed step where the model
-/// matches.
+/// Damping of the first step. If the model matches, all searches converge from it without a failed step.
 const FIRST: f64 = 1e-3;
 
 /// Growth after a failed step. Marquardt recommends a factor of about 10.
@@ -12,8 +11,8 @@ const GROWTH: f64 = 8.0;
 /// Decrease after a successful step. Marquardt recommends a factor of about 10.
 const DECREASE: f64 = 10.0;
 
-/// Steps that are tried. The last of them is at most a hundredth of a Gauss-Newton step, so that a cost that it does not
-/// decrease is at its minimum but for rounding.
+/// Steps that are tried. The last of them is at most a hundredth of a Gauss-Newton step, so a cost that does not
+/// decrease is at its minimum up to rounding.
 pub(super) const MAX_TRIES: usize = 8;
 
 /// Damping μ of a step: `(A + μ diag A) Δz = −g`.

@@ -1,4 +1,4 @@
-//! The list of changes that the log asked for and that were applied.
+//! The list of applied changes that the log requires.
 
 use crate::description::Joint;
 use crate::estimate::estimators::prediction_error::Retiming;
@@ -13,7 +13,7 @@ const DECLARED: &str = "laws = \"declared\"";
 
 /// Returns the changes beyond the description that all estimators use.
 ///
-/// - `about_logs`: findings about the logs, among which are the samples that were mended.
+/// - `about_logs`: findings about the logs, including the corrected samples.
 /// - `retiming`: timing and sharpness that a first refinement found; `refined`: the refinement with them.
 /// - `laws`: laws by hold-out; `period`: sampling period, s.
 pub(in crate::estimate) fn applied(
@@ -34,7 +34,7 @@ pub(in crate::estimate) fn applied(
         .collect()
 }
 
-/// Wrong samples that are mended are a note; otherwise they are a warning.
+/// Corrected samples are a note; otherwise they are a warning.
 fn mended(finding: &Finding) -> Option<Applied> {
     let is_mended = finding.severity == Severity::Info
         && [SPIKES, STUCK_SAMPLES].contains(&finding.code.as_str());

@@ -1,4 +1,4 @@
-//! Findings about joints at rest, where friction is anywhere between both bounds of its law.
+//! Findings about joints at rest, where friction may have any value between both bounds of its law.
 
 use crate::estimate::statistics::LARGE_SHARE;
 use crate::finding::{Finding, Severity};

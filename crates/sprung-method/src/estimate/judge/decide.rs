@@ -9,7 +9,7 @@ use crate::model::short;
 /// Maximum number of parameters of a finding that the sentence names. It changes words only.
 const MAX_NAMED_PARAMETERS: usize = 4;
 
-/// Decides on a result: sets its verdict and the decision behind it.
+/// Decides on a result: sets its verdict and the decision.
 ///
 /// - `about_logs`: findings about the logs, which count for every result.
 pub(in crate::estimate) fn decide(result: &mut EstimateResult, about_logs: &[Finding]) {
@@ -86,7 +86,7 @@ impl<'a> Reason<'a> {
     }
 }
 
-/// Returns the decision in words: the promise, and what not to use for which reason.
+/// Returns the decision in words: the promise, and the parameters not to use, with reasons.
 fn sentence(verdict: Verdict, promise: &[JointPrediction], reasons: &[Reason<'_>]) -> String {
     let promised = promised(verdict, promise);
     match verdict {

@@ -1,4 +1,4 @@
-//! Tests a delay that the likelihood suggests by blocked hold-out, before it is recommended.
+//! Tests a delay by likelihood in a blocked cross-validation, before it is recommended.
 
 use crate::finding::{Finding, Severity};
 use crate::prepare::{DelayGain, Prepared};

@@ -1,4 +1,4 @@
-//! Whether a robot with the estimated parameters can exist, and what it costs if the equations ask for another one.
+//! Whether a robot with the estimated parameters can exist, and the price of the constraints otherwise.
 
 use sprung_core::parameters::JointParameter;
 
@@ -17,8 +17,8 @@ use crate::numbers::in_percent;
 /// Code of all findings about robots that cannot exist.
 const IMPOSSIBLE: &str = "impossible-robot";
 
-/// Standard errors above which friction is negative by more than chance.
-const SURE: f64 = 2.0;
+/// Standard errors above which negative friction is significant.
+const SIGNIFICANCE_SIGMAS: f64 = 2.0;
 
 /// Reports that the equations give a robot that cannot exist.
 ///
@@ -134,7 +134,7 @@ fn columns<'a>(channels: &'a Channels, joint: usize, signals: &[Signal]) -> Vec<
         .collect()
 }
 
-/// Returns what to do about a spring that cannot exist. A joint with a torque sensor may have no link encoder.
+/// Returns the remedy for a spring that cannot exist. A joint with a torque sensor may have no link encoder.
 fn remedy_of_spring(channels: &Channels, joint: usize) -> String {
     let signals = [Signal::Link, Signal::Spring, Signal::Motor, Signal::Torque];
     let columns = columns(channels, joint, &signals);
@@ -147,7 +147,7 @@ fn remedy_of_spring(channels: &Channels, joint: usize) -> String {
     format!("check signs and delays of {}{estimate}", all.join(", "))
 }
 
-/// Reports parameters that only the constraints keep possible, with the price on held-out parts of the logs.
+/// Reports parameters that are impossible without the constraints, with the price on held-out parts of the logs.
 fn price(model: &Model, result: &EstimateResult, linear: &Linear<'_>) -> Option<Finding> {
     let held: Vec<&ParameterEstimate> = (result.parameters.iter().zip(model.parameters()))
         .filter(|(p, known)| {
@@ -266,7 +266,9 @@ fn negative_friction(model: &Model, result: &EstimateResult) -> Vec<Finding> {
         .zip(&result.parameters)
         .filter(|(parameter, estimate)| parameter.is_friction() && negative(estimate))
         .map(|(_, estimate)| estimate)
-        .partition(|p| -p.value.unwrap_or(0.0) < SURE * p.standard_error.unwrap_or(0.0));
+        .partition(|p| {
+            -p.value.unwrap_or(0.0) < SIGNIFICANCE_SIGMAS * p.standard_error.unwrap_or(0.0)
+        });
     let groups = [
         (
             wrong,
@@ -319,7 +321,7 @@ fn impossible_bodies(model: &Model, result: &EstimateResult) -> Option<Finding> 
     }
 }
 
-/// Returns the standard error of a parameter: zero if it is known, infinite if nothing tells its error.
+/// Returns the standard error of a parameter: zero if the parameter is known, infinite if its error is unknown.
 fn error(parameter: &ParameterEstimate) -> f64 {
     if parameter.fixed {
         return 0.0;

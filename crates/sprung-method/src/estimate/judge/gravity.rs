@@ -1,4 +1,4 @@
-//! Gravity in the wrong frame: tests whether a tilt of gravity, or another zero of a joint, explains the residual.
+//! Tests whether a tilt of gravity, or another zero of a joint, explains the residual.
 
 use crate::description::Experiment;
 use crate::estimate::statistics::{LARGE_SHARE, NEGLIGIBLE_SHARE};

@@ -1,4 +1,4 @@
-//! Findings about the logs after the estimation: their effect on the results is then measured.
+//! Findings about the logs whose effect on the results is measured by the estimation.
 
 use crate::check::DELAYED_CHANNEL;
 use crate::estimate::result::EstimateResult;
@@ -9,10 +9,8 @@ use crate::numbers::in_ms;
 
 /// Codes of findings about noise, filters and excitation. They predict uncertain parameters. After
 /// the estimation the intervals and the promise contain the effect.
-const MEASURED_EFFECTS: [&str; 9] = [
-    "noisy-velocity",
-    "noisy-deflection",
-    "noisy-torque",
+const MEASURED_EFFECTS: [&str; 7] = [
+    "noisy-signal",
     "hardly-moves",
     "position-cutoff-low",
     "position-cutoff-high",
@@ -60,8 +58,8 @@ pub(in crate::estimate) struct DelayOfTorques<'a> {
 }
 
 impl DelayOfTorques<'_> {
-    /// Returns why the delay of one channel is in the intervals, if it is: a torque's that differs by less than half a
-    /// period from that of all torques.
+    /// Returns the reason why the intervals contain the delay of a torque, if it differs by less than half a period
+    /// from that of all torques.
     fn contains(&self, finding: &Finding) -> Option<String> {
         let evidence = finding.evidence.as_ref()?;
         let column = evidence.column.as_ref()?;
@@ -78,7 +76,7 @@ impl DelayOfTorques<'_> {
     }
 }
 
-/// Returns why the likelihood refutes a delay by least squares, if it does.
+/// Returns the evidence of the likelihood against a delay by least squares, if there is any.
 fn refuted(finding: &Finding, result: &EstimateResult) -> Option<String> {
     let refinement = result.refined()?;
     let is_late =

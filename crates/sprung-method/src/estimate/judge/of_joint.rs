@@ -1,4 +1,4 @@
-//! What a result says of a joint.
+//! The result for one joint.
 
 use sprung_core::parameters::JointParameter;
 

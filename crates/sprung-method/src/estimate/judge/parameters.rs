@@ -10,7 +10,7 @@ use crate::numbers::in_percent;
 const WEAK_RELATIVE_ERROR: f64 = 0.15;
 
 /// Ratio of a parameter's torque to the residual of its row. Below this ratio a bias may be as
-/// large as the value, and the standard errors do not show this bias.
+/// large as the value, and the standard errors do not contain this bias.
 const LITTLE_TORQUE_OVER_RESIDUAL: f64 = 3.0;
 
 /// Condition number with scaled columns above which the collinear parameters are named.
@@ -27,8 +27,8 @@ pub(super) fn weak(model: &Model, result: &EstimateResult, findings: &mut Vec<Fi
     let is_vital = |known: &Parameter| known.joint.is_some_and(|(kind, _)| kind.is_vital());
     let weak: Vec<(&ParameterEstimate, &Parameter)> = (result.parameters.iter())
         .zip(model.parameters())
-        // An interval that ends at zero tells itself how little is known. Offsets and preloads may be zero, so their
-        // relative error means nothing.
+        // An interval that ends at zero already shows the uncertainty. Offsets and preloads may be zero, so their
+        // relative error has no meaning.
         .filter(|(p, known)| match known.joint {
             Some((kind, joint)) if p.one_sided => kind.is_vital() && model.is_flexible(joint),
             Some((kind, _)) if kind.is_friction() => p.value.is_none_or(|value| value >= 0.0),

@@ -7,7 +7,7 @@ use crate::model::Model;
 use crate::numbers::in_percent;
 use crate::regression::System;
 
-/// Fractions from which on a factor is easier to read than a percentage, and from which on its size does not matter.
+/// Fractions above which a factor is easier to read than a percentage, and above which its size is irrelevant.
 const FACTOR: f64 = 10.0;
 const LARGE_FACTOR: f64 = 1000.0;
 

@@ -89,9 +89,7 @@ const REASONS: &[(&str, &str)] = &[
     ),
     ("no-possible-bodies", "no possible bodies have these values"),
     ("no-promise", "a part of the log alone contains the motion"),
-    ("noisy-deflection", "the deflection is mostly noise"),
-    ("noisy-torque", "the torque is mostly noise"),
-    ("noisy-velocity", "the velocity is mostly noise"),
+    ("noisy-signal", "a signal is mostly noise"),
     ("not-identifiable", "the motion excites only combinations"),
     (
         "not-predicted",

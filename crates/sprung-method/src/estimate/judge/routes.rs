@@ -7,8 +7,8 @@ use crate::finding::{Finding, Severity};
 use crate::fit::Fitted;
 use crate::model::Model;
 
-/// Reports parameters whose refined value contradicts least squares. Both weigh the samples
-/// differently, so an effect that the model lacks moves them apart.
+/// Reports parameters whose refined value contradicts least squares. The methods weight the samples
+/// differently, so a missing effect makes them differ.
 ///
 /// - `fitted`: result of least squares.
 pub(super) fn routes_disagree(

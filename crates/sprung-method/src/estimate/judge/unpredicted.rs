@@ -12,11 +12,11 @@ const NOT_PREDICTED: f64 = 0.5;
 /// A joint hardly moves if its position deviates from its mean by less than this multiple of the noise of its encoder.
 const HARDLY: f64 = 100.0;
 
-/// A deflection is seen if it exceeds this multiple of the noise of both encoders.
+/// A deflection is significant if it exceeds this multiple of the noise of both encoders.
 const SEEN: f64 = 3.0;
 
-/// Reports joints with a promised error above half of the torque or the deflection: serious, except for joints that hardly
-/// move, whose log does not tell more.
+/// Reports joints with a promised error above half of the torque or the deflection: serious, except for joints that
+/// hardly move.
 pub(in crate::estimate) fn unpredicted(
     result: &EstimateResult,
     joints: &[String],

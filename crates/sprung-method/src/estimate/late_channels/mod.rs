@@ -14,11 +14,11 @@ use crate::progress::Listener;
 use refined::{Refined, significance};
 use stretch::{RowDelay, Stretch};
 
-/// Maximum number of refinements with the delay of a suspect.
+/// Maximum number of refinements with the delay of a suspected channel.
 const MAX_TRIALS: usize = 16;
 
-/// A suspect is no rival of a channel that explains the log if the evidence for its delay is below
-/// this fraction.
+/// A suspected channel is no rival of a channel that explains the log if the evidence for its delay
+/// is below this fraction.
 const RIVAL_SHARE: f64 = 0.5;
 
 /// Starts of a search for a delay, s, after the estimates of the last refinement and of the torque
@@ -37,7 +37,7 @@ const SAME_START_SAMPLES: f64 = 5.0;
 /// channel if no other significant delay is left and the delay does not raise the held-out error of
 /// the motor torques. Joints whose description gives a delay are not searched.
 ///
-/// All refinements use one stretch of the log, whose length bounds their work.
+/// All refinements use one segment of the log, whose length bounds their work.
 ///
 /// # Errors
 ///
@@ -79,8 +79,8 @@ pub fn late_channels(
         progress,
         found: Vec::new(),
     };
-    // One late link channel makes its neighbours seem late. So the search first looks for a channel
-    // that explains all delays, then for one channel per joint.
+    // One late link channel makes its neighbours seem late. So the search first tries one channel
+    // that explains all delays, then one channel per joint.
     for explains in [Explains::EveryJoint, Explains::ItsJoint] {
         while let Some(accepted) = search.likeliest(explains)? {
             search.accept(accepted);
@@ -193,7 +193,8 @@ impl LateSearch<'_, '_> {
         Ok(best.map(|(_, accepted)| accepted))
     }
 
-    /// Estimates the delay of a suspect from several starts. Returns it if it explains the log.
+    /// Estimates the delay of a suspected channel from several starts. Returns it if it explains
+    /// the log.
     fn explanation(
         &mut self,
         explains: Explains,

@@ -45,8 +45,7 @@ impl Refined {
         }
     }
 
-    /// Returns whether the first rung follows the log. A lower rung may hide a long delay as well as
-    /// a failure does.
+    /// Returns whether the first rung follows the log. A lower rung, like a failure, may mask a long delay.
     pub(super) fn is_sound(&self) -> bool {
         self.used && self.rung == 0
     }

@@ -1,4 +1,4 @@
-//! The refinements of a search for late channels: on one stretch of the first log, as long as their
+//! The refinements of a search for late channels: on one segment of the first log, as long as their
 //! work allows.
 
 use sprung_core::friction::Law;
@@ -56,7 +56,7 @@ impl Limited<'_> {
     }
 }
 
-/// The stretch of the first log on which the search refines, with the delays that are known.
+/// The segment of the first log on which the search refines, with the delays that are known.
 pub(super) struct Stretch<'a, 's> {
     prepared: &'a Prepared,
     /// Settings with the known delays.
@@ -66,7 +66,7 @@ pub(super) struct Stretch<'a, 's> {
 }
 
 impl<'a, 's> Stretch<'a, 's> {
-    /// Returns the stretch in which the joints jerk most; `None` if gaps leave none.
+    /// Returns the segment in which the joints jerk most; `None` if gaps leave none.
     pub(super) fn new(prepared: &'a Prepared, source: &'s mut LogSource<'_>) -> Option<Self> {
         let (reading, excerpt) = (prepared.reading(), prepared.excerpt());
         let limit = MAX_WORK / reading.model().coordinates().pow(2);
@@ -77,7 +77,7 @@ impl<'a, 's> Stretch<'a, 's> {
             Some([first, blocks.next_back()?.time.last().copied()?])
         };
         let ([begin, _], [first, last]) = (of(excerpt)?, of(&samples)?);
-        // A window must not move the beginning of a log that it does not cut.
+        // A window must not change the beginning of a log that it does not cut.
         let from = (begin < first).then_some(first);
         Some(Self {
             reading: reading.clone(),
@@ -118,7 +118,7 @@ impl<'a, 's> Stretch<'a, 's> {
     }
 
     /// Returns the delays of the channels of some joints by the torque rows, one channel at a time,
-    /// as far as these rows tell them.
+    /// as far as these rows determine them.
     pub(super) fn by_torque_rows(&self, joints: &[usize]) -> Vec<RowDelay> {
         let reading = self.reading.without_weights();
         let (channels, excerpt) = (reading.channels(), self.prepared.excerpt());
@@ -144,7 +144,7 @@ impl<'a, 's> Stretch<'a, 's> {
     ///
     /// - `start`: the channel, and the delay from which the search starts, s.
     ///
-    /// Returns a failed refinement if the stretch is too short, or if the runs of the filter have
+    /// Returns a failed refinement if the segment is too short, or if the runs of the filter have
     /// reached their limit.
     pub(super) fn refined(
         &mut self,
@@ -194,8 +194,8 @@ impl<'a, 's> Stretch<'a, 's> {
     }
 }
 
-/// Leaves only those parameters to the refinement of a short stretch that a delay changes. Bodies
-/// and Coulomb friction keep their values of the whole excerpt, because a short motion does not
+/// Lets the refinement of a short segment estimate only parameters that a delay changes. Bodies and
+/// Coulomb friction keep their values of the whole excerpt, because a short motion does not
 /// determine them.
 fn hold_others(model: &Model, fitted: &mut Fitted) {
     for (parameter, free) in model.parameters().iter().zip(&mut fitted.identifiable) {

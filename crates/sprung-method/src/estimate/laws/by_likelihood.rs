@@ -20,7 +20,7 @@ impl Chosen {
         replace_velocities(&mut self.result, found);
     }
 
-    /// Takes over the gains of other laws that add the same, and what is missing by them.
+    /// Takes over the gains of equivalent laws, and the torque error with them.
     pub(in crate::estimate) fn update(&mut self, other: Self) {
         let before = std::mem::replace(&mut self.result, other.result);
         self.finding = other.finding;

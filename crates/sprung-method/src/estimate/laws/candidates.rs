@@ -36,7 +36,7 @@ pub(super) enum Tier {
     Residual,
 }
 
-/// A change that a log can ask for.
+/// A change that a log can require.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Candidate {
     pub(super) joint: usize,
@@ -75,8 +75,8 @@ pub(super) struct Candidates {
     pub(super) all: Vec<Candidate>,
     /// Columns, each with the index of its unknown.
     pub(super) probes: Vec<(Probe, usize)>,
-    /// Unknowns of no law: a torque that acts later or earlier than the log says or saturates, and Coulomb friction of another
-    /// sharpness. A law has to explain more than they do.
+    /// Unknowns of no law: a torque that acts later or earlier than logged or saturates, and Coulomb friction of
+    /// another sharpness. A law has to explain more than they do.
     pub(super) nuisances: Vec<usize>,
     unknowns: usize,
 }
@@ -132,7 +132,7 @@ impl Candidates {
                     continue;
                 }
                 for share in STRIBECK_VELOCITIES {
-                    // The Coulomb transition hides Stribeck friction of a lower velocity.
+                    // The Coulomb transition masks Stribeck friction of a lower velocity.
                     let velocity = share * speed;
                     if velocity * shape.sharpness < SATURATED_ARGUMENT {
                         continue;

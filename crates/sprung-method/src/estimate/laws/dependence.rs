@@ -12,8 +12,8 @@ use crate::regression::{System, Triangle};
 /// Returns the viscous and Coulomb friction of all sides with further laws, raw and projected.
 ///
 /// Further laws explain friction that viscous and Coulomb friction could explain too, so the raw parameters depend on
-/// the choice of these laws, and a simulator without them needs others. The projection is the least-squares fit of the
-/// friction of the side, further laws included, by viscous and Coulomb friction along the motion.
+/// the choice of these laws, and a simulator without them needs other values. The projection is the least-squares fit
+/// of the friction of the side, further laws included, by viscous and Coulomb friction along the motion.
 pub(in crate::estimate) fn dependence(
     model: &Model,
     system: &System,
@@ -93,7 +93,7 @@ impl Columns {
         found
     }
 
-    /// Returns the parameters of the other laws; `None` if the log does not tell these laws apart.
+    /// Returns the parameters of the other laws; `None` if the log does not separate these laws.
     fn projected(
         &self,
         model: &Model,

@@ -9,13 +9,12 @@ use crate::estimate::statistics::{MAX_ITERATIONS, NEGLIGIBLE_SHARE, SIGNIFICANT_
 const MIN_LINK_GAIN: f64 = 0.2;
 
 /// Least torque of a change, as a fraction of the joint's torque, and least part of it that no other law explains. On a
-/// log without noise even the smearing of the filters asks for laws.
+/// log without noise even the smearing of the filters adds laws.
 const LEAST_TORQUE_SHARE: f64 = 0.01;
 const LEAST_OWN_SHARE: f64 = 0.002;
 
-/// Two changes explain the same if the second one gains at least this fraction of the first, less
-/// by at most [`SIGNIFICANT_SIGMAS`] standard deviations of the difference, and less than [`NEGLIGIBLE_SHARE`] after
-/// it.
+/// Two changes are equivalent if the second one gains at least this fraction of the first, less by at most
+/// [`SIGNIFICANT_SIGMAS`] standard deviations of the difference, and less than [`NEGLIGIBLE_SHARE`] after it.
 const ALIKE_SHARE: f64 = 0.8;
 
 /// One change.
@@ -116,8 +115,8 @@ impl<'a> Ladder<'a> {
         Some(ladder)
     }
 
-    /// Climbs over the candidates that `may` allows. A tier is climbed until none of its changes
-    /// counts.
+    /// Climbs over the candidates that `may` allows. A tier ends when none of its changes is
+    /// significant.
     ///
     /// - `least`: least gain of a change.
     pub(super) fn climb(
@@ -202,7 +201,7 @@ impl<'a> Ladder<'a> {
         true
     }
 
-    /// Notes the rivals of the last change that gain nothing after it.
+    /// Records the rivals of the last change that have no gain after it.
     fn mark_alike(&mut self, mut rivals: Vec<usize>) {
         rivals.retain(|&rival| {
             let rest = self.gain(rival, &self.candidates[rival]);
@@ -258,7 +257,7 @@ impl<'a> Ladder<'a> {
                         MIN_LINK_GAIN
                     }
                 }),
-            // Every gear has an offset, viscous and Coulomb friction, so no nuisance is more likely than they are.
+            // Every gear has an offset, viscous and Coulomb friction, so these laws come before nuisance parameters.
             beats_nuisances: candidate.tier() == Tier::Essential
                 || is_practical && self.beats_nuisances(candidate, rows, torque),
             candidate: index,

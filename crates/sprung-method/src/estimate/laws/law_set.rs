@@ -9,7 +9,7 @@ use crate::description::{Experiment, FrictionLaw, Laws, SpringTerm};
 use crate::estimate::result::LawsByHoldOut;
 use crate::finding::Finding;
 
-/// Laws by hold-out, and the changes that are to be made.
+/// Laws by cross-validation, and the changes to be made.
 #[derive(Clone)]
 pub(in crate::estimate) struct Chosen {
     pub(in crate::estimate) result: LawsByHoldOut,

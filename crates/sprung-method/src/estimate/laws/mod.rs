@@ -1,5 +1,4 @@
-//! Laws of friction and springs by hold-out: which laws beyond those of the description predict
-//! parts of the log better that the fit has not seen.
+//! Laws of friction and springs: cross-validation of laws beyond those of the description.
 
 mod by_likelihood;
 mod candidates;
@@ -36,12 +35,10 @@ const LARGE_GAIN_OF_JOINT: f64 = 0.08;
 
 /// Climbs the ladder of laws on the beginning of the first log.
 ///
-/// The regression is formed once, with a column for each law that a joint can have. Each step adds
-/// the law whose column decreases the held-out residual of its joint's rows most, as long as the
-/// gain is 3 times its standard deviation over the parts of the log and at least 5 % for a law that is added, 1 % for
-/// one that is named. Offset,
-/// viscous and Coulomb friction come first. Residual laws come last and only where the settings
-/// ask for `"auto"`.
+/// The regression is formed once, with a column for each law that a joint can have. Each step adds the law whose column
+/// decreases the held-out residual of its joint's rows most, as long as the gain is 3 times its standard deviation over
+/// the parts of the log and at least 5 % for a law that is added, 1 % for one that is named. Offset, viscous and
+/// Coulomb friction come first. Residual laws come last and only with the setting `"auto"`.
 ///
 /// Returns `None` if the log is too short for parts.
 pub(super) fn choose_laws(prepared: &Prepared) -> Option<Chosen> {
@@ -65,7 +62,7 @@ pub(super) fn choose_laws(prepared: &Prepared) -> Option<Chosen> {
             Change::TorqueLoad | Change::Spring(SpringTerm::Damping) => false,
             Change::Friction(..) | Change::Spring(_) => true,
         };
-        // Link positions by accelerometers have errors that look like laws.
+        // Link positions by accelerometers have errors that resemble laws.
         let is_direct = channels.inertial.is_none();
         is_told && is_direct && laws_of(experiment, candidate.joint) == Laws::Auto
     };
@@ -147,7 +144,7 @@ pub fn with_found_laws(experiment: &Experiment, found: &LawsByHoldOut) -> Experi
     with
 }
 
-/// Returns the finding about laws that hold-out asks for and that were not added.
+/// Returns the finding about laws that cross-validation selects and that were not added.
 fn finding(result: &LawsByHoldOut, laws: Laws) -> Option<Finding> {
     let missing: Vec<&LawRung> = result.rungs.iter().filter(|rung| !rung.made).collect();
     let last = missing.last()?;

@@ -32,7 +32,7 @@ fn tested_friction() -> impl Iterator<Item = (Family, Law)> {
     (Family::ALL.iter()).filter_map(|&family| match family {
         Family::Offset | Family::Stribeck | Family::Load => Some((family, family.laws()[0])),
         // Viscous and Coulomb friction are part of every model that the refinement runs; the others
-        // have several parameters, or take the place of a law that the model has.
+        // have several parameters, or replace a law of the model.
         Family::Viscous
         | Family::Coulomb
         | Family::ViscousAsymmetric

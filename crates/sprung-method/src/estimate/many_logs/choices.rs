@@ -1,4 +1,4 @@
-//! What an identification chose from the first log, as a value that holds for all logs of the robot.
+//! Choices of an identification by the first log, valid for all logs of the robot.
 
 use std::collections::BTreeMap;
 

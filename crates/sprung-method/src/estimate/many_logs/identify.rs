@@ -14,7 +14,7 @@ use crate::stopwatch::Stopwatch;
 
 /// Makes the choices that hold for all logs of a robot from the beginning of its first log.
 ///
-/// They are those of an identification by least squares, whichever estimators the experiment names.
+/// They are those of an identification by least squares, for any estimators of the experiment.
 ///
 /// # Errors
 ///

@@ -30,14 +30,14 @@ pub(in crate::estimate) struct Loaded<'a> {
 /// Estimates a payload; `None` for a robot in closed form, or if the logs determine nothing.
 ///
 /// - `estimator`, `numbers`: estimate of the robot without the payload.
-/// - `empty`, `linear`: reduced system of the logs without it, and their least squares. Its standard
-///   errors tell the colour of the residuals.
+/// - `empty`, `linear`: reduced system of the logs without it, and their least squares. Its standard errors contain the
+///   colour of the residuals.
 ///
 /// # Source
 ///
-/// Khalil, Gautier and Lemoine, "Identification of the payload inertial parameters of industrial
-/// manipulators", ICRA 2007: the methods with the robot's own parameters known and with both estimated
-/// together; here the robot's own covariance joins them.
+/// Khalil, Gautier and Lemoine, "Identification of the payload inertial parameters of industrial manipulators", ICRA
+/// 2007: the methods with known parameters of the robot and with both estimated together; here the covariance of the
+/// robot's parameters joins them.
 pub(in crate::estimate) fn payload_of(
     model: &Model,
     loaded: &Loaded<'_>,
@@ -51,7 +51,7 @@ pub(in crate::estimate) fn payload_of(
     let columns: Vec<Theta> = (0..BODY)
         .map(|k| model.change_by_standard(loaded.link * BODY + k))
         .collect();
-    // The difference of equal estimates cancels errors that both have: the same weights, and no constraints.
+    // The difference of two estimates with equal settings cancels common errors: the same weights, and no constraints.
     let alone = HoldOut::new(model, loaded.system, 1)
         .weighted(linear.weights())
         .fit(|_| true)?;
@@ -155,14 +155,14 @@ fn without_bias(numbers: &Numbers) -> Vec<f64> {
     }
 }
 
-/// Returns whether the loaded logs have a value of a parameter of their own.
+/// Returns whether a parameter has a separate value in the loaded logs.
 fn has_loaded_value(model: &Model, parameter: usize) -> bool {
     (model.parameters()[parameter].joint).is_some_and(|(kind, _)| {
         matches!(kind, JointParameter::Friction(..) | JointParameter::Preload)
     })
 }
 
-/// Solves for the payload, the robot's own parameters, and friction of the loaded logs.
+/// Solves for the payload, the parameters of the robot, and friction of the loaded logs.
 ///
 /// - `empty`, `loaded`: estimates without and with the payload, each with its information.
 /// - `columns`: change of theta by each parameter of the payload.

@@ -1,4 +1,4 @@
-//! Information about theta: the metric in which possible bodies are near to an estimate.
+//! Information about theta: the metric of the distance between possible bodies and an estimate.
 
 use faer::Mat;
 

@@ -1,10 +1,9 @@
 //! Possible bodies: inertial parameters of single links with positive definite second moments, positive
 //! rotor inertias, stiffnesses and friction, nearest to an estimate and to nominal values.
 //!
-//! The program minimises the squared distance from the estimate in the metric of its information, plus
-//! the distance from the nominal values of the bodies. It has one unknown per inertial parameter of a
-//! link, so a full set of parameters comes out. The log decides the base parameters; the nominal values
-//! decide the rest.
+//! The program minimises the squared distance from the estimate in the metric of its information, plus the distance
+//! from the nominal values of the bodies. It has one unknown per inertial parameter of a link, so the result is a full
+//! set of parameters. The log decides the base parameters; the nominal values decide the rest.
 //!
 //! # Source
 //!

@@ -32,7 +32,7 @@ pub(super) fn about_regions(tree: &Tree, outside: &[String]) -> Vec<Finding> {
     .collect()
 }
 
-/// Returns the finding that something else takes the place of the geometry of links.
+/// Returns the finding that another region replaces the geometry of links.
 fn instead(tree: &Tree, code: &str, faults: &[(usize, &NoShape)]) -> Option<Finding> {
     if faults.is_empty() {
         return None;

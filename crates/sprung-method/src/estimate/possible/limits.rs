@@ -25,7 +25,8 @@ pub(in crate::estimate) struct Estimated<'a> {
     pub(in crate::estimate) unconstrained: &'a [f64],
     /// Parameters of a robot that can exist, \[p\].
     pub(in crate::estimate) theta: &'a [f64],
-    /// Standard errors without constraints, \[p\]; they contain more than the equations tell.
+    /// Standard errors without constraints, \[p\]; they contain more than the information of the
+    /// equations.
     pub(in crate::estimate) errors: &'a [f64],
 }
 
@@ -48,8 +49,8 @@ impl Robots<'_> {
     /// Returns the 95 % interval of each of some parameters; `None` for a parameter without one.
     ///
     /// An interval contains the values of all robots that can exist whose squared distance from the equations exceeds
-    /// the least one by at most the square of `width`. Where no constraint matters, its ends are the value minus
-    /// and plus `width` standard errors. All parameters have this one rule.
+    /// the least one by at most the square of `width`. Where no constraint is active, its ends are the value minus and
+    /// plus `width` standard errors. All parameters have this one rule.
     ///
     /// - `known`: parameters with a standard error, by index.
     /// - `width`: half the width of an interval without constraints, in standard errors.
@@ -157,8 +158,8 @@ impl Profile<'_> {
         })
     }
 
-    /// Returns the end of an interval, and whether the parameter cannot go on there: the robot that minimises half the
-    /// squared distance minus a multiple of the parameter, with the multiple at which the distance is at its limit.
+    /// Returns the end of an interval, and whether the end is a bound: the robot that minimises half the squared
+    /// distance minus a multiple of the parameter, with the multiple at which the distance is at its limit.
     ///
     /// - `width`: half the width of the interval, in standard errors; negative for the lower end.
     fn end(&self, index: usize, error: f64, width: f64) -> Option<(f64, bool)> {

@@ -1,8 +1,8 @@
 //! Robots that can exist: possible bodies, springs and friction, as a convex set.
 //!
 //! The estimate minimises the squared residuals of the equations over this set. It has one unknown per inertial
-//! parameter of a link, so a full set of parameters comes out. The log decides the base parameters; the nominal values
-//! decide the rest.
+//! parameter of a link, so the result is a full set of parameters. The log decides the base parameters; the nominal
+//! values decide the rest.
 //!
 //! # Source
 //!

@@ -1,4 +1,4 @@
-//! Prior of the bodies: the nominal values, and how far they may be from the truth.
+//! Prior of the bodies: the nominal values and their errors.
 
 use sprung_core::spatial::BODY;
 
@@ -9,12 +9,12 @@ use crate::model::{Block, Entry, Model, Program, Region, TreeLinks, is_possible,
 /// would make the entropic distance infinite in one direction.
 const THINNEST: f64 = 1e-4;
 
-/// Weight of the entropic distance from bodies of equal size in all directions, where no nominal body
-/// is given, and beside the Euclidean distance. It only decides where nothing else does.
-const WEAK: f64 = 1e-3;
+/// Weight of the entropic distance from bodies of equal size in all directions, without a nominal body, and with the
+/// Euclidean distance. It decides only directions that the log does not determine.
+const WEIGHT_WITHOUT_NOMINAL: f64 = 1e-3;
 
-/// Weight of nominal values beside a log where the log decides. Values that are wrong by three of their errors then
-/// move a parameter that the log determines as well as they do by a thirtieth of its standard error.
+/// Weight of nominal values beside a log where the log decides. A parameter that the log determines as accurately as
+/// the prior then moves by a thirtieth of its standard error, if the prior is wrong by three of its errors.
 const WHERE_LOG_DECIDES: f64 = 1e-2;
 
 /// Mass of a link of a cobot with a region of this radius, kg and m: links of arms of 0.5 to 1.5 m reach have 1 to 5 kg.
@@ -25,8 +25,8 @@ const ORDINARY_REGION: f64 = 0.25;
 const ORDINARY_RADIUS: f64 = 0.1;
 const ORDINARY_ROTOR: f64 = 0.1;
 
-/// Radius of a compact body over that of its region. Draws take the whole region: a compact body would hold the centre of
-/// mass near that of the region.
+/// Radius of a compact body over that of its region. Draws use the whole region: a compact body would keep the centre
+/// of mass near that of the region.
 const COMPACT: f64 = 0.5;
 
 /// Weight of the entropic distance from ordinary bodies and rotors where robots are drawn: the error of each mass and each
@@ -42,13 +42,13 @@ pub(in crate::estimate) enum Tool {
     Anywhere,
 }
 
-/// What the prior and the regions of the links stand beside.
+/// Information that prior and regions of the links complement.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::estimate) enum Beside<'a> {
-    /// A finished estimate, whose bodies are wanted: nominal values count with their errors.
+    /// Bodies of a finished estimate: nominal values count with their errors.
     Estimate,
-    /// A log with these largest speeds of the joints, rad/s (m/s), \[n\]. It decides: nominal values count a hundred
-    /// times less, masses lie in the regions of their links, and sums of friction laws take energy.
+    /// A log with these largest speeds of the joints, rad/s (m/s), \[n\]. The log decides: nominal values count a
+    /// hundred times less, masses lie in the regions of their links, and sums of friction laws take energy.
     Log(&'a [f64], Tool),
     /// Draws of robots, with the set of robots of `Log`: nominal values count with their errors, other bodies are ordinary
     /// ones with errors as large as themselves.
@@ -66,7 +66,7 @@ impl Beside<'_> {
     /// Returns the weight of the entropic distance from a body that is no nominal one.
     fn weight_without_nominal(self) -> f64 {
         match self {
-            Self::Estimate | Self::Log(..) => WEAK,
+            Self::Estimate | Self::Log(..) => WEIGHT_WITHOUT_NOMINAL,
             Self::Draws(..) => ORDINARY,
         }
     }
@@ -198,7 +198,7 @@ pub(super) fn impossible(model: &Model, links: &TreeLinks) -> Vec<String> {
 ///
 /// - `block`: the second moments of the body in the program, or its rotor inertia.
 /// - `unknowns`: unknown of each parameter of the body; `None` for known values.
-/// - `settings`, and what the prior stands beside.
+/// - `settings`, and the information that the prior complements.
 pub(super) fn add_prior(
     program: &mut Program,
     block: &mut Block,
@@ -212,7 +212,7 @@ pub(super) fn add_prior(
     let weight = if prior.is_nominal && !quadratic {
         beside.weight() / (block.rows as f64 * relative * relative)
     } else if prior.is_nominal {
-        WEAK
+        WEIGHT_WITHOUT_NOMINAL
     } else {
         beside.weight_without_nominal()
     };

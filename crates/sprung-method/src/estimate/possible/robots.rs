@@ -28,7 +28,7 @@ pub(in crate::estimate) struct Robots<'a> {
     pub(in crate::estimate) outside: Vec<String>,
     /// Indices in theta of the other unknowns.
     pub(in crate::estimate) others: Vec<usize>,
-    /// What each block says, as the subject of a sentence.
+    /// Condition of each block, as the subject of a sentence.
     subjects: Vec<String>,
     /// Change of theta by each unknown, \[p\] each.
     pub(in crate::estimate) columns: Vec<Theta>,
@@ -358,7 +358,7 @@ fn mass_limits(links: &TreeLinks, count: usize, settings: &Physical) -> Vec<Mass
     total.into_iter().chain(single).collect()
 }
 
-/// Returns whether a parameter of a drive is that of no robot if it is negative.
+/// Returns whether a negative value of a parameter of a drive is impossible.
 pub(in crate::estimate) fn must_be_positive(parameter: &Parameter) -> bool {
     parameter
         .joint

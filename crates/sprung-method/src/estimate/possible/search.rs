@@ -96,7 +96,7 @@ impl Robots<'_> {
     }
 
     /// Returns whether parameters are those of a robot that can exist and is in the middle of such robots, in a metric.
-    /// Parameters near the border may be told to be outside.
+    /// Parameters near the border may be reported as outside.
     pub(in crate::estimate) fn contains(&self, information: &Mat<f64>, theta: &[f64]) -> bool {
         let search = self.search(information, &product(information, theta), theta);
         let middle = (search.program).minimise(&search.start, search.program.rows() as f64);

@@ -4,7 +4,7 @@ use crate::model::{Block, ROWS};
 
 const SIZE: usize = ROWS * ROWS;
 
-/// Part of the way to a border that a step leaves out, so that rounding puts no robot outside.
+/// Part of the distance to a border that a step keeps, so that rounding puts no robot outside.
 const MARGIN: f64 = 1e-9;
 
 /// Rotations after which the eigenvalues of a small matrix are exact: each sweep squares the relative rest.
@@ -127,7 +127,8 @@ impl Borders {
         is_inside
     }
 
-    /// Returns how far one may go along a coordinate, down and up; `None` if rounding put the place on a border.
+    /// Returns the distances to the borders along a coordinate, down and up; `None` if rounding put the place on a
+    /// border.
     pub(super) fn ends(&self, place: &Place, coordinate: usize) -> Option<[f64; 2]> {
         let change = &self.along[coordinate];
         let (mut least, mut largest) = (0.0_f64, 0.0_f64);

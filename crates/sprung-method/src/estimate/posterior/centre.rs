@@ -9,7 +9,7 @@ use crate::estimate::possible::{Robots, must_be_positive};
 use crate::estimate::result::EstimateResult;
 use crate::model::{Block, Program};
 
-/// Distance from its bound at which a drive's parameter starts, in its errors.
+/// Start distance of a drive's parameter from its bound, in its errors.
 const INSIDE: f64 = 1e-3;
 
 /// Returns the matrices that must be positive definite, without the prior.
@@ -22,7 +22,7 @@ pub(super) fn borders_of(robots: &Robots<'_>) -> Vec<Block> {
     robots.prior.blocks.iter().map(without_prior).collect()
 }
 
-/// Returns the robot of the result, as far as it tells it, else of the prior.
+/// Returns the robot of the result where the result determines it, else of the prior.
 pub(super) fn start(robots: &Robots<'_>, rest: &Rest, result: &EstimateResult) -> Vec<f64> {
     let mut start = robots.start.clone();
     for (entry, index) in start.iter_mut().zip(&robots.standard) {

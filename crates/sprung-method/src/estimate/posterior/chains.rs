@@ -16,11 +16,11 @@ use super::truncated::draw;
 /// Number of chains, whatever the number of threads.
 const CHAINS: usize = 8;
 
-/// Sweeps before the first robot: those that forget the start, and those that tell how fast a chain forgets.
+/// Sweeps before the first robot: burn-in, and draws that measure the correlation of a chain.
 const FORGET: usize = 16;
 const LISTEN: usize = 48;
 
-/// Largest correlation of neighbours that thinning leaves: half of the robots then count as independent.
+/// Largest correlation of neighbours after thinning: half of the robots then count as independent.
 const LEFT: f64 = 1.0 / 3.0;
 
 /// Normal draws of a coordinate before its borders are computed.
@@ -153,7 +153,7 @@ impl<'a> Chains<'a> {
         }
     }
 
-    /// Returns what a robot's correlation with the next one is measured by: its unknowns and parameters.
+    /// Returns the quantities by which the correlation of successive robots is measured: its unknowns and parameters.
     fn seen(&self, x: &[f64]) -> Vec<f64> {
         let mut all = self.density.theta(x);
         all.extend_from_slice(x);
@@ -201,8 +201,8 @@ impl Walker<'_> {
         }
     }
 
-    /// Moves along a coordinate to a draw from the normal distribution between the borders. Normal draws come first: the
-    /// first one between the borders has this distribution too, and the borders themselves are dear.
+    /// Moves along a coordinate to a draw from the normal distribution between the borders. Normal draws are tried
+    /// first: the first one between the borders has this distribution too, and computing the borders takes longer.
     fn by(&mut self, coordinate: usize, middle: f64, spread: f64) -> Option<f64> {
         let borders = &self.chains.borders;
         for _ in 0..TRIES {

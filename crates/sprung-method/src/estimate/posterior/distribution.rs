@@ -18,7 +18,7 @@ use crate::estimate::result::EstimateResult;
 use crate::model::{Model, Region, Theta, TreeLinks};
 
 /// Largest number of robots of one call: their parameters take some hundred megabytes.
-const MOST: usize = 100_000;
+const MAX_ROBOTS: usize = 100_000;
 
 /// The posterior of an identification: a normal distribution over the robots that can exist.
 #[derive(Clone, Debug)]
@@ -35,7 +35,8 @@ pub struct Posterior {
 impl Posterior {
     /// Returns the posterior of a result.
     ///
-    /// - `model`: the robot with the laws of the identification; `settings`: what the experiment says about its bodies.
+    /// - `model`: the robot with the laws of the identification; `settings`: information of the experiment about its
+    ///   bodies.
     ///
     /// # Errors
     ///
@@ -110,8 +111,11 @@ impl Posterior {
     ///
     /// [`PosteriorError::Count`] for another number.
     pub fn sample(&self, count: usize, seed: u64) -> Result<Samples, PosteriorError> {
-        if count == 0 || count > MOST {
-            return Err(PosteriorError::Count { count, most: MOST });
+        if count == 0 || count > MAX_ROBOTS {
+            return Err(PosteriorError::Count {
+                count,
+                most: MAX_ROBOTS,
+            });
         }
         let plain = Plain::new(&self.density).and_then(|plain| plain.draw(count, seed));
         let Drawn {
@@ -147,8 +151,8 @@ impl Posterior {
     }
 }
 
-/// Returns the speeds up to which sums of friction laws take energy, rad/s (m/s), \[n\]. Results that do not tell them
-/// have the velocity of the residual laws, which is the largest speed of the log, too.
+/// Returns the speeds up to which sums of friction laws take energy, rad/s (m/s), \[n\]. Results without them use the
+/// velocity of the residual laws, which is the largest speed of the log, too.
 fn speeds(model: &Model, result: &EstimateResult) -> Vec<f64> {
     (model.joints().iter().enumerate())
         .map(|(joint, name)| {
@@ -158,7 +162,7 @@ fn speeds(model: &Model, result: &EstimateResult) -> Vec<f64> {
         .collect()
 }
 
-/// Returns where the estimate has the masses of links that carry no joint.
+/// Returns the places of the masses of links without a child joint in the estimate.
 fn tool(model: &Model, result: &EstimateResult) -> Tool {
     let Some(tree) = model.tree() else {
         return Tool::InRegion;

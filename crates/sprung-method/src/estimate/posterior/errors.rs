@@ -29,7 +29,7 @@ pub enum PosteriorError {
         /// Name of the parameter.
         name: String,
     },
-    /// The log does not determine parameters, and nothing else gives them.
+    /// The log does not determine parameters, and no prior gives them.
     #[error(
         "the log does not determine {}, and the experiment gives no nominal value; give one, or a value in fixed",
         .names.join(", ")

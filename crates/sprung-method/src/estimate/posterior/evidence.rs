@@ -1,4 +1,4 @@
-//! What the log tells about the parameters.
+//! Information of the log about the parameters.
 
 use faer::Mat;
 
@@ -18,8 +18,8 @@ pub(super) struct Evidence {
 }
 
 impl Evidence {
-    /// The covariance of a result contains the bounds: its standard errors are those by profile likelihood. Those by the
-    /// equations take their place here, because the set of draws contains the bounds already.
+    /// The covariance of a result contains the bounds: its standard errors are those by profile likelihood. They are
+    /// replaced by those of the equations, because the set of draws already contains the bounds.
     pub(super) fn new(model: &Model, result: &EstimateResult) -> Result<Self, PosteriorError> {
         let covariance =
             (result.covariance.as_ref()).ok_or_else(|| PosteriorError::NoCovariance {

@@ -4,12 +4,12 @@
 //! density of x  ∝  N(θ(x); θ̂, C) · π(x | θ(x))    over the robots that can exist
 //! ```
 //!
-//! The unknowns x are those of [`Robots`](crate::estimate::possible::Robots): all inertial parameters of links and rotors,
-//! and the drives. θ̂ and C are the estimate without constraints and its covariance; the set is that of the estimate. The
-//! log determines only θ. The prior π, a normal distribution about nominal or ordinary bodies, decides the rest and does not
-//! change θ where no bound binds. If at least a twentieth of normal draws can exist, the others are left out, and the draws
-//! are independent. Else chains of Gibbs steps draw them: each step draws one coordinate exactly, from a normal distribution
-//! between the two borders of the set.
+//! The unknowns x are those of [`Robots`](crate::estimate::possible::Robots): all inertial parameters of links and
+//! rotors, and the drives. θ̂ and C are the estimate without constraints and its covariance; the set is that of the
+//! estimate. The log determines only θ. The prior π, a normal distribution about nominal or ordinary bodies, decides
+//! the rest and does not change θ where no constraint is active. If at least a twentieth of normal draws are possible
+//! robots, rejection sampling gives independent draws. Else chains of Gibbs steps draw them: each step draws one
+//! coordinate exactly, from a normal distribution between the two borders of the set.
 //!
 //! # Source
 //!

@@ -20,8 +20,8 @@ pub(super) struct Normal {
 }
 
 impl Normal {
-    /// The prior decides only what the log leaves open: the distribution of the parameters that the log determines is that
-    /// of the log.
+    /// The prior decides only directions that the log does not determine: the distribution of the parameters that the
+    /// log determines is that of the log.
     ///
     /// - `bodies`: most likely bodies by the prior, \[unknowns\].
     pub(super) fn new(
@@ -85,9 +85,9 @@ impl Normal {
     }
 }
 
-/// Returns the most likely bodies by the prior, \[unknowns\]: nominal bodies, else bodies in the middle between ordinary
-/// ones and those of the result. Ordinary bodies alone may be ten times smaller than those that the log needs, and the
-/// others may be thin.
+/// Returns the most likely bodies by the prior, \[unknowns\]: nominal bodies, else bodies in the middle between
+/// ordinary ones and those of the result. Ordinary bodies alone may be ten times too small for the log, and those of
+/// the result may be thin.
 pub(super) fn bodies(robots: &Robots<'_>, result: &EstimateResult) -> Vec<f64> {
     let links = robots.model.joint_count() * BODY;
     let mut bodies = robots.start.clone();
@@ -110,7 +110,7 @@ pub(super) fn bodies(robots: &Robots<'_>, result: &EstimateResult) -> Vec<f64> {
 pub(super) fn coordinates(matrix: &Mat<f64>) -> Option<Vec<Vec<f64>>> {
     let n = matrix.nrows();
     let scale: Vec<f64> = (0..n).map(|i| matrix[(i, i)].sqrt().recip()).collect();
-    // The last unknowns come first: those are the drives, whose coordinates then move no body.
+    // The last unknowns, the drives, come first, so their coordinates change no body.
     let back = |i: usize| n - 1 - i;
     let scaled = Mat::from_fn(n, n, |i, j| {
         matrix[(back(i), back(j))] * scale[back(i)] * scale[back(j)]

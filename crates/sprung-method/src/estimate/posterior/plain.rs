@@ -9,11 +9,12 @@ use super::density::Density;
 use super::normal::coordinates;
 use crate::model::Block;
 
-/// Number of draws that tell how many can exist, and the least share of these.
+/// Number of draws for the share of possible robots, and the least share of these.
 const TRIALS: u64 = 400;
 const LEAST_SHARE: f64 = 0.05;
 
-/// Draws until one can exist. With the least share none of so many can exist once in 1e44 times.
+/// Draws until one can exist. With the least share, the probability that none of so many is
+/// possible is 1e-44.
 const MOST_DRAWS: usize = 2000;
 
 /// Normal draws over all unknowns.

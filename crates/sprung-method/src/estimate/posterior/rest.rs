@@ -8,7 +8,7 @@ use crate::description::Physical;
 use crate::estimate::possible::Robots;
 use crate::estimate::result::{EstimateResult, ParameterEstimate};
 
-/// Error of a value of zero that the log does not determine, in its unit: the value hardly moves.
+/// Error of a zero value that the log does not determine, in its unit: the value hardly changes.
 const SMALLEST_ERROR: f64 = 1e-9;
 
 /// The other unknowns, and the parameters that the log does not determine.
@@ -33,7 +33,7 @@ impl Rest {
                 let parameter = &parameters[index];
                 let estimate = result.parameter(&parameter.name);
                 let value = estimate.and_then(|estimate| estimate.value.or(estimate.physical));
-                // The offset of a sensor is no property of the robot.
+                // The offset of a sensor is not a property of the robot.
                 let is_offset = matches!(parameter.joint, Some((JointParameter::TorqueOffset, _)));
                 let value = (value.or(parameter.nominal)).or(is_offset.then_some(0.0));
                 if value.is_none() && !is_known(index) {

@@ -49,8 +49,8 @@ pub struct Samples {
     pub constants: BTreeMap<String, f64>,
     /// How the robots were drawn.
     pub method: DrawMethod,
-    /// Number of independent robots that tell as much as all about the parameter whose draws resemble their
-    /// predecessors most, by the correlation of neighbours.
+    /// Effective sample size of the parameter whose draws are most correlated with their predecessors, by the
+    /// correlation of neighbours.
     pub effective: f64,
 }
 

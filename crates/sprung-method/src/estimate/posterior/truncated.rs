@@ -4,8 +4,8 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-/// Width above which normal draws are tried between ends on both sides of zero: there at least as many are inside as
-/// uniform draws are accepted.
+/// Width above which normal draws are tried between ends on both sides of zero: the acceptance rate is then at least
+/// that of uniform draws.
 const WIDE: f64 = 2.5;
 
 /// Returns a draw of the standard normal distribution between two ends, by rejection; the nearest end to zero if they

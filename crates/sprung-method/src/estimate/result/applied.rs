@@ -1,11 +1,12 @@
-//! Changes of the model and the timing that an identification made by itself, as a part of the results.
+//! Changes of the model and the timing by an identification, as a part of the results.
 
 use serde::{Deserialize, Serialize};
 
-/// A change beyond the description, which the log asked for.
+/// A change beyond the description, which the log requires.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Applied {
-    /// Kind of change: `samples` (that were mended), `timing` (of the torques), `sharpness` (of Coulomb friction) or `law`.
+    /// Kind of change: `samples` (corrected ones), `timing` (of the torques), `sharpness` (of Coulomb friction) or
+    /// `law`.
     pub kind: String,
     /// The change with its size, as a part of a sentence.
     pub what: String,

@@ -37,17 +37,17 @@ pub struct Identification {
     pub further_logs: Vec<LogInfo>,
     /// The settings that were used.
     pub settings: SettingsUsed,
-    /// Changes beyond the description that the log asked for and that all results use.
+    /// Changes beyond the description that the log requires and that all results use.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub applied: Vec<Applied>,
-    /// Laws that the held-out residual asks for; absent if the log is too short.
+    /// Laws that reduce the held-out residual; absent if the log is too short.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub laws: Option<LawsByHoldOut>,
     /// Frequency responses of a log and of the first result; absent without a flexible joint.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frequency_response: Option<FrequencyResponse>,
-    /// Springs of rigid joints by the vibrations that their motors see; empty unless
-    /// `identify.springs_from_motor` asks for them.
+    /// Springs of rigid joints by the vibrations of their motors; empty unless
+    /// `identify.springs_from_motor` requests them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub springs_from_motor: Vec<SpringFromMotor>,
     /// Joints whose spring the logs do not determine; they are taken as rigid.
@@ -105,7 +105,7 @@ pub struct SettingsUsed {
     #[serde(default)]
     pub weights: String,
     /// Robots among which least squares and the refinement searched: `possible` or `none`. Results of format 1 do not
-    /// say it; theirs are `none`.
+    /// contain it; theirs are `none`.
     #[serde(default = "unconstrained")]
     pub constraints: String,
     /// Cut-off of the zero-phase filter, Hz.
@@ -173,11 +173,11 @@ pub struct EstimateResult {
     pub estimator: String,
     /// Verdict on the result.
     pub verdict: Verdict,
-    /// The decision behind the verdict, with the verdict in words.
+    /// The decision of the verdict, with the verdict in words.
     #[serde(default)]
     pub decision: Decision,
-    /// Errors that the result promises for a new experiment of the same kind: those on parts of the
-    /// logs that the fit has not seen. Joints without a finite promise are absent.
+    /// Errors that the result promises for a new experiment of the same kind: those on held-out
+    /// parts of the logs. Joints without a finite promise are absent.
     #[serde(default)]
     pub promise: Vec<JointPrediction>,
     /// Numerical rank of the stacked regressor.
@@ -310,8 +310,8 @@ pub struct PartResult {
     pub from_s: f64,
     /// End of the part, s.
     pub to_s: f64,
-    /// Value and standard error, in the order of `parameters`; absent for a parameter that is given
-    /// or that the part does not determine.
+    /// Value and standard error, in the order of `parameters`; absent for given parameters and for
+    /// those that the part does not determine.
     pub values: Vec<Option<(f64, f64)>>,
 }
 
@@ -319,15 +319,14 @@ pub struct PartResult {
 /// standard error is the root of the sum of their squares.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ErrorParts {
-    /// Disagreement of stretches of the logs. That of the refinement is at least the standard error
+    /// Disagreement of segments of the logs. That of the refinement is at least the standard error
     /// by the information.
     pub sampling: f64,
     /// Deviation between parts of the logs beyond their sampling errors.
     pub between_parts: f64,
-    /// Size of the bias that all stretches share. Least squares: from cross-checks and from other
-    /// cut-offs. Refinement: the largest move by a law, a delay or a saturation of a torque that the
-    /// model lacks and the likelihood sees; on a lower rung at least the difference from least
-    /// squares beyond both standard errors.
+    /// Size of the bias that all segments share. Least squares: from cross-checks and from other cut-offs. Refinement:
+    /// the largest change by a missing law, delay or saturation of a torque that the likelihood shows; on a lower rung
+    /// at least the difference from least squares beyond both standard errors.
     pub bias: f64,
 }
 
@@ -353,7 +352,7 @@ pub struct ParameterEstimate {
     /// 95 % confidence interval. Over robots that can exist it is that by profile likelihood, and the standard error is
     /// half of it over its quantile.
     pub ci95: Option<[f64; 2]>,
-    /// Whether the interval ends at zero, the bound of the parameter: the log tells only how large it is at most.
+    /// Whether the interval ends at zero, the bound of the parameter: the log gives only an upper bound of its size.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub one_sided: bool,
     /// Estimate without constraints, as diagnosis; absent with `constraints = "none"`.
@@ -433,7 +432,7 @@ impl ParameterEstimate {
         parts.or(self.standard_error)
     }
 
-    /// Takes the value out, as that of a parameter that the log does not determine. The value for simulations stays.
+    /// Removes the value of a parameter that the log does not determine. The value for simulations stays.
     pub(crate) fn forget(&mut self) {
         *self = Self {
             value: None,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Laws that the held-out residual of a log asks for.
+/// Laws that reduce the held-out residual of a log.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LawsByHoldOut {
     /// Held-out residual of the filtered torque with the laws of the description, relative to the
@@ -30,7 +30,7 @@ pub struct LawRung {
     pub gain_scatter: f64,
     /// Held-out residual of the filtered torque with this change, relative to the torque.
     pub held_out: f64,
-    /// Other changes of the joint that explain the same, as `motor_friction "quadratic"`.
+    /// Equivalent changes of the joint, as `motor_friction "quadratic"`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub not_told_apart_from: Vec<String>,
     /// Velocity at which the friction has fallen to 1/e, rad/s (m/s); for Stribeck friction only.

@@ -67,7 +67,7 @@ pub struct LogInfo {
     /// Gains that were estimated, by column.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub gain: BTreeMap<String, GainUsed>,
-    /// Side of the gearbox of the torque constants, if the motion told it.
+    /// Side of the gearbox of the torque constants, if the motion determined it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torque_constant_side: Option<Side>,
 }

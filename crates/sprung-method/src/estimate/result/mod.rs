@@ -1,4 +1,4 @@
-//! What is written to JSON, and nothing else.
+//! Types that are written to JSON.
 
 mod applied;
 mod identification;

@@ -11,7 +11,7 @@ pub struct PayloadResult {
     pub name: String,
     /// The link that carried it.
     pub link: String,
-    /// Estimator of the robot's own parameters.
+    /// Estimator of the parameters of the robot.
     pub estimator: String,
     /// Logs with the payload.
     pub logs: Vec<String>,
@@ -59,7 +59,7 @@ pub struct PayloadParameter {
     pub unit: String,
     /// Estimate; absent if the logs do not determine it.
     pub value: Option<f64>,
-    /// Standard error by the loaded logs and by the errors of the robot's own parameters.
+    /// Standard error by the loaded logs and by the errors of the robot's parameters.
     pub standard_error: Option<f64>,
     /// 95 % confidence interval.
     pub ci95: Option<[f64; 2]>,

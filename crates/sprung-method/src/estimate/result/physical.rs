@@ -35,7 +35,7 @@ pub enum Decided {
     Both,
     /// The nominal values: the log says hardly anything.
     Nominal,
-    /// Nothing: there is no nominal value, and the log says hardly anything.
+    /// Nothing: there is no nominal value, and the log contains hardly any information.
     Nothing,
     /// The experiment gives the value.
     Given,

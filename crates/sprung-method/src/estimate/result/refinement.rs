@@ -40,7 +40,7 @@ pub struct Refinement {
     /// their bounds, and above 2 if the model does not follow the log.
     #[serde(default)]
     pub cost_per_measurement: f64,
-    /// Residual on blocks of the logs that the estimates had not used.
+    /// Residual on held-out blocks of the logs.
     #[serde(default)]
     pub held_out_residual: Option<HeldOutResidual>,
     /// Noise of sensors beyond the noise that their samples show, where it was estimated.
@@ -50,7 +50,7 @@ pub struct Refinement {
     pub encoder_offsets: Vec<RefinedOffset>,
     /// Delays estimated by likelihood.
     pub delays: Vec<RefinedDelay>,
-    /// Delay that all motor torques have together, s, and its standard error, if it is an unknown of the refinement.
+    /// Common delay of all motor torques, s, and its standard error, if it is an unknown of the refinement.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torques_delay_s: Option<(f64, f64)>,
     /// Saturations of the torques by likelihood.
@@ -156,8 +156,8 @@ pub struct RefinedDelay {
     pub used_s: f64,
 }
 
-/// Saturation of a torque, by likelihood: the part of the logged torque that does not act at the standard
-/// deviation of the torque. It grows with the square of the torque.
+/// Saturation of a torque, by likelihood: the lost part of the torque at its standard deviation. It grows with the
+/// square of the torque.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RefinedSaturation {
     /// The column.
@@ -166,8 +166,8 @@ pub struct RefinedSaturation {
     pub share: f64,
     /// Its standard error; absent if the log does not determine the saturation.
     pub standard_error: Option<f64>,
-    /// Largest move of a parameter with this saturation, in standard errors of the parameter; absent
-    /// without a finite one.
+    /// Largest change of a parameter with this saturation, in standard errors of the parameter; absent without a finite
+    /// one.
     pub largest_move: Option<f64>,
 }
 

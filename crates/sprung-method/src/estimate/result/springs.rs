@@ -18,7 +18,7 @@ pub struct RigidJoint {
     pub compliance_rad_per_nm: f64,
     /// Its standard error, rad/(N·m) (m/N).
     pub compliance_standard_error_rad_per_nm: f64,
-    /// The comparison by which one equation of a rigid joint replaced the two of link and motor; absent if a torque
+    /// Cross-validation by which one equation of a rigid joint replaced those of link and motor; absent if a torque
     /// sensor separates link and motor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hold_out: Option<RigidByHoldOut>,

@@ -1,4 +1,4 @@
-//! The verdict on a result as a word, and the decision behind it.
+//! The verdict on a result as a word, and the decision.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,7 +17,7 @@ pub struct Decision {
     pub because: String,
     /// Codes of the findings that decided, the most severe first.
     pub findings: Vec<String>,
-    /// Names of the parameters that are not to be trusted alone.
+    /// Names of the parameters that cannot be trusted alone.
     pub parameters: Vec<String>,
 }
 
@@ -26,9 +26,9 @@ pub struct Decision {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// The result predicts held-out parts of the log, and its intervals are believed.
+    /// The result predicts held-out parts of the log, and its confidence intervals can be trusted.
     Good,
-    /// The result predicts, but some parameters are not to be trusted alone.
+    /// The result predicts, but some parameters cannot be trusted alone.
     Doubtful,
     /// The result does not predict, or its numbers are impossible.
     Unusable,

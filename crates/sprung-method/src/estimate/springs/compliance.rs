@@ -1,4 +1,4 @@
-//! The compliance of a spring, and the stiffness that it allows.
+//! The compliance of a spring, and the corresponding stiffness.
 
 use crate::estimate::result::{RigidByHoldOut, RigidJoint};
 use crate::estimate::statistics::{CERTAIN_SIGMAS, NORMAL_95};
@@ -52,7 +52,7 @@ impl Compliance {
         })
     }
 
-    /// Returns the compliance by a torque with noise, which makes the estimate smaller.
+    /// Returns the compliance by a torque whose noise makes the estimate smaller.
     ///
     /// - `reliability`: share of the variance of the torque that is no noise.
     pub(super) fn by_noisy_torque(self, reliability: f64) -> Self {
@@ -63,8 +63,7 @@ impl Compliance {
         }
     }
 
-    /// Returns whether the log leaves the spring open. A compliance far below zero is no spring but a wrong sign or a
-    /// delay.
+    /// Returns whether the log leaves the spring open. A compliance far below zero means a wrong sign or a delay.
     pub(super) fn is_open(&self) -> bool {
         let sigmas = self.value / self.standard_error;
         (-CERTAIN_SIGMAS..NORMAL_95 * self.widening).contains(&sigmas)
@@ -94,10 +93,10 @@ impl Compliance {
         }
     }
 
-    /// Returns the stiffness above which the spring is at 95 %, N·m/rad (N/m).
+    /// Returns the lower bound of the stiffness at 95 %, N·m/rad (N/m).
     ///
     /// Only springs that look stiff have a bound. With 1.645 standard errors a tenth of the bounds of springs near the
-    /// limit would be above the truth, with 1.96 it is less than a twentieth.
+    /// limit is above the truth, with 1.96 less than a twentieth.
     ///
     /// A compliance cannot be negative. Below zero the bound is that of a parabola of the likelihood that ends at zero.
     pub(super) fn stiffness_above(&self) -> f64 {

@@ -1,7 +1,7 @@
 //! Joints that a log shows as rigid, by blocked hold-out.
 //!
-//! Without torque sensor the rows of links have no right-hand side, and a spring that is not determined shrinks the links.
-//! The alternative is the joint without spring: one equation, the sum of link and motor.
+//! Without torque sensor the rows of links have no right-hand side, and an undetermined spring shrinks the link
+//! parameters. The alternative is the joint without spring: one equation, the sum of link and motor.
 
 use sprung_core::friction::Law;
 use sprung_core::parameters::JointParameter;
@@ -17,18 +17,18 @@ use crate::prepare::{PrepareError, Prepared};
 use crate::progress::Listener;
 use crate::regression::{Reading, Reduction, System};
 
-/// Largest deflection of a rigid joint over its motion, root mean squares. A larger one is no noise but a fault of a
-/// position, which the check names.
+/// Largest deflection of a rigid joint over its motion, root mean squares. A larger deflection is a fault of a
+/// position, which the check reports.
 const LARGEST_DEFLECTION: f64 = 0.01;
 
-/// Joints that are rigid by a log, and what the log says of their springs.
+/// Joints that are rigid by a log, and the bounds of their springs.
 pub(in crate::estimate) struct RigidByLog {
     pub(in crate::estimate) prepared: Prepared,
     pub(in crate::estimate) joints: Vec<RigidJoint>,
 }
 
-/// Least share of the torque's variance that is no noise. Below it, noise of the torque hides the spring and not its
-/// stiffness.
+/// Least share of the torque's variance that is no noise. Below it, the spring is masked by noise of the torque, not by
+/// its stiffness.
 const LEAST_RELIABILITY: f64 = 0.5;
 
 /// A joint that may be rigid.
@@ -58,8 +58,8 @@ impl Candidate {
     }
 }
 
-/// Makes the joints rigid whose springs the beginning of the first log does not show, unless a spring predicts parts of
-/// it clearly better that the fit has not seen.
+/// Makes the joints rigid whose springs the beginning of the first log does not show, unless a spring predicts held-out
+/// parts of it clearly better.
 ///
 /// # Errors
 ///
@@ -69,7 +69,7 @@ pub(in crate::estimate) fn with_joints_rigid_by_log(
     progress: &mut dyn Listener,
 ) -> Result<RigidByLog, PrepareError> {
     let mut open = candidates(&prepared);
-    // A joint whose spring predicts better stays flexible, which changes the fit of the others.
+    // A joint whose spring predicts better stays flexible; this changes the fit of the others.
     while !open.is_empty() {
         let joints: Vec<usize> = open.iter().map(|candidate| candidate.joint).collect();
         let experiment = with_rigid(prepared.experiment(), &joints);
@@ -105,7 +105,7 @@ pub(in crate::estimate) fn with_joints_rigid_by_log(
     })
 }
 
-/// Returns an experiment whose joints are rigid where a log showed it.
+/// Returns an experiment whose joints are rigid according to a log.
 #[must_use]
 pub fn with_rigid_joints(experiment: &Experiment, found: &[RigidJoint]) -> Experiment {
     let joints = experiment.robot.joint.iter().enumerate();

@@ -31,15 +31,15 @@ struct Spring {
 pub(in crate::estimate) struct Undetermined {
     /// Springs that the logs leave open.
     open: Vec<Spring>,
-    /// Springs that the logs show with noise, so that the compliance determines them.
+    /// Springs whose deflection is noisy, so that the compliance determines them.
     noisy: Vec<Spring>,
 }
 
 impl Undetermined {
-    /// Returns the springs that the equations of all logs leave open or show with noise.
+    /// Returns the springs that the equations of all logs leave undetermined or noisy.
     ///
     /// A refinement knows the noise of the deflection, and it determines springs without link encoder better. So it
-    /// takes care of noisy springs, and [`Undetermined::with_refined`] asks it for those without link encoder.
+    /// models noisy springs, and [`Undetermined::with_refined`] uses it for joints without link encoder.
     pub(in crate::estimate) fn new(reading: &Reading, system: &System) -> Self {
         let (model, memory) = (reading.model(), reading.memory());
         let estimators = &reading.settings().estimator;
@@ -130,7 +130,7 @@ impl Undetermined {
             .collect()
     }
 
-    /// Puts the standard errors of noisy springs into a result, before it is judged.
+    /// Writes the standard errors of noisy springs into a result, before the judgement.
     pub(in crate::estimate) fn complete(&self, model: &Model, result: &mut EstimateResult) {
         for spring in &self.noisy {
             let Some(index) = model.index(JointParameter::Stiffness, spring.joint) else {
@@ -145,7 +145,7 @@ impl Undetermined {
         }
     }
 
-    /// Takes the values of open springs out of a result, after it was judged.
+    /// Removes the values of open springs from a result, after the judgement.
     pub(in crate::estimate) fn hide(&self, model: &Model, result: &mut EstimateResult) {
         let kinds = [
             JointParameter::Stiffness,

@@ -1,12 +1,12 @@
-//! Whether estimates from several parts of the logs agree, and how much they scatter beyond their
-//! standard errors.
+//! Agreement of estimates from several parts of the logs, and their scatter beyond the standard
+//! errors.
 
 use super::chi_square::upper_tail;
 use super::normal::NORMAL_95;
 use crate::fit::student_95;
 
-/// Probability of a false alarm, for each parameter, below which its interval contains the changes
-/// between parts.
+/// Probability of a false alarm, for each parameter, below which its confidence interval contains
+/// the changes between parts.
 const FALSE_ALARM_PROBABILITY: f64 = 0.1;
 
 /// Least degrees of freedom that count for Student's t. With fewer parts the quantile would make
@@ -49,10 +49,9 @@ impl Between {
 /// # Source
 ///
 /// A random-effects variance, `τ² = (Q - (k - 1)) / (Σw (1 - 1/k))`, at least zero, with `w = 1/s²`
-/// and `Q = Σ w (x - x̄)²`. For equal weights it is that of `DerSimonian` and Laird,
-/// "Meta-analysis in clinical trials", 1986. Their divisor `Σw - Σw²/Σw` nearly vanishes if one
-/// part has almost all information, for example if the robot stands still in the others, and then
-/// τ² becomes absurd.
+/// and `Q = Σ w (x - x̄)²`. For equal weights it is that of `DerSimonian` and Laird, "Meta-analysis
+/// in clinical trials", 1986. Their divisor `Σw - Σw²/Σw` nearly vanishes if one part has almost
+/// all information, for example if the robot stands still in the others; τ² is then meaningless.
 #[must_use]
 pub(crate) fn between_parts(parts: &[(f64, f64)]) -> Option<Between> {
     if parts.len() < 2 {

@@ -1,4 +1,4 @@
-//! What the steps hand to each other.
+//! Values that the steps pass to each other.
 
 use super::pass::ReadLogs;
 use super::prepare::Ready;
@@ -13,7 +13,7 @@ use crate::log::LogSource;
 
 /// The logs of a robot.
 pub(in crate::estimate) struct Logs<'a, 's> {
-    /// Logs that serve the robot's own parameters.
+    /// Logs for the parameters of the robot.
     pub(in crate::estimate) of_robot: &'a mut [LogSource<'s>],
     /// Logs with an unknown payload.
     pub(in crate::estimate) loaded: &'a mut [LogSource<'s>],
@@ -39,7 +39,7 @@ pub(in crate::estimate) struct Basis<'a> {
     pub(in crate::estimate) springs: &'a Undetermined,
     /// Result of least squares. Other estimators start from it and return it if they fail.
     pub(in crate::estimate) linear: &'a Linear<'a>,
-    /// Whether the refinement may ask for another timing of the torques, or has found it.
+    /// Whether the refinement may return another timing of the torques, or has found it.
     pub(in crate::estimate) timing: Timing<'a>,
     /// Time spent on reading the logs and on the fit, s.
     pub(in crate::estimate) fit_seconds: f64,
@@ -55,7 +55,7 @@ impl Basis<'_> {
 
 /// Results of the estimators.
 pub(in crate::estimate) struct Estimates {
-    /// The robot's own parameters, in the order of the estimators.
+    /// The parameters of the robot, in the order of the estimators.
     pub(in crate::estimate) robot: Vec<(Estimator, Found)>,
     /// Payloads, each with its findings.
     pub(in crate::estimate) payloads: Vec<(PayloadResult, Vec<Finding>)>,

@@ -25,7 +25,7 @@ use crate::prepare::PrepareError;
 use crate::progress::{Listener, Phase};
 use crate::regression::Reading;
 
-/// Judges the estimates, examines suspicious results again, and assembles the identification.
+/// Judges the estimates, examines doubtful results again, and assembles the identification.
 ///
 /// # Errors
 ///
@@ -65,7 +65,7 @@ pub(in crate::estimate) fn describe(
     let response = in_frequency(basis, &estimates.robot, &mut results);
     let (springs, about_springs) = springs_of_motors(basis);
     findings.extend(about_springs);
-    // Findings about payloads do not concern the robot's own parameters.
+    // Findings about payloads do not concern the parameters of the robot.
     for result in &mut results {
         decide(result, &findings);
     }

@@ -21,7 +21,7 @@ pub(in crate::estimate) fn examine(
 ) -> Result<Vec<Finding>, IdentifyError> {
     let prepared = &ready.prepared;
     let mut about_logs = examine_or_refuse(prepared, read)?;
-    // A faulty log looks like missing laws.
+    // A faulty log resembles missing laws.
     let is_faulty = (about_logs.iter()).any(|finding| finding.severity > Severity::Info);
     let about_laws = (ready.laws.as_ref()).and_then(|chosen| chosen.finding.clone());
     about_logs.extend(about_laws.filter(|finding| !(is_faulty && finding.code == LAWS_MISSING)));

@@ -6,7 +6,7 @@ use crate::estimate::errors::IdentifyError;
 use crate::estimate::estimators::least_squares::Linear;
 use crate::estimate::estimators::prediction_error::Timing;
 
-/// Solves the regression of all logs by least squares, by other routes and from parts of the logs.
+/// Solves the regression of all logs by least squares, by other methods and from parts of the logs.
 ///
 /// # Errors
 ///

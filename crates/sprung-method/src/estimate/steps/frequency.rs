@@ -34,7 +34,7 @@ pub(super) fn in_frequency(
     Some(response)
 }
 
-/// Returns the springs that the settings ask to find from the motors, and findings about them.
+/// Returns the springs from the motors, if the settings request them, and findings about them.
 pub(super) fn springs_of_motors(basis: &Basis<'_>) -> (Vec<SpringFromMotor>, Vec<Finding>) {
     let reading = basis.ready.prepared.reading();
     if !reading.settings().springs_from_motor {
@@ -46,8 +46,8 @@ pub(super) fn springs_of_motors(basis: &Basis<'_>) -> (Vec<SpringFromMotor>, Vec
     (springs, findings)
 }
 
-/// Returns the moves of least squares, scaled to the standard errors of the result: its parameters
-/// are taken to be correlated as those of least squares.
+/// Returns the jackknife changes of least squares, scaled to the standard errors of the result: the
+/// correlation of its parameters is that of least squares.
 fn moves(fitted: &Fitted, numbers: &Numbers) -> Vec<Vec<f64>> {
     (fitted.moves.iter().enumerate())
         .map(|(i, movement)| {

@@ -1,5 +1,5 @@
-//! Friction against velocity and spring torque against deflection, sample by sample: what the model computes, and what the
-//! measured torque leaves for it.
+//! Friction against velocity and spring torque against deflection, sample by sample: the model, and the part of the
+//! measured torque that remains for it.
 
 use sprung_core::chain::JointKind;
 use sprung_core::friction::Law;

@@ -11,15 +11,15 @@ use crate::prepare::Prepared;
 use crate::regression::LogFigures;
 use crate::sha256::sha256;
 
-/// Times that are dates, s since 1970: from 2000 to 2100. No clock that starts with the robot runs for
-/// thirty years.
+/// Times that are dates, s since 1970: from 2000 to 2100. A clock that starts with the robot does not run for thirty
+/// years.
 const DATES_S: Range<f64> = 946_684_800.0..4_102_444_800.0;
 
 /// Number of digits in a digest.
 const DIGEST_DIGITS: usize = 16;
 
-/// Returns digits that logs with the same samples share, from the first, smallest and largest value of
-/// each channel.
+/// Returns a digest of a log that depends only on the samples, from the first, smallest and largest value of each
+/// channel.
 fn digest(figures: &LogFigures) -> String {
     let channels = 0..figures.names.len();
     let extents = channels.filter_map(|channel| figures.summary.extent(channel));

@@ -23,7 +23,7 @@ use crate::regression::System;
 const SEARCH_ACCURACY: f64 = 1e-4;
 
 /// Distance of a robot from an estimate below which it is that of the estimate, in standard errors.
-const SAME: f64 = 1e-3;
+const MAX_DISTANCE_OF_SAME: f64 = 1e-3;
 
 /// Returns the result of an estimator, without findings.
 pub(super) fn result_of(
@@ -111,7 +111,7 @@ pub(super) fn result_of(
     }
 }
 
-/// Values that stand beside the estimate.
+/// Values beside the estimate.
 struct Beside<'a> {
     /// Estimate without constraints, \[p\]; `None` if there are no constraints.
     unconstrained: Option<&'a [f64]>,
@@ -131,8 +131,8 @@ fn value_of(
     if !is_constrained {
         return found.theta.clone();
     }
-    let is_moved =
-        (bodies.result.as_ref()).is_some_and(|result| result.moved_standard_errors > SAME);
+    let is_moved = (bodies.result.as_ref())
+        .is_some_and(|result| result.moved_standard_errors > MAX_DISTANCE_OF_SAME);
     let theta = bodies.theta.as_ref().filter(|_| is_moved);
     without_rounding(model, theta.unwrap_or(&found.theta), limits)
 }
@@ -214,7 +214,7 @@ fn motor_rows(model: &Model, fitted: &Fitted) -> Vec<MotorRowResult> {
         .collect()
 }
 
-/// Returns the parameters from other ways to solve the same equations.
+/// Returns the parameters by other methods for the same equations.
 fn other_routes(model: &Model, routes: &[(Route, Theta)]) -> Vec<CrossCheckResult> {
     (routes.iter())
         .map(|(route, theta)| CrossCheckResult {

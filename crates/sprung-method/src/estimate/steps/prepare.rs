@@ -16,13 +16,13 @@ use sprung_core::friction::Scale;
 
 /// Logs of one robot that are ready for the pass.
 pub(in crate::estimate) struct Ready {
-    /// The choices, with the laws of friction and springs that the settings ask to find.
+    /// The choices, with the laws of friction and springs that the settings request.
     pub(in crate::estimate) prepared: Prepared,
     /// These laws; `None` if the log is too short for parts.
     pub(in crate::estimate) laws: Option<Chosen>,
     /// The choices without added laws; `None` if none was added.
     declared: Option<Prepared>,
-    /// Joints that the beginning of the first log shows as rigid; they are rigid in the choices.
+    /// Joints that are rigid by the beginning of the first log; they are rigid in the choices.
     pub(in crate::estimate) rigid: Vec<RigidJoint>,
     pub(in crate::estimate) inputs: EstimatorInputs,
 }
@@ -115,7 +115,8 @@ pub(in crate::estimate) fn make_ready(
     })
 }
 
-/// Prepares the logs for a refinement, with the laws that the settings ask to choose by hold-out.
+/// Prepares the logs for a refinement, with the laws that the settings request to select by
+/// cross-validation.
 pub(in crate::estimate) fn prepare_with_laws(
     experiment: &Experiment,
     model: &Model,
@@ -131,8 +132,9 @@ pub(in crate::estimate) fn prepare_with_laws(
     Ok(with_laws(experiment, model, sources, progress)?.0.prepared)
 }
 
-/// Prepares the logs as a check does, makes joints rigid whose springs they do not show, estimates the requested delays
-/// and open Stribeck velocities by likelihood, determines the weights of the samples, and chooses the laws by hold-out.
+/// Prepares the logs as a check does, takes joints as rigid whose springs the logs do not show, estimates the requested
+/// delays and open Stribeck velocities by likelihood, determines the weights of the samples, and chooses the laws by
+/// hold-out.
 fn with_laws(
     experiment: &Experiment,
     model: &Model,
@@ -149,7 +151,7 @@ fn with_laws(
     Ok((WithLaws::new(declared, laws, sources, progress)?, joints))
 }
 
-/// The choices with the laws that hold-out asks for, and those without them.
+/// The choices with the laws that cross-validation selects, and those without them.
 struct WithLaws {
     prepared: Prepared,
     laws: Option<Chosen>,

@@ -20,7 +20,7 @@ use crate::regression::read_through;
 /// End of the estimators.
 pub(in crate::estimate) enum Refined {
     Estimates(Estimates),
-    /// The steps are to be repeated from the pass on, with another timing.
+    /// Repeat the steps from the pass on, with another timing.
     Retimed(Box<Retiming>),
 }
 

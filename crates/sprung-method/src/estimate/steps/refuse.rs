@@ -5,7 +5,7 @@ use crate::description::{Identify, OnCheckError};
 use crate::estimate::errors::IdentifyError;
 use crate::finding::{Finding, Severity};
 
-/// Refuses the logs if a finding is an error, unless the settings say to go on.
+/// Refuses the logs if a finding is an error, unless the settings request to continue.
 pub(super) fn refuse<'a>(
     settings: &Identify,
     findings: impl IntoIterator<Item = &'a Finding>,

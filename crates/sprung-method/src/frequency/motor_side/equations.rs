@@ -58,7 +58,7 @@ impl Places {
         self.joint(5, 0) + 2 * coordinate + order
     }
 
-    /// Returns the places of what belongs to a joint alone: inertia, rotor, stiffness, motor damping.
+    /// Returns the indices of the unknowns of a single joint: inertia, rotor, stiffness, motor damping.
     pub(super) fn of_joint(self, joint: usize) -> [usize; 4] {
         [
             Self::inertia(joint, joint),
@@ -92,7 +92,7 @@ pub(super) struct Errors {
     pub(super) residuals: Vec<Vec<c64>>,
 }
 
-/// Motor positions by the equations at a line, with what their derivatives need.
+/// Motor positions by the equations at a line, with the terms of their derivatives.
 struct AtLine {
     /// Positions of links and motors, \[2n\].
     positions: Vec<c64>,

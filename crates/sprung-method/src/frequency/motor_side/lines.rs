@@ -8,9 +8,8 @@ use crate::frequency::spectra::{Spectra, imaginary};
 /// Least power of a motor position relative to that of its noise at an excited line.
 const LEAST_SIGNAL_TO_NOISE: f64 = 30.0;
 
-/// Least power of the torque of a motor at an excited line, relative to the largest one. Beyond the motion
-/// that the controller asks for, dry friction and noise move the motors, and feedback answers them with
-/// torque.
+/// Least power of the torque of a motor at an excited line, relative to the largest one. Beyond the commanded motion,
+/// dry friction and noise move the motors, and feedback responds with torque.
 const LEAST_TORQUE: f64 = 0.005;
 
 /// Half the number of lines over which powers are averaged.

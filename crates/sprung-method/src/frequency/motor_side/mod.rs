@@ -1,4 +1,4 @@
-//! Springs of joints whose links no sensor measures, by the vibrations that the motors see.
+//! Springs of joints without link sensor, by the vibrations of the motors.
 //!
 //! About a pose, links and motors obey linear equations. The link positions are unknown, so the
 //! response from torques to motor positions gives the matrices:

@@ -10,15 +10,15 @@ use super::equations::{Equations, Errors, Places};
 use super::lines::{Lines, POWER_LINES, mean_power};
 use super::start::starts;
 
-/// Lines of a trial; first steps from each start, one of how many goes on, and steps of those; steps of a
-/// descent.
+/// Lines of a trial; first steps from each start, share of continued starts (one in this number), and steps of those;
+/// steps of a descent.
 const LINES_OF_TRIAL: usize = 240;
 const FIRST_STEPS: usize = 8;
 const FIRST_ONE_OF: usize = 4;
 const STEPS_OF_TRIAL: usize = 40;
 const STEPS: usize = 60;
 
-/// Trials that go on to the end, and the relative difference of costs from which they differ.
+/// Trials that are completed, and the relative difference of costs from which they differ.
 const BEST_TRIALS: usize = 4;
 const DIFFERENT: f64 = 1e-3;
 
@@ -34,8 +34,8 @@ const LEAST_VARIANCE: f64 = 1e-40;
 
 /// Returns the likeliest unknowns with the errors there; `None` if no start ends at possible ones.
 ///
-/// The first trials take the sizes of the positions for their errors. The best of them go on with the
-/// variances of their own errors, and the smallest variances decide.
+/// The first trials weight the positions by their sizes. The best of them continue with the variances of their errors,
+/// and the smallest variances decide.
 pub(super) fn solve(lines: &Lines) -> Option<(Vec<f64>, Errors)> {
     let few = lines.thinned(LINES_OF_TRIAL);
     let places = Places::new(lines);
@@ -93,7 +93,7 @@ pub(super) fn solve(lines: &Lines) -> Option<(Vec<f64>, Errors)> {
 pub(super) fn half_differences(parts: [Option<Lines>; 2], x: &[f64]) -> Vec<f64> {
     let [first, second] = parts.map(|lines| {
         let lines = lines?;
-        // The states at the ends of a part are its own.
+        // Each part has separate states at its ends.
         let mut start = x.to_vec();
         for place in Places::new(&lines).of_transients() {
             start[place] = 0.0;

@@ -21,7 +21,7 @@ use crate::numbers::Shown;
 const LARGEST_ERROR: f64 = 0.1;
 const LARGEST_ERROR_OF_INERTIA: f64 = 0.2;
 
-/// The spring of a joint by the vibrations that its motor sees.
+/// The spring of a joint by the vibrations of its motor.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SpringFromMotor {
     /// Name of the joint.
@@ -65,7 +65,7 @@ pub(crate) fn springs_from_motor(record: &Record, model: &Model) -> Vec<SpringFr
     })
 }
 
-/// Returns the springs; `None` if the record is too short or too little of it moves.
+/// Returns the springs; `None` if the record is too short or contains too little motion.
 fn determined(record: &Record, model: &Model) -> Option<Vec<SpringFromMotor>> {
     let (stretch, sharpness) = (record.longest(), sharpness(model));
     let lines = Lines::of(stretch, &sharpness)?;

@@ -1,7 +1,7 @@
 """Fleets on other engines: one function per log, Arrow in and Arrow out, as Ray, Daft and Spark call their functions.
 
 `missing_logs` gives the engine its rows, `identify_batch` is the function that it maps over them, and `write_rows`
-writes what comes out. `sprung.fleet.identify` does the same three steps with Dask or with processes.
+writes the results. `sprung.fleet.identify` does the same three steps with Dask or with processes.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The dataset of a fleet: Parquet files, one per part, that any program reads together.
 
 Each row is a parameter of one log (``kind = 'parameter'``), a finding or a failure. A part is one file, and a file
-appears only when it is complete; so whatever is there is valid, and a run resumes with the tasks that are missing.
+appears only when it is complete; so all files are valid, and a run resumes with the missing tasks.
 """
 
 from __future__ import annotations

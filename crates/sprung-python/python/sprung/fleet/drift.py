@@ -1,7 +1,7 @@
 """Drift of one robot over time: a step with its time, or a trend; and the effect of covariates in the whole fleet.
 
-The test of a robot needs the scatter between its logs. A few logs give this scatter poorly, and robots do not all
-have the same. Each robot's variance is therefore moderated by those of the fleet (Smyth 2004).
+The test of a robot needs the scatter between its logs. A few logs give a poor estimate of it, and it differs between
+robots. Each robot's variance is therefore moderated by those of the fleet (Smyth 2004).
 """
 
 from __future__ import annotations
@@ -161,7 +161,7 @@ def prior(series: Sequence[Series]) -> Prior:
     if len(factors) < FEWEST_SERIES:
         return Prior(1.0, 0.0)
     own = float(np.median(freedoms))
-    # The smaller number of degrees of freedom is the safer one: the upper tail may be wider than the centre tells.
+    # The smaller number of degrees of freedom is the safer one: the upper tail may be wider than the centre indicates.
     freedom = min(_prior_freedom(np.array(factors), own, ends) for ends in QUANTILES)
     middle = float(np.median(factors)) / float(stats.f.ppf(0.5, own, min(freedom, MOST_FREEDOM)))
     return Prior(middle, freedom)

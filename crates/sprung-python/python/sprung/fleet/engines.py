@@ -83,7 +83,7 @@ class Processes:
                     broken = broken or isinstance(outcome, WorkerDied)
                     yield part, outcome
                 if broken:
-                    # All futures of a broken pool end; nobody knows which of their processes died.
+                    # All futures of a broken pool end; the process that died is unknown.
                     for future, part in active.items():
                         yield part, _outcome(future)
                     active.clear()
@@ -136,7 +136,7 @@ class Dask:
                 except (distributed.TimeoutError, TimeoutError):
                     pass
                 except (concurrent.futures.CancelledError, OSError):
-                    # The scheduler is gone: its futures are looked at below.
+                    # The scheduler has ended: its futures are examined below.
                     time.sleep(0.2)
                 for future in [one for one in active if one.status != "pending"]:
                     part = active.pop(future)
@@ -153,7 +153,7 @@ class Dask:
 
     def _submit(self, function: Function, part: Part, settings: Settings) -> Any:
         self._reconnected()
-        # A repeated part needs a key of its own, because the scheduler remembers the outcome of the earlier one.
+        # A repeated part needs another key, because the scheduler remembers the outcome of the earlier one.
         self.submitted += 1
         key = f"sprung-{part.name}-{self.submitted}"
         return self.client.submit(function, part, settings, key=key, pure=False, retries=0)

@@ -1,12 +1,12 @@
 """Robots that are outliers in a population, with a controlled rate of false discoveries.
 
-A few defective robots widen the scatter of all and hide themselves. The mean and the scatter of the test are
+A few defective robots widen the scatter of all and mask each other. The mean and the scatter of the test are
 therefore those of the central robots: a normal distribution that is truncated at ``WINDOW`` standard deviations.
 The test uses Student's t, because mean and scatter are estimated.
 
 Robots with one motion, one sensor and one model share a part of their errors. Their standard errors contain it, but it
-does not make them differ: the central robots then scatter less than their standard errors. The part of the variance
-that each robot has on its own is estimated from their scatter, too.
+does not make them differ: the central robots then scatter less than their standard errors. The independent part of
+the variance of each robot is also estimated from their scatter.
 """
 
 from __future__ import annotations

@@ -211,7 +211,7 @@ def _same_length(rows: Rows) -> None:
 
 @dataclass(frozen=True)
 class _Part:
-    """One parameter while it is analysed. It holds what a robot needs, and not what a log needs."""
+    """One parameter while it is analysed. It holds the values of robots, not those of logs."""
 
     name: str
     unit: str

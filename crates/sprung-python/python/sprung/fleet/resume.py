@@ -1,4 +1,4 @@
-"""What a dataset lacks of a manifest: every engine computes only that."""
+"""Tasks of a manifest that a dataset lacks: every engine computes only these."""
 
 from __future__ import annotations
 

@@ -221,7 +221,7 @@ class _Run:
 
     def _not_written(self, one: Part, error: BaseException) -> None:
         self.errors[one.name] += 1
-        # A worker without sprung fails with every part: repeating helps nobody.
+        # A worker without sprung fails with every part, so repeating is useless.
         if isinstance(error, ImportError) and self.logs_done == 0:
             raise FleetError(
                 f"a worker cannot import what it needs: {error}",

@@ -33,10 +33,10 @@ const PERIOD: f64 = 1e-3;
 /// Windows of the velocity estimator without a controller.
 const WINDOW: [usize; 2] = [4, 4];
 
-/// Damping ratio of a vibration of which motor signals tell only the frequency.
+/// Damping ratio of a vibration if motor signals give only its frequency.
 const MOTOR_SIDE_DAMPING: f64 = 0.02;
 
-/// Relative difference of periods that counts as none.
+/// Relative difference below which periods are equal.
 const SAME_PERIOD: f64 = 1e-3;
 
 impl Session {
@@ -95,7 +95,7 @@ impl Session {
     }
 }
 
-/// What a design takes from the experiment and its identification.
+/// Input of a design from the experiment and its identification.
 struct Setup {
     experiment: Experiment,
     model: Model,
@@ -258,8 +258,8 @@ impl Setup {
         Ok(Some(all))
     }
 
-    /// Returns the reference on which the loop is simulated: that of the last validation run with a controller, or that of the
-    /// experiment's own controller.
+    /// Returns the reference on which the loop is simulated: that of the last validation run with a controller, or that
+    /// of the experiment's controller.
     fn reference(&self) -> Option<Reference> {
         let runs = self.experiment.validate.iter().rev();
         let runs = runs.filter_map(|run| run.controller.as_ref());

@@ -1,4 +1,4 @@
-//! What a design assumes where the experiment says nothing.
+//! Assumptions of a design about values that the experiment does not give.
 
 use sprung_core::parameters::JointParameter;
 use sprung_core::robot::Values;
@@ -25,7 +25,7 @@ const NOISE: f64 = 0.01;
 const ROTOR_PART: f64 = 0.3;
 const RESONANCE_HZ: f64 = 8.0;
 
-/// Returns the nominal values, with rotors and springs that a usual drive has where none are given.
+/// Returns the nominal values, with rotors and springs of a typical drive where none are given.
 pub(super) fn with_assumed_drives(
     model: &Model,
     assumed: &mut Vec<String>,
@@ -173,7 +173,7 @@ fn parsed<T: serde::de::DeserializeOwned>(part: &str, text: &str) -> Result<T, S
     })
 }
 
-/// Returns the twin with usual sensors where the file gives none.
+/// Returns the twin with typical sensors where the file gives none.
 pub(in crate::session) fn completed(
     mut twin: Simulate,
     experiment: &Experiment,
@@ -182,7 +182,7 @@ pub(in crate::session) fn completed(
     assumed: &mut Vec<String>,
 ) -> Simulate {
     let n = model.joint_count();
-    // The values of the design stand for the robot.
+    // The values of the design represent the robot.
     twin.parameters = None;
     twin.torque_disturbance_nm.resize(n, 0.0);
     twin.link_torque_disturbance_nm.resize(n, 0.0);

@@ -1,4 +1,4 @@
-//! The information that a motion or a log buys.
+//! The information of a motion or a log.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,8 +15,8 @@ use crate::session::load::Session;
 use crate::session::parameters::Parameters;
 
 impl Session {
-    /// Returns the information that a motion buys: by the bound of the default estimator, and where that is singular by
-    /// the spectra of the search, which `assumed` then says.
+    /// Returns the information of a motion: by the bound of the default estimator, and where that is singular by the
+    /// spectra of the search, which `assumed` then states.
     pub(super) fn bought(
         &self,
         setup: &Setup,

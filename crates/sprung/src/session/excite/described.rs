@@ -1,4 +1,4 @@
-//! A designed motion as it is written and drawn: coefficients, used limits, the moving arm.
+//! A designed motion with its files and curves: coefficients, used limits, the moving arm.
 
 use std::f64::consts::TAU;
 

@@ -92,7 +92,7 @@ pub(super) fn csv(trajectory: &Trajectory) -> String {
     text
 }
 
-/// Returns every how many samples the points of a message are, so that polynomials of degree five between them differ from
+/// Returns the number of samples between points of a message: polynomials of degree five between the points differ from
 /// the motion by less than `part` of its largest velocity and acceleration.
 pub(super) fn spacing(trajectory: &Trajectory, part: f64) -> usize {
     let mut step = 64.min(trajectory.time_s.len().max(2) - 1);

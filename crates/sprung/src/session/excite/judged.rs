@@ -18,7 +18,7 @@ use crate::session::excite_error::ExciteError;
 use crate::session::files::read_text;
 use crate::session::load::Session;
 
-/// Limits that are wider by this factor show how much of them a motion uses.
+/// Limits that are wider by this factor show the used part of the limits.
 const WIDER: f64 = 1e6;
 
 impl Session {
@@ -129,7 +129,7 @@ impl Session {
     }
 }
 
-/// Returns the reference of the paper: for joints in turn those of its first and of its second joint.
+/// Returns the reference of the paper: alternately those of its first and of its second joint.
 ///
 /// # Source
 ///

@@ -1,4 +1,4 @@
-//! Compares the standard errors of a log with those that the design of its experiment promised.
+//! Compares the standard errors of a log with the promise of the design of its experiment.
 
 use std::collections::BTreeMap;
 
@@ -55,7 +55,7 @@ impl Session {
         Ok(found)
     }
 
-    /// Adds a finding about the promise of the design to a check: the standard errors that the recorded motion buys with the
+    /// Adds a finding about the promise of the design to a check: the standard errors of the recorded motion with the
     /// values and sensors of the design.
     pub(in crate::session) fn check_design(
         &self,
@@ -140,7 +140,7 @@ const MOTION: Words = Words {
              missing; sprung excite --from-log LOG designs a motion that adds to this one",
 };
 
-/// Returns the note about standard errors; `None` if none has a promise.
+/// Returns the note about standard errors; `None` without a promise.
 fn compared(
     design: &Design,
     error: impl Fn(&str) -> Option<f64>,

@@ -36,23 +36,23 @@ pub enum ExciteMethod {
     Random,
 }
 
-/// What is asked of a design beside the experiment.
+/// Options of a design beside the experiment.
 #[derive(Clone, Debug, Default)]
 pub struct ExciteRequest {
     /// What makes the motion.
     pub method: ExciteMethod,
-    /// Whether the robot is unknown, and a first small motion is wanted.
+    /// Whether the robot is unknown, so that a first small motion is requested.
     pub is_warm_up: bool,
     /// A recorded log, beside which the new motion counts.
     pub from_log: Option<PathBuf>,
-    /// A file whose `[controller.reference]` is the motion, instead of what the method makes; no search.
+    /// A file whose `[controller.reference]` is the motion, instead of that of the method; no search.
     pub reference: Option<PathBuf>,
 }
 
 /// Part of velocities and accelerations by which interpolated points of a message may differ from the motion.
 const INTERPOLATED: f64 = 2e-3;
 
-/// A listener that may stop the search, and nothing after it.
+/// A listener that may stop only the search.
 struct UntilDesigned<'a>(&'a mut dyn Listener);
 
 impl Listener for UntilDesigned<'_> {

@@ -1,4 +1,5 @@
-//! What a design takes from the experiment, and what it assumes where the experiment says nothing.
+//! Input of a design from the experiment, and assumptions about values that the experiment does not
+//! give.
 
 use std::collections::BTreeMap;
 

@@ -4,18 +4,18 @@ use crate::estimate::possible::{Normal, squared_distance};
 use crate::model::Theta;
 use crate::prepare::Prepared;
 
-/// Lowest frequency that is looked at, Hz, and factor from one to the next.
+/// Lowest frequency of the search, Hz, and ratio of successive frequencies.
 const LOWEST_HZ: f64 = 0.25;
 const STEP: f64 = std::f64::consts::SQRT_2;
 
-/// Share of the squared difference of the torques that the named frequencies hold.
-const SHARE: f64 = 0.5;
+/// Share of the squared difference of the torques at the reported frequencies.
+const REPORTED_SHARE: f64 = 0.5;
 
 /// Returns the frequency below which half of the squared difference of a torque lies, Hz; `None` if most of it lies above
 /// the cut-off of the positions, or the beginning of the log is too short.
 ///
-/// The cut-off of the position filter is moved, and only positions shape the difference: regressor times change of the
-/// parameters.
+/// The difference depends only on the positions, so it is evaluated for other cut-offs of the position filter:
+/// regressor times change of the parameters.
 ///
 /// - `row`: of the torque; `thetas`: two estimates, \[p\].
 pub(super) fn half_below(prepared: &Prepared, row: usize, thetas: [&Theta; 2]) -> Option<f64> {
@@ -35,5 +35,5 @@ pub(super) fn half_below(prepared: &Prepared, row: usize, thetas: [&Theta; 2]) -
     let all = power(highest)?;
     std::iter::successors(Some(LOWEST_HZ), |cutoff| Some(cutoff * STEP))
         .take_while(|cutoff| *cutoff < highest)
-        .find(|cutoff| power(*cutoff).is_some_and(|below| below >= SHARE * all))
+        .find(|cutoff| power(*cutoff).is_some_and(|below| below >= REPORTED_SHARE * all))
 }

@@ -1,4 +1,4 @@
-//! The same equations solved by other routes, whose errors have other causes.
+//! The same equations solved by other methods, whose errors have other causes.
 
 use crate::estimate::statistics::{MAX_ITERATIONS, MAX_ROUNDS, ROUNDING};
 use crate::fit::Free;

@@ -1,11 +1,11 @@
-//! Errors on parts of the logs that a fit has not seen.
+//! Errors of fits on held-out parts of the logs.
 
 use crate::estimate::statistics::HELD_OUT_PARTS;
 use crate::fit::{HoldOut, Missed};
 use crate::model::{Model, Theta};
 use crate::regression::System;
 
-/// Errors of fits on parts of the logs that they have not seen.
+/// Errors of fits on held-out parts of the logs.
 pub(in crate::estimate) struct HeldOut {
     /// Errors of the fit of all parts on all parts.
     seen: Missed,
@@ -23,17 +23,18 @@ pub(in crate::estimate) struct Price {
     pub(in crate::estimate) standard_error: f64,
 }
 
-/// Price of the constraints on held-out parts above which the model lacks something: the held-out residual of a second
-/// log of the same arm differs by as much.
+/// Price of the constraints on held-out parts above which the model lacks an effect. Held-out residuals of two logs of
+/// the same arm differ by less.
 const DEAR: f64 = 0.02;
 
 /// Standard errors above which a price is more than chance.
-const SURE: f64 = 2.0;
+const SIGNIFICANCE_SIGMAS: f64 = 2.0;
 
 impl Price {
-    /// Returns whether the constraints cost more than a second log would, and more than chance.
+    /// Returns whether the price of the constraints exceeds the difference between two logs, and is
+    /// significant.
     pub(in crate::estimate) fn is_dear(&self) -> bool {
-        self.ratio - 1.0 > DEAR.max(SURE * self.standard_error)
+        self.ratio - 1.0 > DEAR.max(SIGNIFICANCE_SIGMAS * self.standard_error)
     }
 }
 
@@ -72,8 +73,8 @@ impl HeldOut {
         }
     }
 
-    /// Returns the error on parts that a fit has not seen over that of the fit of all parts, of one row: at least 1;
-    /// infinite if the other parts do not determine the parameters.
+    /// Returns the error on held-out parts over that of the fit of all parts, of one row: at least 1; infinite if the
+    /// other parts do not determine the parameters.
     pub(in crate::estimate) fn ratio(&self, row: usize) -> f64 {
         let ratio = || {
             let unseen: f64 = (self.unseen.as_ref()?.iter())
@@ -85,8 +86,8 @@ impl HeldOut {
         ratio().unwrap_or(f64::INFINITY)
     }
 
-    /// Returns the error of the torques on parts that a fit has not seen, relative to the torques; infinite if the other
-    /// parts do not determine the parameters.
+    /// Returns the error of the torques on held-out parts, relative to the torques; infinite if the other parts do not
+    /// determine the parameters.
     pub(super) fn error(&self) -> f64 {
         let all = self.unseen.as_ref().map(|parts| sum(parts.iter().cloned()));
         all.and_then(|all| all.of_torque_rows())

@@ -12,21 +12,21 @@ use crate::model::{Model, Theta};
 use crate::numbers::{in_ms, in_percent};
 use crate::regression::{Probe, SystemPart, Triangle, solve_quickly};
 
-/// Smallest third power of a torque, as part of the torque (root mean squares), and largest part of its equation's
-/// squared residuals that stays, for a torque that saturates. Measured in `benches/verdicts`, seeds 3100 to 3199:
-/// torques that saturate have 0.02 or more and 0.55 or less, torques of models that match 0.05 or less and 0.81 or more.
+/// Limits for a torque that saturates: smallest third power of the torque, as part of the torque (root mean squares),
+/// and largest remaining part of the squared residuals of its equation. Measured in `benches/verdicts`, seeds 3100 to
+/// 3199: 0.02 or more and 0.55 or less for torques that saturate, 0.05 or less and 0.81 or more for models that match.
 const SATURATING_PART: f64 = 0.02;
 const LEFT_WITH_SATURATION: f64 = 0.6;
 
-/// Smallest part of the third power that the other columns do not replace, and largest unexplained part of the torque. A
-/// motion that hardly excites the joint has less or more: 0.05 and 0.3 in the same cases, and a torque that saturates 0.2
-/// or more and 0.03 or less.
+/// Smallest part of the third power that is independent of the other columns, and largest unexplained part of the
+/// torque. Measured in the same cases: 0.05 and 0.3 for motions that hardly excite the joint, 0.2 or more and 0.03 or
+/// less for torques that saturate.
 const OWN_PART: f64 = 0.12;
 const UNEXPLAINED: f64 = 0.1;
 
-/// Largest part of the squared residuals that stays for an encoder that is not centred, and largest eccentricity, rad.
-/// Measured in the same cases: 0.29 or less for eccentricities of 0.0002 to 0.002, and 0.62 or more for models that match,
-/// most of them with impossible eccentricities.
+/// Largest remaining part of the squared residuals for an encoder that is not centred, and largest eccentricity, rad.
+/// Measured in the same cases: 0.29 or less for eccentricities of 0.0002 to 0.002, and 0.62 or more for models that
+/// match, most of them with impossible eccentricities.
 const LEFT_WITH_ECCENTRICITY: f64 = 0.45;
 const LARGEST_ECCENTRICITY: f64 = 0.02;
 
@@ -34,7 +34,7 @@ const LARGEST_ECCENTRICITY: f64 = 0.02;
 pub(in crate::estimate) struct Lacking {
     joint: usize,
     effect: Effect,
-    /// Part of the torque that stays unexplained without and with this effect, root mean squares.
+    /// Unexplained part of the torque without and with this effect, root mean squares.
     left: [f64; 2],
 }
 
@@ -50,12 +50,12 @@ pub(super) struct MotorEquation<'a> {
     pub(super) joint: usize,
     /// Without the columns of known parameters.
     pub(super) factor: Triangle,
-    /// Its probes, in the order of their columns behind those of the model.
+    /// Its probes, in the order of their columns after those of the model.
     pub(super) probes: Vec<&'a Probe>,
 }
 
 impl MotorEquation<'_> {
-    /// Returns the part of the torque that stays unexplained (root mean square), and the values of all probes.
+    /// Returns the unexplained part of the torque (root mean square), and the values of all probes.
     ///
     /// - `is_closed`: of probes without effect.
     fn fit(&self, is_closed: impl Fn(&Probe) -> bool) -> (f64, Option<Vec<f64>>) {

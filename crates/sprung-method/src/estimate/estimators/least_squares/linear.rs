@@ -19,16 +19,16 @@ use crate::regression::System;
 /// Peak of a motion over its root mean square: between that of a sine and that of normal noise.
 const PEAK: f64 = 2.0;
 
-/// Result of least squares, which stands beside other results.
+/// Result of least squares, the reference of other results.
 pub(in crate::estimate) struct Linear<'a> {
-    /// The fit of all logs, over robots that can exist unless the settings say otherwise. Its standard errors contain
-    /// the bias and the changes between parts, and are those without constraints.
+    /// The fit of all logs, over robots that can exist by default. Its standard errors contain the bias and the changes
+    /// between parts, and are those without constraints.
     pub(in crate::estimate) fitted: Fitted,
     /// The robots that can exist; `None` without constraints.
     pub(in crate::estimate) possible: Option<PossibleFit<'a>>,
     /// Largest speed of each joint in the log, rad/s (m/s), \[n\].
     pub(in crate::estimate) speeds: Vec<f64>,
-    /// Frequency below which half of the change of each dear torque by the constraints lies, Hz, \[n\].
+    /// Frequency below which half of the change by the constraints lies, for each torque with a high price, Hz, \[n\].
     pub(in crate::estimate) bands: Vec<Option<f64>>,
     /// Limits of masses that the logs contradict.
     pub(in crate::estimate) contradicted: Option<Contradicted>,
@@ -39,12 +39,12 @@ pub(in crate::estimate) struct Linear<'a> {
     pub(in crate::estimate) routes: Vec<(Route, Theta)>,
     /// Estimates from parts of the logs.
     pub(in crate::estimate) parts: Parts,
-    /// Errors on parts of the logs that fits have not seen.
+    /// Errors of fits on held-out parts of the logs.
     pub(in crate::estimate) held_out: HeldOut,
 }
 
 impl<'a> Linear<'a> {
-    /// Solves the regression of all logs by least squares, by other routes and from parts of the logs.
+    /// Solves the regression of all logs by least squares, by other methods and from parts of the logs.
     ///
     /// - `(system, spans)`: the reduced logs, and first and last time of each log, s.
     /// - `is_timed`: whether a refinement has found the timing of the torques and the sharpness of Coulomb friction.
@@ -101,7 +101,7 @@ impl<'a> Linear<'a> {
         };
         let (mut result, mut tool) = (constrained(Tool::InRegion)?, Tool::InRegion);
         if result.is_dear(model) {
-            // A tool may be longer than the region of its link leaves room for.
+            // A tool may be longer than the region of its link.
             let other = constrained(Tool::Anywhere)?;
             if other.held_out.error() < result.held_out.error() {
                 (result, tool) = (other, Tool::Anywhere);
@@ -172,7 +172,7 @@ impl<'a> Constrained<'a> {
         })
     }
 
-    /// Returns whether the constraints cost too much in the torque of a joint of a tree.
+    /// Returns whether the price of the constraints is too high in the torque of a joint of a tree.
     fn is_dear(&self, model: &Model) -> bool {
         let prices = (0..model.joint_count())
             .filter_map(|joint| self.held_out.price(model.torque_row(joint)));

@@ -1,5 +1,5 @@
-//! Changes of the parameters by the nuisance parameters that the regression takes as known: the delay that all torques
-//! have together, the saturation of each torque, and the sharpness of Coulomb friction.
+//! Changes of the parameters by the nuisance parameters that the regression assumes known: the common delay of all
+//! torques, the saturation of each torque, and the sharpness of Coulomb friction.
 
 use super::lacking::{Lacking, MotorEquation, lacking, probes_of_encoders};
 use crate::estimate::nuisances::{SHARPER, sharpness_columns};
@@ -9,13 +9,13 @@ use crate::model::{Model, Theta};
 use crate::prepare::Prepared;
 use crate::regression::{Probe, Reduction, SystemPart, Triangle, solve_quickly};
 
-/// What the nuisance parameters do to the estimate.
+/// Effect of the nuisance parameters on the estimate.
 pub(in crate::estimate) struct Nuisances {
     /// Effects that the model lacks.
     pub(in crate::estimate) lacking: Vec<Lacking>,
     /// Change of each parameter if they are estimated with it, \[p\].
     pub(super) changes: Theta,
-    /// Time by which all torques act later than the regression takes them, s; `None` if the description gives it.
+    /// Delay of all torques beyond that of the regression, s; `None` if the description gives it.
     pub(in crate::estimate) torques_delay: Option<f64>,
 }
 

@@ -53,7 +53,7 @@ impl Parts {
     }
 
     /// Returns value and standard error of a parameter from each part, with larger errors, since
-    /// those of a part come from few stretches.
+    /// those of a part come from few segments.
     pub(crate) fn cautious(&self, index: usize) -> Option<Vec<(f64, f64)>> {
         let values: Vec<(f64, f64)> = (self.parts.iter())
             .filter_map(|(_, fit)| {

@@ -14,8 +14,8 @@ use crate::fit::{Fitted, HoldOut};
 use crate::model::{Model, NoSolution, Theta};
 use crate::regression::System;
 
-/// Distance below which the unconstrained estimate counts as that of a robot that can exist, in standard errors.
-const SAME: f64 = 1e-3;
+/// Distance below which the unconstrained estimate counts as possible, in standard errors.
+const MAX_DISTANCE_OF_POSSIBLE: f64 = 1e-3;
 
 /// The robots that can exist, with the equations of a log.
 pub(in crate::estimate) struct PossibleFit<'a> {
@@ -71,11 +71,13 @@ impl<'a> PossibleFit<'a> {
     /// The reason why no robot can exist with the given values and limits.
     pub(super) fn best(&self) -> Result<Theta, String> {
         let (found, squares) = self.found().map_err(|reason| self.robots.why(reason))?;
-        Ok(if squares < SAME * SAME {
-            self.unconstrained.clone()
-        } else {
-            found.theta
-        })
+        Ok(
+            if squares < MAX_DISTANCE_OF_POSSIBLE * MAX_DISTANCE_OF_POSSIBLE {
+                self.unconstrained.clone()
+            } else {
+                found.theta
+            },
+        )
     }
 
     /// Returns the robot that has the least squared residuals, and its squared distance from the estimate without

@@ -1,5 +1,5 @@
-//! Errors of least squares beyond the disagreement of stretches: changes between parts of the logs,
-//! and the bias that all stretches share.
+//! Errors of least squares beyond the disagreement of segments: changes between parts of the logs,
+//! and the bias that all segments share.
 
 use super::cross_checks::Route;
 use super::nuisances::Nuisances;
@@ -18,10 +18,10 @@ const SMEARING_POWER: i32 = 2;
 
 /// Returns a fit whose standard errors contain the changes between parts and the bias.
 ///
-/// The bias is the root of the sum of four squares: the change to the farthest cross-check, the change by nuisance
-/// parameters that are estimated too, the change to the next higher cut-off, and the change to the next lower one. The
-/// last two are extrapolated to no noise and to no smearing. So a parameter with one of these errors is within
-/// two standard errors of its true value, as long as the error obeys these powers of the cut-off.
+/// The bias is the root of the sum of four squares: the change to the farthest cross-check, the change by estimated
+/// nuisance parameters, the change to the next higher cut-off, and the change to the next lower one. The last two are
+/// extrapolated to zero noise and zero smearing. So a parameter with one of these errors is within two standard errors
+/// of its true value, as long as the error obeys these powers of the cut-off.
 pub(crate) fn widened(
     prepared: &Prepared,
     fitted: Fitted,

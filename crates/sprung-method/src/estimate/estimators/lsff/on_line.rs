@@ -58,7 +58,7 @@ impl Observer for OnLine<'_> {
         self.seconds += start.seconds();
     }
 
-    /// LSFF forgets, so it must see the logs one after the other.
+    /// LSFF forgets, so it processes the logs in sequence.
     fn of_one_log(&self) -> Option<Self> {
         (!self.settings.estimator.contains(&Estimator::Lsff))
             .then(|| Self::new(self.model, self.settings))

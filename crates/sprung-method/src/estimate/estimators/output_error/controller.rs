@@ -1,4 +1,4 @@
-//! Comparison of the described controller with the controller that ran during the log.
+//! Comparison of the described controller with the real one in the log.
 
 use super::record::Record;
 use crate::description::Controller;
@@ -120,14 +120,31 @@ mod tests {
 
     use super::*;
 
-    /// Compares a controller's torque with a logged torque made from it, with 1 % of white noise.
+    /// Number of samples, and deviation of the white noise of the logged torque, N·m.
+    const SAMPLES: u32 = 5000;
+    const NOISE: f64 = 0.01;
+
+    /// The noise over the root mean square of the torque.
+    fn relative_noise() -> f64 {
+        NOISE / (0.5 * (1.0_f64 + 0.25)).sqrt()
+    }
+
+    /// Four relative standard errors of a variance by all samples.
+    fn variance_limit() -> f64 {
+        4.0 * (2.0 / f64::from(SAMPLES)).sqrt()
+    }
+
+    fn torque(t: f64) -> f64 {
+        (7.0 * t).sin() + 0.5 * (23.0 * t).cos()
+    }
+
+    /// Compares a controller's torque with a logged torque made from it, with white noise.
     fn torques(logged: impl Fn(&dyn Fn(f64) -> f64, f64) -> f64) -> TorqueMatch {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
-        let torque = |t: f64| (7.0 * t).sin() + 0.5 * (23.0 * t).cos();
-        let time = || (0..5000).map(|k| f64::from(k) * 1e-3);
+        let time = || (0..SAMPLES).map(|k| f64::from(k) * 1e-3);
         let commanded: Vec<f64> = time().map(torque).collect();
         let logged: Vec<f64> = time()
-            .map(|t| logged(&torque, t) + 0.01 * rng.sample::<f64, _>(StandardNormal))
+            .map(|t| logged(&torque, t) + NOISE * rng.sample::<f64, _>(StandardNormal))
             .collect();
         compare(&logged, &commanded).unwrap()
     }
@@ -135,8 +152,9 @@ mod tests {
     #[test]
     fn the_same_controller_matches() {
         let found = torques(|torque, t| torque(t));
-        // The noise is removed from the difference; measured 0 with this seed.
-        assert!(found.relative < 0.003, "{found:?}");
+        // The variance of the noise is subtracted; the scatter of the variance stays.
+        let limit = relative_noise() * variance_limit().sqrt();
+        assert!(found.relative < limit, "{found:?}");
         assert!(
             (found.gain - 1.0).abs() < 4.0 * found.gain_error,
             "{found:?}"
@@ -151,10 +169,17 @@ mod tests {
             (found.gain - 0.98).abs() < 4.0 * found.gain_error,
             "{found:?}"
         );
-        // Measured 1.8e-4 and 0.0204; the limits allow a factor of 2.7 and 15 % of the difference
-        // of 0.02.
-        assert!(found.gain_error < 5e-4, "{found:?}");
-        assert!((found.relative - 0.02).abs() < 0.003, "{found:?}");
+        let expected = relative_noise() / f64::from(SAMPLES).sqrt();
+        assert!(
+            (found.gain_error / expected - 1.0).abs() < variance_limit(),
+            "{found:?}"
+        );
+        // The square of the difference has the scatter of the noise's variance and of its product with the difference.
+        let expected = 0.02 / 0.98;
+        let by_noise = variance_limit() * relative_noise().powi(2);
+        let by_product = 4.0 * 2.0 * expected * relative_noise() / f64::from(SAMPLES).sqrt();
+        let off = found.relative.powi(2) - expected * expected;
+        assert!(off.abs() < by_noise.hypot(by_product), "{found:?}");
     }
 
     #[test]
@@ -169,8 +194,15 @@ mod tests {
     fn another_torque_is_seen() {
         // The logged torque saturates at a third of its peak.
         let found = torques(|torque, t| torque(t).clamp(-0.5, 0.5));
-        // Measured 0.98; the limit allows a third of it.
-        assert!(found.relative > 0.3, "{found:?}");
+        let squares = |of: fn(f64) -> f64| -> f64 {
+            let torques = (0..SAMPLES).map(|k| of(torque(f64::from(k) * 1e-3)));
+            torques.map(|torque| torque * torque).sum()
+        };
+        let clipped = |torque: f64| torque.clamp(-0.5, 0.5);
+        let cut_off = |torque: f64| torque - torque.clamp(-0.5, 0.5);
+        let expected = (squares(cut_off) / squares(clipped)).sqrt();
+        // The noise is 1 %.
+        assert!((found.relative / expected - 1.0).abs() < 0.01, "{found:?}");
         assert_eq!(compare(&[1.0, 2.0, 3.0, 4.0, 5.0], &[0.0; 5]), None);
     }
 }

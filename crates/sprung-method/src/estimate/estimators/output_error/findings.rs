@@ -124,7 +124,7 @@ pub(super) fn start_changed(model: &Model, changed: &[usize]) -> Option<Finding>
     )
 }
 
-/// Reports the joints whose described controller is not the one that ran.
+/// Reports the joints whose described controller differs from the real one.
 pub(super) fn controller(model: &Model, torques: &[Option<TorqueMatch>]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (name, torque) in model.joints().iter().zip(torques) {

@@ -1,9 +1,9 @@
 //! Output error: simulates the closed loop with the described controller and estimates the
-//! parameters whose motion is nearest to the measured one.
+//! parameters with the motion nearest to the measured one.
 //!
-//! The method is exact if controller and reference are known exactly and nothing else drives the
-//! plant, as in simulation studies. Position errors are scaled by the noise of the sensors, so the
-//! cost per sample tells whether these conditions hold.
+//! The method is exact if controller and reference are known exactly and no other torque acts on
+//! the plant, as in simulation studies. Position errors are scaled by the noise of the sensors, so
+//! the cost per sample shows whether these conditions hold.
 
 mod controller;
 mod covariance;
@@ -53,7 +53,7 @@ use simulation_counter::SimulationCounter;
 ///
 /// # Errors
 ///
-/// [`Stopped`] if the listener asks to stop.
+/// [`Stopped`] if the listener requests a stop.
 pub(in crate::estimate) fn output_error(
     reading: &Reading,
     controller: &Controller,
@@ -107,7 +107,7 @@ fn simulate_and_fit(
     let another = (about_controller.iter()).any(|finding| finding.severity == Severity::Serious);
     failed.findings.extend(about_controller);
     if another {
-        // A fit to the loop of another controller would only take time.
+        // A fit to the loop of another controller would be useless.
         return failed;
     }
 

@@ -20,7 +20,7 @@ const TOLERANCE_SHARE_OF_NOISE: f64 = 1e-3;
 const MAX_TOLERANCE_RAD: f64 = 1e-6;
 
 /// Maximum number of integration steps: this number per sample plus this number per millisecond. It
-/// is ten times the number that a robot needs, so stiffer parameters are not those of a robot.
+/// is ten times the number for a robot, so stiffer parameters are impossible.
 const MAX_STEPS_PER_MS: f64 = 15.0;
 
 /// First difference step of a parameter, relative to its value or its linear standard error.

@@ -27,7 +27,7 @@ impl<'a> SimulationCounter<'a> {
     ///
     /// # Errors
     ///
-    /// [`Stopped`] after the listener has asked to stop.
+    /// [`Stopped`] after the listener has requested a stop.
     pub(super) fn start_simulation(&self) -> Result<(), Stopped> {
         // The lock is poisoned if the listener panicked.
         let mut state = self.0.lock().map_err(|_| Stopped)?;
@@ -38,7 +38,7 @@ impl<'a> SimulationCounter<'a> {
         state.outcome
     }
 
-    /// Returns an error if the listener has asked to stop.
+    /// Returns an error if the listener has requested a stop.
     ///
     /// # Errors
     ///

@@ -21,7 +21,7 @@ pub(in crate::estimate) struct Before<'a> {
     /// Start values instead of the fitted ones, \[p\].
     pub(in crate::estimate) nominal: Option<&'a [f64]>,
     pub(in crate::estimate) timing: Timing<'a>,
-    /// Findings about the logs. If a log itself is faulty, the refinement is not tried, because it
-    /// may take minutes to fail.
+    /// Findings about the logs. If a log is faulty, the refinement is skipped, because it may take
+    /// minutes to fail.
     pub(in crate::estimate) about_logs: &'a [Finding],
 }

@@ -84,8 +84,7 @@ impl Bound {
 /// edges of their counts. The counts between the edges contain further information, so an estimate
 /// from coarse encoders may have a smaller error than the bound.
 ///
-/// Delays that the description asks to estimate are unknown too, and so are Stribeck velocities that
-/// it does not give.
+/// Unknown are also the delays to be estimated and the Stribeck velocities that the description does not give.
 ///
 /// - `model`: contains the true Stribeck velocities.
 /// - `sources`: logs of the same robot, which count together.

@@ -23,7 +23,7 @@ pub(super) struct ChannelUpdate {
     pub(super) standard_error: f64,
     /// Moves of the refined parameters with this value, \[free\]; empty for an estimated delay.
     pub(super) moves: Vec<f64>,
-    /// Whether the description asks to estimate this delay.
+    /// Whether the description requests an estimate of this delay.
     pub(super) estimated: bool,
 }
 
@@ -47,11 +47,12 @@ struct Step {
     influence: Influence,
 }
 
-/// Returns the estimate of each effect by one Gauss-Newton step, in which the other unknowns follow.
-/// Effects that are not to be estimated are moved one at a time.
+/// Returns the estimate of each effect by one Gauss-Newton step, in which the other unknowns follow. Effects without a
+/// request for an estimate are changed one at a time.
 ///
-/// The standard errors contain the scatter of the score over stretches of the log, and the changes
-/// of the effects between blocks. Those by the information alone are too small on real machines.
+/// The standard errors contain the scatter of the score over segments of the log, and the changes
+/// of the effects between blocks. The standard errors by the information alone are too small on
+/// real machines.
 ///
 /// - `covariance`: covariance of the unknowns with values and the delays to be estimated, \[count ×
 ///   count\].
@@ -142,7 +143,7 @@ fn with_others(covariance: &[f64], count: usize, at: usize) -> Influence {
 }
 
 /// Returns the influence on a delay that is not among the unknowns, with the unknowns eliminated,
-/// and the moves of the unknowns with a unit of the delay. Its variance is infinite if the log does
+/// and the changes of the unknowns per unit of the delay. Its variance is infinite if the log does
 /// not determine the delay.
 fn beside_others(
     normal: &NormalEquations,

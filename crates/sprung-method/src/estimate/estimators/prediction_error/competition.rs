@@ -1,8 +1,8 @@
-//! Competition of the effects that the model lacks: one after the other, the effect that explains most of what is left.
+//! Competition of the effects that the model lacks: one after the other, the effect that explains most of the rest.
 //!
-//! One effect often looks like several. A lag of all torques looks like a lag of each, sharper Coulomb friction like
-//! Stribeck friction. So each effect is tested beside those that explain more, and the size of its gain comes from
-//! blocks of the log that its estimate has not seen.
+//! One effect often resembles several. A lag of all torques resembles a lag of each torque, and sharper Coulomb
+//! friction resembles Stribeck friction. So each effect is tested beside those that explain more, and the size of its
+//! gain comes from held-out blocks of the log.
 //!
 //! # Source
 //!
@@ -14,12 +14,12 @@ use super::solve::covariance;
 use super::vector::dot;
 use crate::estimate::statistics::{MAX_ITERATIONS, SIGNIFICANT_SIGMAS, between_parts};
 
-/// An effect is tested if at least this fraction of its information is its own, not that of other unknowns.
+/// An effect is tested if at least this fraction of its information is independent of other unknowns.
 const RELATIVE_INFORMATION: f64 = 1e-6;
 
 /// An effect counts beside another one of its joint, or one of all joints beside any other, if it gains at least this
-/// fraction of the other's gain. The rest of an effect that the step describes only to the first order looks like
-/// smaller effects.
+/// fraction of the other's gain. The step describes an effect only to the first order, and the rest resembles smaller
+/// effects.
 const LEAST_SHARE_OF_GAIN: f64 = 0.1;
 
 /// An effect that takes part.
@@ -50,11 +50,11 @@ pub(super) struct Winner {
     pub(super) effect: usize,
     /// Estimate by one Gauss-Newton step; of an effect with two columns the amplitude.
     pub(super) value: f64,
-    /// Contains the scatter of the score over stretches of the log, and the changes between blocks.
+    /// Contains the scatter of the score over segments of the log, and the changes between blocks.
     pub(super) standard_error: f64,
     /// Moves of the unknowns with the effect, \[columns\].
     pub(super) moves: Vec<f64>,
-    /// Gain of the log-likelihood of blocks that the estimate has not seen.
+    /// Gain of the log-likelihood of held-out blocks.
     pub(super) gain: f64,
 }
 
@@ -73,7 +73,7 @@ struct Field<'a> {
     covariance: Vec<f64>,
 }
 
-/// Returns the effects that the log asks for, in the order of their gains.
+/// Returns the effects that the log shows, in the order of their gains.
 ///
 /// - `active`: columns of the unknowns that follow every effect.
 pub(super) fn winners(
@@ -116,7 +116,7 @@ pub(super) fn winners(
 }
 
 /// Returns the number of standard errors beyond which an effect counts. It grows with the number of
-/// tested effects, so that a log without any exceeds it with the same probability.
+/// tested effects, so that a log without effects exceeds it with the same probability.
 ///
 /// ```text
 /// z² = 3² + 2 ln n
@@ -138,7 +138,7 @@ impl<'a> Field<'a> {
         })
     }
 
-    /// Tests an effect; `None` if the log does not determine it or blocks that its estimate has not seen contradict it.
+    /// Tests an effect; `None` if the log does not determine it or held-out blocks contradict it.
     fn test(&self, effect: usize, columns: &[usize]) -> Option<Winner> {
         let direction = match columns {
             [column] => self.direction(*column)?,
@@ -312,7 +312,7 @@ mod tests {
     }
 
     /// Sums of a linear regression with noise of variance 1: an unknown, and three effects, of which the second is the
-    /// first plus a little of its own.
+    /// first plus a small independent part.
     fn sums(truth: [f64; 3]) -> Sums {
         let mut state = 11_u64;
         let mut random = || {

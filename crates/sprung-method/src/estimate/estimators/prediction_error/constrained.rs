@@ -8,7 +8,8 @@ use super::problem::Problem;
 use super::solve::damped_step;
 use crate::estimate::possible::Robots;
 
-/// Size of a parameter that does not move, relative to that of its information: no step reaches it.
+/// Size of a fixed parameter, relative to that of its information, so large that no step reaches
+/// it.
 const HELD: f64 = 1e8;
 
 /// Returns the step to the minimum of a quadratic model over the robots that can exist, where the damping increases the

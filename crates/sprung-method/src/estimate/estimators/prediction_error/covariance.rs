@@ -95,7 +95,7 @@ impl Propagation {
 /// disturbances add. Noise of a torque acts like a disturbance, but only in this period.
 ///
 /// - `transition`: F without the rows of the disturbances, \[2 rows × 3 rows\]; `decay`: a.
-/// - `reversals`: how near each row's friction is to a reversal in this period, \[rows\].
+/// - `reversals`: nearness of each row's friction to a reversal in this period, \[rows\].
 pub(super) fn propagate(
     covariance: &mut [f64],
     transition: &[f64],

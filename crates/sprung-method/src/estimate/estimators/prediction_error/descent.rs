@@ -22,8 +22,8 @@ use crate::estimate::statistics::{
 };
 use crate::progress::{Listener, Phase, Stopped};
 
-/// First run whose step is taken. The start levels may be far off, so levels are searched before. A step in the first
-/// run moves an estimate by 1.6 standard errors (`benches/numbers/run.py`).
+/// First run whose step is taken. Start levels may be wrong by orders of magnitude, so the levels are searched first. A
+/// step in the first run moves an estimate by 1.6 standard errors (`benches/numbers/run.py`).
 const FIRST_STEP: usize = 2;
 
 /// Last run after which levels are searched. If the model lacks an effect, step and levels may
@@ -33,9 +33,9 @@ const LAST_LEVEL_SEARCH: usize = 18;
 /// The levels have settled if their search raises the log-likelihood by less than this value.
 const SETTLED_GAIN: f64 = 0.5;
 
-/// A descent is given up if its residual in the filtered torque exceeds that of least squares by
-/// this factor in several successive runs without falling, because held-out blocks will not be
-/// predicted better. The first runs may pass through such values while the levels are still far off.
+/// A descent ends if its residual in the filtered torque exceeds that of least squares by this factor in several
+/// successive runs without falling, because its predictions of held-out blocks will not be better. The first runs may
+/// pass through such values while the levels are still wrong.
 const MAX_RESIDUAL_RATIO: f64 = 1.3;
 
 /// Successive runs above the limit, or in which noise of the logged torque explains all information in some direction;
@@ -49,13 +49,13 @@ const FIRST_COMPARED_RUN: usize = 5;
 /// memory.
 const MAX_TRANSITION_NUMBERS: usize = 9_000_000;
 
-/// While a search for levels gains more log-likelihood than this value, the levels are far off, and this fraction of
-/// each searched segment is enough. Half of it moves an estimate by 0.02 standard errors, twice of it by nothing
-/// (`benches/numbers/run.py`).
+/// While a search for levels gains more log-likelihood than this value, the levels are far from their optimum, and this
+/// fraction of each searched segment suffices. Half the value moves an estimate by 0.02 standard errors, twice the
+/// value has no effect (`benches/numbers/run.py`).
 const FAR_GAIN: f64 = 100.0;
 
-/// Share of each segment that is enough while the levels are far off; the cost is proportional to it. Half or twice of
-/// it moves an estimate by 0.05 standard errors (`benches/numbers/run.py`).
+/// Share of each segment that suffices while the levels are far from their optimum; the cost is proportional to it.
+/// Half or twice the value moves an estimate by 0.05 standard errors (`benches/numbers/run.py`).
 const FAR_SHARE: f64 = 0.4;
 
 /// Reason why a descent ended.
@@ -65,7 +65,7 @@ pub(super) enum Ending {
     Converged,
     /// A disturbance stayed at its upper bound.
     AtBound,
-    /// The parameters left the filtered torque far less explained than least squares.
+    /// The parameters explained far less of the filtered torque than least squares.
     GivenUp,
     /// The noise of the logged torque explained all information in some direction.
     OnlyNoise,
@@ -117,7 +117,7 @@ struct Gradient {
 ///
 /// # Errors
 ///
-/// [`Stopped`] if the listener asks to stop.
+/// [`Stopped`] if the listener requests a stop.
 pub(super) fn descend(
     problem: &Problem<'_>,
     (mut z, mut levels): (Vec<f64>, Levels),

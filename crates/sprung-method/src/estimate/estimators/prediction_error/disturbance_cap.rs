@@ -75,7 +75,7 @@ mod tests {
         let mut logs = search.logarithms(&case.levels);
         let levels = search.levels(&case.levels, &logs);
         let mut here = score(&likelihood, &search, &levels).unwrap();
-        // Every disturbance that reaches its cap counts as held, whatever its derivative.
+        // Every disturbance at its cap counts as held, for any derivative.
         let downhill = vec![-1.0; logs.len()];
         let held = held_by_cap(&search, &levels, &downhill, &mut logs);
         assert!(!held.is_empty());

@@ -13,7 +13,7 @@ const RIPPLES: [u8; 5] = [1, 2, 4, 6, 12];
 /// Periods of a transmission error per turn of the motor: that of the shaft, and that of a strain wave gear.
 const TRANSMISSION_ERRORS: [u8; 2] = [1, 2];
 
-/// The treatment of the delay that all torques have together.
+/// The treatment of the common delay of all torques.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TorquesTiming {
     /// The description gives delays of torques.
@@ -31,7 +31,7 @@ pub(super) enum Effect {
     SensorDelay(usize),
     /// Delay of the torque on a row.
     TorqueDelay(usize),
-    /// Delay that all torques have together.
+    /// Common delay of all torques.
     TorquesDelay,
     /// Saturation of the torque on a row: `τ − s τ (τ/scale)²` acts instead of τ. The scale is the
     /// standard deviation of the torque, N·m (N).

@@ -1,4 +1,4 @@
-//! Delays and Stribeck velocities to be estimated, by likelihood from several starts.
+//! Delays and open Stribeck velocities, by likelihood from several starts.
 
 use sprung_core::friction::Scale;
 
@@ -20,8 +20,8 @@ use crate::regression::{PassError, Reading};
 /// From each start the search finds delays within about ten milliseconds.
 const FURTHER_STARTS_S: [f64; 5] = [5e-3, 1e-2, 2e-2, 3.5e-2, -1e-2];
 
-/// Start values of the Stribeck velocities relative to those by least squares, which are too low
-/// where the filter of the positions smears reversals. They are tried in turn with the delays.
+/// Start values of the Stribeck velocities relative to those by least squares, which are too low,
+/// because the filter of the positions smears reversals. They are tried in turn with the delays.
 const VELOCITY_STARTS: [f64; 2] = [1.0, 3.0];
 
 /// Two scales of friction laws are equal if they differ by less than this fraction.
@@ -30,13 +30,13 @@ const SAME_SCALE_SHARE: f64 = 0.02;
 /// Estimates the requested delays and the Stribeck velocities that the description leaves open, by
 /// likelihood.
 ///
-/// In the equation of a single joint a link channel that is late by a few milliseconds looks like
+/// In the equation of a single joint a link channel that is late by a few milliseconds resembles
 /// additional viscous friction. So the search uses the likelihood of the whole robot. It starts
 /// from zero delay, from the delays found by least squares and from further delays, until two
 /// starts lead to the same values. The values with the greatest likelihood are returned.
 ///
-/// Returns nothing if nothing is to be estimated, the refinement is not requested or no start
-/// converges. Then the values found by least squares stand.
+/// Returns an empty value if no delay or velocity is open, the refinement is not requested or no
+/// start converges. Then the values found by least squares are used.
 ///
 /// # Errors
 ///
@@ -104,7 +104,7 @@ pub(in crate::estimate) fn likely(
 }
 
 /// Returns whether the joints concerned have positive stiffnesses by least squares. On a faulty log
-/// the likelihood takes minutes without a result.
+/// the search takes minutes without a result.
 fn is_sound(reading: &Reading, excerpt: &Excerpt, estimated: &[usize]) -> bool {
     fit_motor_rows(excerpt, &reading.without_weights()).is_some_and(|fits| {
         estimated.iter().all(|&i| {

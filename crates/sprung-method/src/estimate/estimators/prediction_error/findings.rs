@@ -23,7 +23,8 @@ const KNOWN_TOGETHER_CORRELATION: f64 = 0.98;
 /// Share above which the disturbance is a warning.
 const LARGE_DISTURBANCE_SHARE: f64 = 0.15;
 
-/// Returns the refined parameter that moves most: index in theta and move in standard errors.
+/// Returns the refined parameter with the largest change: index in theta and change in standard
+/// errors.
 pub(super) fn largest_move(refined: &Refined, moves: &[f64]) -> Option<(usize, f64)> {
     (refined.free.iter().zip(moves))
         .map(|(&index, movement)| (index, movement.abs() / refined.standard_error[index]))
@@ -85,7 +86,7 @@ pub(super) fn about(reading: &Reading, refined: &Refined) -> Vec<Finding> {
     findings
 }
 
-/// Reports the delays that the description asks to estimate.
+/// Reports the delays whose estimate the description requests.
 fn estimated_delays(channels: &Channels, refined: &Refined) -> Vec<Finding> {
     let estimated = refined
         .channels
@@ -95,7 +96,7 @@ fn estimated_delays(channels: &Channels, refined: &Refined) -> Vec<Finding> {
     let finding = |delay: &ChannelUpdate| {
         Finding::new(
             Severity::Info,
-            "delay-refined",
+            "delay-estimated",
             format!(
                 "\"{}\" was recorded {:.5} s late, by likelihood (standard error {:.5} s)",
                 channels.all[delay.channel].column,

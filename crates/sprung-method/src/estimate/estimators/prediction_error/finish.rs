@@ -62,7 +62,7 @@ pub(super) fn finish(
         .collect();
     let widening = widening(&rows.iter().collect::<Vec<_>>(), &sums.gradients, duration);
     let blocks = blocks(problem, &sums);
-    // The factors contain the scatter between the logs, so they would hide it here.
+    // The factors already contain the scatter between the logs.
     let logs = each_log(problem, descent, &sums);
     let of_blocks: Option<Vec<Alone>> = (blocks.iter())
         .map(|block| alone(problem, descent, &block.normal))
@@ -319,7 +319,7 @@ fn with_noise_of_score(influence: &[f64], count: usize, bias: &NoiseBias) -> Vec
     covariance
 }
 
-/// Returns the moves of the refined parameters by the correction for noise, \[free\].
+/// Returns the changes of the refined parameters by the correction for noise, \[free\].
 fn moves_by_noise(influence: &[f64], count: usize, bias: &NoiseBias, free: usize) -> Vec<f64> {
     let rows = influence.chunks(count).take(free);
     rows.map(|row| dot(&row[..bias.gradient.len()], &bias.gradient))

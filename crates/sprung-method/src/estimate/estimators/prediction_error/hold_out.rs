@@ -1,8 +1,8 @@
-//! Blocked hold-out: how well estimates without a block of the logs predict the torque of this
-//! block.
+//! Blocked cross-validation (hold-out): errors of the torque of a block predicted by estimates
+//! without the block.
 //!
-//! The last part alone misleads, because a single motion may not show an effect. So each block is
-//! left out in turn.
+//! The last part alone does not suffice, because a single motion may not show an effect. So each
+//! block is left out in turn.
 
 use super::refined::Refined;
 use crate::estimate::estimators::least_squares::PossibleFit;
@@ -13,8 +13,8 @@ use crate::regression::System;
 /// Parts of the logs that the blocks and the points of the trace consist of: a multiple of the number of blocks.
 pub(super) const PARTS: usize = 64;
 
-/// Residuals of two estimates in the filtered torque of blocks that they had not used: root mean
-/// squares over the torque rows, relative to the joints' torques.
+/// Residuals of two estimates in the filtered torque of held-out blocks: root mean squares over the
+/// torque rows, relative to the joints' torques.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct HeldOut {
     pub(super) refined: f64,

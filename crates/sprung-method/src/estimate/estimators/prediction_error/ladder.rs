@@ -1,5 +1,5 @@
 //! The ladder: refinements that attribute less and less to slow disturbances, and the choice among
-//! them by blocked hold-out.
+//! them by blocked cross-validation.
 //!
 //! On a log with model error the likelihood attributes this error to slow disturbances, and then
 //! only fast motions determine the parameters. A lower rung does not have this freedom.
@@ -46,17 +46,17 @@ impl Tried {
 pub(super) enum Climbed {
     /// The rungs that were tried.
     Tried(Vec<Tried>),
-    /// The likelihood asks for another timing.
+    /// The likelihood shows another timing.
     Retimed(Box<Retiming>),
 }
 
-/// Tries the rungs one after the other, until a rung passes clearly or asks for another timing.
+/// Tries the rungs one after the other, until a rung passes clearly or shows another timing.
 ///
 /// - `progress`: is called before each run of the filter.
 ///
 /// # Errors
 ///
-/// [`PassError`] if the filter of positions does not fit a log, or the listener asks to stop.
+/// [`PassError`] if the filter of positions does not fit a log, or the listener requests a stop.
 pub(super) fn climb(
     refinery: &Refinery<'_>,
     before: &Before<'_>,
@@ -104,8 +104,8 @@ pub(super) fn climb(
     Ok(Climbed::Tried(tried))
 }
 
-/// Returns whether no further rung is needed: the last one predicts at least as well as least
-/// squares.
+/// Returns whether the last rung predicts at least as well as least squares, so no further rung is
+/// needed.
 fn is_enough(tried: &[Tried]) -> bool {
     let ratio = tried.last().and_then(Tried::passed);
     ratio.is_some_and(|ratio| ratio <= 1.0)
@@ -126,8 +126,8 @@ pub(super) fn choose(tried: &[Tried]) -> Option<usize> {
         .position(|ratio| ratio.is_some_and(|ratio| ratio <= TIE * least))
 }
 
-/// Returns the index of the rung that is described although none is used: the one with the least
-/// held-out residual, else the last one with a result.
+/// Returns the index of the rung to describe if none is used: the one with the least held-out
+/// residual, else the last one with a result.
 pub(super) fn nearest(tried: &[Tried]) -> Option<usize> {
     let ratio = |tried: &Tried| tried.held_out.map_or(f64::INFINITY, HeldOut::ratio);
     (tried.iter().enumerate().rev())

@@ -10,7 +10,7 @@ use super::solve::damped_step;
 use crate::estimate::statistics::{MAX_ROUNDS, NEGLIGIBLE_SHARE, ROUNDING};
 
 /// Largest change of a logarithm in a step: a factor of 4.5, beyond which the quadratic model of the likelihood fails.
-/// Half of it stops a search early and moves an estimate by 1.1 standard errors, twice of it by 0.04
+/// Half the value stops a search early and moves an estimate by 1.1 standard errors, twice the value by 0.04
 /// (`benches/numbers/run.py`).
 const MAX_LOG_CHANGE: f64 = 1.5;
 
@@ -18,16 +18,16 @@ const MAX_LOG_CHANGE: f64 = 1.5;
 const MAX_CORRECTION: f64 = 30.0;
 
 /// The search ends if a step predicts a smaller gain of the log-likelihood; the next run of the filter begins a new
-/// search. Twice of it moves an estimate by 0.04 standard errors, half of it by less than 0.01
+/// search. Twice the value moves an estimate by 0.04 standard errors, half the value by less than 0.01
 /// (`benches/numbers/run.py`).
 const MIN_PREDICTED_GAIN: f64 = 0.1;
 
-/// Gain relative to the gain of the search so far, below which the next run of the filter is worth more. Twice of it
-/// moves an estimate by 0.04 standard errors, half of it by less than 0.01 (`benches/numbers/run.py`).
+/// Gain relative to the gain of the search so far, below which the next run of the filter gains more. Twice the value
+/// moves an estimate by 0.04 standard errors, half the value by less than 0.01 (`benches/numbers/run.py`).
 const MIN_RELATIVE_GAIN: f64 = 0.02;
 
 /// Factor that shortens a step while it does not raise the likelihood. Its inverse is the growth of the added
-/// information while the longest step is too long. Half or twice of it moves an estimate by 0.04 standard errors
+/// information while the longest step is too long. Half or twice the value moves an estimate by 0.04 standard errors
 /// (`benches/numbers/run.py`).
 const SHORTENING: f64 = 0.25;
 
@@ -35,12 +35,12 @@ const SHORTENING: f64 = 0.25;
 const START_ADDED_INFORMATION: f64 = 0.1;
 
 /// Expected corner frequency of the disturbances, Hz, and its standard deviation as a factor. This prior is needed
-/// because a log with small disturbances does not determine the corner. Half of it moves an estimate by 0.06 standard
-/// errors, twice of it by 0.01 (`benches/numbers/run.py`).
+/// because a log with small disturbances does not determine the corner. Half the value moves an estimate by 0.06
+/// standard errors, twice the value by 0.01 (`benches/numbers/run.py`).
 pub(super) const EXPECTED_CORNER_HZ: f64 = 1.5;
 
-/// Standard deviation of the corner frequency, as a factor. Half of it moves an estimate by 0.3 standard errors, twice
-/// of it by 0.04 (`benches/numbers/run.py`).
+/// Standard deviation of the corner frequency, as a factor. Half the value moves an estimate by 0.3 standard errors,
+/// twice the value by 0.04 (`benches/numbers/run.py`).
 const CORNER_FACTOR: f64 = 3.0;
 
 /// Searches the levels with the greatest likelihood. Returns them and the increase of the

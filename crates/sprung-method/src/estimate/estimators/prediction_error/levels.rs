@@ -1,18 +1,18 @@
-//! Levels of noise and disturbances, and which of them are unknown.
+//! Levels of noise and disturbances, known and unknown ones.
 
 use super::measurements::{Measurement, Measurements};
 use crate::estimate::statistics::NEGLIGIBLE_SHARE;
 
 /// Bounds of the torque levels, relative to the torque's standard deviation. A larger disturbance is an effect that the
-/// model lacks. White noise may be larger, for example that of a current sensor. Twice of it moves an estimate of a
-/// short log of the demo by 2.6 standard errors, half of it by 0.3 (`benches/numbers/run.py`).
+/// model lacks. White noise may be larger, for example that of a current sensor. Twice the value moves an estimate of a
+/// short log of the demo by 2.6 standard errors, half the value by 0.3 (`benches/numbers/run.py`).
 const MIN_TORQUE_LEVEL: f64 = 1e-4;
 
 /// Largest noise of a torque, relative to its standard deviation.
 const MAX_TORQUE_NOISE: f64 = 0.5;
 
-/// The same where the noise contains errors of the model, and while friction reverses: a joint that friction holds at
-/// rest needs a noise of several times the torque.
+/// The same if the noise contains errors of the model, and while friction reverses: a joint that friction holds at rest
+/// needs a noise of several times the torque.
 const MAX_WITH_MODEL_ERROR: f64 = 10.0;
 
 /// Largest disturbance, relative to the standard deviation of the torque; a larger one replaces the model.
@@ -25,7 +25,7 @@ const MIN_SENSOR_NOISE: f64 = 1e-8;
 const MAX_SENSOR_NOISE: f64 = 0.3;
 
 /// Bounds of the corner frequency of the disturbances, Hz. A log with small disturbances does not determine the corner.
-/// Half or twice of both moves an estimate of a short log by 0.15 standard errors (`benches/numbers/run.py`).
+/// Half or twice both values moves an estimate of a short log by 0.15 standard errors (`benches/numbers/run.py`).
 const CORNER_BOUNDS_HZ: (f64, f64) = (0.2, 10.0);
 
 /// Levels of noise and disturbances. They determine Q and R of the filter.

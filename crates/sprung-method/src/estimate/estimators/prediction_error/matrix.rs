@@ -56,7 +56,7 @@ fn add(a: &[f64], b: &[f64], columns: usize, out: &mut [f64], kind: Kind) {
     });
 }
 
-/// What a product does with its entries.
+/// Use of the entries of a product.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
     /// Writes those of `a b`.
@@ -121,7 +121,7 @@ impl Product<'_> {
         }
     }
 
-    /// Computes R rows of V vectors; the columns behind the last whole vector if `EDGE`.
+    /// Computes R rows of V vectors; the columns after the last whole vector if `EDGE`.
     #[expect(clippy::inline_always, reason = "only inlined code uses wide vectors")]
     #[inline(always)]
     fn tile<S: Simd, const R: usize, const V: usize, const EDGE: bool>(

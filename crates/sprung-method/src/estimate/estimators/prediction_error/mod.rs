@@ -84,14 +84,14 @@ const INSIDE: f64 = 0.3;
 
 /// Refines the estimate of least squares: climb the ladder, choose a rung, describe it.
 ///
-/// If no rung can be used, the result contains the linear values and a finding with the reasons. If the likelihood asks
-/// for another timing, the refinement ends early with it.
+/// If no rung can be used, the result contains the linear values and a finding with the reasons. If the likelihood
+/// shows another timing, the refinement ends early with it.
 ///
 /// - `progress`: is called before each run of the filter.
 ///
 /// # Errors
 ///
-/// [`PassError`] if a log cannot be read again or the listener asks to stop.
+/// [`PassError`] if a log cannot be read again or the listener requests a stop.
 pub(in crate::estimate) fn prediction_error(
     reading: &Reading,
     sources: &mut [LogSource<'_>],
@@ -141,7 +141,7 @@ pub(in crate::estimate) fn prediction_error(
         notes.extend(about(reading, refined));
         let contradicted = contradicted(reading, excerpt, refined);
         if !refined.converged() || contradicted.is_some() {
-            // At other values than the likeliest ones, or with a wrong timing, every effect seems to be missing.
+            // Away from the maximum of the likelihood, or with a wrong timing, every effect seems to be missing.
             notes.iter_mut().for_each(Finding::note);
         }
         findings.extend(notes);
@@ -181,8 +181,8 @@ pub(in crate::estimate) enum Refinements {
     Retimed(Box<Retiming>),
 }
 
-/// Returns the start values of a refinement, \[p\]. Where least squares leave the stiffness of a joint
-/// without link encoder open, its start is that of the preparation.
+/// Returns the start values of a refinement, \[p\]. If least squares do not determine the stiffness of a joint without
+/// link encoder, its start is that of the preparation.
 fn start_values(reading: &Reading, before: &Before<'_>) -> Vec<f64> {
     let (model, fitted) = (reading.model(), before.fitted);
     let mut theta = before.nominal.unwrap_or(&fitted.theta).to_vec();
@@ -196,7 +196,7 @@ fn start_values(reading: &Reading, before: &Before<'_>) -> Vec<f64> {
         }
     }
     if before.possible.is_some() && before.nominal.is_none() {
-        // Motors and springs at their bound have motions that no step of time resolves.
+        // Motors and springs at their bound have motions that no time step resolves.
         for (i, parameter) in model.parameters().iter().enumerate() {
             let is_vital = parameter.joint.is_some_and(|(kind, _)| kind.is_vital());
             let least = INSIDE * fitted.standard_error[i];
@@ -231,17 +231,17 @@ fn start<'a>(reading: &Reading, before: &Before<'_>, theta: &'a [f64]) -> Start<
     }
 }
 
-/// Returns a finding that a log itself is faulty, if there is one.
+/// Returns the finding that makes a log faulty, if there is one.
 fn wrong_log(about_logs: &[Finding]) -> Option<&Finding> {
     (about_logs.iter()).find(|finding| finding.severity >= Severity::Serious)
 }
 
 /// Returns the numerical result of a refinement that is used.
 ///
-/// A lower rung is used because the model lacks an effect, so estimators that weigh the samples
-/// differently have different limits. Then the difference from least squares beyond both standard
-/// errors counts as a bias. The last rung takes slow disturbances for white noise, so its sampling
-/// error is at least that of least squares, which comes from stretches of the log.
+/// A lower rung is used because the model lacks an effect, so estimators with different weights
+/// converge to different values. Then the difference from least squares beyond both standard errors
+/// counts as a bias. The last rung takes slow disturbances for white noise, so its sampling error
+/// is at least that of least squares, which comes from segments of the log.
 ///
 /// - `undeclared`: possible errors by effects that the model lacks, \[p\].
 fn refined_numbers(refined: Refined, rung: Rung, fitted: &Fitted, undeclared: &[f64]) -> Numbers {

@@ -128,8 +128,8 @@ pub(super) fn without_blocks(
 }
 
 /// Returns the standard deviation of an unknown between the blocks by the jackknife; infinite if
-/// there is none. A block with little information, for example one in which the robot stands
-/// still, may give any value alone, but hardly changes the estimate.
+/// there is none. A block with little information, for example one in which the robot stands still,
+/// may alone give any value, but hardly changes the estimate.
 pub(super) fn deviation(without: &[(f64, Vec<f64>)], unknown: usize) -> f64 {
     let count = without.len() as f64;
     let values = || without.iter().map(|(_, z)| z.get(unknown).copied());

@@ -27,7 +27,7 @@ impl Problem<'_> {
     /// Returns the noise of the logged torque, as far as it biases the gradient, N·m (N), \[rows\].
     ///
     /// White noise of the torque also covers effects that the model lacks, which cause no bias. So
-    /// it counts up to the noise that the log itself shows.
+    /// it counts up to the white noise that the log shows.
     pub(super) fn logged_noise(&self, levels: &Levels) -> Vec<f64> {
         let noises = levels
             .torque_noise

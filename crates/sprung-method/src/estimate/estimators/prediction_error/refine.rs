@@ -1,6 +1,6 @@
 //! Prediction-error refinement: maximum likelihood on the innovations of an extended Kalman filter.
 //!
-//! The refinement needs neither controller nor reference, and only a fair start. Torques and links
+//! The refinement needs neither controller nor reference, and only a rough start. Torques and links
 //! may be disturbed. The levels of the disturbances are estimated from the log.
 //!
 //! # Source
@@ -36,13 +36,13 @@ use crate::progress::{Listener, Phase, Stopped};
 use crate::regression::{PassError, Reading};
 
 /// Mean squared whitened innovation above which encoders get additional noise: their lines are
-/// uneven, or the joint is not where the model has it.
+/// uneven, or the joint is not at the position of the model.
 const MAX_COST_OF_EXACT_ENCODERS: f64 = 2.0;
 
-/// Change that does not change an estimate: of a delay, in standard errors, and of the logarithm of a prior level.
+/// Change without effect on an estimate: of a delay, in standard errors, and of the logarithm of a prior level.
 const SETTLED: f64 = 0.1;
 
-/// Largest move of a delay in a round, in samples or standard errors; its effect is linear only for small moves.
+/// Largest change of a delay in a round, in samples or standard errors; its effect is linear only for small moves.
 const MAX_DELAY_MOVE: f64 = 10.0;
 
 /// Start of a refinement.
@@ -170,8 +170,8 @@ impl<'a> Refinery<'a> {
         Self { possible, ..self }
     }
 
-    /// Refines the parameters on one rung: measurements, start levels, descent, result. Repeats this
-    /// while delays that are to be estimated or prior levels of residual laws move.
+    /// Refines the parameters on one rung: measurements, start levels, descent, result. Repeats this while open delays
+    /// or prior levels of residual laws change.
     ///
     /// - `before`: end of an earlier rung, from which this one starts.
     /// - `progress`: is called before each run of the filter.
@@ -180,7 +180,8 @@ impl<'a> Refinery<'a> {
     ///
     /// # Errors
     ///
-    /// [`PassError`] if the filter of positions does not fit a log, or the listener asks to stop.
+    /// [`PassError`] if the filter of positions does not fit a log, or the listener requests a
+    /// stop.
     pub(super) fn climb(
         &self,
         rung: Rung,

@@ -33,7 +33,8 @@ pub(super) struct Refined {
     pub(super) scales: Vec<FrictionScale>,
     /// What the channels do to the quantities.
     pub(super) channels: FoundChannels,
-    /// Moves of the refined parameters by the correction for noise of the logged torques, \[free\].
+    /// Changes of the refined parameters by the correction for noise of the logged torques,
+    /// \[free\].
     pub(super) by_noise: Vec<f64>,
     /// Estimates from parts of the logs.
     pub(super) parts: OfParts,
@@ -46,8 +47,8 @@ pub(super) struct Search {
     pub(super) ending: Ending,
     /// Number of runs of the filter.
     pub(super) runs: usize,
-    /// Last move of each refined parameter: index in theta and move in standard errors, the largest
-    /// first.
+    /// Last change of each refined parameter: index in theta and change in standard errors, the
+    /// largest first.
     pub(super) moved: Vec<(usize, f64)>,
     /// Minus the logarithm of the likelihood, without its constant.
     pub(super) loss: f64,
@@ -88,7 +89,7 @@ pub(super) struct FoundChannels {
     pub(super) offsets: Vec<SensorOffset>,
     /// Estimates of the delays, one per channel.
     pub(super) delays: Vec<ChannelUpdate>,
-    /// Estimate of the delay that all torques have together; `None` if the description gives delays of torques.
+    /// Estimate of the common delay of all torques; `None` if the description gives delays of torques.
     pub(super) torques_delay: Option<ChannelUpdate>,
     /// Estimates of the saturations, one per torque.
     pub(super) saturations: Vec<ChannelUpdate>,

@@ -4,7 +4,7 @@ use crate::fit::{HoldOut, over_reference};
 use crate::model::Model;
 use crate::regression::System;
 
-/// The residual of an estimate in the filtered torque of the logs that it comes from.
+/// The residual of an estimate in the filtered torque of its logs.
 pub(super) struct Guard<'a> {
     whole: HoldOut<'a>,
     /// Residual of least squares.

@@ -1,5 +1,4 @@
-//! The timing of the torques and the sharpness of Coulomb friction, as far as the likelihood asks for others than the
-//! preparation has used.
+//! The timing of the torques and the sharpness of Coulomb friction, where the likelihood differs from the preparation.
 
 use super::channel_updates::ChannelUpdate;
 use super::effects::Effect;
@@ -18,21 +17,21 @@ use crate::prepare::{DelayGain, Excerpt};
 use crate::regression::{PassError, Reading};
 use sprung_core::friction::Scale;
 
-/// Longest delay of all torques that a controller and a recorder cause together, in samples. A longer one is that of
-/// a faulty channel.
+/// Longest common delay of all torques by controller and recorder, in samples. A longer one is that of a faulty
+/// channel.
 const LONGEST_SAMPLES: f64 = 2.0;
 
 /// Rise of the held-out error of the equations that contradicts a delay. Smearing by the filter of the positions moves
 /// the delay at which this error is least by up to a third of a sample.
 const OBJECTION: f64 = 0.1;
 
-/// Change of the logarithm of a sharpness that a regression does not see.
+/// Change of the logarithm of a sharpness that does not affect a regression.
 const SAME_SHARPNESS: f64 = 0.1;
 
 /// Treatment of the timing of torques and of the sharpness of Coulomb friction.
 #[derive(Clone, Copy)]
 pub(in crate::estimate) enum Timing<'a> {
-    /// The refinement may ask for another one.
+    /// The refinement may find another one.
     Open,
     /// That of the reading is kept.
     Kept,
@@ -40,10 +39,9 @@ pub(in crate::estimate) enum Timing<'a> {
     Found(&'a Retiming),
 }
 
-/// What the regression and a second refinement use instead.
+/// Timing for the regression and a second refinement.
 pub(in crate::estimate) struct Retiming {
-    /// Delay that all torques have together, s, with its standard error and the gain of the equations by it; `None` if
-    /// it stays.
+    /// Common delay of all torques, s, with its standard error and the gain of the equations by it; `None` if it stays.
     pub(in crate::estimate) torques: Option<TorquesDelay>,
     /// Sharpness of Coulomb friction, s/rad (s/m), by joint.
     pub(in crate::estimate) sharpness: Vec<(usize, f64)>,
@@ -51,7 +49,7 @@ pub(in crate::estimate) struct Retiming {
     pub(super) end: Option<End>,
 }
 
-/// The timing that a refinement asks for.
+/// The timing that a refinement finds.
 pub(super) struct Wanted {
     torques: Option<TorquesDelay>,
     sharpness: Vec<(usize, f64)>,
@@ -98,8 +96,8 @@ impl Retiming {
     }
 }
 
-/// Returns the treatment of the delay of all torques. One that the description gives is tested with the meaning of the
-/// torques.
+/// Returns the treatment of the delay of all torques. A sharpness that the description gives is tested with the meaning
+/// of the torques.
 pub(super) fn timing_of(channels: &Channels) -> TorquesTiming {
     let mut torques =
         (channels.all.iter()).filter(|channel| channel.quantity == Quantity::MotorTorque);
@@ -117,7 +115,7 @@ pub(super) fn timing_of(channels: &Channels) -> TorquesTiming {
 }
 
 impl Refinery<'_> {
-    /// Returns the timing that the likelihood asks for at the end of a rung, that no other effect explains better and that
+    /// Returns the timing of greatest likelihood at the end of a rung, that no other effect explains better and that
     /// hold-out does not contradict.
     ///
     /// # Errors
@@ -172,12 +170,12 @@ impl Refinery<'_> {
     }
 }
 
-/// Returns whether a correction of the delay of all torques is no chance.
+/// Returns whether a correction of the delay of all torques is significant.
 fn is_certain(update: &ChannelUpdate, period: f64) -> bool {
     update.significance() > CERTAIN_SIGMAS && update.correction.abs() > MIN_DELAY_SAMPLES * period
 }
 
-/// Reports that the torques of a log act at another time than the description says.
+/// Reports that the torques of a log act at another time than the description states.
 pub(super) fn contradicted(
     reading: &Reading,
     excerpt: &Excerpt,

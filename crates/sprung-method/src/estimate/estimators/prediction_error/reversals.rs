@@ -1,7 +1,7 @@
 //! Nearness of each row's Coulomb friction to a reversal.
 //!
 //! The law tanh(β v) is wrong where friction reverses, so white noise of the torque may be larger
-//! there. Away from reversals this noise vanishes, and the steady friction stays with its law.
+//! there. Away from reversals this noise vanishes, and the law explains the steady friction.
 
 use sprung_core::friction::Conditions;
 use sprung_core::parameters::{JointParameter, Side};
@@ -12,7 +12,7 @@ use crate::model::Model;
 /// The same as a share of the joint's root mean square velocity.
 const REVERSAL_SHARE: f64 = 0.1;
 
-/// Any conditions: whether a law jumps does not depend on them.
+/// Arbitrary conditions: a jump of the law does not depend on them.
 const MOVING: Conditions = Conditions {
     velocity: 1.0,
     deflection: 1.0,
@@ -92,7 +92,7 @@ impl Reversals {
             .collect()
     }
 
-    /// Writes how near each row's friction is to a reversal during a period: 1 at zero velocity, 0
+    /// Writes nearness of each row's friction to a reversal during a period: 1 at zero velocity, 0
     /// far from it, \[rows\]. Of several velocities the nearest one counts.
     ///
     /// - `before`, `after`: velocities of the coordinates at both ends of the period, \[rows\].

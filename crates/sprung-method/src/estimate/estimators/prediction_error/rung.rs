@@ -1,9 +1,9 @@
-//! The rungs of the ladder: how much of the torque slow disturbances may explain.
+//! The rungs of the ladder: limits of the slow disturbances.
 
 use super::levels::Disturbances;
 
-/// A rung of the ladder. From rung to rung slow disturbances explain less, so the parameters must
-/// explain more.
+/// A rung of the ladder. Each rung allows less slow disturbance, so the parameters must explain
+/// more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rung {
     /// Slow disturbances have any level.

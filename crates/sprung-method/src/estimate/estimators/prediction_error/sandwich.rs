@@ -1,8 +1,8 @@
-//! Standard errors from the scatter of the score over stretches of the log.
+//! Standard errors from the scatter of the score over segments of the log.
 //!
 //! The inverse of the information is the covariance only if the innovations are white with the
 //! variance that the filter expects. With model error the score of neighbouring samples is
-//! correlated. Sums over overlapping stretches show its variance (Bartlett weights).
+//! correlated. Sums over overlapping segments show its variance (Bartlett weights).
 //!
 //! # Source
 //!
@@ -12,7 +12,7 @@
 use super::vector::dot;
 use crate::estimate::statistics::HELD_OUT_PARTS;
 
-/// Lengths of the stretches, s. Friction repeats with the motion, so the longest stretch has the
+/// Lengths of the segments, s. Friction repeats with the motion, so the longest segment has the
 /// length of a motion.
 const STRETCHES_S: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
 
@@ -26,7 +26,7 @@ pub(super) struct Influence {
 }
 
 /// Returns the factor of each number's standard error: the largest ratio of the standard error by
-/// stretches of the score to that by the information, at least 1.
+/// segments of the score to that by the information, at least 1.
 ///
 /// - `gradients`: gradients after growing parts of equal length, \[parts × unknowns\].
 /// - `duration`: length of the log, s.
@@ -63,7 +63,7 @@ pub(super) fn widening_of(growing: &[f64], variance: f64, duration: f64) -> f64 
     let mut widest = 1.0_f64;
     for stretch in STRETCHES_S {
         let length = (stretch / duration * parts as f64).round() as usize;
-        // Fewer stretches give a poor variance.
+        // Fewer segments give a poor variance.
         if length == 0 || length * HELD_OUT_PARTS > parts {
             continue;
         }

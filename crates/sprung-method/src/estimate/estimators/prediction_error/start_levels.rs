@@ -8,20 +8,20 @@ use crate::log::Channels;
 use crate::model::Model;
 
 /// Start level relative to the standard deviation of the torque: of noise and disturbance of motors, and of links while
-/// friction reverses. Half of it moves an estimate by 0.05 standard errors, twice of it by 0.02
+/// friction reverses. Half the value moves an estimate by 0.05 standard errors, twice the value by 0.02
 /// (`benches/numbers/run.py`).
 const START: f64 = 0.01;
 
-/// Start level of motors while friction reverses, and largest start level of the torque's noise. Twice of it moves an
-/// estimate by 0.03 standard errors, half of it by less than 0.01 (`benches/numbers/run.py`).
+/// Start level of motors while friction reverses, and largest start level of the torque's noise. Twice the value moves
+/// an estimate by 0.03 standard errors, half the value by less than 0.01 (`benches/numbers/run.py`).
 const LARGE_START: f64 = 0.1;
 
 /// Noise of a torque that is declared exact, which the likelihood needs above zero, and start level of a sensor's
 /// noise, relative to the standard deviation of its readings.
 const SMALL_START: f64 = 1e-3;
 
-/// Start level of links: they have no torque of their own, so less disturbs them. Half or twice of it moves an estimate
-/// by 0.03 standard errors (`benches/numbers/run.py`).
+/// Start level of links: they have no motor, so disturbances are smaller. Half or twice the value moves an estimate by
+/// 0.03 standard errors (`benches/numbers/run.py`).
 const START_LINK_LEVEL: f64 = 0.003;
 
 /// Accuracy of the logged torque.
@@ -43,8 +43,8 @@ impl TorqueNoise {
         }
     }
 
-    /// Returns the accuracy that the description of the columns states. Of torques that a controller holds for a shorter
-    /// time than the period of the log, the log lacks all but one in a period.
+    /// Returns the accuracy that the description of the columns states. If a controller holds torques for a shorter
+    /// time than the period of the log, the log has only one of them per period.
     ///
     /// - `period`: of the log, s.
     pub(super) fn of(channels: &Channels, period: f64) -> Self {
@@ -112,7 +112,7 @@ pub(super) fn start_levels(
 }
 
 /// Returns the start levels of a rung after another rung: its levels, but white noise and noise at
-/// reversals of at least the usual start, because a lower rung leaves them more to explain.
+/// reversals of at least the usual start, because they explain more on a lower rung.
 pub(super) fn levels_after(before: &Levels, usual: &Levels, rung: Rung) -> Levels {
     let at_least = |values: &[f64], least: &[f64]| -> Vec<f64> {
         values.iter().zip(least).map(|(a, b)| a.max(*b)).collect()

@@ -16,7 +16,7 @@ const MAX_NAMED_PARAMETERS: usize = 3;
 pub(super) enum Status {
     /// The values of this rung are used. Outcomes of all rungs that were tried.
     Used(Rung, Vec<(Rung, Outcome)>),
-    /// The refinement was not tried because a log itself is faulty; code of that finding.
+    /// The refinement was not tried because a log is faulty; code of that finding.
     NotTried { code: String },
     /// The log is too short, or no robot has parameters near the start.
     Impossible,
@@ -160,7 +160,7 @@ impl Status {
         .join("; ")
     }
 
-    /// Returns a finding that the linear values stand or that a lower rung is used; `None` if the
+    /// Returns a finding that the values of least squares or a lower rung are used; `None` if the
     /// first rung is used.
     pub(super) fn finding(&self) -> Option<Finding> {
         let why = match self {

@@ -23,8 +23,8 @@ use crate::regression::PassError;
 use sprung_core::friction::Law;
 use sprung_core::parameters::JointParameter;
 
-/// Error of the correction for noise of the logged torques, relative to the correction. Tests of the
-/// correction show up to 10 % for single parameters.
+/// Error of the correction for noise of the logged torques, relative to the correction. Errors in tests of the
+/// correction: up to 10 % for single parameters.
 const ERROR_OF_NOISE_CORRECTION: f64 = 0.05;
 
 /// Least practical sizes: of a torque relative to the standard deviation of the joint's torque, of a delay in samples,
@@ -41,7 +41,7 @@ pub(super) enum Cause {
     Effect(usize, Effect),
 }
 
-/// An effect that the log asks for, beside those that explain more.
+/// An effect that the log shows, beside those that explain more.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Undeclared {
     pub(super) cause: Cause,
@@ -52,7 +52,7 @@ pub(super) struct Undeclared {
     pub(super) size: f64,
     /// Moves of the refined parameters with it, \[free\].
     pub(super) moves: Vec<f64>,
-    /// Gain of the log-likelihood of blocks that the estimate has not seen.
+    /// Gain of the log-likelihood of held-out blocks.
     pub(super) gain: f64,
 }
 
@@ -70,14 +70,15 @@ impl Undeclared {
                 .is_some_and(|(_, moved)| moved > NORMAL_95)
     }
 
-    /// Returns the refined parameter that moves most: index in theta and move in standard errors.
+    /// Returns the refined parameter with the largest change: index in theta and change in standard
+    /// errors.
     pub(super) fn largest_move(&self, refined: &Refined) -> Option<(usize, f64)> {
         largest_move(refined, &self.moves)
     }
 }
 
-/// Returns the possible error of each parameter by undeclared effects: its largest move with one of them, \[p\]. The
-/// error of the correction for noise counts as such a move.
+/// Returns the possible error of each parameter by undeclared effects: its largest change with one of them, \[p\]. The
+/// error of the correction for noise counts as such a change.
 pub(super) fn bias(refined: &Refined, undeclared: &[Undeclared]) -> Vec<f64> {
     let moves = undeclared.iter().map(|undeclared| &undeclared.moves[..]);
     let mut largest = largest_moves(refined.theta.len(), &refined.free, moves);
@@ -87,7 +88,7 @@ pub(super) fn bias(refined: &Refined, undeclared: &[Undeclared]) -> Vec<f64> {
     largest
 }
 
-/// Returns the largest move of each parameter by one of several effects, \[p\].
+/// Returns the largest change of each parameter by one of several effects, \[p\].
 ///
 /// - `free`: indices of the parameters that move; `moves`: with each effect, \[free\].
 fn largest_moves<'m>(
@@ -106,8 +107,8 @@ fn largest_moves<'m>(
     largest
 }
 
-/// Move of a parameter, in standard errors, with which a smaller effect counts on a lower rung, and the least size of
-/// such an effect relative to a practical size.
+/// Change of a parameter, in standard errors, from which a smaller effect is relevant on a lower rung, and the least
+/// size of such an effect relative to a practical size.
 const FAR_MOVE: f64 = 10.0;
 const LEAST_FAR_SIZE: f64 = 0.5;
 
@@ -323,7 +324,7 @@ impl Scales<'_> {
         }
     }
 
-    /// Returns the root mean square velocity of a coordinate with a sensor of its own, rad/s (m/s).
+    /// Returns the root mean square velocity of a coordinate with a separate sensor, rad/s (m/s).
     fn speed(&self, coordinate: usize) -> f64 {
         let sensors = self.measurements.sensors.iter();
         let index = sensors

@@ -11,7 +11,7 @@ use crate::model::{Model, short};
 use crate::numbers::{in_ms, in_percent};
 use crate::regression::Reading;
 
-/// Reports the effects that matter, in the order of their gains.
+/// Reports the relevant effects, in the order of their gains.
 pub(super) fn about_undeclared(
     reading: &Reading,
     refined: &Refined,

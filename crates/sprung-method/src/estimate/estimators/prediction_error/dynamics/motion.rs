@@ -196,7 +196,7 @@ impl Dynamics {
         let mut workspace = self.scratch.workspace();
         let fits = robot.acceleration(&values, &state, torque, &mut workspace, &mut self.rate);
         if fits.is_err() {
-            // The work memory has the right size, so this does not happen.
+            // The work memory has the right size, so this branch is unreachable.
             self.rate.fill(f64::NAN);
         }
     }
@@ -214,7 +214,7 @@ impl Dynamics {
         let (rate, inverse) = (&mut self.rate, &mut self.inverse);
         let fits = robot.motion(&values, &state, torque, &mut workspace, rate, inverse);
         if fits.is_err() {
-            // The work memory has the right size, so this does not happen.
+            // The work memory has the right size, so this branch is unreachable.
             self.rate.fill(f64::NAN);
         }
     }

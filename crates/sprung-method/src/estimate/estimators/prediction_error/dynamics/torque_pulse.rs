@@ -71,12 +71,12 @@ impl Response {
 
 impl Dynamics {
     /// Visits the changes of the parameters' torques when an additional torque of 1 N·m (N) acts on
-    /// one row for a period. It accelerates the robot, and friction depends on the velocity that it
-    /// causes. The arguments of `visit` are the pushed row, row and column of theta of the changed
-    /// torque, and its mean change.
+    /// one row for a period. It accelerates the robot, and friction depends on the resulting
+    /// velocity. The arguments of `visit` are the pushed row, row and column of theta of the
+    /// changed torque, and its mean change.
     ///
-    /// In the transition of Coulomb friction a velocity may decay faster than the sampling. There
-    /// the torque of the inertia hardly changes, and the torque of the friction does.
+    /// In the transition of Coulomb friction a velocity may decay faster than the sampling. The
+    /// torque of the inertia then hardly changes, but the torque of the friction does.
     ///
     /// - `pushed`: rows that get the torque one after the other.
     pub(in crate::estimate::estimators::prediction_error) fn visit_pulse_torques(
@@ -118,8 +118,8 @@ impl Dynamics {
     }
 
     /// Writes the mean changes of the entries of the regressor when the motion changes, to `changes`: half the
-    /// difference between both directions. Changes as large as the standard deviation of the noise give the mean
-    /// slope over the noise, which is far less than the slope in the middle where friction reverses within the noise.
+    /// difference between both directions. Changes as large as the standard deviation of the noise give the mean slope
+    /// over the noise, which is far less than the central slope if friction reverses within the noise.
     fn write_changes(&mut self, state: &[f64], moved: &[f64], rate: &[f64]) {
         let mut at = vec![0.0; state.len()];
         for sign in [-1.0, 1.0] {
@@ -282,9 +282,8 @@ mod tests {
             ] {
                 let column = (ROWS + motor) * THETA.len() + at(name);
                 let expected = (more[column] - less[column]) / (2.0 * h);
-                // The mean decay of a period replaces the decay at each instant: error measured 7.2 %
-                // in the transition, 0.3 % outside of it. Without the decay the first number would
-                // be 27 times too large, and the last one zero.
+                // The mean decay of a period replaces the decay at each instant. Without the decay the first number
+                // would be 27 times too large, and the last one zero, so a tenth and a hundredth show that it is right.
                 let limit = if velocity > 0.0 { 0.01 } else { 0.1 };
                 assert!(
                     (found[at(name)] - expected).abs() <= limit * expected.abs() + 1e-12,

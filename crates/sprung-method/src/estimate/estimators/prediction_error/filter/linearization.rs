@@ -98,7 +98,7 @@ pub(in super::super) struct Linearization {
     /// Coordinates and their velocities in the middle of the period after each sample, \[samples ×
     /// 2 rows\].
     pub(in super::super) middles: Vec<f64>,
-    /// How near each row's friction is to a reversal in the period after each sample, \[samples ×
+    /// Nearness of each row's friction to a reversal in the period after each sample, \[samples ×
     /// rows\].
     pub(in super::super) reversals: Vec<f64>,
 }

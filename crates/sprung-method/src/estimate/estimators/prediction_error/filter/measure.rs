@@ -28,10 +28,9 @@ impl Filter<'_> {
     /// ∂e/∂z = −H ∂x/∂z − ∂b/∂z − ∂(H x)/∂z         ∂x/∂z ← ∂x/∂z + K ∂e/∂z
     /// ```
     ///
-    /// H depends on z if z contains delays. For a torque sensor b contains the rest of the spring's
-    /// torque, which depends on x and z, and H is that of the start. [`Filter::correct`] updates P and ∂x/∂z by all
-    /// measurements of a sample. A replay holds the gains as short numbers, so those of the
-    /// filter are short too.
+    /// H depends on z if z contains delays. For a torque sensor b contains the rest of the spring's torque, which
+    /// depends on x and z, and H is the one of the start. [`Filter::correct`] updates P and ∂x/∂z by all measurements
+    /// of a sample. A replay holds the gains as short numbers, so those of the filter are short too.
     pub(super) fn measure(&mut self, sensor: &Sensor, measurement: &Measurement) -> Innovation<'_> {
         let rows = self.dynamics.rows();
         let observation = sensor.observation(measurement, rows);

@@ -32,7 +32,7 @@ pub(in super::super) struct Keep {
 /// - `dynamics`: of the model; its parameters are replaced.
 /// - `z`: values of the unknowns.
 /// - `each`: is called with the index and the run of each segment, from several threads. It may
-///   drop what is not needed later.
+///   drop values that are not needed later.
 ///
 /// Returns the run, and the results of `each` in the order of the segments; `None` if a number is
 /// not finite.

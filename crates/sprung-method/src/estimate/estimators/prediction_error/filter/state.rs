@@ -25,7 +25,7 @@ pub(super) struct Filter<'a> {
     pub(super) correction: Correction,
     pub(super) taken: Taken,
     pub(super) propagation: Propagation,
-    /// How near each row's friction was to a reversal in the last period, \[rows\].
+    /// Nearness of each row's friction to a reversal in the last period, \[rows\].
     pub(super) reversals: Vec<f64>,
     pub(super) friction: &'a Reversals,
     /// Velocities at the beginning of a period, \[rows\].

@@ -469,8 +469,8 @@ fn sums_are_those_of_the_textbook_and_its_differences() {
         let size = sum(&|k| derivative[k]).sqrt();
         let close = |found: f64, expected: f64, scale: f64, what: String| {
             let far = (found - expected).abs();
-            // The derivatives are those of steps linearised in their middles. Measured 6.1e-3; the
-            // limit allows a factor of three.
+            // The derivatives are those of steps linearised in their middles. An error of 2 % of the information is 1 %
+            // of a standard error.
             assert!(far < 2e-2 * scale, "{what}: {found} against {expected}");
         };
         let gradient = sum(&|k| here[k].e);

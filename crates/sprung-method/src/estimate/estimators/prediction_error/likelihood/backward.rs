@@ -63,7 +63,7 @@ impl Adjoint {
 ///                      D ← (1 − K H)ᵀ D (1 − K H) + terms of e, S and r
 /// ```
 ///
-/// A measurement that does not count has no part in the loss, so u has no e/S.
+/// A measurement of the burn-in has no part in the loss, so u has no e/S.
 pub(super) fn backward(
     linear: &LinearRun<'_>,
     forward: &Forward,

@@ -79,7 +79,7 @@ impl<'a> LinearRun<'a> {
 pub(super) struct Period<'a> {
     /// F without the rows of the disturbances, \[2 rows × 3 rows\].
     pub(super) transition: &'a [f64],
-    /// How near each row's friction is to a reversal, \[rows\].
+    /// Nearness of each row's friction to a reversal, \[rows\].
     pub(super) reversals: &'a [f64],
     pub(super) decay: Decay,
 }

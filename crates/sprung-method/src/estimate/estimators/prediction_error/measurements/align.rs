@@ -15,7 +15,7 @@ use crate::log::{Channels, Quantity};
 use crate::model::Model;
 use crate::preprocess::{Aligner, Butterworth, RawBlock, ZeroPhase};
 
-/// Samples of a segment for which all channels have values after their delays are removed.
+/// Samples of a segment with values of all channels after the removal of delays.
 struct Window<'a> {
     /// Delay of each channel, s.
     delays: &'a [f64],
@@ -45,7 +45,7 @@ impl Window<'_> {
             return None;
         }
         let age = (sample - at).max(0.0) * self.period;
-        // The observation goes back by the velocity at the sample, so the effect of the
+        // The observation is extrapolated back by the velocity at the sample, so the effect of the
         // acceleration is subtracted here.
         let acceleration_effect = 0.5 * position.acceleration * age * age;
         let measurement = Measurement {
@@ -58,7 +58,7 @@ impl Window<'_> {
     }
 }
 
-/// Turns raw samples into torques and measurements, in stretches that the filter processes in
+/// Turns raw samples into torques and measurements, in segments that the filter processes in
 /// parallel.
 ///
 /// - `delays`: delay of each channel, s.
@@ -91,7 +91,7 @@ pub(super) fn align(
     let stretches = stretches(window.samples, period);
     // An encoder gives at most one position per sample.
     let mut found: Vec<(usize, Measurement)> = Vec::with_capacity(sensors.len() * window.samples);
-    // Position and velocity of each sensor at the beginning of each stretch.
+    // Position and velocity of each sensor at the beginning of each segment.
     let mut begins = vec![Vec::with_capacity(sensors.len()); stretches.len()];
     let mut speeds = Vec::with_capacity(sensors.len());
     for (index, sensor) in sensors.iter().enumerate() {
@@ -176,15 +176,15 @@ fn moving_shares(model: &Model, channels: &Channels, window: &Window<'_>) -> Arc
 }
 
 /// Returns the share of a torque's rate that acts within a period. A torque that a controller holds for a shorter time
-/// climbs by stairs, whose first moment is that of a line with this share of their slope: 1 − (h/T)².
+/// rises in steps, whose first moment is that of a line with this share of their slope: 1 − (h/T)².
 ///
 /// - `hold`: h/T, the time for which a torque is held over the period of the log.
 fn moving_share(hold: f64) -> f64 {
     1.0 - hold * hold
 }
 
-/// Returns the time for which torques are held, in periods of the log, by their delay. A torque acts, on average, half of
-/// the controller's period after its stamp, or before it if the log has the one before.
+/// Returns the time for which torques are held, in periods of the log, by their delay. A torque acts, on average, half
+/// of the controller's period after its stamp, or before it if the log has the previous one.
 ///
 /// ```text
 /// h = |T − 2 d|, at most T

@@ -2,18 +2,19 @@
 
 use super::sensor::uniform_variance;
 
-/// Standard deviation of an edge's position, in counts, because encoder lines are uneven. Half of it moves an estimate
-/// by 0.3 standard errors, twice of it by 0.7 and nearly doubles a standard error (`benches/numbers/run.py`).
+/// Standard deviation of the position of an encoder edge, in counts, because encoder lines are uneven. Half the value
+/// moves an estimate by 0.3 standard errors, twice the value by 0.7 and nearly doubles a standard error
+/// (`benches/numbers/run.py`).
 const EDGE_DEVIATION_COUNTS: f64 = 0.05;
 
 /// Motion per sample, in counts, above which samples are measurements instead of edges. Above it the errors of
 /// successive samples are independent. The velocity decides, because a choice by the change of the count would prefer
-/// samples just behind an edge. Half of it moves an estimate by 0.5 standard errors, twice of it by 0.1
+/// samples just after an encoder edge. Half the value moves an estimate by 0.5 standard errors, twice the value by 0.1
 /// (`benches/numbers/run.py`).
 const MIN_COUNTS_OF_SAMPLES: f64 = 2.0;
 
-/// Number of samples without an edge after which the joint counts as resting within a count. Half or twice of it moves
-/// an estimate by 0.1 standard errors (`benches/numbers/run.py`).
+/// Number of samples without an edge after which the joint counts as resting within a count. Half or twice the value
+/// moves an estimate by 0.1 standard errors (`benches/numbers/run.py`).
 const REST_SAMPLES: usize = 100;
 
 /// A position measured by an incremental encoder.
@@ -36,7 +37,7 @@ pub(super) struct EdgePosition {
 /// values, for one count as for several. The mean is the centre of all positions that give this
 /// number of counts at this velocity. Their range is one count minus the difference between the
 /// number of counts and the motion at this velocity. The later value would be wrong by up to half a
-/// count in the direction of the motion, an error that looks like friction.
+/// count in the direction of the motion, an error that resembles friction.
 ///
 /// In a fast motion every period has an edge, and two successive means share a sample, so their
 /// errors are not independent. There each sample is a measurement with an error of one count's

@@ -1,8 +1,8 @@
 //! Inputs of the filter from the logs: torques, and measurements of positions.
 //!
-//! An encoder gives little information between two counts and precise information at an edge, where
-//! its count changes: the position halfway between two samples, to a twentieth of a count. The
-//! error of a raw count is not white noise, so a filter that assumes white noise attributes this
+//! An encoder gives little information between two counts and precise information at an encoder
+//! edge, where its count changes: the position halfway between two samples, to a twentieth of a
+//! count. The error of a raw count is not white noise, so a filter for white noise attributes this
 //! error to disturbances.
 
 mod align;

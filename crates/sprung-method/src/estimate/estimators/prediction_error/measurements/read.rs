@@ -30,15 +30,15 @@ pub(in super::super) enum Extent {
     Spread(usize),
 }
 
-/// Work of the filter that takes less than a minute, so that a search may be repeated and its duration need not be told:
-/// samples times rows times rows.
+/// Work of the filter that takes less than a minute, so that a search may be repeated without a message about its
+/// duration: samples times rows times rows.
 pub(in crate::estimate::estimators::prediction_error) const MAX_SEARCH_WORK: usize = 2_400_000;
 
 /// Maximum memory of the linearizations about which levels are searched, and of the segments in
 /// work, bytes.
 const LINEARIZATIONS: usize = 80 << 20;
 
-/// Length of a piece of the logs if not all of them are used, s. It is a stretch of the filter.
+/// Length of a piece of the logs if not all of them are used, s. It is a segment of the filter.
 const PIECE_S: f64 = 5.0;
 
 /// Returns the maximum number of samples that the filter processes in a search that is repeated.
@@ -64,7 +64,7 @@ pub(in super::super) fn samples_in(mib: usize, model: &Model, channels: &Channel
     (mib << 20).saturating_sub(LINEARIZATIONS) / of_sample
 }
 
-/// Consecutive samples of one log, as long as a stretch of the filter.
+/// Consecutive samples of one log, as long as a segment of the filter.
 struct Piece {
     /// Index among all pieces of all logs.
     index: usize,
@@ -131,7 +131,7 @@ impl Kept {
             let samples = pieces.iter().map(length).sum();
             let payload = pieces[0].payload.take();
             let channels = pieces[0].values.len();
-            // One channel after the other, so that little is in memory twice.
+            // One channel after the other, to limit memory.
             let values = (0..channels).map(|channel| {
                 let mut all = Vec::with_capacity(samples);
                 for piece in pieces.iter_mut() {

@@ -7,15 +7,15 @@ use super::sensor::Sensor;
 use crate::estimate::estimators::prediction_error::reversals::Reversals;
 
 /// Consecutive samples of one log, which the filter processes without the samples before: a segment
-/// without a gap, or a stretch of it.
+/// without a gap, or a part of it.
 #[derive(Clone, Debug)]
 pub(in super::super) struct Segment {
     /// Index of the log.
     pub(in super::super) log: usize,
     /// Change of the parameters by the known payload of the log, \[p\].
     pub(in super::super) carried: Option<Arc<[f64]>>,
-    /// Number of samples at the beginning that only bring the filter to its state. The stretch before
-    /// counts their measurements.
+    /// Number of samples at the beginning that only bring the filter to its state. The segment before counts their
+    /// measurements.
     pub(in super::super) burn_in: usize,
     /// Sampling period, s.
     pub(in super::super) period: f64,
@@ -23,7 +23,7 @@ pub(in super::super) struct Segment {
     pub(in super::super) span: [f64; 2],
     /// Torque on each row, N·m (N), \[samples × rows\].
     pub(in super::super) torque: Vec<f64>,
-    /// Rate of the smoothed torque, N·m/s. Noise of an unsmoothed rate would look like information
+    /// Rate of the smoothed torque, N·m/s. Noise of an unsmoothed rate would act as information
     /// about delays.
     pub(in super::super) torque_rate: Vec<f64>,
     /// Share of each row's torque rate that acts within a period, \[rows\]; empty if the torques are held.

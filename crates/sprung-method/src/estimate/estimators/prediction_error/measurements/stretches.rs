@@ -1,13 +1,13 @@
-//! Division of a segment into stretches that the filter processes in parallel.
+//! Division of a segment into shorter segments that the filter processes in parallel.
 
-/// Shortest stretch whose measurements count, s.
+/// Shortest segment whose measurements count, s.
 const MIN_STRETCH_S: f64 = 3.5;
 
-/// Samples before a stretch that bring the filter to its state, s. They are five times the time
+/// Samples before a segment that bring the filter to its state, s. They are five times the time
 /// constant of disturbances with the expected corner of 1.5 Hz, the slowest states of the filter.
 const BURN_IN_S: f64 = 0.5;
 
-/// A stretch of a segment.
+/// A part of a segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Stretch {
     /// First sample, and the sample after the last one.
@@ -17,7 +17,7 @@ pub(super) struct Stretch {
     pub(super) burn_in: usize,
 }
 
-/// Returns stretches of nearly equal length, an even number so that two threads have the same work.
+/// Returns segments of nearly equal length, an even number so that two threads have the same work.
 /// They depend only on the log, not on the number of threads.
 pub(super) fn stretches(samples: usize, period: f64) -> Vec<Stretch> {
     let duration = samples as f64 * period;

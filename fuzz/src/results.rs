@@ -1,0 +1,92 @@
+//! Files of results, which people exchange and edit.
+
+use std::path::Path;
+use std::sync::OnceLock;
+
+use sprung::control::ControlDesign;
+use sprung::demo;
+use sprung::export::{Form, Format};
+use sprung::log::Input;
+use sprung::progress::Unheard;
+use sprung::session::{
+    ExportRequest, LogFactors, Parameters, SampleRequest, Session, compare_files, read_control,
+};
+
+use crate::written;
+
+/// Reads an identification or a validation, compares it with itself, exports the robot and draws others.
+pub fn read_identification(data: &[u8]) {
+    let one = written("one/identification.json", data);
+    let other = written("other/identification.json", data);
+    let _ = compare_files(&[&one, &other], &mut Unheard);
+    if let Ok(parameters) = Parameters::open(&one) {
+        export(&one, &parameters, None);
+        let request = SampleRequest {
+            count: 2,
+            accept_unusable: true,
+            ..SampleRequest::default()
+        };
+        let _ = session().sample(&parameters, &request);
+    }
+}
+
+/// Reads values in TOML and exports the robot with them.
+pub fn read_parameters(data: &[u8]) {
+    let file = written("parameters.toml", data);
+    if let Ok(parameters) = Parameters::open(&file) {
+        export(&file, &parameters, None);
+    }
+}
+
+/// Reads a design of a controller and exports it as code, with the true values of the demo.
+///
+/// # Panics
+///
+/// If the values of the demo are wrong; they do not depend on the input.
+pub fn read_design(data: &[u8]) {
+    static TRUTH: OnceLock<Parameters> = OnceLock::new();
+    let file = written("control.json", data);
+    if let Ok(design) = read_control(&file) {
+        let truth = TRUTH.get_or_init(|| {
+            Parameters::open(&written("truth.toml", demo::TRUTH.as_bytes())).expect("it is right")
+        });
+        export(&file, truth, Some(&design));
+    }
+}
+
+/// Reads factors of logs, and merges them with themselves.
+pub fn read_factors(data: &[u8]) {
+    let Ok(text) = std::str::from_utf8(data) else {
+        return;
+    };
+    if let Ok(factors) = LogFactors::from_json(text) {
+        let _ = factors.clone().merge(factors.clone());
+        let _ = session().identify_factors(&factors, &mut Unheard);
+    }
+}
+
+fn export(file: &Path, parameters: &Parameters, control: Option<&ControlDesign>) {
+    for format in Format::ALL {
+        for form in [Form::Flexible, Form::Rigid] {
+            let request = ExportRequest {
+                file,
+                format,
+                form,
+                set: 0,
+                control,
+            };
+            let _ = session().export(parameters, &request);
+        }
+    }
+}
+
+/// Returns the session of the demo, without its log.
+fn session() -> &'static Session {
+    static SESSION: OnceLock<Session> = OnceLock::new();
+    SESSION.get_or_init(|| {
+        let no_log = |_: &Path| -> std::io::Result<Box<dyn Input>> {
+            Err(std::io::ErrorKind::NotFound.into())
+        };
+        Session::read("demo", demo::EXPERIMENT, &[], no_log).expect("the demo is right")
+    })
+}
