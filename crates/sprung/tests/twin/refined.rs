@@ -89,13 +89,12 @@ fn errors_and_intervals_are_those_of_the_noise() {
     let twin = twin();
     let (mut inside, mut intervals) = (0, 0);
     // The benchmark has all cases at all counts.
-    for (counts, case) in [
-        (16384, CLEAN),
-        (4096, CLEAN),
-        (16384, MOTORS),
-        (4096, LINKS),
+    for (name, counts, case) in [
+        ("clean", 16384, CLEAN),
+        ("clean", 4096, CLEAN),
+        ("motors disturbed", 16384, MOTORS),
+        ("links disturbed", 4096, LINKS),
     ] {
-        let (name, ..) = case;
         let (mut errors, mut of_bound) = (Vec::new(), Vec::new());
         let settings = settings(counts, case, 0);
         let log = twin.log(&settings);
