@@ -6,9 +6,8 @@ use sprung::session::{Depth, ErrorKind, Parameters, Session, SessionError};
 use sprung_base::demo;
 use sprung_base::progress::Unheard;
 use sprung_log::{Arrays, LogSource};
-use sprung_testing::Messages;
 
-use crate::support::{files, folder, of_memory, session};
+use crate::support::{files, folder, messages, of_memory, session};
 
 /// Returns the message of an error, and checks its kind.
 #[track_caller]
@@ -16,12 +15,6 @@ fn said<T>(outcome: Result<T, SessionError>, kind: ErrorKind) -> String {
     let error = outcome.err().unwrap();
     assert_eq!(error.kind(), kind, "{error}");
     error.to_string()
-}
-
-/// Messages of all tests of a kind.
-fn messages(test: &str) -> Messages {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/messages");
-    Messages::new(format!("{folder}/{test}.txt"))
 }
 
 #[test]
