@@ -320,8 +320,8 @@ fn torques_that_saturate_are_named() {
         .collect();
     // The log shows the saturation of a single torque alone clearly.
     assert!(!found.is_empty(), "{:#?}", result.warnings);
-    // The law of sprung is a polynomial of the logged torque, which is larger than the acting one, so its share is below
-    // the 0.05 of the log.
+    // The law of sprung is a polynomial of the logged torque, which is larger than the acting one, so its share is
+    // below the 0.05 of the log.
     for saturation in &result.refined().unwrap().saturations {
         assert!((0.01..0.05).contains(&saturation.share), "{saturation:?}");
     }
