@@ -107,10 +107,10 @@ fn command() -> String {
 
 /// Returns the text of a file.
 fn text(all: &[Noted]) -> String {
-    let texts: Vec<String> = (all.iter())
+    let cases: Vec<String> = (all.iter())
         .map(|noted| format!("{MARK}{}\n{}\n\n", noted.case, noted.message))
         .collect();
-    texts.concat()
+    cases.concat()
 }
 
 /// Returns the cases of a file.

@@ -153,8 +153,8 @@ fn same_parameters(one: &Value, other: &Value) {
         }
     }
     println!("{worst:.1e} standard errors apart");
-    // The tidy files are rounded to 5e-9 of the largest value, and the noise is at least 1e-3 of it. Random rounding moves
-    // an estimate by this ratio of its standard error; four of them.
+    // The tidy files are rounded to 5e-9 of the largest value, and the noise is at least 1e-3 of it. Random rounding
+    // moves an estimate by this ratio of its standard error; four of them.
     assert!(worst < 4.0 * 5e-9 / 1e-3, "{worst}");
 }
 

@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use crate::arm;
-use crate::common::{Case, assert_true, demo, finding, sprung, stderr, stdout, value};
+use crate::common::{Case, assert_true, demo, finding, sprung, stderr, stdout};
 
 /// Column of the first link's position.
 const Q1: usize = 1;

@@ -204,8 +204,8 @@ fn times_with_few_digits_do_not_bias() {
     let exact = inertia(&case);
     let rounded = case.column(TIME, |time| (time * 1e4).round() / 1e4);
     let found = inertia(&rounded);
-    // The period is the mean of 256 steps, and the first and the last stamp are rounded by up to 0.05 ms each. An inertia
-    // is proportional to the square of the period.
+    // The period is the mean of 256 steps, and the first and the last stamp are rounded by up to 0.05 ms each. An
+    // inertia is proportional to the square of the period.
     let period_error = 2.0 * 0.05e-3 / (256.0 / 960.0);
     let error = (found / exact - 1.0).abs();
     assert!(error < 2.0 * period_error, "{found} {exact}");

@@ -288,7 +288,8 @@ fn missing_samples_are_interpolated_or_gaps() {
     assert_eq!(timing.dropped.first.unwrap().to_string(), "line 502");
     assert_eq!(timing.gaps.count, 1);
     assert!((timing.gaps.duration - 4e-3).abs() < 1e-9);
-    // The error of a cubic in the middle of a step of 4 ms, with outer samples 2 ms away, is (4 · 2 · 2 · 4 ms⁴) x⁗ / 24.
+    // The error of a cubic in the middle of a step of 4 ms, with outer samples 2 ms away, is (4 · 2 · 2 · 4 ms⁴) x⁗ /
+    // 24.
     let limit = 64e-12 / 24.0 * largest_derivative(4);
     assert!(worst(&found) < limit, "{}", worst(&found));
 }

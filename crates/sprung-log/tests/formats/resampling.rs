@@ -207,7 +207,8 @@ fn positions_and_velocities_by_method() {
                     ours.position
                 );
             } else {
-                // The errors of a cubic and of a line differ by (ω h)²; this is for the fastest wave and the longest step.
+                // The errors of a cubic and of a line differ by (ω h)²; this is for the fastest wave and the longest
+                // step.
                 let orders = (TAU * 4.3 * 12e-3).powi(2);
                 assert!(ours.position < orders * line.position);
                 assert!(ours.velocity < orders * line.velocity);

@@ -1,11 +1,11 @@
 //! A robot with two joints, and logs of it.
 
-use sprung_testing::Messages;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use sprung_log::{Channels, Input, LogBlock, LogError, LogFile, LogSource, Timing};
 use sprung_robot::{Experiment, Window, no_files, read};
+use sprung_testing::Messages;
 
 const ROBOT: &str = r#"
 format = 1

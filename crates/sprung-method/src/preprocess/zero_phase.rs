@@ -330,8 +330,8 @@ mod tests {
         let x: Vec<f64> = (0..5000).map(|k| 0.3 - 0.01 * f64::from(k)).collect();
         let y = filter_in_blocks(&filter, &x, 999);
         let error = |k: usize| (x[k] - y[k]).abs();
-        // The start of the padding is a corner of the line, whose transient is the slope over the pole's size. It decays
-        // by the real part of the pole, 1/√2, over three periods of the cut-off, in each of the two passes.
+        // The start of the padding is a corner of the line, whose transient is the slope over the pole's size. It
+        // decays by the real part of the pole, 1/√2, over three periods of the cut-off, in each of the two passes.
         let transient = 0.01 * 2_f64.sqrt() / (std::f64::consts::TAU * 0.01);
         let limit = 2.0 * transient * (-3.0 * std::f64::consts::TAU / 2_f64.sqrt()).exp();
         assert!((0..5000).all(|k| error(k) < limit));

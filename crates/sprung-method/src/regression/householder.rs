@@ -296,8 +296,8 @@ mod tests {
 
     fn assert_same(found: &[f64], expected: &[f64]) {
         for (found, expected) in found.iter().zip(expected) {
-            // Rows of a factor have no sign. A column of up to 131 numbers has the length √131, and as many roundings of
-            // random sign add up to √131 ε of it; four of these deviations.
+            // Rows of a factor have no sign. A column of up to 131 numbers has the length √131, and as many roundings
+            // of random sign add up to √131 ε of it; four of these deviations.
             assert!(
                 (found.abs() - expected.abs()).abs() < 4.0 * 131.0 * f64::EPSILON,
                 "{found} {expected}"

@@ -311,8 +311,8 @@ mod tests {
                     ((100.0 * (velocity + h)).tanh() - (100.0 * (velocity - h)).tanh()) / (2.0 * h);
                 let expected: f64 = (size * slope * 0.003_f64).powi(2);
                 let found = transition.variance(&at(velocity));
-                // The third derivative of a tanh is at most four times its first, with the sharpness squared. The variance
-                // has twice the error h² f‴ / 6 of the slope.
+                // The third derivative of a tanh is at most four times its first, with the sharpness squared. The
+                // variance has twice the error h² f‴ / 6 of the slope.
                 let limit = 2.0 * 4.0 * (100.0 * h).powi(2) / 6.0;
                 assert!((found / expected - 1.0).abs() < limit, "{found} {expected}");
             }

@@ -161,8 +161,8 @@ mod tests {
                 })
                 .unwrap();
         }
-        // Nothing damps the oscillator, so the errors of 1000 periods, each below the tolerance, may add up; the velocity
-        // is five times as large as the position.
+        // Nothing damps the oscillator, so the errors of 1000 periods, each below the tolerance, may add up; the
+        // velocity is five times as large as the position.
         let limit = 1000.0 * TOLERANCE;
         assert!((x[0] - 50.0_f64.cos()).abs() < limit);
         assert!((x[1] + 5.0 * 50.0_f64.sin()).abs() < 5.0 * limit);

@@ -10,6 +10,8 @@ use sprung_base::progress::Unheard;
 use sprung_log::Input;
 use sprung_method::estimate::Identification;
 
+use crate::support::messages;
+
 /// Changes of the friction of both motors, per kelvin.
 const CHANGES: &str = "\n\"joint1.motor_viscous_per_k\" = -0.12\n\"joint1.motor_coulomb_per_k\" = -0.015\n\
                        \"joint2.motor_viscous_per_k\" = -0.002\n";
@@ -182,40 +184,33 @@ fn simulated_loops_of_a_validation_follow_the_temperature_of_the_log() {
 
 #[test]
 fn mistakes_are_named() {
-    let refused = |more: &[&str]| session(&[], more).err().unwrap();
-    let text = refused(&["identify.estimator=[\"output-error\"]"]);
-    assert!(
-        text.contains("estimator \"output-error\" does not work with it"),
-        "{text}"
-    );
-    let text = refused(&["robot.joint.0.friction_covariates.temperature=[\"motor_stribeck\"]"]);
-    assert!(
-        text.contains("motor_stribeck") && text.contains("motor_coulomb"),
-        "{text}"
-    );
-    let text = refused(&["simulate.temperature_start_c=[20.0]"]);
-    assert!(text.contains("temperature_start_c has 1 numbers"), "{text}");
-    let of_first = |keys: &'static str| {
+    let mut messages = messages("covariates");
+    for set in [
+        "identify.estimator=[\"output-error\"]",
+        "robot.joint.0.friction_covariates.temperature=[\"motor_stribeck\"]",
+        "simulate.temperature_start_c=[20.0]",
+        "log.temperature_c=[\"a\", \"b\", \"c\"]",
+        "simulate.cycles=[0.0, nan]",
+    ] {
+        messages.note(set, &session(&[], &[set]).err().unwrap());
+    }
+    for keys in [
+        "temperature = [\"motor_viscous\"]",
+        "reference_h = 3.0, temperature = [\"motor_viscous\"], reference_c = 3.0",
+        "",
+    ] {
         let found = with_truth(([keys, TEMPERATURES[1]], ""), &[], &[]);
-        found.err().unwrap()
-    };
-    let text = of_first("temperature = [\"motor_viscous\"]");
-    assert!(text.contains("needs reference_c"), "{text}");
-    let text = of_first("reference_h = 3.0, temperature = [\"motor_viscous\"], reference_c = 3.0");
-    assert!(text.contains("reference_h has no effect"), "{text}");
-    let text = of_first("");
-    assert!(text.contains("lists no friction parameter"), "{text}");
+        let name = if keys.is_empty() { "no keys" } else { keys };
+        messages.note(name, &found.err().unwrap());
+    }
     let age = [
         "age = [\"motor_viscous\"], reference_d = 3.0",
         TEMPERATURES[1],
     ];
     let found = with_truth((age, ""), &[], &["log.temperature_c=\"warm\""]).unwrap();
-    let text = found.identify(&mut Unheard).err().unwrap().to_string();
-    assert!(text.contains("age_d"), "{text}");
-    let text = refused(&["log.temperature_c=[\"a\", \"b\", \"c\"]"]);
-    assert!(text.contains("names 3 columns"), "{text}");
-    let text = refused(&["simulate.cycles=[0.0, nan]"]);
-    assert!(text.contains("cycles contains"), "{text}");
+    let error = found.identify(&mut Unheard).err().unwrap();
+    messages.note("no age", &error.to_string());
+    messages.compare();
 }
 
 /// The friction of the first motor depends on the temperature and on the hours of operation, which one

@@ -7,7 +7,7 @@ use sprung_base::progress::Unheard;
 use sprung_method::compare::{Compared, compare};
 use sprung_method::estimate::{Identification, Identified};
 
-use crate::support::{Memory, files, in_memory};
+use crate::support::{Memory, files, in_memory, messages};
 
 const NAMES: [&str; 5] = ["run0.csv", "run1.csv", "run2.csv", "run3.csv", "run4.csv"];
 
@@ -169,75 +169,45 @@ fn factors_are_small() {
 
 #[test]
 fn factors_that_do_not_belong_together_are_refused_by_name() {
+    let mut messages = messages("factors_that_do_not_belong_together");
     let session = session(&CHOSEN[..2]);
     let choices = session.choices(&mut Unheard).unwrap();
     let [one, two]: [LogFactors; 2] =
         [0, 1].map(|log| session.factors(&choices, log, &mut Unheard).unwrap());
     let merge = |other: LogFactors| one.clone().merge(other).unwrap_err().to_string();
-    let said = merge(one.clone());
-    assert!(
-        said.contains("run0.csv and run0.csv both are log 0"),
-        "{said}"
-    );
-    let with = |more: &str| {
-        let session = in_memory(memory().clone(), &[&CHOSEN[..2], &[more]].concat());
-        let choices = session.choices(&mut Unheard).unwrap();
-        session.factors(&choices, 1, &mut Unheard).unwrap()
-    };
-    let said = merge(with("robot.name=\"other arm\""));
-    assert!(
-        said.contains("run1.csv") && said.contains("\"other arm\""),
-        "{said}"
-    );
-    let said = merge(with("identify.filter_cutoff_rad_per_s=20.0"));
-    assert!(
-        said.contains("run1.csv") && said.contains("another experiment"),
-        "{said}"
-    );
-    let said = merge(with("log.file=[\"run2.csv\", \"run1.csv\"]"));
-    assert!(said.contains("weights of samples"), "{said}");
+    messages.note("a log twice", &merge(one.clone()));
+    for more in [
+        "robot.name=\"other arm\"",
+        "identify.filter_cutoff_rad_per_s=20.0",
+        "log.file=[\"run2.csv\", \"run1.csv\"]",
+    ] {
+        let other = in_memory(memory().clone(), &[&CHOSEN[..2], &[more]].concat());
+        let choices = other.choices(&mut Unheard).unwrap();
+        let factors = other.factors(&choices, 1, &mut Unheard).unwrap();
+        messages.note(more, &merge(factors));
+    }
     let text = two.to_json();
     let newer = text.replace("\"generator\":\"sprung 0", "\"generator\":\"sprung 99");
     let newer = LogFactors::from_json(&newer).unwrap();
+    // The number of this version stays out of the file.
     assert!(merge(newer).contains("sprung 99"));
     let format = text.replacen("\"format\":1", "\"format\":2", 1);
-    let said = LogFactors::from_json(&format).unwrap_err().to_string();
-    assert!(said.contains("format 2"), "{said}");
-    let said = LogFactors::from_json("{").unwrap_err().to_string();
-    assert!(said.contains("cannot be read"), "{said}");
+    for (name, text) in [("another format", &*format), ("no JSON", "{")] {
+        let error = LogFactors::from_json(text).unwrap_err();
+        messages.note(name, &error.to_string());
+    }
     let short = text.replacen("\"at_rest\":[", "\"at_rest\":[7,", 1);
-    let short = one
-        .clone()
-        .merge(LogFactors::from_json(&short).unwrap())
-        .unwrap();
-    let said = session
-        .identify_factors(&short, &mut Unheard)
-        .unwrap_err()
-        .to_string();
-    assert!(
-        said.contains("run1.csv") && said.contains("shape"),
-        "{said}"
-    );
-    let slower = in_memory(
-        memory().clone(),
-        &[&CHOSEN[..2], &["identify.filter_cutoff_rad_per_s=20.0"]].concat(),
-    );
-    let said = slower
-        .factors(&choices, 0, &mut Unheard)
-        .unwrap_err()
-        .to_string();
-    assert!(
-        said.contains("the choices") && said.contains("another experiment"),
-        "{said}"
-    );
-    let said = slower
-        .identify_factors(&one, &mut Unheard)
-        .unwrap_err()
-        .to_string();
-    assert!(
-        said.contains("run0.csv") && said.contains("another experiment"),
-        "{said}"
-    );
+    let short = LogFactors::from_json(&short).unwrap();
+    let short = one.clone().merge(short).unwrap();
+    let error = session.identify_factors(&short, &mut Unheard).unwrap_err();
+    messages.note("one number too many", &error.to_string());
+    let cutoff = ["identify.filter_cutoff_rad_per_s=20.0"];
+    let slower = in_memory(memory().clone(), &[&CHOSEN[..2], &cutoff].concat());
+    let error = slower.factors(&choices, 0, &mut Unheard).unwrap_err();
+    messages.note("choices of another experiment", &error.to_string());
+    let error = slower.identify_factors(&one, &mut Unheard).unwrap_err();
+    messages.note("factors of another experiment", &error.to_string());
+    messages.compare();
 }
 
 #[test]
@@ -247,21 +217,14 @@ fn a_log_that_cannot_be_read_is_named() {
     files.insert("run2.csv", b"t_s,angle\n0.0,1.0\n0.001,1.0\n".to_vec());
     let session = in_memory(files, &CHOSEN[..2]);
     let choices = session.choices(&mut Unheard).unwrap();
-    let said = |index| {
-        session
-            .factors(&choices, index, &mut Unheard)
-            .unwrap_err()
-            .to_string()
-    };
-    assert!(said(3).contains("run3.csv"), "{}", said(3));
-    assert!(
-        said(2).contains("run2.csv") && said(2).contains("q1_rad"),
-        "{}",
-        said(2)
-    );
-    assert!(said(5).contains("names 5 logs"), "{}", said(5));
-    let all = session.identify(&mut Unheard).unwrap_err().to_string();
-    assert!(all.contains("run2.csv"), "{all}");
+    let mut messages = messages("a_log_that_cannot_be_read_is_named");
+    for (name, index) in [("no file", 3), ("no such column", 2), ("no such log", 5)] {
+        let error = session.factors(&choices, index, &mut Unheard).unwrap_err();
+        messages.note(name, &error.to_string());
+    }
+    let error = session.identify(&mut Unheard).unwrap_err();
+    messages.note("all logs", &error.to_string());
+    messages.compare();
 }
 
 #[test]

@@ -10,6 +10,7 @@ use sprung_base::demo;
 use sprung_base::progress::Unheard;
 use sprung_log::Input;
 use sprung_method::estimate::Identified;
+use sprung_testing::Messages;
 
 /// Files by name.
 pub(crate) type Memory = BTreeMap<&'static str, Vec<u8>>;
@@ -59,6 +60,12 @@ pub(crate) fn in_memory(files: Memory, overrides: &[&str]) -> Session {
 /// Returns a session of the demo.
 pub(crate) fn session(more: &[&str]) -> Session {
     of_memory(files().clone(), more)
+}
+
+/// Messages of a test, whose file is in `tests/messages`.
+pub(crate) fn messages(test: &str) -> Messages {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/messages");
+    Messages::new(format!("{folder}/{test}.txt"))
 }
 
 /// Writes the demo into a folder of the tests, and returns it.

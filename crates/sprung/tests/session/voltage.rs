@@ -8,7 +8,9 @@ use sprung::session::{Parameters, Session};
 use sprung_base::demo;
 use sprung_base::progress::Unheard;
 use sprung_log::Input;
-use sprung_testing::{Messages, largest_of_normals};
+use sprung_testing::largest_of_normals;
+
+use crate::support::messages;
 
 /// Torque constants, N·m/A, equal to the back-EMF in V·s/rad, and resistances, ohm.
 const CONSTANTS: [f64; 2] = [5.0, 1.0];
@@ -113,10 +115,7 @@ fn the_back_emf_is_not_counted_as_viscous_friction() {
 
 #[test]
 fn constants_that_do_not_fit_together_are_refused() {
-    let mut messages = Messages::new(concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/tests/messages/voltage_drives.txt"
-    ));
+    let mut messages = messages("voltage_drives");
     let with_gain = |constant, resistance| {
         let both = voltage_drive(constant, resistance);
         format!("{both}\namplifier_gain_a_per_v = 0.5")

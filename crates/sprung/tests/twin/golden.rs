@@ -120,8 +120,8 @@ fn check_least_squares(expected: &[f64]) {
         .map(|(found, expected)| (found / expected - 1.0).abs())
         .fold(0.0, f64::max);
     println!("least squares: {worst:.1e}");
-    // A tolerance of 1e-7 changes parameters by 2e-6 (above). The independent code has Runge-Kutta steps of 0.05 ms; where
-    // friction reverses, in about 2 % of the samples, its rate is 2400/s.
+    // A tolerance of 1e-7 changes parameters by 2e-6 (above). The independent code has Runge-Kutta steps of 0.05 ms;
+    // where friction reverses, in about 2 % of the samples, its rate is 2400/s.
     let by_tolerance = 2e-6 * 1e-10 / 1e-7;
     let by_steps = 0.02 * (2400.0_f64 * 0.05e-3).powi(4) / 120.0;
     assert!(worst < by_tolerance + by_steps, "{worst:e}");

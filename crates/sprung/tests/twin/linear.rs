@@ -174,8 +174,8 @@ fn exact_positions_need_no_weights() {
     };
     let [with, without] = [Weights::Transition, Weights::None].map(stiffness);
     for (a, b) in with.iter().zip(without) {
-        // Samples at rest count less also with exact positions. Both estimates have the bias of matched filters, at most
-        // 0.3 % (paper.rs).
+        // Samples at rest count less also with exact positions. Both estimates have the bias of matched filters, at
+        // most 0.3 % (paper.rs).
         assert!((a / b - 1.0).abs() < 3e-3, "{a} {b}");
     }
 }

@@ -89,11 +89,11 @@ fn errors_and_intervals_are_those_of_the_noise() {
     let twin = twin();
     let (mut inside, mut intervals) = (0, 0);
     // The benchmark has all cases at all counts.
-    for (name, case, counts) in [
-        ("clean", CLEAN, 16384),
-        ("clean", CLEAN, 4096),
-        ("motor", MOTORS, 16384),
-        ("link", LINKS, 4096),
+    for (name, counts, case) in [
+        ("clean", 16384, CLEAN),
+        ("clean", 4096, CLEAN),
+        ("motors disturbed", 16384, MOTORS),
+        ("links disturbed", 4096, LINKS),
     ] {
         let (mut errors, mut of_bound) = (Vec::new(), Vec::new());
         let settings = settings(counts, case, 0);
@@ -320,8 +320,8 @@ fn torques_that_saturate_are_named() {
         .collect();
     // The log shows the saturation of a single torque alone clearly.
     assert!(!found.is_empty(), "{:#?}", result.warnings);
-    // The law of sprung is a polynomial of the logged torque, which is larger than the acting one, so its share is below
-    // the 0.05 of the log.
+    // The law of sprung is a polynomial of the logged torque, which is larger than the acting one, so its share is
+    // below the 0.05 of the log.
     for saturation in &result.refined().unwrap().saturations {
         assert!((0.01..0.05).contains(&saturation.share), "{saturation:?}");
     }

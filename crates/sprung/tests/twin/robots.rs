@@ -118,7 +118,7 @@ fn urdf_and_closed_form_give_the_same_estimates() {
         .map(|(a, b)| (a / b - 1.0).abs())
         .fold(0.0, f64::max);
     println!("URDF against closed form: {worst:.1e}");
-    // Both descriptions have the same equations, so their estimates differ by rounding times the condition number, which
-    // is below 1e4 after scaling.
+    // Both descriptions have the same equations, so their estimates differ by rounding times the condition number,
+    // which is below 1e4 after scaling.
     assert!(worst < 1e4 * 4.0 * f64::EPSILON, "{worst:e}");
 }

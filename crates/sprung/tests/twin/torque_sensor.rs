@@ -56,6 +56,7 @@ fn assert_true(errors: &[Error]) {
             sigmas.abs() < limit,
             "{name}: {percent} %, {sigmas} standard errors"
         );
+        // docs/how-to/torque-sensor.md has errors of a few tenths.
         let standard_error = percent / sigmas;
         assert!(standard_error < 1.0, "{name}: {standard_error} %");
     }
@@ -114,7 +115,8 @@ fn motion_gives_stiffnesses_without_link_encoder() {
     let found = arm.identify(&log);
     let result = &found.identification.results[0];
     assert!(result.refinement.as_ref().unwrap().used);
-    // The large joints have enough inertia behind their springs.
+    // The large joints have enough inertia behind their springs. Theory does not fit everywhere: the standard errors of
+    // these stiffnesses are too small on short logs, after 6 s one error is 3.7 of them (docs/how-to/torque-sensor.md).
     assert_true(&errors(&arm, result, ".stiffness")[..4]);
     assert_true(&errors(&arm, result, ".rotor_inertia"));
 }

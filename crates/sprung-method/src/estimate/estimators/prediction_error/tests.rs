@@ -293,9 +293,9 @@ fn compare_gradient(case: &Case) {
         };
         let difference = 0.5 * (at(by) - at(-by)) / (2.0 * by);
         let scale = run.sums.normal.information[i * (z.len() + 1)].sqrt();
-        // The derivatives are those of steps linearised in their middles, which shows in the Coulomb friction of a motor
-        // at reversals. A gradient that is wrong by a part of its standard deviation moves the estimate by this part of
-        // its standard error; this one makes the error 1 % larger.
+        // The derivatives are those of steps linearised in their middles, which shows in the Coulomb friction of a
+        // motor at reversals. A gradient that is wrong by a part of its standard deviation moves the estimate by this
+        // part of its standard error; this one makes the error 1 % larger.
         let harmless = (1.01_f64.powi(2) - 1.0).sqrt();
         agree(
             run.sums.normal.gradient[i],
