@@ -64,9 +64,10 @@ pub(crate) fn run(seconds: &str, chosen: &[&str]) -> ExitCode {
     for outcome in &outcomes {
         let executions = (outcome.executions).map_or_else(|| "?".to_owned(), |own| own.to_string());
         let target = &outcome.target;
-        let found = match outcome.found {
-            true => format!("  found something: fuzz/artifacts/{target}"),
-            false => String::new(),
+        let found = if outcome.found {
+            format!("  found something: fuzz/artifacts/{target}")
+        } else {
+            String::new()
         };
         println!("{executions:>12} inputs  {target}{found}");
     }
