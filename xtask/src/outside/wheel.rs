@@ -14,7 +14,7 @@ use crate::target;
 pub(crate) const MATURIN: &str = "maturin==1.16.0";
 
 /// What pip installs to link the wheel for older systems.
-pub(crate) const ZIG: &str = "ziglang==0.15.2";
+pub(crate) const ZIG: &str = "ziglang==0.17.1";
 
 /// The oldest C library that the wheel runs with: that of Rust's standard library.
 const OLDEST: &str = "manylinux_2_17";
@@ -54,6 +54,8 @@ fn wheel(python: &Python) -> Option<PathBuf> {
         .arg(root().join(CRATE).join("Cargo.toml"));
     if cfg!(target_os = "linux") {
         command.args(["--zig", "--compatibility", OLDEST]);
+        // Else maturin looks for zig in the first Python of PATH.
+        command.env("CARGO_ZIGBUILD_PYTHON_PATH", python.program());
     }
     succeeds(command.arg("--out").arg(&folder))?;
     let found = std::fs::read_dir(&folder).ok()?.filter_map(Result::ok);
