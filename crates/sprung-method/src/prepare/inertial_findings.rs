@@ -3,11 +3,11 @@
 use std::f64::consts::TAU;
 
 use sprung_core::parameters::JointParameter;
-use sprung_core::spatial::Vector;
+use sprung_core::spatial::{Vector, dot};
 
 use super::excerpt::Excerpt;
 use super::held_out::held_out;
-use super::mounting::{Best, Compared, compare, dot, mounted};
+use super::mounting::{Best, Compared, compare, mounted};
 use super::noise::white_noise;
 use super::springs::OPEN_STIFFNESS;
 use crate::description::{Inertial, InertialFinding};

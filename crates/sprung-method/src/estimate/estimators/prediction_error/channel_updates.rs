@@ -1,11 +1,12 @@
 //! Estimates of delays, saturations and eccentricities of channels from the normal equations.
 
+use sprung_core::linear::dot;
+
 use super::effects::Effect;
 use super::filter::NormalEquations;
 use super::sandwich::{Influence, widening};
 use super::solve::covariance as covariance_of;
 use super::unknowns::Unknowns;
-use super::vector::dot;
 use crate::estimate::statistics::between_parts;
 
 /// Estimate of an effect of a channel: of its delay relative to the other channels, s, of the

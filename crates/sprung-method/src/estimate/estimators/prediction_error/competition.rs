@@ -8,10 +8,11 @@
 //!
 //! Rao, Proc. Camb. Phil. Soc. 1948: the score test, also called the Lagrange multiplier test.
 
+use sprung_core::linear::dot;
+
 use super::filter::NormalEquations;
 use super::sandwich::widening_of;
 use super::solve::covariance;
-use super::vector::dot;
 use crate::estimate::statistics::{MAX_ITERATIONS, SIGNIFICANT_SIGMAS, between_parts};
 
 /// An effect is tested if at least this fraction of its information is independent of other unknowns.

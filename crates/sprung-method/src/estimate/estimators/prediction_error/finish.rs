@@ -1,5 +1,6 @@
 //! From the end of a descent to the result.
 
+use sprung_core::linear::dot;
 use std::collections::BTreeMap;
 
 use super::channel_updates::{ChannelUpdate, channel_updates};
@@ -23,7 +24,7 @@ use super::refined::{
 use super::sandwich::{Influence, widening};
 use super::solve::covariance as covariance_of;
 use super::unknowns::Unknowns;
-use super::vector::{add, dot};
+use super::vector::add;
 use crate::model::{Model, Theta};
 use crate::regression::Reading;
 

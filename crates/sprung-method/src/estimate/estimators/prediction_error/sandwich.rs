@@ -9,7 +9,8 @@
 //! Newey and West, Econometrica 1987; White, Econometrica 1982: "Maximum likelihood estimation of
 //! misspecified models".
 
-use super::vector::dot;
+use sprung_core::linear::dot;
+
 use crate::estimate::statistics::HELD_OUT_PARTS;
 
 /// Lengths of the segments, s. Friction repeats with the motion, so the longest segment has the

@@ -1,5 +1,7 @@
 //! Information that later measurements contain about the state of a run.
 
+use sprung_core::linear::dot;
+
 use super::linear_run::LinearRun;
 use crate::estimate::estimators::prediction_error::covariance::{
     AdjointMemory, adjoint_covariance, adjoint_product,
@@ -8,7 +10,7 @@ use crate::estimate::estimators::prediction_error::filter::StretchRun;
 use crate::estimate::estimators::prediction_error::levels::Levels;
 use crate::estimate::estimators::prediction_error::matrix::add_rows;
 use crate::estimate::estimators::prediction_error::measurements::{Measurement, Segment, Sensor};
-use crate::estimate::estimators::prediction_error::vector::{dot, widen};
+use crate::estimate::estimators::prediction_error::vector::widen;
 
 /// Visits the samples of a segment, the last one first. The arguments are the sample's index, the
 /// information N of later measurements about the state at the end of the period after the sample,
