@@ -484,8 +484,8 @@ fn noise_shares(reading: &Reading, excerpt: &Excerpt) -> Vec<f64> {
             continue;
         };
         let (mut squares, mut count) = (0.0, 0.0);
-        for stretch in signals.stretches() {
-            for (phi, q) in stretch.phi[joint].iter().zip(&stretch.q[joint]) {
+        for segment in signals.segments() {
+            for (phi, q) in segment.phi[joint].iter().zip(&segment.q[joint]) {
                 squares += (phi - q).powi(2);
                 count += 1.0;
             }

@@ -52,12 +52,12 @@ struct Step {
 /// request for an estimate are changed one at a time.
 ///
 /// The standard errors contain the scatter of the score over segments of the log, and the changes
-/// of the effects between blocks. The standard errors by the information alone are too small on
+/// of the effects between folds. The standard errors by the information alone are too small on
 /// real machines.
 ///
 /// - `covariance`: covariance of the unknowns with values and the delays to be estimated, \[count ×
 ///   count\].
-/// - `parts`: normal equations of blocks of the log.
+/// - `parts`: normal equations of the folds.
 /// - `assumed`: assumed delay of each channel, s.
 pub(super) fn channel_updates(
     unknowns: &Unknowns,
