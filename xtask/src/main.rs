@@ -39,6 +39,7 @@ const USAGE: &str = "usage: cargo xtask TASK
                 or some of these steps: STEPS
   dist [BINARY] builds a release in target/dist: an archive and a Debian package, each installed into an empty
                 folder and run; with BINARY, packages this program instead of building one
+  deny          checks licences, sources and advisories of the dependencies; `dist` does it too
   wheel         builds the wheel for Python into target/wheels
   docs          writes the pages of the documentation that come from the program, and the figures of all pages
   figures [--accept] [PART…]
@@ -62,6 +63,8 @@ fn main() -> ExitCode {
         ["test", "outside", steps @ ..] => outside::run(steps),
         ["dist"] => dist::run(None),
         ["dist", binary] => dist::run(Some(binary)),
+        ["deny"] if deny::check().is_some() => ExitCode::SUCCESS,
+        ["deny"] => ExitCode::FAILURE,
         ["wheel"] => outside::wheel::build(),
         ["numbers"] => numbers::print(None),
         ["numbers", folder] => numbers::print(Some(folder)),

@@ -1,4 +1,4 @@
-//! Solution of symmetric positive definite equations. Zeros before the first entry of a row are
+//! Scalar products, and the solution of symmetric positive definite equations. Zeros before the first entry of a row are
 //! skipped, so a mass matrix whose links and motors do not couple needs only the operations of its
 //! two blocks.
 
@@ -81,6 +81,13 @@ pub fn invert(factors: &[f64], n: usize, inverse: &mut [f64]) {
             subtract(inverse, n, k, i, l, n);
         }
     }
+}
+
+/// Returns the scalar product of two vectors, summed from the first entry to the last.
+#[must_use]
+#[inline]
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Subtracts `factor` times the first `count` numbers of row `of` from row `row`.

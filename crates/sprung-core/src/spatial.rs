@@ -163,8 +163,8 @@ impl<S: Scalar> Transform<S> {
     pub fn apply(&self, motion: &Motion<S>) -> Motion<S> {
         let at_origin = add(&motion.linear, &cross(&motion.angular, &self.origin));
         Motion {
-            angular: self.axes.map(|axis| dot(&axis, &motion.angular)),
-            linear: self.axes.map(|axis| dot(&axis, &at_origin)),
+            angular: times(&self.axes, &motion.angular),
+            linear: times(&self.axes, &at_origin),
         }
     }
 
@@ -319,19 +319,37 @@ pub fn product<A: Copy, S: Scalar + Mul<A, Output = S>>(
 
 /// Returns the transpose of a 3 × 3 matrix.
 #[must_use]
-pub(crate) fn transposed<S: Scalar>(a: &[Vector<S>; 3]) -> [Vector<S>; 3] {
+pub fn transposed<S: Scalar>(a: &[Vector<S>; 3]) -> [Vector<S>; 3] {
     core::array::from_fn(|i| core::array::from_fn(|j| a[j][i]))
 }
 
-pub(crate) fn dot<S: Scalar>(a: &Vector<S>, b: &Vector<S>) -> S {
+/// Returns the product of a 3 × 3 matrix and a vector.
+#[must_use]
+pub fn times<S: Scalar>(matrix: &[Vector<S>; 3], v: &Vector<S>) -> Vector<S> {
+    matrix.map(|row| dot(&row, v))
+}
+
+/// Returns the scalar product.
+#[must_use]
+pub fn dot<S: Scalar>(a: &Vector<S>, b: &Vector<S>) -> S {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-pub(crate) fn add<S: Scalar>(a: &Vector<S>, b: &Vector<S>) -> Vector<S> {
+/// Returns the sum of two vectors.
+#[must_use]
+pub fn add<S: Scalar>(a: &Vector<S>, b: &Vector<S>) -> Vector<S> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-fn cross<S: Scalar>(a: &Vector<S>, b: &Vector<S>) -> Vector<S> {
+/// Returns the difference `a − b`.
+#[must_use]
+pub fn difference<S: Scalar>(a: &Vector<S>, b: &Vector<S>) -> Vector<S> {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// Returns the vector product `a × b`.
+#[must_use]
+pub fn cross<S: Scalar>(a: &Vector<S>, b: &Vector<S>) -> Vector<S> {
     [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],

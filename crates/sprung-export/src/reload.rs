@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 use sprung_core::chain::JointKind;
 use sprung_core::drives::State;
-use sprung_core::linear::{factor, solve};
+use sprung_core::linear::{dot, factor, solve};
 use sprung_core::links::{LengthError, Step};
 use sprung_core::robot::Values;
 
@@ -294,10 +294,6 @@ impl Reference<'_> {
             .map(|at| columns[at % count][at / count])
             .collect())
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Multiplies by the transposed map.

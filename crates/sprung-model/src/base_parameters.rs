@@ -3,6 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sprung_core::chain::Chain;
+use sprung_core::linear::dot;
 use sprung_core::links::{LengthError, torque};
 use sprung_core::spatial::BODY;
 
@@ -159,10 +160,6 @@ fn digits(value: f64) -> String {
     } else {
         text
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Returns the components on an orthonormal basis and the remainder. The second projection removes

@@ -11,7 +11,7 @@
 //!
 //! Boyd and Vandenberghe, "Convex optimization", chapter 11.
 
-use sprung_core::linear::{factor, solve};
+use sprung_core::linear::{dot, factor, solve};
 
 /// Factor of μ from stage to stage.
 const BARRIER_STEP: f64 = 0.15;
@@ -396,10 +396,6 @@ impl Program {
             hessian,
         })
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Returns the inverse of a positive definite matrix.

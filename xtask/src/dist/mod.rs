@@ -8,6 +8,7 @@ mod try_out;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
+use crate::deny;
 use crate::root;
 use crate::steps::Steps;
 
@@ -36,6 +37,7 @@ pub(crate) fn run(binary: Option<&str>) -> ExitCode {
         return ExitCode::FAILURE;
     };
     let out = out.join("target/dist");
+    steps.step("dependencies", "licences, sources, advisories", deny::check);
     let ready = steps.step("folder", "target/dist", || said(packages::emptied(&out)));
     let built = ready.and_then(|()| {
         steps.step("release", "the stripped program", || {

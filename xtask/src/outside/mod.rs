@@ -1,7 +1,7 @@
 //! `cargo xtask test outside`: sprung against foreign programs, which it installs itself.
 //!
-//! A step that cannot install its programs fails. It skips, with a line that begins with SKIPPED, only the versions of Python
-//! that the machine lacks and a database of advisories that it cannot reach.
+//! A step that cannot install its programs fails. Only versions of Python that the machine lacks are skipped, with a line
+//! that begins with SKIPPED.
 
 mod arm;
 mod benches;
@@ -22,7 +22,7 @@ use python::Python;
 
 use crate::run::Outcome;
 use crate::steps::Steps;
-use crate::{deny, summary, target};
+use crate::{summary, target};
 
 /// A comparison with a foreign program.
 struct Step {
@@ -35,13 +35,7 @@ struct Step {
 }
 
 /// All steps, the quick ones first. A new comparison is a line here and a file beside this one.
-const STEPS: [Step; 15] = [
-    Step {
-        name: "deny",
-        what: "licences, sources and advisories of the dependencies",
-        packages: &[],
-        run: |_| deny::check(),
-    },
+const STEPS: [Step; 14] = [
     Step {
         name: "benches",
         what: "every benchmark of cargo, once and with little work",

@@ -1,7 +1,7 @@
 //! Messages about wrong joints, columns and names: exit code 2, the line of the file, the remedy.
 
 use crate::arm::{described, recorded, robot, urdf};
-use crate::common::{Case, messages, one_line, stderr};
+use crate::common::{Case, messages, one_line, replacement, stderr};
 
 /// Assignments to keys of `[[robot.joint]]`.
 const WRONG_KEYS: &[&str] = &[
@@ -74,7 +74,7 @@ fn keys_of_joints() {
 fn columns_laws_and_names_that_do_not_match() {
     let mut messages = messages("columns_laws_and_names_that_do_not_match");
     for (text, wrong) in WRONG_TEXTS {
-        let case = format!("{} for {}", one_line(wrong), one_line(text));
+        let case = replacement(text, wrong);
         messages.note(&case, &described().replace(text, wrong).refused(2, &[]));
     }
     for keys in WRONG_NAMES {

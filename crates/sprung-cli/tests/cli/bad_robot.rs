@@ -1,7 +1,7 @@
 //! Messages about a wrong robot: exit code 2, the line of the file, the remedy.
 
 use crate::arm::{URDF, described, robot, urdf};
-use crate::common::{Case, messages, one_line, sprung, stderr};
+use crate::common::{Case, messages, replacement, sprung, stderr};
 
 /// Text of the URDF file, and what stands there instead.
 const WRONG_URDF: &[(&str, &str)] = &[
@@ -55,7 +55,7 @@ const WRONG_KEYS: &[&str] = &[
 fn wrong_urdf_files() {
     let mut messages = messages("wrong_urdf_files");
     for (text, wrong) in WRONG_URDF {
-        let case = format!("{} for {}", one_line(wrong), one_line(text));
+        let case = replacement(text, wrong);
         messages.note(&case, &urdf(text, wrong).refused(2, &[]));
     }
     let case = described();
@@ -68,7 +68,7 @@ fn wrong_urdf_files() {
 fn wrong_robots() {
     let mut messages = messages("wrong_robots");
     for (text, wrong) in WRONG_TEXTS {
-        let case = format!("{} for {}", one_line(wrong), one_line(text));
+        let case = replacement(text, wrong);
         messages.note(&case, &described().replace(text, wrong).refused(2, &[]));
     }
     for keys in WRONG_KEYS {

@@ -66,6 +66,15 @@ pub(crate) fn one_line(text: &str) -> String {
     text.trim().replace('\n', "; ")
 }
 
+/// Name of the case in which one text stands for another.
+pub(crate) fn replacement(text: &str, by: &str) -> String {
+    let by = match by.trim() {
+        "" => "nothing".to_owned(),
+        by => one_line(by),
+    };
+    format!("{by} for {}", one_line(text))
+}
+
 /// Output of the program on stdout.
 pub(crate) fn stdout(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
@@ -261,7 +270,7 @@ pub(crate) fn value(json: &Value, name: &str) -> f64 {
 }
 
 /// Largest standard error of a parameter relative to its value with which a comparison with the truth says something.
-const USEFUL: f64 = 0.05;
+const USEFUL: f64 = 0.1;
 
 /// Checks that parameters of the first result are the true ones within their standard errors.
 #[track_caller]

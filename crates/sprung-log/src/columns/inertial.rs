@@ -17,7 +17,7 @@
 //! ```
 
 use sprung_core::chain::JointKind;
-use sprung_core::spatial::{Vector, product, rotation};
+use sprung_core::spatial::{Vector, cross, dot, product, rotation, times, transposed};
 
 use super::channel::Channel;
 use super::channel::ChannelError;
@@ -109,29 +109,9 @@ struct Place {
 
 const IDENTITY: [Vector; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-fn dot(a: &Vector, b: &Vector) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn times(matrix: &[Vector; 3], v: &Vector) -> Vector {
-    matrix.map(|row| dot(&row, v))
-}
-
-fn cross(a: &Vector, b: &Vector) -> Vector {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
-
 /// Returns `a + factor b`.
 fn plus(a: &Vector, factor: f64, b: &Vector) -> Vector {
     std::array::from_fn(|i| a[i] + factor * b[i])
-}
-
-fn transposed(a: &[Vector; 3]) -> [Vector; 3] {
-    std::array::from_fn(|i| std::array::from_fn(|j| a[j][i]))
 }
 
 /// Returns the rotation by roll, pitch and yaw about fixed axes, as in a URDF.

@@ -41,7 +41,7 @@ impl Extent {
 
 /// Consecutive samples with equal value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Stretch {
+pub struct Plateau {
     /// Time of the first sample, s.
     pub time: f64,
     /// Number of samples.
@@ -69,9 +69,9 @@ pub struct Extreme {
     /// Number of samples with this value.
     pub samples: u64,
     /// Number of runs of such samples.
-    pub stretches: u64,
+    pub plateaus: u64,
     /// Longest of these runs.
-    pub longest: Stretch,
+    pub longest: Plateau,
 }
 
 /// Smallest and largest values in equal parts of a log.
@@ -145,7 +145,7 @@ impl Moments {
 struct Outstanding {
     spikes: Vec<Event>,
     jumps: Vec<Event>,
-    stalls: Vec<Stretch>,
+    stalls: Vec<Plateau>,
 }
 
 /// Statistics of one channel of a log. Their memory does not grow with the log.
@@ -158,8 +158,8 @@ pub struct Figures {
     bends: Sizes,
     lone: Sizes,
     outstanding: Outstanding,
-    run: Stretch,
-    longest: Stretch,
+    run: Plateau,
+    longest: Plateau,
     low: Extreme,
     high: Extreme,
     // The last three samples since a gap, oldest first.
@@ -172,7 +172,7 @@ impl Figures {
     /// it.
     #[must_use]
     pub(crate) fn new(time: f64, value: f64) -> Self {
-        let run = Stretch {
+        let run = Plateau {
             time,
             samples: 0,
             value,
@@ -181,7 +181,7 @@ impl Figures {
         let extreme = Extreme {
             value,
             samples: 0,
-            stretches: 0,
+            plateaus: 0,
             longest: run,
         };
         Self {
@@ -211,7 +211,7 @@ impl Figures {
         self.extent.min = self.extent.min.min(value);
         self.extent.max = self.extent.max.max(value);
         self.overview.take(time, value);
-        self.stretch(time, value);
+        self.follow(time, value);
         self.low = at_extreme(self.low, self.run, value < self.low.value);
         self.high = at_extreme(self.high, self.run, value > self.high.value);
         self.last.push((time, value));
@@ -236,7 +236,7 @@ impl Figures {
     }
 
     /// Updates the current run of equal values.
-    fn stretch(&mut self, time: f64, value: f64) {
+    fn follow(&mut self, time: f64, value: f64) {
         let same = self.run.samples > 0 && value.to_bits() == self.run.value.to_bits();
         if same {
             self.run.samples += 1;
@@ -250,7 +250,7 @@ impl Figures {
                     });
                 }
             }
-            self.run = Stretch {
+            self.run = Plateau {
                 time,
                 samples: 1,
                 value,
@@ -350,13 +350,13 @@ impl Figures {
     /// Returns runs of at least five equal samples, sorted by the change at their end, largest
     /// first.
     #[must_use]
-    pub fn stalls(&self) -> &[Stretch] {
+    pub fn stalls(&self) -> &[Plateau] {
         &self.outstanding.stalls
     }
 
     /// Returns the longest run of equal values.
     #[must_use]
-    pub fn longest(&self) -> Stretch {
+    pub fn longest(&self) -> Plateau {
         self.longest
     }
 
@@ -376,7 +376,7 @@ impl Figures {
 /// Returns an extreme updated by a sample that lies on it, beyond it or inside.
 ///
 /// - `run`: the current run of equal values, which ends with this sample.
-fn at_extreme(extreme: Extreme, run: Stretch, beyond: bool) -> Extreme {
+fn at_extreme(extreme: Extreme, run: Plateau, beyond: bool) -> Extreme {
     let on = run.value.to_bits() == extreme.value.to_bits();
     if !(beyond || on) {
         return extreme;
@@ -385,7 +385,7 @@ fn at_extreme(extreme: Extreme, run: Stretch, beyond: bool) -> Extreme {
         Extreme {
             value: run.value,
             samples: 0,
-            stretches: 0,
+            plateaus: 0,
             longest: run,
         }
     } else {
@@ -393,7 +393,7 @@ fn at_extreme(extreme: Extreme, run: Stretch, beyond: bool) -> Extreme {
     };
     Extreme {
         samples: before.samples + 1,
-        stretches: before.stretches + u64::from(run.samples == 1),
+        plateaus: before.plateaus + u64::from(run.samples == 1),
         longest: if run.samples >= before.longest.samples {
             run
         } else {
@@ -459,13 +459,13 @@ mod tests {
     }
 
     #[test]
-    fn stretches_have_time_length_and_change() {
+    fn plateaus_have_time_length_and_change() {
         let clipped = of((0..2000).map(|k| wave(k).min(0.8)));
         let high = clipped.extremes()[1];
         assert!((high.value - 0.8).abs() < 1e-15);
         // The wave has three full peaks within 20 rad, and a fourth begins.
-        assert_eq!(high.stretches, 4);
-        // Samples above 0.8 in a full peak, and in the fourth one; each stretch may lose one by rounding.
+        assert_eq!(high.plateaus, 4);
+        // Samples above 0.8 in a full peak, and in the fourth one; each plateau may lose one by rounding.
         let rise = 0.8_f64.asin();
         let full = (std::f64::consts::PI - 2.0 * rise) / 0.01;
         let begun = 2000.0 - (3.0 * std::f64::consts::TAU + rise) / 0.01;

@@ -187,9 +187,9 @@ mod tests {
         let most = left_out.last().copied().unwrap_or(f64::NEG_INFINITY);
         assert_eq!(found.left_out, [(least, most); 2]);
         for range in &ranges {
-            let stretch = &values[range.clone()];
+            let segment = &values[range.clone()];
             assert!(
-                stretch
+                segment
                     .windows(2)
                     .all(|pair| (pair[1] - pair[0] - 1.0).abs() < 1e-9)
             );

@@ -68,7 +68,7 @@ fn largest_derivative(order: i32) -> f64 {
     wave(0.5, 1.1) + wave(0.1, 4.3) + wave(0.01, 3.1)
 }
 
-/// Largest error between samples at the ends of a stretch, where the cubic lacks its outer sample and is a parabola:
+/// Largest error between samples at the ends of a segment, where the cubic lacks its outer sample and is a parabola:
 /// `h³ x‴ / (9 √3)`.
 ///
 /// - `step`: the longest step, s.

@@ -2,11 +2,9 @@
 
 use sprung_core::chain::{ChainJoint, JointKind};
 use sprung_core::scalar::Scalar;
+use sprung_core::spatial::{Vector, add, cross};
 
 use crate::description::Tree;
-
-/// A vector in the frame of the base.
-type Vector<S> = [S; 3];
 
 /// A robot's chain with a point of the tool in the frame of its last link.
 #[derive(Clone, Debug)]
@@ -90,16 +88,16 @@ impl Kinematics {
             let arm = out(&parent.axes, &transform.origin);
             let axes = transform.axes.map(|axis| out(&parent.axes, &axis));
             let along = out(&axes, &joint.axis.map(S::constant));
-            let mut velocity = plus(&parent.velocity, &cross(&parent.turning, &arm));
+            let mut velocity = add(&parent.velocity, &cross(&parent.turning, &arm));
             let mut turning = parent.turning;
             let joint_rate = along.map(|x| x * dq);
             match joint.kind {
-                JointKind::Revolute => turning = plus(&turning, &joint_rate),
-                JointKind::Prismatic => velocity = plus(&velocity, &joint_rate),
+                JointKind::Revolute => turning = add(&turning, &joint_rate),
+                JointKind::Prismatic => velocity = add(&velocity, &joint_rate),
             }
             frames.push(Frame {
                 axes,
-                origin: plus(&parent.origin, &arm),
+                origin: add(&parent.origin, &arm),
                 velocity,
                 turning,
             });
@@ -108,8 +106,8 @@ impl Kinematics {
         let mut velocity = [S::ZERO; 3];
         if let Some(last) = frames.last() {
             let arm = out(&last.axes, &self.tool.map(S::constant));
-            points.push(plus(&last.origin, &arm));
-            velocity = plus(&last.velocity, &cross(&last.turning, &arm));
+            points.push(add(&last.origin, &arm));
+            velocity = add(&last.velocity, &cross(&last.turning, &arm));
         }
         Places { points, velocity }
     }
@@ -124,16 +122,4 @@ impl Kinematics {
 fn out<S: Scalar>(axes: &[Vector<S>; 3], v: &Vector<S>) -> Vector<S> {
     let [x, y, z] = axes;
     [0, 1, 2].map(|i| x[i] * v[0] + y[i] * v[1] + z[i] * v[2])
-}
-
-fn plus<S: Scalar>(a: &Vector<S>, b: &Vector<S>) -> Vector<S> {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-}
-
-fn cross<S: Scalar>(a: &Vector<S>, b: &Vector<S>) -> Vector<S> {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
 }

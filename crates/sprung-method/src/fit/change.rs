@@ -5,7 +5,7 @@ use crate::model::Model;
 use crate::regression::{System, SystemPart, Triangle, solve};
 
 /// Number of segments that are left out in turn for the standard errors.
-const STRETCHES: usize = 16;
+const SEGMENTS: usize = 16;
 
 /// A direction in which a solution may move.
 #[derive(Clone, Debug)]
@@ -66,7 +66,7 @@ pub(crate) fn steps_along(
         })
         .collect();
     let solution = solve(&parts, directions.len())?;
-    let groups: Vec<Vec<Triangle>> = system.groups(STRETCHES).into_iter().map(along).collect();
+    let groups: Vec<Vec<Triangle>> = system.groups(SEGMENTS).into_iter().map(along).collect();
     let of_rows = vec![columns.clone(); whole.len()];
     let mut errors = scatter(&influences(&solution, &of_rows, &groups));
     for (error, known) in errors.iter_mut().zip(&solution.identifiable) {

@@ -15,7 +15,7 @@ pub(crate) struct ColumnFit {
     /// the column.
     pub(crate) unexplained_share: f64,
     /// Student's quantile for this number of segments over that of the normal distribution.
-    pub(crate) few_stretches: f64,
+    pub(crate) few_segments: f64,
 }
 
 impl ColumnFit {
@@ -26,11 +26,11 @@ impl ColumnFit {
     ///   residuals, over the duration of the log.
     /// - `of`: the fitted column; `by`: columns that explain it. The right-hand side counts as the last column.
     pub(crate) fn new(
-        (stretches, memory): (&[&Triangle], f64),
+        (segments, memory): (&[&Triangle], f64),
         of: usize,
         by: &[usize],
     ) -> Option<Self> {
-        let width = stretches.first()?.unknowns() + 1;
+        let width = segments.first()?.unknowns() + 1;
         let unit = |column: usize, value: f64| -> Vec<f64> {
             let mut vector = vec![0.0; width];
             vector[column] = value;
@@ -38,7 +38,7 @@ impl ColumnFit {
         };
         let directions: Vec<Vec<f64>> = by.iter().map(|&column| unit(column, 1.0)).collect();
         let at = unit(of, -1.0);
-        let triangles: Vec<Vec<Triangle>> = (stretches.iter())
+        let triangles: Vec<Vec<Triangle>> = (segments.iter())
             .map(|factor| vec![factor.along(&at, &directions)])
             .collect();
         let whole = Triangle::merge(triangles.iter().flatten())?;
@@ -61,7 +61,7 @@ impl ColumnFit {
             value: solution.x[0],
             unexplained_share: (solution.inverse[(0, 0)] * whole.column_norm(0).powi(2)).recip(),
             standard_error: error,
-            few_stretches: student_95(triangles.len().saturating_sub(1)) / student_95(usize::MAX),
+            few_segments: student_95(triangles.len().saturating_sub(1)) / student_95(usize::MAX),
         })
     }
 }
@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     /// Rows of a spring: deflection, constant, constant again, torque.
-    fn stretch(g: u32, compliance: f64, noise: f64) -> Triangle {
+    fn segment(g: u32, compliance: f64, noise: f64) -> Triangle {
         let rows: Vec<[f64; 4]> = (0..50)
             .map(|k| {
                 let t = f64::from(50 * g + k) * 0.13;
@@ -84,7 +84,7 @@ mod tests {
     }
 
     fn fit(compliance: f64, noise: f64) -> Option<ColumnFit> {
-        let all: Vec<Triangle> = (0..16).map(|g| stretch(g, compliance, noise)).collect();
+        let all: Vec<Triangle> = (0..16).map(|g| segment(g, compliance, noise)).collect();
         let all: Vec<&Triangle> = all.iter().collect();
         ColumnFit::new((&all, 0.0), 0, &[3, 1, 2])
     }
@@ -96,15 +96,15 @@ mod tests {
         assert!((found.value - 1e-6).abs() < 3.0 * found.standard_error);
         let ratio = found.standard_error / expected;
         assert!((0.5..2.0).contains(&ratio), "{ratio}");
-        assert!((found.few_stretches - 2.131 / 1.96).abs() < 0.01);
+        assert!((found.few_segments - 2.131 / 1.96).abs() < 0.01);
         // The constants explain the mean: 7² of 7² + 20²/2.
         assert!((found.unexplained_share - 200.0 / 249.0).abs() < 0.02);
     }
 
     #[test]
-    fn stretches_that_agree_by_chance_do_not_hide_the_residual() {
+    fn segments_that_agree_by_chance_do_not_hide_the_residual() {
         // Every segment is the same, so they agree exactly.
-        let same = stretch(0, 1e-6, 1e-4);
+        let same = segment(0, 1e-6, 1e-4);
         let error = |memory: f64| {
             let found = ColumnFit::new((&[&same; 16], memory), 0, &[3, 1]);
             found.map_or(0.0, |found| found.standard_error)
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn stretches_without_motion_determine_nothing() {
+    fn segments_without_motion_determine_nothing() {
         assert!(ColumnFit::new((&[], 0.0), 0, &[3]).is_none());
         let still = Triangle::of(&[[1.0, 1.0, 1.0, 0.0]; 9]);
         assert!(ColumnFit::new((&[&still; 8], 0.0), 0, &[3, 1]).is_none());

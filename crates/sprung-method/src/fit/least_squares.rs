@@ -114,7 +114,7 @@ pub(crate) fn fit_weighted(
 ) -> Option<Fitted> {
     let free = Free::new(model);
     let whole = weighted(free.factors(system.whole()?), &weights);
-    let groups: Vec<Vec<Triangle>> = (stretches_for(system, memory))
+    let groups: Vec<Vec<Triangle>> = (groups_for(system, memory))
         .into_iter()
         .map(|group| weighted(free.factors(group), &weights))
         .collect();
@@ -156,7 +156,7 @@ pub(crate) fn fit_weighted(
 /// Returns the factors of each row of the segments that are left out in turn.
 ///
 /// - `memory`: as for [`fit`].
-pub(crate) fn stretches_for(system: &System, memory: f64) -> Vec<Vec<Triangle>> {
+pub(crate) fn groups_for(system: &System, memory: f64) -> Vec<Vec<Triangle>> {
     let count = (system.duration() / memory) as usize;
     system.groups(count.clamp(MIN_GROUPS, MAX_GROUPS))
 }

@@ -18,7 +18,7 @@ mod unknowns;
 pub use growing::trace;
 pub use least_squares::fit;
 pub(crate) use least_squares::{
-    Fitted, fit_quickly, fit_weighted, row_weights, stretches_for, student_95,
+    Fitted, fit_quickly, fit_weighted, groups_for, row_weights, student_95,
 };
 pub(crate) use motor_row::MotorRow;
 pub use residual::{residual, torques};

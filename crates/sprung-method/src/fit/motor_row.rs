@@ -73,7 +73,7 @@ pub(super) fn motor_row(
     let more = Mat::from_fn(unknowns.len(), groups.len(), |i, g| {
         stacked[(unknowns[i], g)] - alone[(i, g)]
     });
-    let residual = length(&whole[row].residual(&solution.x));
+    let residual = whole[row].residual_length(&solution.x);
     let spring = unknowns.iter().position(|&unknown| {
         let of = model.parameters()[free.unknowns[unknown]].joint;
         of == Some((JointParameter::Stiffness, joint))
@@ -107,8 +107,4 @@ fn values_of_row(model: &Model, row: usize, free: &Free, found: &[f64]) -> Vec<f
             None => found.next().copied().unwrap_or(0.0),
         })
         .collect()
-}
-
-fn length(v: &[f64]) -> f64 {
-    v.iter().map(|r| r * r).sum::<f64>().sqrt()
 }

@@ -7,10 +7,10 @@ use crate::model::Model;
 use crate::regression::{System, Triangle, solve};
 
 /// Number of segments of one part, which are left out in turn for its standard errors.
-const STRETCHES_OF_PART: usize = 8;
+const SEGMENTS_OF_PART: usize = 8;
 
 /// Minimum number of segments of a part.
-const MIN_STRETCHES: usize = 4;
+const MIN_SEGMENTS: usize = 4;
 
 /// Estimate from one part of the logs.
 #[derive(Clone, Debug)]
@@ -19,18 +19,18 @@ pub(crate) struct PartFit {
     /// that the part does not determine.
     pub(crate) values: Vec<Option<(f64, f64)>>,
     /// Number of segments that were left out in turn.
-    stretches: usize,
+    segments: usize,
 }
 
 impl PartFit {
-    /// - `stretches`: factors of each row without the known parameters, segment by segment.
-    fn new(model: &Model, free: &Free, stretches: &[Vec<Triangle>]) -> Option<Self> {
-        let rows = stretches.first()?.len();
+    /// - `segments`: factors of each row without the known parameters, segment by segment.
+    fn new(model: &Model, free: &Free, segments: &[Vec<Triangle>]) -> Option<Self> {
+        let rows = segments.first()?.len();
         let whole = (0..rows)
-            .map(|row| Triangle::merge(stretches.iter().map(|stretch| &stretch[row])))
+            .map(|row| Triangle::merge(segments.iter().map(|segment| &segment[row])))
             .collect::<Option<Vec<Triangle>>>()?;
         let solution = solve(&free.parts(&whole), free.unknowns.len())?;
-        let errors = scatter(&influences(&solution, &free.columns, stretches));
+        let errors = scatter(&influences(&solution, &free.columns, segments));
         let mut values = vec![None; model.parameters().len()];
         for (at, &index) in free.unknowns.iter().enumerate() {
             let error = errors[at];
@@ -39,14 +39,14 @@ impl PartFit {
         }
         Some(Self {
             values,
-            stretches: stretches.len(),
+            segments: segments.len(),
         })
     }
 
     /// Returns the deviation of Student's t with the freedom of the segments, by which errors from
     /// few segments count more.
     pub(crate) fn error_factor(&self) -> f64 {
-        let freedom = self.stretches.saturating_sub(1).max(3) as f64;
+        let freedom = self.segments.saturating_sub(1).max(3) as f64;
         (freedom / (freedom - 2.0)).sqrt()
     }
 
@@ -67,7 +67,7 @@ pub(crate) fn fits_of_quarters(model: &Model, fitted: &Fitted) -> Vec<PartFit> {
     let free = Free::new(model);
     let groups = &fitted.groups;
     for count in [4, 2] {
-        if groups.len() < count * MIN_STRETCHES {
+        if groups.len() < count * MIN_SEGMENTS {
             continue;
         }
         let fits: Option<Vec<PartFit>> = (0..count)
@@ -92,10 +92,10 @@ pub(crate) fn fit_of_log(
     fitted: &Fitted,
 ) -> Option<PartFit> {
     let free = Free::new(model);
-    let stretches: Vec<Vec<Triangle>> = (system.groups_of_log(log, STRETCHES_OF_PART).into_iter())
+    let segments: Vec<Vec<Triangle>> = (system.groups_of_log(log, SEGMENTS_OF_PART).into_iter())
         .map(|factors| weighted(free.factors(factors), &fitted.weights))
         .collect();
-    (stretches.len() >= MIN_STRETCHES)
-        .then(|| PartFit::new(model, &free, &stretches))
+    (segments.len() >= MIN_SEGMENTS)
+        .then(|| PartFit::new(model, &free, &segments))
         .flatten()
 }

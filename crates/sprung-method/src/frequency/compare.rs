@@ -90,9 +90,9 @@ pub(crate) fn frequency_response(
     if springs.is_empty() {
         return None;
     }
-    let stretch = record.longest();
-    let spectra = Spectra::of(stretch)?;
-    let point = OperatingPoint::of(model, stretch);
+    let segment = record.longest();
+    let spectra = Spectra::of(segment)?;
+    let point = OperatingPoint::of(model, segment);
     let at_poses: Vec<Linear> = (point.poses.iter())
         .map(|pose| Linear::new(model, theta, &point.friction, pose))
         .collect::<Option<_>>()?;
@@ -100,7 +100,7 @@ pub(crate) fn frequency_response(
     let expected = expected(&linear, &springs);
     let moved = Moved::new(identified, &point)?;
     let log = OfLog {
-        friction: &spectra.of_columns(&point.distortion(model, theta, stretch)),
+        friction: &spectra.of_columns(&point.distortion(model, theta, segment)),
         spectra: &spectra,
     };
     let joints = (springs.iter().zip(&expected))

@@ -11,7 +11,7 @@ use sprung_core::parameters::{JointParameter, Side};
 use sprung_core::robot::Values;
 use sprung_core::scalar::Scalar;
 
-use super::record::Stretch;
+use super::record::Segment;
 use crate::model::{Model, Scratch};
 
 /// Samples from which friction is linearised.
@@ -63,19 +63,19 @@ impl OperatingPoint {
     /// Pintelon and Schoukens, "System Identification: A Frequency Domain Approach", 2nd edition, 2012,
     /// Section 3.4; Bussgang's theorem.
     #[must_use]
-    pub(super) fn of(model: &Model, stretch: &Stretch) -> Self {
+    pub(super) fn of(model: &Model, segment: &Segment) -> Self {
         let n = model.joint_count();
-        let samples = stretch.len();
+        let samples = segment.len();
         let pose = |value: &dyn Fn(&[f64]) -> f64| Pose {
-            q: (0..n).map(|joint| value(stretch.link(joint))).collect(),
-            phi: (0..n).map(|joint| value(stretch.motor(joint))).collect(),
+            q: (0..n).map(|joint| value(segment.link(joint))).collect(),
+            phi: (0..n).map(|joint| value(segment.motor(joint))).collect(),
         };
         let mean = |column: &[f64]| column.iter().sum::<f64>() / column.len().max(1) as f64;
         let robot = model.robot();
         let mut products = vec![[0.0; 2]; robot.terms.len()];
         let step = (samples / FRICTION_SAMPLES).max(1);
         for k in (0..samples).step_by(step) {
-            along(model, stretch, k, &mut |index, rest, velocity| {
+            along(model, segment, k, &mut |index, rest, velocity| {
                 let [product, square] = &mut products[index];
                 *product += rest * velocity;
                 *square += velocity * velocity;
@@ -94,15 +94,15 @@ impl OperatingPoint {
 
 /// Passes each friction term at a sample to `take`: its index, its torque per unit of the parameter, and the velocity
 /// of its side.
-fn along(model: &Model, stretch: &Stretch, k: usize, take: &mut dyn FnMut(usize, f64, f64)) {
+fn along(model: &Model, segment: &Segment, k: usize, take: &mut dyn FnMut(usize, f64, f64)) {
     let robot = model.robot();
     let n = model.joint_count();
-    let lag = ((0.5 * VELOCITY_TIME_S / stretch.period()) as usize).max(1);
-    let (before, behind) = (k.saturating_sub(lag), (k + lag).min(stretch.len() - 1));
-    let time = (behind - before) as f64 * stretch.period();
+    let lag = ((0.5 * VELOCITY_TIME_S / segment.period()) as usize).max(1);
+    let (before, behind) = (k.saturating_sub(lag), (k + lag).min(segment.len() - 1));
+    let time = (behind - before) as f64 * segment.period();
     let columns = |of: &dyn Fn(&[f64]) -> f64, side: &dyn Fn(usize) -> usize| -> Vec<f64> {
         (0..n)
-            .map(|joint| of(&stretch.columns[side(joint)]))
+            .map(|joint| of(&segment.columns[side(joint)]))
             .collect()
     };
     let (motors, links) = (|joint: usize| n + joint, |joint: usize| 2 * n + joint);
@@ -134,15 +134,15 @@ impl OperatingPoint {
         &self,
         model: &Model,
         theta: &[f64],
-        stretch: &Stretch,
+        segment: &Segment,
     ) -> Vec<Vec<f64>> {
         let robot = model.robot();
-        let mut all = vec![Vec::with_capacity(stretch.len()); model.joint_count()];
-        for k in 0..stretch.len() {
+        let mut all = vec![Vec::with_capacity(segment.len()); model.joint_count()];
+        for k in 0..segment.len() {
             for torques in &mut all {
                 torques.push(0.0);
             }
-            along(model, stretch, k, &mut |index, rest, velocity| {
+            along(model, segment, k, &mut |index, rest, velocity| {
                 let term = &robot.terms[index];
                 if matches!(term.what, JointParameter::Friction(Side::Motor, _))
                     && let Some(torque) = all[robot.joint_of(term.row)].last_mut()

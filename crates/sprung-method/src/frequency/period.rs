@@ -3,7 +3,7 @@
 use faer::c64;
 
 use super::fourier::{smooth_length, transforms};
-use super::record::Stretch;
+use super::record::Segment;
 
 /// Samples of a position in the search, before it is repeated with all samples near the result.
 const SEARCH_SAMPLES: usize = 4096;
@@ -19,16 +19,16 @@ const MAX_CHANGE: f64 = 0.03;
 /// Returns the period of the motion in samples of the segment, if all joints that move repeat their
 /// motion at least once.
 #[must_use]
-pub(super) fn period(stretch: &Stretch) -> Option<usize> {
-    let joints = 0..stretch.joints();
-    let moving: Vec<&[f64]> = (joints.map(|joint| stretch.motor(joint)))
+pub(super) fn period(segment: &Segment) -> Option<usize> {
+    let joints = 0..segment.joints();
+    let moving: Vec<&[f64]> = (joints.map(|joint| segment.motor(joint)))
         .filter(|motion| variance(motion) > 0.0)
         .collect();
-    let every = stretch.len().div_ceil(SEARCH_SAMPLES).max(1);
+    let every = segment.len().div_ceil(SEARCH_SAMPLES).max(1);
     let guess = guess(&moving, every)? * every;
     let near = guess.saturating_sub(2 * every).max(1)..=guess + 2 * every;
     let (period, change) = near
-        .filter(|period| 2 * period <= stretch.len())
+        .filter(|period| 2 * period <= segment.len())
         .map(|period| (period, change(&moving, period)))
         .min_by(|a, b| a.1.total_cmp(&b.1))?;
     (change < MAX_CHANGE.powi(2)).then_some(period)

@@ -14,15 +14,15 @@ const SAMPLES_TIMES_JOINTS: usize = 180_000;
 pub(crate) struct Record {
     joints: usize,
     limit: usize,
-    longest: Stretch,
-    current: Stretch,
+    longest: Segment,
+    current: Segment,
 }
 
 /// Samples without a gap, each the mean of some samples of the log.
 ///
 /// The same mean of torques and positions changes no frequency response.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Stretch {
+pub(super) struct Segment {
     /// Sampling period of the log, s.
     pub(super) log_period: f64,
     /// Number of samples of the log in each sample.
@@ -41,13 +41,13 @@ impl Record {
         Self {
             joints,
             limit: SAMPLES_TIMES_JOINTS / joints.max(3),
-            longest: Stretch::default(),
-            current: Stretch::default(),
+            longest: Segment::default(),
+            current: Segment::default(),
         }
     }
 
     /// Returns the segment.
-    pub(super) fn longest(&self) -> &Stretch {
+    pub(super) fn longest(&self) -> &Segment {
         if self.current.duration() > self.longest.duration() {
             &self.current
         } else {
@@ -56,7 +56,7 @@ impl Record {
     }
 }
 
-impl Stretch {
+impl Segment {
     fn new(joints: usize, period: f64) -> Self {
         Self {
             log_period: period,
@@ -141,7 +141,7 @@ impl Observer for Record {
 
     fn raw(&mut self, period: f64, samples: &RawBlock) {
         if self.current.columns.is_empty() {
-            self.current = Stretch::new(self.joints, period);
+            self.current = Segment::new(self.joints, period);
         }
         self.current.push(samples, self.limit);
     }
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn the_longest_stretch_is_kept_and_averaged() {
+    fn the_longest_segment_is_kept_and_averaged() {
         let mut record = Record::new(1);
         record.restart(Restart::Begin);
         record.raw(1e-3, &block(1001));

@@ -6,7 +6,7 @@ use faer::c64;
 
 use super::fourier::{smooth_length, transforms};
 use super::period::period;
-use super::record::Stretch;
+use super::record::Segment;
 
 /// Highest line relative to the sampling rate.
 const HIGHEST_LINE: f64 = 0.4;
@@ -42,53 +42,53 @@ pub(super) struct Spectra {
 impl Spectra {
     /// Returns the spectra of a segment; `None` if it is too short.
     #[must_use]
-    pub(super) fn of(stretch: &Stretch) -> Option<Self> {
-        let repeated = period(stretch).and_then(|period| {
-            let all = stretch.len() / period;
+    pub(super) fn of(segment: &Segment) -> Option<Self> {
+        let repeated = period(segment).and_then(|period| {
+            let all = segment.len() / period;
             // The first of several periods contains the transient of the start.
             let periods = if all > 2 { all - 1 } else { all };
             (periods > 1 && largest_factor(period * periods) <= LARGEST_FACTOR)
                 .then_some((period, periods))
         });
-        Self::of_periods(stretch, repeated)
+        Self::of_periods(segment, repeated)
     }
 
     /// Returns the spectra of a whole segment, whether its motion repeats itself or not; `None` if it is too short.
     #[must_use]
-    pub(super) fn of_whole(stretch: &Stretch) -> Option<Self> {
-        Self::of_periods(stretch, None)
+    pub(super) fn of_whole(segment: &Segment) -> Option<Self> {
+        Self::of_periods(segment, None)
     }
 
     /// - `repeated`: samples of a period and number of periods; `None` without.
-    fn of_periods(stretch: &Stretch, repeated: Option<(usize, usize)>) -> Option<Self> {
+    fn of_periods(segment: &Segment, repeated: Option<(usize, usize)>) -> Option<Self> {
         let (length, step) = match repeated {
             Some((period, periods)) => (period * periods, periods),
-            None => (smooth_length(stretch.len()), 1),
+            None => (smooth_length(segment.len()), 1),
         };
         if length < FEWEST_SAMPLES {
             return None;
         }
         let count = (HIGHEST_LINE * length as f64) as usize;
-        let duration = length as f64 * stretch.period();
+        let duration = length as f64 * segment.period();
         let lines = (0..count).step_by(step).skip(1);
         let mut spectra = Self {
             hz: lines.map(|line| line as f64 / duration).collect(),
             duration,
             periods: repeated.map(|(_, periods)| periods),
-            from: stretch.len() - length,
+            from: segment.len() - length,
             length,
             step,
             torque: Vec::new(),
             motor: Vec::new(),
             link: Vec::new(),
         };
-        let n = stretch.joints();
-        let mut all = spectra.of_columns(&stretch.columns);
+        let n = segment.joints();
+        let mut all = spectra.of_columns(&segment.columns);
         spectra.link = all.split_off(2 * n);
         spectra.motor = all.split_off(n);
         for torque in &mut all {
             for (value, hz) in torque.iter_mut().zip(&spectra.hz) {
-                *value *= hold(*hz, stretch.log_period);
+                *value *= hold(*hz, segment.log_period);
             }
         }
         spectra.torque = all;

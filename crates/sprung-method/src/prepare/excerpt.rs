@@ -149,8 +149,8 @@ impl Excerpt {
     #[must_use]
     pub(crate) fn smoothed(&self, reading: &Reading) -> Option<Smoothed> {
         let reading = &reading.thinned(self.of_log, self.period);
-        let stretches = signals(reading, self.period, &self.blocks).ok()?;
-        Some(Smoothed::new(self.period, stretches))
+        let segments = signals(reading, self.period, &self.blocks).ok()?;
+        Some(Smoothed::new(self.period, segments))
     }
 
     /// Returns the regression of the excerpt; `None` as for [`Excerpt::smoothed`].

@@ -3,11 +3,11 @@
 use std::f64::consts::TAU;
 
 use sprung_core::parameters::JointParameter;
-use sprung_core::spatial::Vector;
+use sprung_core::spatial::{Vector, dot};
 
 use super::excerpt::Excerpt;
 use super::held_out::held_out;
-use super::mounting::{Best, Compared, compare, dot, mounted};
+use super::mounting::{Best, Compared, compare, mounted};
 use super::noise::white_noise;
 use super::springs::OPEN_STIFFNESS;
 use crate::description::{Inertial, InertialFinding};
@@ -484,8 +484,8 @@ fn noise_shares(reading: &Reading, excerpt: &Excerpt) -> Vec<f64> {
             continue;
         };
         let (mut squares, mut count) = (0.0, 0.0);
-        for stretch in signals.stretches() {
-            for (phi, q) in stretch.phi[joint].iter().zip(&stretch.q[joint]) {
+        for segment in signals.segments() {
+            for (phi, q) in segment.phi[joint].iter().zip(&segment.q[joint]) {
                 squares += (phi - q).powi(2);
                 count += 1.0;
             }

@@ -100,7 +100,7 @@ impl LinkRows {
         let x = solve(&parts, model.parameters().len())?.x;
         let left = |row: &LinkRow| {
             let values: Vec<f64> = row.columns.iter().map(|&column| x[column]).collect();
-            length(&row.factor.residual(&values))
+            row.factor.residual_length(&values)
         };
         Some(self.rows.iter().map(left).collect())
     }
@@ -108,7 +108,7 @@ impl LinkRows {
     /// Returns the unexplained part of each right-hand side by its equation alone.
     pub(crate) fn each(&self) -> Vec<f64> {
         (self.rows.iter())
-            .map(|row| alone(&row.factor).map_or(f64::NAN, |x| length(&row.factor.residual(&x))))
+            .map(|row| alone(&row.factor).map_or(f64::NAN, |x| row.factor.residual_length(&x)))
             .collect()
     }
 
@@ -116,7 +116,7 @@ impl LinkRows {
     pub(crate) fn without_bodies(&self, model: &Model) -> Vec<f64> {
         let left = |row: &LinkRow| {
             let reduced = row.reduced(model, None);
-            alone(&reduced).map_or(f64::NAN, |x| length(&reduced.residual(&x)))
+            alone(&reduced).map_or(f64::NAN, |x| reduced.residual_length(&x))
         };
         self.rows.iter().map(left).collect()
     }
@@ -188,7 +188,7 @@ impl LinkRow {
         };
         let solution = solve(&[part], unknowns.len())?;
         let last = unknowns.len() - 1;
-        let left = length(&reduced.residual(&solution.x));
+        let left = reduced.residual_length(&solution.x);
         let scale = solution.x[last];
         // This entry is the length of the last column without the part that the others explain.
         let without = left.hypot(reduced.entry(last, last) * scale);
@@ -199,7 +199,7 @@ impl LinkRow {
             left: [
                 without,
                 left,
-                length(&self.factor.residual(&alone(&self.factor)?)),
+                self.factor.residual_length(&alone(&self.factor)?),
             ],
         })
     }
@@ -217,8 +217,4 @@ fn alone(factor: &Triangle) -> Option<Vec<f64>> {
 
 fn is_of_spring(model: &Model, column: usize) -> bool {
     (model.parameters()[column].joint).is_some_and(|(kind, _)| kind.is_of_spring())
-}
-
-fn length(v: &[f64]) -> f64 {
-    v.iter().map(|r| r * r).sum::<f64>().sqrt()
 }

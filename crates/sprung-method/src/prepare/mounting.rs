@@ -14,7 +14,7 @@
 //! ```
 
 use faer::Mat;
-use sprung_core::spatial::{Vector, product, rotation};
+use sprung_core::spatial::{Vector, difference, dot, product, rotation, times, transposed};
 
 use super::excerpt::Excerpt;
 use crate::description::{Inertial, Measures};
@@ -251,7 +251,7 @@ pub(super) fn mean_residual(
 /// Returns the reading that an accelerometer's mounting leaves.
 fn residual(sensors: &InertialSensors, sensor: &InertialSensor, window: &Window) -> Vector {
     let exact = sensors.reading(sensor, &window.motion);
-    masked(sensor, minus(&window.reading, &exact))
+    masked(sensor, difference(&window.reading, &exact))
 }
 
 /// Number of unknowns of a mounting: rotation vector, then place.
@@ -275,7 +275,7 @@ fn placed(
             .map(|w| residual(sensors, sensor, w))
             .collect();
         let mean = mean(&all);
-        all.iter().flat_map(|r| minus(r, &mean)).collect()
+        all.iter().flat_map(|r| difference(r, &mean)).collect()
     };
     let squares = |all: &[f64]| all.iter().map(|r| r * r).sum::<f64>();
     let (mut sensor, mut damping) = (start, 1e-3);
@@ -400,28 +400,12 @@ fn mean(all: &[Vector]) -> Vector {
     std::array::from_fn(|i| all.iter().map(|v| v[i]).sum::<f64>() / all.len().max(1) as f64)
 }
 
-fn minus(a: &Vector, b: &Vector) -> Vector {
-    std::array::from_fn(|i| a[i] - b[i])
-}
-
-pub(super) fn dot(a: &Vector, b: &Vector) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn transposed(a: &[Vector; 3]) -> [Vector; 3] {
-    std::array::from_fn(|i| std::array::from_fn(|j| a[j][i]))
-}
-
-fn times(matrix: &[Vector; 3], v: &Vector) -> Vector {
-    matrix.map(|row| dot(&row, v))
-}
-
 impl Compared {
     /// Returns readings and predicted velocities minus their means.
     pub(super) fn centred(&self) -> impl Iterator<Item = (Vector, Vector)> {
         let (reading, predicted) = (mean(&self.readings), mean(&self.predicted));
         (self.readings.iter().zip(&self.predicted))
-            .map(move |(y, w)| (minus(y, &reading), minus(w, &predicted)))
+            .map(move |(y, w)| (difference(y, &reading), difference(w, &predicted)))
     }
 
     pub(super) fn best_rotation(&self) -> Option<Best> {
@@ -474,6 +458,6 @@ impl Compared {
     fn bias(&self, sensor: &InertialSensor) -> Vector {
         let (y, w) = (mean(&self.readings), mean(&self.predicted));
         let expected = times(&transposed(&sensor.mounting), &w);
-        minus(&y, &expected)
+        difference(&y, &expected)
     }
 }

@@ -163,15 +163,15 @@ impl Search<'_> {
             .map(|channel| self.excerpt.channel(channel).collect())
             .collect();
         let half = 0.5 * self.excerpt.period();
-        for stretch in signals.stretches() {
-            let begin = time.partition_point(|t| *t < stretch.time[0] - half);
-            let samples = stretch.len().min(time.len() - begin);
+        for segment in signals.segments() {
+            let begin = time.partition_point(|t| *t < segment.time[0] - half);
+            let samples = segment.len().min(time.len() - begin);
             let mut block = LogBlock::new(raw.len());
-            block.time.extend(&stretch.time[..samples]);
+            block.time.extend(&segment.time[..samples]);
             for (i, channel) in channels.all.iter().enumerate() {
                 let below = channel.joint < joint && channel.quantity == Quantity::MotorPosition;
                 block.values[i].extend_from_slice(if below {
-                    &stretch.q[channel.joint][..samples]
+                    &segment.q[channel.joint][..samples]
                 } else {
                     &raw[i][begin..begin + samples]
                 });

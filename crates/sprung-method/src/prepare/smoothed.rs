@@ -19,18 +19,18 @@ const THINNED_SAMPLES: usize = 2000;
 pub(crate) struct Smoothed {
     period: f64,
     // One block for each segment of the log that is long enough for the filters.
-    stretches: Vec<SignalBlock>,
+    segments: Vec<SignalBlock>,
 }
 
 impl Smoothed {
     /// - `period`: T, s.
-    pub(super) fn new(period: f64, stretches: Vec<SignalBlock>) -> Self {
-        Self { period, stretches }
+    pub(super) fn new(period: f64, segments: Vec<SignalBlock>) -> Self {
+        Self { period, segments }
     }
 
     /// Returns the signals of each segment without gap.
-    pub(super) fn stretches(&self) -> &[SignalBlock] {
-        &self.stretches
+    pub(super) fn segments(&self) -> &[SignalBlock] {
+        &self.segments
     }
 
     /// Returns the regression, without samples for plots; `None` if there are no samples or the
@@ -42,7 +42,7 @@ impl Smoothed {
     /// Returns the regression of the rows and probes of an empty reduction; `None` as for
     /// [`Smoothed::reduce`].
     pub(crate) fn reduce_by(&self, empty: Reduction, reading: &Reading) -> Option<System> {
-        reduce_signals(reading, self.period, &self.stretches, empty)
+        reduce_signals(reading, self.period, &self.segments, empty)
             .ok()
             .flatten()
     }
@@ -59,13 +59,13 @@ impl Smoothed {
     pub(crate) fn thinned(mut self, reading: &Reading) -> Self {
         let highest_hz = CUTOFF_STEP * reading.position_cutoff_hz();
         let rate = THINNED_RATE_HZ.max(THINNED_RATE_PER_CUTOFF * highest_hz);
-        let samples: usize = self.stretches.iter().map(SignalBlock::len).sum();
+        let samples: usize = self.segments.iter().map(SignalBlock::len).sum();
         let every = (1.0 / (rate * self.period)) as usize;
         let every = every.min(samples / THINNED_SAMPLES);
         if every > 1 {
             self.period *= every as f64;
-            for stretch in &mut self.stretches {
-                *stretch = stretch.thinned(every);
+            for segment in &mut self.segments {
+                *segment = segment.thinned(every);
             }
         }
         self
@@ -104,7 +104,7 @@ mod tests {
     fn positions_are_picked_and_torques_averaged() {
         let thinned = signals(9003).thinned(&reading(20.0));
         assert!((thinned.period - 4e-3).abs() < 1e-15);
-        let block = &thinned.stretches[0];
+        let block = &thinned.segments[0];
         assert_eq!(block.len(), 2250);
         assert!((block.time[2] - 8e-3).abs() < 1e-15);
         assert!((block.dphi[0][2] - 8.0).abs() < 1e-12);
@@ -115,8 +115,8 @@ mod tests {
     fn high_cut_offs_and_short_signals_keep_more_samples() {
         // 100 Hz and one step more: at least 566 samples per second.
         let fast = signals(9000).thinned(&reading(100.0));
-        assert_eq!(fast.stretches[0].len(), 9000);
+        assert_eq!(fast.segments[0].len(), 9000);
         let short = signals(5000).thinned(&reading(20.0));
-        assert_eq!(short.stretches[0].len(), 2500);
+        assert_eq!(short.segments[0].len(), 2500);
     }
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use super::joined::Joined;
-use super::pass::{Observer, PassError, Piece, Preparation, Restart, reduce};
+use super::pass::{Observer, PassError, Preparation, Restart, SmoothedBlock, reduce};
 use super::reading::Reading;
 use super::reduction::Reduction;
 use super::system::System;
@@ -226,7 +226,7 @@ fn read_log(
         .and_then(|payload| reading.model().change_by_payload(payload))
         .map(Into::into);
     let mut summary = Summary::new(reading.channels());
-    let mut ready: Vec<Piece> = Vec::new();
+    let mut ready: Vec<SmoothedBlock> = Vec::new();
     observer.restart(Restart::Begin);
     while !block.is_empty() {
         let mut next = Vec::new();

@@ -110,8 +110,8 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
 
 /// Smoothed signals of one block, ready for the regression.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Piece {
-    // Whether this is the first piece of a log or of a segment after a gap.
+pub(super) struct SmoothedBlock {
+    // Whether this is the first block of a log or of a segment after a gap.
     begins: bool,
     // Change of the parameters by a known payload, \[p\].
     carried: Option<Arc<[f64]>>,
@@ -182,12 +182,12 @@ impl Preparation {
         })
     }
 
-    /// Processes the next block and appends its finished pieces to `out`.
+    /// Processes the next block and appends its smoothed blocks to `out`.
     pub(super) fn push(
         &mut self,
         block: &LogBlock,
         observer: &mut impl Observer,
-        out: &mut Vec<Piece>,
+        out: &mut Vec<SmoothedBlock>,
     ) {
         let mut from = 0;
         for &gap in &block.gaps {
@@ -204,7 +204,7 @@ impl Preparation {
         block: &LogBlock,
         part: std::ops::Range<usize>,
         observer: &mut impl Observer,
-        out: &mut Vec<Piece>,
+        out: &mut Vec<SmoothedBlock>,
     ) {
         if part.is_empty() {
             return;
@@ -219,23 +219,23 @@ impl Preparation {
             self.aligner.push(&self.part, &mut self.raw);
         }
         observer.raw(self.period, &self.raw);
-        let mut piece = self.piece();
-        self.smoother.push(&self.raw, &mut piece.signals);
-        self.hand_on(piece, out);
+        let mut smoothed = self.next_smoothed();
+        self.smoother.push(&self.raw, &mut smoothed.signals);
+        self.hand_on(smoothed, out);
     }
 
     /// Ends a segment; the filters restart with the next segment.
-    pub(super) fn end(&mut self, next: Restart, out: &mut Vec<Piece>) {
+    pub(super) fn end(&mut self, next: Restart, out: &mut Vec<SmoothedBlock>) {
         let model = self.reading.model();
         let fresh = smoother(model, &self.filter, self.period).behind_gap();
-        let mut piece = self.piece();
+        let mut smoothed = self.next_smoothed();
         let ended = std::mem::replace(&mut self.smoother, fresh);
         let finished = match next {
-            Restart::Begin => ended.finish(&mut piece.signals),
-            Restart::Gap => ended.finish_at_gap(&mut piece.signals),
+            Restart::Begin => ended.finish(&mut smoothed.signals),
+            Restart::Gap => ended.finish_at_gap(&mut smoothed.signals),
         };
         if finished {
-            self.hand_on(piece, out);
+            self.hand_on(smoothed, out);
             self.used += self.in_segment;
         } else {
             self.lost += self.in_segment;
@@ -245,8 +245,8 @@ impl Preparation {
         self.in_segment = 0;
     }
 
-    fn piece(&self) -> Piece {
-        Piece {
+    fn next_smoothed(&self) -> SmoothedBlock {
+        SmoothedBlock {
             begins: self.begins,
             carried: self.carried.clone(),
             period: self.period,
@@ -254,10 +254,10 @@ impl Preparation {
         }
     }
 
-    fn hand_on(&mut self, piece: Piece, out: &mut Vec<Piece>) {
-        if !piece.signals.is_empty() {
+    fn hand_on(&mut self, smoothed: SmoothedBlock, out: &mut Vec<SmoothedBlock>) {
+        if !smoothed.signals.is_empty() {
             self.begins = false;
-            out.push(piece);
+            out.push(smoothed);
         }
     }
 }
@@ -287,22 +287,22 @@ fn smoother(model: &Model, filter: &Butterworth, period: f64) -> Smoother {
     Smoother::new(filter, &flexible, period)
 }
 
-/// Folds pieces into a reduction.
+/// Folds smoothed blocks into a reduction.
 pub(super) fn reduce(
     reduction: &mut Reduction,
     settings: &Identify,
-    pieces: &[Piece],
+    blocks: &[SmoothedBlock],
 ) -> Result<(), PassError> {
-    for piece in pieces {
-        if piece.begins {
+    for smoothed in blocks {
+        if smoothed.begins {
             reduction.restart();
-            reduction.carry(piece.carried.as_deref());
+            reduction.carry(smoothed.carried.as_deref());
         }
         reduction
             .push(
-                &piece.signals,
+                &smoothed.signals,
                 settings.filter_cutoff_rad_per_s,
-                piece.period,
+                smoothed.period,
                 settings.discretization,
             )
             .map_err(PassError::FilterPair)?;
@@ -312,7 +312,7 @@ pub(super) fn reduce(
 
 /// Reduces signals in memory; returns `None` if there are no samples.
 ///
-/// - `period`: of the signals, s; `stretches`: as [`signals`] returns them.
+/// - `period`: of the signals, s; `segments`: as [`signals`] returns them.
 /// - `empty`: reduces the wanted rows and probes.
 ///
 /// # Errors
@@ -321,16 +321,16 @@ pub(super) fn reduce(
 pub(crate) fn reduce_signals(
     reading: &Reading,
     period: f64,
-    stretches: &[SignalBlock],
+    segments: &[SignalBlock],
     empty: Reduction,
 ) -> Result<Option<System>, PassError> {
     let settings = reading.settings();
-    let samples: u64 = stretches.iter().map(|stretch| stretch.len() as u64).sum();
+    let samples: u64 = segments.iter().map(|segment| segment.len() as u64).sum();
     let mut reduction = empty.weighted(reading.weights()).with_samples(samples);
-    for stretch in stretches {
+    for segment in segments {
         reduction.restart();
         let cutoff = settings.filter_cutoff_rad_per_s;
-        (reduction.push(stretch, cutoff, period, settings.discretization))
+        (reduction.push(segment, cutoff, period, settings.discretization))
             .map_err(PassError::FilterPair)?;
     }
     Ok((samples > 0).then(|| reduction.finish()))
@@ -366,17 +366,17 @@ pub(crate) fn observed_signals(
     let begin = (blocks.first()).and_then(|block| block.time.first());
     let begin = begin.copied().unwrap_or_default();
     let mut preparation = Preparation::new(reading, period, [begin, 0.0])?;
-    let mut pieces = Vec::new();
+    let mut all = Vec::new();
     for block in blocks {
-        preparation.push(block, observer, &mut pieces);
+        preparation.push(block, observer, &mut all);
     }
-    preparation.end(Restart::Begin, &mut pieces);
-    let mut stretches: Vec<SignalBlock> = Vec::new();
-    for piece in pieces {
-        match stretches.last_mut().filter(|_| !piece.begins) {
-            Some(stretch) => stretch.append(piece.signals),
-            None => stretches.push(piece.signals),
+    preparation.end(Restart::Begin, &mut all);
+    let mut segments: Vec<SignalBlock> = Vec::new();
+    for smoothed in all {
+        match segments.last_mut().filter(|_| !smoothed.begins) {
+            Some(segment) => segment.append(smoothed.signals),
+            None => segments.push(smoothed.signals),
         }
     }
-    Ok(stretches)
+    Ok(segments)
 }

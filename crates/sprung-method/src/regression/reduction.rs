@@ -8,7 +8,7 @@ use sprung_core::filter::FilterError;
 use super::batch::{BATCH_SAMPLES, Batch};
 use super::filtered::Pairs;
 use super::probes::Probe;
-use super::row_factors::Stretches;
+use super::row_factors::SegmentLimits;
 use super::row_reduction::RowReduction;
 use super::system::{KEPT_SAMPLES, Kept, System, joined_in_pairs};
 use super::weights::{Standing, TransitionWeights};
@@ -17,7 +17,7 @@ use crate::model::Model;
 use crate::preprocess::{Decimator, SignalBlock};
 
 /// Number of segments of samples in memory, at most. They are divided into 32 parts or fewer.
-const STRETCHES_OF_KNOWN_LENGTH: u64 = 128;
+const SEGMENTS_OF_KNOWN_LENGTH: u64 = 128;
 
 /// Forms, filters and folds the regression of samples as they arrive.
 ///
@@ -33,8 +33,8 @@ pub struct Reduction {
     // End of each segment, s; merged together with the rows' factors.
     ends: Vec<f64>,
     in_current: u64,
-    stretches: Stretches,
-    stretch: u64,
+    limits: SegmentLimits,
+    segment_samples: u64,
     last_time: f64,
     kept: Decimator<f64>,
     samples: u64,
@@ -68,8 +68,8 @@ impl Reduction {
                 .collect(),
             ends: Vec::new(),
             in_current: 0,
-            stretches: Stretches::of(model),
-            stretch: Stretches::of(model).initial_samples,
+            limits: SegmentLimits::of(model),
+            segment_samples: SegmentLimits::of(model).initial_samples,
             last_time: 0.0,
             kept: Decimator::new(KEPT_SAMPLES),
             samples: 0,
@@ -95,10 +95,10 @@ impl Reduction {
     /// Sets the number of logs, of which this reduction reads one.
     #[must_use]
     pub(super) fn among(mut self, logs: usize) -> Self {
-        self.stretches = self.stretches.among(logs);
-        self.stretch = self.stretches.initial_samples;
+        self.limits = self.limits.among(logs);
+        self.segment_samples = self.limits.initial_samples;
         for row in &mut self.rows {
-            row.factors.limit(self.stretches, self.stretch);
+            row.factors.limit(self.limits, self.segment_samples);
         }
         self
     }
@@ -107,9 +107,9 @@ impl Reduction {
     /// which saves most of the small factors.
     #[must_use]
     pub(crate) fn with_samples(mut self, samples: u64) -> Self {
-        self.stretch = (self.stretch).max(samples / STRETCHES_OF_KNOWN_LENGTH);
+        self.segment_samples = (self.segment_samples).max(samples / SEGMENTS_OF_KNOWN_LENGTH);
         for row in &mut self.rows {
-            row.factors.limit(self.stretches, self.stretch);
+            row.factors.limit(self.limits, self.segment_samples);
         }
         self
     }
@@ -191,7 +191,7 @@ impl Reduction {
         self.in_current += 1;
         self.last_time = time;
         self.kept.push(|| time);
-        if self.in_current == self.stretch {
+        if self.in_current == self.segment_samples {
             self.close();
         }
     }
@@ -199,9 +199,9 @@ impl Reduction {
     fn close(&mut self) {
         self.in_current = 0;
         self.ends.push(self.last_time);
-        if self.ends.len() == self.stretches.max_factors {
+        if self.ends.len() == self.limits.max_factors {
             self.ends = joined_in_pairs(&self.ends, |_, end| *end);
-            self.stretch *= 2;
+            self.segment_samples *= 2;
         }
     }
 
@@ -232,8 +232,8 @@ impl Reduction {
             weights,
             logs: vec![self.ends.len()],
             ends: self.ends,
-            stretch: self.stretch,
-            max_stretches: self.stretches.max_factors,
+            segment_samples: self.segment_samples,
+            max_segments: self.limits.max_factors,
             kept: Kept {
                 stride: self.kept.stride(),
                 time: self.kept.into_items(),

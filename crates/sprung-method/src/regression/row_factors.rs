@@ -9,12 +9,12 @@ use crate::model::Model;
 /// of factors is reached, neighbours are merged and the segments double in length. Models with many
 /// parameters have large factors, so they keep fewer.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stretches {
+pub(super) struct SegmentLimits {
     pub(super) max_factors: usize,
     pub(super) initial_samples: u64,
 }
 
-impl Stretches {
+impl SegmentLimits {
     pub(super) fn of(model: &Model) -> Self {
         if model.parameters().len() <= 40 {
             Self {
@@ -31,11 +31,11 @@ impl Stretches {
 }
 
 /// Returns the number of segments up to which neighbours are not merged.
-pub(super) fn max_stretches(model: &Model) -> usize {
-    Stretches::of(model).max_factors
+pub(super) fn max_segments(model: &Model) -> usize {
+    SegmentLimits::of(model).max_factors
 }
 
-impl Stretches {
+impl SegmentLimits {
     /// Returns the limits of one of several logs, whose factors are joined later. Longer first segments save small
     /// factors that would be merged.
     pub(super) fn among(self, logs: usize) -> Self {
@@ -60,9 +60,9 @@ pub(super) struct RowFactors {
     gathered: RowBlock,
     rows: usize,
     in_current: u64,
-    limits: Stretches,
+    limits: SegmentLimits,
     /// Samples of a segment.
-    stretch: u64,
+    segment_samples: u64,
     current: Option<Triangle>,
     pub(super) done: Vec<Triangle>,
 }
@@ -70,7 +70,7 @@ pub(super) struct RowFactors {
 impl RowFactors {
     /// - `width`: number of columns with that of the right-hand side.
     pub(super) fn new(model: &Model, width: usize) -> Self {
-        let limits = Stretches::of(model);
+        let limits = SegmentLimits::of(model);
         Self {
             width,
             tile: vec![0.0; TILE_ROWS * width],
@@ -78,7 +78,7 @@ impl RowFactors {
             gathered: RowBlock::of_width(width),
             rows: 0,
             in_current: 0,
-            stretch: limits.initial_samples,
+            segment_samples: limits.initial_samples,
             limits,
             current: None,
             done: Vec::new(),
@@ -86,9 +86,9 @@ impl RowFactors {
     }
 
     /// Replaces the limits before the first sample.
-    pub(super) fn limit(&mut self, limits: Stretches, stretch: u64) {
+    pub(super) fn limit(&mut self, limits: SegmentLimits, segment_samples: u64) {
         self.limits = limits;
-        self.stretch = stretch;
+        self.segment_samples = segment_samples;
     }
 
     /// Returns the place of the next row with its right-hand side.
@@ -102,7 +102,7 @@ impl RowFactors {
         self.in_tile += 1;
         self.in_current += 1;
         let full = self.rows + self.in_tile == self.gathered.capacity();
-        let ended = self.in_current == self.stretch;
+        let ended = self.in_current == self.segment_samples;
         if self.in_tile == TILE_ROWS || full || ended {
             self.untile();
         }
@@ -143,7 +143,7 @@ impl RowFactors {
         self.done.extend(self.current.take());
         if self.done.len() == self.limits.max_factors {
             self.done = joined_in_pairs(&self.done, Triangle::sum);
-            self.stretch *= 2;
+            self.segment_samples *= 2;
         }
     }
 }

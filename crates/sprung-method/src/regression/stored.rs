@@ -6,21 +6,22 @@ use serde::{Deserialize, Serialize};
 
 use super::householder::place;
 use super::packed::Packed;
-use super::row_factors::max_stretches;
+use super::row_factors::max_segments;
 use super::system::{Kept, System};
 use super::triangle::Triangle;
 use crate::model::Model;
 
 /// Limits of the segments of one log and of its samples for plots. More of them hardly improve errors, and they take
 /// space.
-const STRETCHES: usize = 32;
+const SEGMENTS: usize = 32;
 const SAMPLES: usize = 128;
 
 /// The reduced system of one log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct StoredSystem {
     /// Samples of a segment.
-    stretch: u64,
+    #[serde(rename = "stretch")]
+    segment_samples: u64,
     samples: u64,
     /// End of each segment on the time axis of the log, s.
     ends: Packed,
@@ -47,11 +48,11 @@ struct StoredSamples {
 impl StoredSystem {
     /// Returns a system of one log with fewer segments and samples.
     pub(crate) fn new(mut system: System) -> Self {
-        system.reduce_to(STRETCHES, SAMPLES);
+        system.reduce_to(SEGMENTS, SAMPLES);
         let packed = |all: Vec<Vec<f64>>| all.into_iter().map(Packed).collect();
         let kept = system.kept;
         Self {
-            stretch: system.stretch,
+            segment_samples: system.segment_samples,
             samples: system.samples,
             ends: Packed(system.ends),
             weights: Packed(system.weights),
@@ -93,7 +94,7 @@ impl StoredSystem {
             && lists(&self.kept.bound)
             && self.weights.0.len() == widths.len()
             && self.at_rest.len() == widths.len()
-            && self.stretch.is_power_of_two()
+            && self.segment_samples.is_power_of_two()
             && self.kept.stride.is_power_of_two()
             && count > 0;
         let lines = |all: &[Packed]| all.iter().map(|packed| packed.0.clone()).collect();
@@ -109,8 +110,8 @@ impl StoredSystem {
             weights: self.weights.0.clone(),
             ends: self.ends.0.clone(),
             logs: vec![count],
-            stretch: self.stretch,
-            max_stretches: max_stretches(model),
+            segment_samples: self.segment_samples,
+            max_segments: max_segments(model),
             kept: Kept {
                 stride: self.kept.stride,
                 time: self.kept.time.0.clone(),

@@ -103,9 +103,9 @@ pub struct System {
     /// Number of segments of each log and of all logs before it.
     pub(super) logs: Vec<usize>,
     /// Samples of a segment; the last segment of a log may be shorter.
-    pub(super) stretch: u64,
+    pub(super) segment_samples: u64,
     /// Number of segments up to which neighbours of one log are not merged.
-    pub(super) max_stretches: usize,
+    pub(super) max_segments: usize,
     pub(super) kept: Kept,
     /// Samples at rest of each row.
     pub(super) at_rest: Vec<u64>,
@@ -179,10 +179,10 @@ impl System {
     ///
     /// - `later`: is added to the times of the other system, s.
     pub(super) fn append(&mut self, mut next: Self, later: f64) {
-        while self.stretch < next.stretch {
+        while self.segment_samples < next.segment_samples {
             self.coarsen();
         }
-        while next.stretch < self.stretch {
+        while next.segment_samples < self.segment_samples {
             next.coarsen();
         }
         let before = self.ends.len();
@@ -191,7 +191,7 @@ impl System {
         }
         self.ends.extend(next.ends.iter().map(|end| end + later));
         self.logs.extend(next.logs.iter().map(|end| before + end));
-        while self.ends.len() > self.max_stretches.max(self.logs.len()) {
+        while self.ends.len() > self.max_segments.max(self.logs.len()) {
             self.coarsen();
         }
         for (weight, next) in self.weights.iter_mut().zip(next.weights) {
@@ -207,8 +207,8 @@ impl System {
 
     /// Merges neighbours within each log and thins the samples for plots, until a system of one log has at most these
     /// numbers of segments and samples.
-    pub(super) fn reduce_to(&mut self, stretches: usize, samples: usize) {
-        while self.ends.len() > stretches.max(self.logs.len()) {
+    pub(super) fn reduce_to(&mut self, segments: usize, samples: usize) {
+        while self.ends.len() > segments.max(self.logs.len()) {
             self.coarsen();
         }
         while self.kept.time.len() > samples.max(1) {
@@ -236,16 +236,16 @@ impl System {
             count += log.len().div_ceil(2);
             *entry = count;
         }
-        self.stretch *= 2;
+        self.segment_samples *= 2;
     }
 
-    fn groups_of(&self, stretches: Range<usize>, count: usize) -> Vec<Vec<Triangle>> {
-        let size = stretches.len().div_ceil(count.max(1)).max(1);
-        stretches
+    fn groups_of(&self, segments: Range<usize>, count: usize) -> Vec<Vec<Triangle>> {
+        let size = segments.len().div_ceil(count.max(1)).max(1);
+        segments
             .clone()
             .step_by(size)
             .map(|first| {
-                let part = first..stretches.end.min(first + size);
+                let part = first..segments.end.min(first + size);
                 (self.rows.iter())
                     .filter_map(|row| Triangle::merge(&row[part.clone()]))
                     .collect()

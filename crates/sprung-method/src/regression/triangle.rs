@@ -198,6 +198,15 @@ impl Triangle {
             .collect()
     }
 
+    /// Returns the length of the residual of all rows.
+    ///
+    /// - `x`: \[m\].
+    #[must_use]
+    pub fn residual_length(&self, x: &[f64]) -> f64 {
+        let residual = self.residual(x);
+        residual.iter().map(|r| r * r).sum::<f64>().sqrt()
+    }
+
     /// Returns `A^T (A x - b)`, \[m\].
     #[must_use]
     pub fn gradient(&self, x: &[f64]) -> Vec<f64> {

@@ -1,6 +1,6 @@
 //! Frames and rigid bodies, and how they are merged.
 
-type Vector = [f64; 3];
+use sprung_core::spatial::{Vector, dot, product};
 
 /// A frame relative to another frame.
 #[derive(Clone, Copy, Debug)]
@@ -85,12 +85,4 @@ impl Body {
             inertia(2, 2),
         ]
     }
-}
-
-fn dot(a: &Vector, b: &Vector) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn product(a: &[Vector; 3], b: &[Vector; 3]) -> [Vector; 3] {
-    a.map(|row| std::array::from_fn(|j| row[0] * b[0][j] + row[1] * b[1][j] + row[2] * b[2][j]))
 }

@@ -1,12 +1,12 @@
 //! The geometry of a link in the file: boxes, cylinders, spheres, capsules and meshes.
 
+use sprung_core::spatial::Vector;
+
 use crate::ellipsoid::directions;
 
 use super::body::Placement;
 use super::error::UrdfError;
 use super::xml::Element;
-
-type Vector = [f64; 3];
 
 /// Points of a circle. The smallest ellipsoid of a regular polygon is that of its circle.
 const CIRCLE: usize = 24;

@@ -1,9 +1,9 @@
 //! Why the shape of a link is not known.
 
+use sprung_core::spatial::Vector;
+
 use super::error::UrdfError;
 use crate::numbers::Shown;
-
-type Vector = [f64; 3];
 
 /// Largest number of bytes of a mesh: 1.3 million triangles.
 pub(crate) const LARGEST_MESH: u64 = 64 << 20;

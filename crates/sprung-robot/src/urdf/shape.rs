@@ -2,6 +2,8 @@
 
 use std::io;
 
+use sprung_core::spatial::Vector;
+
 use crate::ellipsoid::{Ellipsoid, outermost};
 
 use super::error::UrdfError;
@@ -10,8 +12,6 @@ use super::mesh::corners;
 use super::no_shape::{LARGEST_MESH, NoShape};
 use super::robot::Urdf;
 use super::tree::{Seat, choose, seats};
-
-type Vector = [f64; 3];
 
 /// Largest length of a geometry over the largest distance of joints; longer ones have another unit.
 const LONGEST: f64 = 20.0;

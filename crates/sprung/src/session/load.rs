@@ -30,7 +30,7 @@ impl Session {
     /// Reads an experiment from disk.
     ///
     /// - `path`: the experiment file, or the folder that holds `experiment.toml`.
-    /// - `overrides`: assignments `key.path=value`, in the form of [`read`](crate::description::read).
+    /// - `overrides`: assignments `key.path=value`, as `--set` of the command line takes them.
     ///
     /// # Errors
     ///

@@ -97,10 +97,10 @@ fn logs_give_the_parameters_of_one_pass() {
     with_sources(&slices, |sources| {
         for source in sources {
             let log = excerpt(&channels, source).unwrap();
-            for stretch in signals(&reading, log.period(), log.blocks()).unwrap() {
+            for segment in signals(&reading, log.period(), log.blocks()).unwrap() {
                 let (cutoff, period) = (settings.filter_cutoff_rad_per_s, log.period());
                 reduction.restart();
-                (reduction.push(&stretch, cutoff, period, settings.discretization)).unwrap();
+                (reduction.push(&segment, cutoff, period, settings.discretization)).unwrap();
             }
         }
     });

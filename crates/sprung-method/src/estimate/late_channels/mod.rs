@@ -1,7 +1,7 @@
 //! Delays of channels to a fraction of a sample, by the likelihood of the log.
 
 mod refined;
-mod stretch;
+mod searched_segment;
 
 use crate::check::LikelyDelay;
 use crate::description::{Estimator, Experiment};
@@ -12,7 +12,7 @@ use crate::log::LogSource;
 use crate::model::Model;
 use crate::progress::Listener;
 use refined::{Refined, significance};
-use stretch::{RowDelay, Stretch};
+use searched_segment::{RowDelay, SearchedSegment};
 
 /// Maximum number of refinements with the delay of a suspected channel.
 const MAX_TRIALS: usize = 16;
@@ -51,11 +51,11 @@ pub fn late_channels(
     let mut experiment = experiment.clone();
     experiment.identify.estimator = vec![Estimator::PredictionError];
     let prepared = prepare_with_laws(&experiment, model, sources, progress)?;
-    let stretch = (sources.first_mut()).and_then(|first| Stretch::new(&prepared, first));
-    let Some(mut stretch) = stretch else {
+    let searched = (sources.first_mut()).and_then(|first| SearchedSegment::new(&prepared, first));
+    let Some(mut searched) = searched else {
         return Ok(Vec::new());
     };
-    let channels = stretch.reading().channels();
+    let channels = searched.reading().channels();
     let is_given = |joint: usize| {
         (channels.all.iter()).any(|channel| channel.joint == joint && channel.delay.is_some())
     };
@@ -64,18 +64,18 @@ pub fn late_channels(
     let columns = (channels.all.iter())
         .map(|channel| (channel.joint, channel.column.clone()))
         .collect();
-    let now = stretch.refined(None, progress)?;
+    let now = searched.refined(None, progress)?;
     let mut search = LateSearch {
         by_row: if now.is_sound() {
             Vec::new()
         } else {
-            stretch.by_torque_rows(&joints)
+            searched.by_torque_rows(&joints)
         },
         trials: MAX_TRIALS,
         columns,
         joints,
         now,
-        stretch,
+        searched,
         progress,
         found: Vec::new(),
     };
@@ -100,7 +100,7 @@ enum Explains {
 
 /// A search for late channels that accepts one channel at a time.
 struct LateSearch<'a, 's> {
-    stretch: Stretch<'a, 's>,
+    searched: SearchedSegment<'a, 's>,
     progress: &'a mut dyn Listener,
     /// Joint and column of each channel.
     columns: Vec<(usize, String)>,
@@ -202,7 +202,7 @@ impl LateSearch<'_, '_> {
     ) -> Result<Option<Accepted>, IdentifyError> {
         let channel = suspect.channel;
         let column = self.columns[channel].1.clone();
-        let same = SAME_START_SAMPLES * self.stretch.period();
+        let same = SAME_START_SAMPLES * self.searched.period();
         let mut before: Vec<f64> = Vec::new();
         for &start in &suspect.starts {
             if self.trials == 0 || before.iter().any(|other| (other - start).abs() < same) {
@@ -210,12 +210,12 @@ impl LateSearch<'_, '_> {
             }
             self.trials -= 1;
             before.push(start);
-            let then = (self.stretch).refined(Some((channel, start)), self.progress)?;
+            let then = (self.searched).refined(Some((channel, start)), self.progress)?;
             let Some(delay) = then.likely_delay(&column).filter(|_| then.used) else {
                 continue;
             };
             let explains = self.explained(explains, channel, &then)
-                && self.stretch.predicts(channel, delay.delay);
+                && self.searched.predicts(channel, delay.delay);
             return Ok(explains.then_some(Accepted {
                 channel,
                 delay,
@@ -235,7 +235,7 @@ impl LateSearch<'_, '_> {
 
     /// Accepts a delay: it is known from now on.
     fn accept(&mut self, accepted: Accepted) {
-        (self.stretch).set_delay(accepted.channel, accepted.delay.delay);
+        (self.searched).set_delay(accepted.channel, accepted.delay.delay);
         self.now = accepted.then;
         self.found.push(accepted.delay);
     }

@@ -4,6 +4,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
+use sprung_core::linear::dot;
 
 use super::borders::{Borders, Place};
 use super::centre::program;
@@ -274,8 +275,4 @@ fn metric(density: &Density) -> Option<faer::Mat<f64>> {
     let program = program(&density.precision, density.blocks.clone());
     let hessian = program.hessian_with_barrier(&density.centre, 1.0)?;
     Some(faer::Mat::from_fn(n, n, |i, j| hessian[i * n + j]))
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

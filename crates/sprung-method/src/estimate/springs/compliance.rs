@@ -18,7 +18,7 @@ impl From<ColumnFit> for Compliance {
         Self {
             value: fit.value,
             standard_error: fit.standard_error,
-            widening: fit.few_stretches,
+            widening: fit.few_segments,
         }
     }
 }

@@ -10,7 +10,7 @@ use super::compliance::Compliance;
 use crate::description::{Experiment, Instrument};
 use crate::estimate::result::{RigidByHoldOut, RigidJoint};
 use crate::estimate::statistics::HELD_OUT_PARTS;
-use crate::fit::{ColumnFit, HoldOut, Missed, is_clearly_below, stretches_for};
+use crate::fit::{ColumnFit, HoldOut, Missed, groups_for, is_clearly_below};
 use crate::log::Signal;
 use crate::model::Model;
 use crate::prepare::{PrepareError, Prepared};
@@ -192,9 +192,9 @@ fn by_motor_row(reading: &Reading, system: &System, at: usize, joint: usize) -> 
     let others: Vec<usize> = others.collect();
     let torque = std::iter::once(columns.len());
     let by: Vec<usize> = torque.chain(others.iter().copied()).collect();
-    let groups = stretches_for(system, reading.memory());
-    let stretches: Vec<_> = groups.iter().filter_map(|group| group.get(at)).collect();
-    let rows = (&stretches[..], reading.memory() / system.duration());
+    let groups = groups_for(system, reading.memory());
+    let segments: Vec<_> = groups.iter().filter_map(|group| group.get(at)).collect();
+    let rows = (&segments[..], reading.memory() / system.duration());
     ColumnFit::new(rows, of, &by)
 }
 

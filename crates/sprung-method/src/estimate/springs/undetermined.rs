@@ -9,7 +9,7 @@ use super::compliance::Compliance;
 use crate::description::{Estimator, Instrument, Row};
 use crate::estimate::estimators::Found;
 use crate::estimate::result::{EstimateResult, RigidJoint};
-use crate::fit::{ColumnFit, fit, stretches_for};
+use crate::fit::{ColumnFit, fit, groups_for};
 use crate::model::Model;
 use crate::regression::{Reading, System};
 
@@ -227,10 +227,10 @@ fn by_deflection(
             .chain(constants.iter().copied())
             .collect()
     };
-    let groups = stretches_for(system, memory);
-    let stretches: Vec<_> = groups.iter().filter_map(|group| group.get(row)).collect();
+    let groups = groups_for(system, memory);
+    let segments: Vec<_> = groups.iter().filter_map(|group| group.get(row)).collect();
     let torque = columns.len();
-    let rows = (&stretches[..], memory / system.duration());
+    let rows = (&segments[..], memory / system.duration());
     let compliance = ColumnFit::new(rows, of, &by(torque))?;
     let stiffness = ColumnFit::new(rows, torque, &by(of))?;
     let spring = Spring {

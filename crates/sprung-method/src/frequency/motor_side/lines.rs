@@ -2,7 +2,7 @@
 
 use faer::c64;
 
-use crate::frequency::record::Stretch;
+use crate::frequency::record::Segment;
 use crate::frequency::spectra::{Spectra, imaginary};
 
 /// Least power of a motor position relative to that of its noise at an excited line.
@@ -44,8 +44,8 @@ impl Lines {
     /// Returns the lines up to the highest excited frequency; `None` if they are too few.
     ///
     /// - `sharpness`: of the dry friction of each joint, s/rad (s/m); `None` without.
-    pub(super) fn of(stretch: &Stretch, sharpness: &[Option<f64>]) -> Option<Self> {
-        let spectra = Spectra::of_whole(stretch)?;
+    pub(super) fn of(segment: &Segment, sharpness: &[Option<f64>]) -> Option<Self> {
+        let spectra = Spectra::of_whole(segment)?;
         let excited = (spectra.motor.iter().zip(&spectra.torque))
             .map(|(motor, torque)| highest_excited(motor, torque))
             .max()?;
@@ -53,15 +53,15 @@ impl Lines {
         if excited < fewest {
             return None;
         }
-        let directions = spectra.of_columns(&directions(stretch, sharpness));
+        let directions = spectra.of_columns(&directions(segment, sharpness));
         Some(Self::first(&spectra, &directions, sharpness, excited + 1).thinned(MOST_LINES))
     }
 
     /// Returns the lines of a part of the log up to a frequency, Hz; `None` if it is too short.
-    pub(super) fn below(stretch: &Stretch, sharpness: &[Option<f64>], hz: f64) -> Option<Self> {
-        let spectra = Spectra::of_whole(stretch)?;
+    pub(super) fn below(segment: &Segment, sharpness: &[Option<f64>], hz: f64) -> Option<Self> {
+        let spectra = Spectra::of_whole(segment)?;
         let count = spectra.hz.partition_point(|frequency| *frequency <= hz);
-        let directions = spectra.of_columns(&directions(stretch, sharpness));
+        let directions = spectra.of_columns(&directions(segment, sharpness));
         Some(Self::first(&spectra, &directions, sharpness, count).thinned(MOST_LINES))
     }
 
@@ -141,17 +141,17 @@ fn highest_excited(motor: &[c64], torque: &[c64]) -> usize {
 }
 
 /// Returns the direction of motion of each motor, between -1 and 1; zero without dry friction.
-fn directions(stretch: &Stretch, sharpness: &[Option<f64>]) -> Vec<Vec<f64>> {
-    let count = stretch.len();
-    let lag = ((0.5 * VELOCITY_TIME_S / stretch.period()) as usize).max(1);
+fn directions(segment: &Segment, sharpness: &[Option<f64>]) -> Vec<Vec<f64>> {
+    let count = segment.len();
+    let lag = ((0.5 * VELOCITY_TIME_S / segment.period()) as usize).max(1);
     (sharpness.iter().enumerate())
         .map(|(joint, sharpness)| {
-            let motor = stretch.motor(joint);
+            let motor = segment.motor(joint);
             (0..count)
                 .map(|k| {
                     let (from, to) = (k.saturating_sub(lag), (k + lag).min(count - 1));
                     let velocity =
-                        (motor[to] - motor[from]) / ((to - from) as f64 * stretch.period());
+                        (motor[to] - motor[from]) / ((to - from) as f64 * segment.period());
                     sharpness.map_or(0.0, |sharpness| (sharpness * velocity).tanh())
                 })
                 .collect()

@@ -67,13 +67,13 @@ pub(crate) fn springs_from_motor(record: &Record, model: &Model) -> Vec<SpringFr
 
 /// Returns the springs; `None` if the record is too short or contains too little motion.
 fn determined(record: &Record, model: &Model) -> Option<Vec<SpringFromMotor>> {
-    let (stretch, sharpness) = (record.longest(), sharpness(model));
-    let lines = Lines::of(stretch, &sharpness)?;
+    let (segment, sharpness) = (record.longest(), sharpness(model));
+    let lines = Lines::of(segment, &sharpness)?;
     let (x, errors) = solve(&lines)?;
     let places = Places::new(&lines);
     let covariance = covariance(&errors);
     let highest = lines.hz.last().copied()?;
-    let halves = stretch
+    let halves = segment
         .halves()
         .map(|half| Lines::below(&half, &sharpness, highest));
     let between = half_differences(halves, &x);

@@ -99,7 +99,7 @@ impl Rows<'_> {
                 residuals
                     .map(|((columns, factor), count)| {
                         let x: Vec<f64> = columns.iter().map(|&c| found[c]).collect();
-                        length(&factor.residual(&x)) / count.max(1.0).sqrt()
+                        factor.residual_length(&x) / count.max(1.0).sqrt()
                     })
                     .collect(),
             );
@@ -154,7 +154,7 @@ impl Rows<'_> {
     fn relative_residual(&self, row: usize, x: &[f64]) -> f64 {
         let values = self.values_of(row, x);
         let scale = self.spring(row).map_or(1.0, |spring| values[spring].abs());
-        length(&self.factors[row].residual(&values)) / (scale * self.counts[row].max(1.0).sqrt())
+        self.factors[row].residual_length(&values) / (scale * self.counts[row].max(1.0).sqrt())
     }
 
     /// Returns the position of the joint's stiffness among the unknowns of a link row.
@@ -195,10 +195,6 @@ fn parts<'a>(columns: &'a [Vec<usize>], factors: &'a [Triangle]) -> Vec<SystemPa
     (columns.iter().zip(factors))
         .map(|(columns, factor)| SystemPart { columns, factor })
         .collect()
-}
-
-fn length(v: &[f64]) -> f64 {
-    v.iter().map(|r| r * r).sum::<f64>().sqrt()
 }
 
 /// Limits the smallest residuals, so that a row without a residual gets no infinite weight.

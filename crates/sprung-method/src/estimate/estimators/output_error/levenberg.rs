@@ -5,6 +5,7 @@ use crate::estimate::statistics::{MAX_ITERATIONS, MIN_COST_SAVED, SHORT_STEP_SIG
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use rayon::prelude::*;
+use sprung_core::linear::dot;
 
 /// Maximum relative error of the predicted decrease of the cost for which the next iteration reuses
 /// the derivatives. New derivatives cost one simulation per unknown.
@@ -175,10 +176,6 @@ pub(super) fn minimise(problem: &Problem<'_>) -> Result<Found, NoStart> {
         kept = (good && !arrived).then_some((jacobian, normal));
     }
     Err(NoStart)
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 fn quadratic(matrix: &Mat<f64>, x: &[f64]) -> f64 {

@@ -1,11 +1,12 @@
 //! Estimates of delays, saturations and eccentricities of channels from the normal equations.
 
+use sprung_core::linear::dot;
+
 use super::effects::Effect;
 use super::filter::NormalEquations;
 use super::sandwich::{Influence, widening};
 use super::solve::covariance as covariance_of;
 use super::unknowns::Unknowns;
-use super::vector::dot;
 use crate::estimate::statistics::between_parts;
 
 /// Estimate of an effect of a channel: of its delay relative to the other channels, s, of the
@@ -51,12 +52,12 @@ struct Step {
 /// request for an estimate are changed one at a time.
 ///
 /// The standard errors contain the scatter of the score over segments of the log, and the changes
-/// of the effects between blocks. The standard errors by the information alone are too small on
+/// of the effects between folds. The standard errors by the information alone are too small on
 /// real machines.
 ///
 /// - `covariance`: covariance of the unknowns with values and the delays to be estimated, \[count ×
 ///   count\].
-/// - `parts`: normal equations of blocks of the log.
+/// - `parts`: normal equations of the folds.
 /// - `assumed`: assumed delay of each channel, s.
 pub(super) fn channel_updates(
     unknowns: &Unknowns,

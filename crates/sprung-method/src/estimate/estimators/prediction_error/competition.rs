@@ -2,16 +2,17 @@
 //!
 //! One effect often resembles several. A lag of all torques resembles a lag of each torque, and sharper Coulomb
 //! friction resembles Stribeck friction. So each effect is tested beside those that explain more, and the size of its
-//! gain comes from held-out blocks of the log.
+//! gain comes from held-out folds of the log.
 //!
 //! # Source
 //!
 //! Rao, Proc. Camb. Phil. Soc. 1948: the score test, also called the Lagrange multiplier test.
 
+use sprung_core::linear::dot;
+
 use super::filter::NormalEquations;
 use super::sandwich::widening_of;
 use super::solve::covariance;
-use super::vector::dot;
 use crate::estimate::statistics::{MAX_ITERATIONS, SIGNIFICANT_SIGMAS, between_parts};
 
 /// An effect is tested if at least this fraction of its information is independent of other unknowns.
@@ -37,8 +38,8 @@ pub(super) struct Evidence<'a> {
     pub(super) normal: &'a NormalEquations,
     /// Gradients after growing parts of equal length, \[parts × columns\].
     pub(super) gradients: &'a [Vec<f64>],
-    /// Normal equations of blocks of the log, without the priors.
-    pub(super) blocks: &'a [&'a NormalEquations],
+    /// Normal equations of folds of the log, without the priors.
+    pub(super) folds: &'a [&'a NormalEquations],
     /// s.
     pub(super) duration: f64,
 }
@@ -50,11 +51,11 @@ pub(super) struct Winner {
     pub(super) effect: usize,
     /// Estimate by one Gauss-Newton step; of an effect with two columns the amplitude.
     pub(super) value: f64,
-    /// Contains the scatter of the score over segments of the log, and the changes between blocks.
+    /// Contains the scatter of the score over segments of the log, and the changes between folds.
     pub(super) standard_error: f64,
     /// Moves of the unknowns with the effect, \[columns\].
     pub(super) moves: Vec<f64>,
-    /// Gain of the log-likelihood of held-out blocks.
+    /// Gain of the log-likelihood of held-out folds.
     pub(super) gain: f64,
 }
 
@@ -138,7 +139,7 @@ impl<'a> Field<'a> {
         })
     }
 
-    /// Tests an effect; `None` if the log does not determine it or held-out blocks contradict it.
+    /// Tests an effect; `None` if the log does not determine it or held-out folds contradict it.
     fn test(&self, effect: usize, columns: &[usize]) -> Option<Winner> {
         let direction = match columns {
             [column] => self.direction(*column)?,
@@ -148,19 +149,19 @@ impl<'a> Field<'a> {
         let normal = self.evidence.normal;
         let information = direction.information;
         let value = -dot(&direction.row, &normal.gradient) / information;
-        let blocks: Vec<(f64, f64)> = (self.evidence.blocks.iter())
-            .map(|block| {
-                let score = -dot(&direction.row, &block.gradient);
-                (score, block.quadratic(&direction.row))
+        let folds: Vec<(f64, f64)> = (self.evidence.folds.iter())
+            .map(|fold| {
+                let score = -dot(&direction.row, &fold.gradient);
+                (score, fold.quadratic(&direction.row))
             })
             .collect();
-        let widening = self.widening(&direction, value, &blocks);
-        let of_blocks: Vec<(f64, f64)> = (blocks.iter())
+        let widening = self.widening(&direction, value, &folds);
+        let of_folds: Vec<(f64, f64)> = (folds.iter())
             .filter(|(_, information)| *information > 0.0)
             .map(|(score, information)| (score / information, widening / information.sqrt()))
             .collect();
-        let between = between_parts(&of_blocks).map_or(0.0, |found| found.standard_error());
-        let gain = held_out_gain(&blocks);
+        let between = between_parts(&of_folds).map_or(0.0, |found| found.standard_error());
+        let gain = held_out_gain(&folds);
         (gain > 0.0 && value.is_finite()).then(|| Winner {
             effect,
             value,
@@ -172,19 +173,19 @@ impl<'a> Field<'a> {
 
     /// Returns the factor of the standard error by the scatter of the score that is left with the effect.
     ///
-    /// - `blocks`: score and information of each block.
-    fn widening(&self, direction: &Direction, value: f64, blocks: &[(f64, f64)]) -> f64 {
+    /// - `folds`: score and information of each fold.
+    fn widening(&self, direction: &Direction, value: f64, folds: &[(f64, f64)]) -> f64 {
         let gradients = self.evidence.gradients;
-        // Information up to the end of each block, and between the ends by interpolation.
+        // Information up to the end of each fold, and between the ends by interpolation.
         let mut ends = vec![0.0];
-        for (_, information) in blocks {
+        for (_, information) in folds {
             ends.push(ends[ends.len() - 1] + information);
         }
         let up_to = |share: f64| {
-            let at = share * blocks.len() as f64;
-            let block = (at as usize).min(blocks.len().saturating_sub(1));
-            let part = at - block as f64;
-            match ends.get(block..block + 2) {
+            let at = share * folds.len() as f64;
+            let fold = (at as usize).min(folds.len().saturating_sub(1));
+            let part = at - fold as f64;
+            match ends.get(fold..fold + 2) {
                 Some([begin, end]) => begin + part * (end - begin),
                 _ => 0.0,
             }
@@ -282,33 +283,33 @@ impl NormalEquations {
     }
 }
 
-/// Returns the gain of the log-likelihood of blocks, each with the estimate from the other blocks.
+/// Returns the gain of the log-likelihood of folds, each with the estimate from the other folds.
 ///
-/// - `blocks`: score and information of each block.
-fn held_out_gain(blocks: &[(f64, f64)]) -> f64 {
-    let (score, information) = (blocks.iter()).fold((0.0, 0.0), |(score, information), block| {
-        (score + block.0, information + block.1)
+/// - `folds`: score and information of each fold.
+fn held_out_gain(folds: &[(f64, f64)]) -> f64 {
+    let (score, information) = (folds.iter()).fold((0.0, 0.0), |(score, information), fold| {
+        (score + fold.0, information + fold.1)
     });
-    let gain = |&(block_score, block_information): &(f64, f64)| {
-        let others = information - block_information;
+    let gain = |&(fold_score, fold_information): &(f64, f64)| {
+        let others = information - fold_information;
         if others <= 0.0 {
             return 0.0;
         }
-        let value = (score - block_score) / others;
-        block_score * value - 0.5 * block_information * value * value
+        let value = (score - fold_score) / others;
+        fold_score * value - 0.5 * fold_information * value * value
     };
-    blocks.iter().map(gain).sum()
+    folds.iter().map(gain).sum()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Sums of all blocks, gradients up to the end of each, and the blocks.
+    /// Sums of all folds, gradients up to the end of each, and the folds.
     struct Sums {
         whole: NormalEquations,
         gradients: Vec<Vec<f64>>,
-        blocks: Vec<NormalEquations>,
+        folds: Vec<NormalEquations>,
     }
 
     /// Sums of a linear regression with noise of variance 1: an unknown, and three effects, of which the second is the
@@ -323,9 +324,9 @@ mod tests {
         };
         let mut whole = NormalEquations::zero(4);
         let mut gradients = Vec::new();
-        let mut blocks = Vec::new();
+        let mut folds = Vec::new();
         for _ in 0..8 {
-            let mut block = NormalEquations::zero(4);
+            let mut fold = NormalEquations::zero(4);
             for _ in 0..500 {
                 let (first, second, third) = (random(), random(), random());
                 let row = [1.0, first, 0.8 * first + 0.6 * second, third];
@@ -334,25 +335,25 @@ mod tests {
                         .map(|(x, value)| x * value)
                         .sum::<f64>();
                 for i in 0..4 {
-                    block.gradient[i] -= row[i] * error;
+                    fold.gradient[i] -= row[i] * error;
                     for j in 0..=i {
-                        block.information[i * 4 + j] += row[i] * row[j];
+                        fold.information[i * 4 + j] += row[i] * row[j];
                     }
                 }
             }
-            for (sum, block) in whole.information.iter_mut().zip(&block.information) {
-                *sum += block;
+            for (sum, fold) in whole.information.iter_mut().zip(&fold.information) {
+                *sum += fold;
             }
-            for (sum, block) in whole.gradient.iter_mut().zip(&block.gradient) {
-                *sum += block;
+            for (sum, fold) in whole.gradient.iter_mut().zip(&fold.gradient) {
+                *sum += fold;
             }
             gradients.push(whole.gradient.clone());
-            blocks.push(block);
+            folds.push(fold);
         }
         Sums {
             whole,
             gradients,
-            blocks,
+            folds,
         }
     }
 
@@ -369,7 +370,7 @@ mod tests {
         let evidence = Evidence {
             normal: &sums.whole,
             gradients: &sums.gradients,
-            blocks: &sums.blocks.iter().collect::<Vec<_>>(),
+            folds: &sums.folds.iter().collect::<Vec<_>>(),
             duration: 8.0,
         };
         winners(&evidence, vec![0], &entrants(&[&[1], &[2], &[3]]))
@@ -404,7 +405,7 @@ mod tests {
         let evidence = Evidence {
             normal: &sums.whole,
             gradients: &sums.gradients,
-            blocks: &sums.blocks.iter().collect::<Vec<_>>(),
+            folds: &sums.folds.iter().collect::<Vec<_>>(),
             duration: 8.0,
         };
         let found = winners(&evidence, vec![0], &entrants(&[&[2, 3]]));

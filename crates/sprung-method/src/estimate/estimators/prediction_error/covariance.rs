@@ -5,10 +5,12 @@
 //! F is stored without the rows of the disturbances, \[2 rows × 3 rows\]: over a period a
 //! disturbance is only multiplied by `a`.
 
+use sprung_core::linear::dot;
+
 use super::levels::{Decay, Levels};
 use super::matrix::{add_product, multiply, transpose};
 use super::measurements::{Segment, observe};
-use super::vector::{add, dot, scale};
+use super::vector::{add, scale};
 use crate::estimate::estimators::prediction_error::state_layout::{
     moving_states, state_count, transition_size,
 };

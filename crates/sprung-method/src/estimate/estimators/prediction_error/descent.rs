@@ -34,7 +34,7 @@ const LAST_LEVEL_SEARCH: usize = 18;
 const SETTLED_GAIN: f64 = 0.5;
 
 /// A descent ends if its residual in the filtered torque exceeds that of least squares by this factor in several
-/// successive runs without falling, because its predictions of held-out blocks will not be better. The first runs may
+/// successive runs without falling, because its predictions of held-out folds will not be better. The first runs may
 /// pass through such values while the levels are still wrong.
 const MAX_RESIDUAL_RATIO: f64 = 1.3;
 
@@ -146,10 +146,10 @@ pub(super) fn descend(
             unknowns,
             (&z, &levels),
             keep,
-            |index, stretch| {
-                let bias = noise.bias(index, stretch);
+            |index, of_segment| {
+                let bias = noise.bias(index, of_segment);
                 if !searched.contains(index) {
-                    stretch.drop_linearization();
+                    of_segment.drop_linearization();
                 }
                 bias
             },

@@ -1,5 +1,6 @@
 //! From the end of a descent to the result.
 
+use sprung_core::linear::dot;
 use std::collections::BTreeMap;
 
 use super::channel_updates::{ChannelUpdate, channel_updates};
@@ -7,13 +8,13 @@ use super::descent::Descent;
 use super::dynamics::Dynamics;
 use super::effects::TorquesTiming;
 use super::effects::{Effect, of_channels};
-use super::filter::{Keep, StretchRun, Sums, run};
+use super::filter::{Keep, SegmentRun, Sums, run};
 use super::hold_out::PARTS;
 use super::levels::Levels;
 use super::noisy_torque::{NoiseBias, NoiseSource};
 use super::parts::{
-    Alone, Block, alone, between, blocks, deviation, possible_alone, values_alone, widened,
-    without_blocks,
+    Alone, Fold, alone, between, deviation, folds, possible_alone, values_alone, widened,
+    without_folds,
 };
 use super::problem::{Problem, add_prior};
 use super::refined::{
@@ -23,7 +24,7 @@ use super::refined::{
 use super::sandwich::{Influence, widening};
 use super::solve::covariance as covariance_of;
 use super::unknowns::Unknowns;
-use super::vector::{add, dot};
+use super::vector::add;
 use crate::model::{Model, Theta};
 use crate::regression::Reading;
 
@@ -61,20 +62,20 @@ pub(super) fn finish(
         })
         .collect();
     let widening = widening(&rows.iter().collect::<Vec<_>>(), &sums.gradients, duration);
-    let blocks = blocks(problem, &sums);
+    let folds = folds(problem, &sums);
     // The factors already contain the scatter between the logs.
     let logs = each_log(problem, descent, &sums);
-    let of_blocks: Option<Vec<Alone>> = (blocks.iter())
-        .map(|block| alone(problem, descent, &block.normal))
+    let of_folds: Option<Vec<Alone>> = (folds.iter())
+        .map(|fold| alone(problem, descent, &fold.normal))
         .collect();
-    let of_blocks = widened(of_blocks.unwrap_or_default(), &widening);
+    let of_folds = widened(of_folds.unwrap_or_default(), &widening);
     let sampling = |place: usize| widening[place] * information[place * (count + 1)].sqrt();
-    let without = without_blocks(&sums.normal, &blocks, |part| {
+    let without = without_folds(&sums.normal, &folds, |part| {
         values_alone(problem, descent, part)
     });
     let between = |place: usize| {
-        let of_blocks = between(&of_blocks, place).min(deviation(&without, place));
-        of_blocks.max(between(&logs, place))
+        let of_folds = between(&of_folds, place).min(deviation(&without, place));
+        of_folds.max(between(&logs, place))
     };
     let factors: Vec<f64> = (0..count)
         .map(|place| widening[place] * (between(place) / sampling(place)).hypot(1.0))
@@ -91,13 +92,13 @@ pub(super) fn finish(
         &unknowns,
         (&normal, &sums.gradients),
         &influence,
-        &blocks.iter().map(|block| &block.normal).collect::<Vec<_>>(),
+        &folds.iter().map(|fold| &fold.normal).collect::<Vec<_>>(),
         duration,
         reading.delays(),
     );
     let [delays, torques_delay, saturations, eccentricities] = by_kind(updates);
     let (unconstrained, possible_without) =
-        apart(problem, &unknowns, descent, &sums, (&blocks, &without))?;
+        apart(problem, &unknowns, descent, &sums, (&folds, &without))?;
     Some(Refined {
         covariance: (0..width * width)
             .map(|at| covariance[at / width * count + at % width])
@@ -153,7 +154,7 @@ pub(super) fn last_run(
     let keep = Keep {
         linearization: true,
         part: Some(part),
-        parts_of_block: PARTS_OF_POINT,
+        parts_of_fold: PARTS_OF_POINT,
     };
     let starts = measurements.starts();
     let noise = NoiseSource::new(problem, (z, levels));
@@ -163,10 +164,10 @@ pub(super) fn last_run(
         unknowns,
         (z, levels),
         keep,
-        |index, stretch| {
+        |index, of_segment| {
             let before = (starts[index].0, measurements.segments[index].burn_in);
-            let bias = BiasOfParts::new(problem, &noise, (index, stretch), before, part);
-            *stretch = StretchRun::default();
+            let bias = BiasOfParts::new(problem, &noise, (index, of_segment), before, part);
+            *of_segment = SegmentRun::default();
             bias
         },
     )?;
@@ -227,7 +228,7 @@ impl BiasOfParts {
     fn new(
         problem: &Problem<'_>,
         noise: &NoiseSource<'_>,
-        (segment, run): (usize, &StretchRun),
+        (segment, run): (usize, &SegmentRun),
         (before, burn_in): (usize, usize),
         part: usize,
     ) -> Self {
@@ -268,25 +269,25 @@ fn sensor_offsets(
         .collect()
 }
 
-/// Unknowns without each block, with the end of the block as a fraction of the samples.
-type WithoutBlocks = Vec<(f64, Vec<f64>)>;
+/// Unknowns without each fold, with the end of the fold as a fraction of the samples.
+type WithoutFolds = Vec<(f64, Vec<f64>)>;
 
-/// Returns the parameters of the likeliest robot, possible or not, and the unknowns without each block of the likeliest
+/// Returns the parameters of the likeliest robot, possible or not, and the unknowns without each fold of the likeliest
 /// robot that can exist.
 ///
-/// - `without`: the unknowns without each block, without constraints.
+/// - `without`: the unknowns without each fold, without constraints.
 fn apart(
     problem: &Problem<'_>,
     unknowns: &Unknowns,
     descent: &Descent,
     sums: &Sums,
-    (blocks, without): (&[Block], &WithoutBlocks),
-) -> Option<(Option<Theta>, WithoutBlocks)> {
+    (folds, without): (&[Fold], &WithoutFolds),
+) -> Option<(Option<Theta>, WithoutFolds)> {
     if problem.robots.is_none() {
         return Some((None, without.clone()));
     }
     let likeliest = unknowns.theta(&values_alone(problem, descent, &sums.normal)?);
-    let possible = without_blocks(&sums.normal, blocks, |part| {
+    let possible = without_folds(&sums.normal, folds, |part| {
         possible_alone(problem, descent, part)
     });
     Some((Some(likeliest), possible))

@@ -1,11 +1,11 @@
 //! The ladder: refinements that attribute less and less to slow disturbances, and the choice among
-//! them by blocked cross-validation.
+//! them by cross-validation.
 //!
 //! On a log with model error the likelihood attributes this error to slow disturbances, and then
 //! only fast motions determine the parameters. A lower rung does not have this freedom.
 
 use super::before::Before;
-use super::hold_out::{Blocks, HeldOut};
+use super::hold_out::{Folds, HeldOut};
 use super::refine::{End, Refinery};
 use super::refined::Refined;
 use super::retiming::{Retiming, Timing};
@@ -32,7 +32,7 @@ impl Tried {
         self.end.as_ref().map(|end| &end.refined)
     }
 
-    /// Returns the held-out ratio if the rung can be used. If no block can be left out, the ratio
+    /// Returns the held-out ratio if the rung can be used. If no fold can be left out, the ratio
     /// counts as 1.
     pub(super) fn passed(&self) -> Option<f64> {
         let refined = self.refined()?;
@@ -70,7 +70,7 @@ pub(super) fn climb(
     };
     let is_auto = refinery.reading.settings().laws == Laws::Auto;
     let is_open = is_auto && matches!(before.timing, Timing::Open);
-    let mut blocks: Option<Blocks<'_>> = None;
+    let mut folds: Option<Folds<'_>> = None;
     for rung in Rung::ALL {
         // A rung that predicts badly is a bad start.
         let from = (tried.last())
@@ -87,11 +87,11 @@ pub(super) fn climb(
                 retiming.with(end, refinery.reading),
             )));
         }
-        if let (None, Some(end)) = (&blocks, &end) {
-            blocks = Blocks::new(model, before.system, &end.refined, refinery.possible);
+        if let (None, Some(end)) = (&folds, &end) {
+            folds = Folds::new(model, before.system, &end.refined, refinery.possible);
         }
         let held_out =
-            (blocks.as_ref().zip(end.as_ref())).map(|(blocks, end)| blocks.compare(&end.refined));
+            (folds.as_ref().zip(end.as_ref())).map(|(folds, end)| folds.compare(&end.refined));
         tried.push(Tried {
             rung,
             end,

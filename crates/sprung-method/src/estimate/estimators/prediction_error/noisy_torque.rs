@@ -14,7 +14,7 @@
 //! sections 1.1 and 3.1.
 
 use super::dynamics::{Dynamics, Pulse};
-use super::filter::{NormalEquations, StretchRun};
+use super::filter::{NormalEquations, SegmentRun};
 use super::levels::Levels;
 use super::likelihood::{information_ahead, noise_behind};
 use super::matrix::{multiply, transpose};
@@ -121,7 +121,7 @@ impl<'a> NoiseSource<'a> {
     /// Returns the bias by all samples of a segment.
     ///
     /// - `run`: of the segment, with the linearization, at the unknowns and levels.
-    pub(super) fn bias(&self, segment: usize, run: &StretchRun) -> NoiseBias {
+    pub(super) fn bias(&self, segment: usize, run: &SegmentRun) -> NoiseBias {
         let mut sum = NoiseBias::zero(self.problem.unknowns.values());
         self.visit(segment, run, |_, bias| sum.add(bias));
         sum
@@ -143,7 +143,7 @@ impl<'a> NoiseSource<'a> {
     pub(super) fn visit(
         &self,
         segment: usize,
-        run: &StretchRun,
+        run: &SegmentRun,
         mut visit: impl FnMut(usize, &NoiseBias),
     ) {
         let (problem, mut dynamics) = (self.problem, self.dynamics.clone());
@@ -386,7 +386,7 @@ mod tests {
             &unknowns,
             at,
             keep,
-            |index, stretch| noise.bias(index, stretch),
+            |index, of_segment| noise.bias(index, of_segment),
         )
         .unwrap();
         let mut bias = NoiseBias::zero(unknowns.values());

@@ -1,4 +1,4 @@
-//! Changes of the unknowns between parts of the logs: blocks of all samples, and single logs.
+//! Changes of the unknowns between parts of the logs: folds of all samples, and single logs.
 
 use super::constrained;
 use super::descent::Descent;
@@ -8,20 +8,20 @@ use super::solve::{covariance, damped_step};
 use crate::estimate::statistics::HELD_OUT_PARTS;
 use crate::estimate::statistics::between_parts;
 
-/// One of the consecutive blocks of all samples.
-pub(super) struct Block {
-    /// Normal equations of the block.
+/// One of the consecutive folds of all samples.
+pub(super) struct Fold {
+    /// Normal equations of the fold.
     pub(super) normal: NormalEquations,
-    /// End of the block, as a fraction of all samples.
+    /// End of the fold, as a fraction of all samples.
     pub(super) end: f64,
 }
 
-/// Returns the blocks of the samples, of about equal length.
+/// Returns the folds of the samples, of about equal length.
 ///
 /// - `sums`: with the sums after growing parts.
-pub(super) fn blocks(problem: &Problem<'_>, sums: &Sums) -> Vec<Block> {
+pub(super) fn folds(problem: &Problem<'_>, sums: &Sums) -> Vec<Fold> {
     let duration = problem.measurements.duration();
-    // Each block contains a motion, which takes a second or more.
+    // Each fold contains a motion, which takes a second or more.
     let count = if duration < HELD_OUT_PARTS as f64 {
         HELD_OUT_PARTS / 2
     } else {
@@ -30,11 +30,11 @@ pub(super) fn blocks(problem: &Problem<'_>, sums: &Sums) -> Vec<Block> {
     let whole = (1.0, &sums.normal);
     let mut before = (0.0, NormalEquations::zero(sums.normal.count));
     (1..=count)
-        .map(|block| {
-            let at = block * sums.growing.len() / count;
-            let kept = (sums.growing.get(at.wrapping_sub(1))).filter(|_| block < count);
+        .map(|fold| {
+            let at = fold * sums.growing.len() / count;
+            let kept = (sums.growing.get(at.wrapping_sub(1))).filter(|_| fold < count);
             let (end, up_to) = kept.map_or(whole, |(time, normal)| (time / duration, normal));
-            let difference = Block {
+            let difference = Fold {
                 normal: up_to.without(&before.1),
                 end,
             };
@@ -112,23 +112,23 @@ pub(super) fn possible_alone(
     Some(descent.z.iter().zip(&step).map(|(x, d)| x + d).collect())
 }
 
-/// Returns the unknowns without each of the blocks in turn, and the end of each block as a fraction
-/// of the samples. Returns an empty list if the other blocks do not determine the unknowns.
+/// Returns the unknowns without each of the folds in turn, and the end of each fold as a fraction
+/// of the samples. Returns an empty list if the other folds do not determine the unknowns.
 ///
 /// - `values`: returns the unknowns of some normal equations.
-pub(super) fn without_blocks(
+pub(super) fn without_folds(
     whole: &NormalEquations,
-    blocks: &[Block],
+    folds: &[Fold],
     values: impl Fn(&NormalEquations) -> Option<Vec<f64>>,
 ) -> Vec<(f64, Vec<f64>)> {
-    let each: Option<Vec<(f64, Vec<f64>)>> = (blocks.iter())
-        .map(|block| Some((block.end, values(&whole.without(&block.normal))?)))
+    let each: Option<Vec<(f64, Vec<f64>)>> = (folds.iter())
+        .map(|fold| Some((fold.end, values(&whole.without(&fold.normal))?)))
         .collect();
     each.unwrap_or_default()
 }
 
-/// Returns the standard deviation of an unknown between the blocks by the jackknife; infinite if
-/// there is none. A block with little information, for example one in which the robot stands still,
+/// Returns the standard deviation of an unknown between the folds by the jackknife; infinite if
+/// there is none. A fold with little information, for example one in which the robot stands still,
 /// may alone give any value, but hardly changes the estimate.
 pub(super) fn deviation(without: &[(f64, Vec<f64>)], unknown: usize) -> f64 {
     let count = without.len() as f64;

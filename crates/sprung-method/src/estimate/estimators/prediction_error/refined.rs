@@ -102,7 +102,7 @@ pub(super) struct FoundChannels {
 pub(super) struct OfParts {
     /// Parameter vectors for growing parts of the log, with the end of each part, s.
     pub(super) trace: Vec<(f64, Theta)>,
-    /// Parameter vectors without each of the blocks in turn, with the end of each block as a
+    /// Parameter vectors without each of the folds in turn, with the end of each fold as a
     /// fraction of the samples.
     pub(super) without: Vec<(f64, Theta)>,
     /// Estimate from each of several logs alone: value and standard error of each refined

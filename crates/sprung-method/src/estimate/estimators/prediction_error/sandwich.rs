@@ -9,12 +9,13 @@
 //! Newey and West, Econometrica 1987; White, Econometrica 1982: "Maximum likelihood estimation of
 //! misspecified models".
 
-use super::vector::dot;
+use sprung_core::linear::dot;
+
 use crate::estimate::statistics::HELD_OUT_PARTS;
 
 /// Lengths of the segments, s. Friction repeats with the motion, so the longest segment has the
 /// length of a motion.
-const STRETCHES_S: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
+const SEGMENTS_S: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
 
 /// A number that is a linear function of the gradient about the optimum: an unknown, or the delay
 /// of a channel.
@@ -61,17 +62,17 @@ pub(super) fn widening_of(growing: &[f64], variance: f64, duration: f64) -> f64 
     let parts = growing.len();
     let up_to = |part: usize| part.checked_sub(1).map_or(0.0, |last| growing[last]);
     let mut widest = 1.0_f64;
-    for stretch in STRETCHES_S {
-        let length = (stretch / duration * parts as f64).round() as usize;
+    for seconds in SEGMENTS_S {
+        let length = (seconds / duration * parts as f64).round() as usize;
         // Fewer segments give a poor variance.
         if length == 0 || length * HELD_OUT_PARTS > parts {
             continue;
         }
-        let stretches = parts + 1 - length;
+        let segments = parts + 1 - length;
         // Centring removes a part of the variance, the same as of a mean.
         let share = length as f64 / parts as f64;
-        let scale = parts as f64 / (stretches * length) as f64 / (1.0 - share);
-        let sum: f64 = (0..stretches)
+        let scale = parts as f64 / (segments * length) as f64 / (1.0 - share);
+        let sum: f64 = (0..segments)
             .map(|from| (up_to(from + length) - up_to(from)).powi(2))
             .sum();
         widest = widest.max((scale * sum / variance).sqrt());

@@ -29,7 +29,7 @@ pub(super) enum Status {
 pub(super) enum Outcome {
     /// Its values are used.
     Used(Option<HeldOut>),
-    /// Its values could be used, but those of another rung predict held-out blocks better, or
+    /// Its values could be used, but those of another rung predict held-out folds better, or
     /// equally well and the other rung is earlier.
     Passed(HeldOut),
     /// The filter does not follow the log from the start.
@@ -42,7 +42,7 @@ pub(super) enum Outcome {
         runs: usize,
         moved: Vec<(String, f64)>,
     },
-    /// The rung predicts held-out blocks worse than least squares.
+    /// The rung predicts held-out folds worse than least squares.
     NotPredictive(HeldOut),
 }
 
@@ -76,7 +76,7 @@ impl Outcome {
         }
     }
 
-    /// Returns the residuals on held-out blocks, if the outcome depends on them.
+    /// Returns the residuals on held-out folds, if the outcome depends on them.
     pub(super) fn held_out(&self) -> Option<HeldOut> {
         match self {
             Self::Used(held) => *held,

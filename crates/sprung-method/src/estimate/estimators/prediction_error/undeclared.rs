@@ -7,7 +7,7 @@ use super::effects::{Effect, of_channels, of_drives};
 use super::findings::largest_move;
 use super::finish::last_run;
 use super::measurements::{Measurements, with_laws};
-use super::parts::blocks;
+use super::parts::folds;
 use super::problem::{Problem, add_prior};
 use super::refine::{End, Refinery};
 use super::refined::Refined;
@@ -52,7 +52,7 @@ pub(super) struct Undeclared {
     pub(super) size: f64,
     /// Moves of the refined parameters with it, \[free\].
     pub(super) moves: Vec<f64>,
-    /// Gain of the log-likelihood of held-out blocks.
+    /// Gain of the log-likelihood of held-out folds.
     pub(super) gain: f64,
 }
 
@@ -180,13 +180,13 @@ impl Refinery<'_> {
             robots: None,
         };
         let (sums, _) = last_run(&problem, &unknowns, (&z, &end.levels))?;
-        let blocks = blocks(&problem, &sums);
+        let folds = folds(&problem, &sums);
         let mut normal = sums.normal.clone();
         add_prior(&unknowns, &z, &mut normal);
         let evidence = Evidence {
             normal: &normal,
             gradients: &sums.gradients,
-            blocks: &blocks.iter().map(|block| &block.normal).collect::<Vec<_>>(),
+            folds: &folds.iter().map(|fold| &fold.normal).collect::<Vec<_>>(),
             duration: measurements.duration(),
         };
         let values = unknowns.values();

@@ -51,11 +51,6 @@ pub(super) fn scale(row: &mut [f64], factor: f64) {
     }
 }
 
-/// Returns the scalar product.
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,8 +1,10 @@
 //! Change of the parameters' torques by an additional torque that acts for one period.
 
+use sprung_core::linear::dot;
+
 use super::motion::Dynamics;
 use crate::estimate::estimators::prediction_error::state_layout::state_count;
-use crate::estimate::estimators::prediction_error::vector::{dot, scale};
+use crate::estimate::estimators::prediction_error::vector::scale;
 
 /// Least change of a coordinate or a velocity, rad (m) and rad/s (m/s), over which the regressor is differentiated. It is
 /// far below the velocity at which friction reverses.

@@ -10,14 +10,14 @@ use crate::estimate::estimators::prediction_error::vector::scale;
 pub(crate) struct FilterRun {
     pub(in super::super) sums: Sums,
     /// One per segment.
-    pub(in super::super) stretches: Vec<StretchRun>,
+    pub(in super::super) segments: Vec<SegmentRun>,
 }
 
 impl FilterRun {
     /// Replaces the trajectories of all segments.
     pub(in super::super) fn set_trajectories(&mut self, all: Vec<Trajectory>) {
-        for (stretch, trajectory) in self.stretches.iter_mut().zip(all) {
-            stretch.trajectory = trajectory;
+        for (of_segment, trajectory) in self.segments.iter_mut().zip(all) {
+            of_segment.trajectory = trajectory;
         }
     }
 
@@ -25,9 +25,9 @@ impl FilterRun {
     #[cfg(test)]
     pub(in super::super) fn scaled(&self, factor: f64) -> Self {
         let mut other = self.clone();
-        for stretch in &mut other.stretches {
-            scale(&mut stretch.trajectory.innovations, factor);
-            scale(&mut stretch.trajectory.disturbances, factor);
+        for of_segment in &mut other.segments {
+            scale(&mut of_segment.trajectory.innovations, factor);
+            scale(&mut of_segment.trajectory.disturbances, factor);
         }
         other
     }
@@ -35,13 +35,13 @@ impl FilterRun {
 
 /// Results of a filter run over one segment.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct StretchRun {
+pub(crate) struct SegmentRun {
     pub(super) schedule: GainSchedule,
     pub(in super::super) trajectory: Trajectory,
     pub(in super::super) linearization: Linearization,
 }
 
-impl StretchRun {
+impl SegmentRun {
     /// Drops linearization and trajectory; cost and gains stay.
     pub(in super::super) fn drop_linearization(&mut self) {
         self.linearization = Linearization::default();

@@ -19,6 +19,6 @@ mod state;
 mod tests;
 
 pub(super) use accumulate::{NormalEquations, Sums};
-pub(super) use linearization::{FilterRun, StretchRun, Trajectory};
+pub(super) use linearization::{FilterRun, SegmentRun, Trajectory};
 pub(super) use replay::replay;
 pub(super) use run::{Keep, run};

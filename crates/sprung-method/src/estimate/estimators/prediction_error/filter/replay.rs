@@ -4,7 +4,7 @@ use crate::estimate::estimators::prediction_error::state_layout::state_count;
 use rayon::prelude::*;
 
 use super::accumulate::whitened;
-use super::linearization::{FilterRun, StretchRun, Trajectory};
+use super::linearization::{FilterRun, SegmentRun, Trajectory};
 use super::measure::innovation;
 use super::state::start_state;
 use crate::estimate::estimators::prediction_error::dynamics::Dynamics;
@@ -29,9 +29,9 @@ pub(in super::super) fn replay(
     let mut dynamics = dynamics.clone();
     dynamics.set(&unknowns.theta(z), unknowns.scales(z));
     let each: Option<Vec<(f64, Trajectory)>> = (measurements.segments.par_iter())
-        .zip(&run.stretches)
+        .zip(&run.segments)
         .with_max_len(1)
-        .map(|(segment, stretch)| {
+        .map(|(segment, of_segment)| {
             let start = start_state(dynamics.rows(), segment, unknowns, z);
             let mut dynamics = dynamics.clone();
             dynamics.carry(segment.carried.as_deref());
@@ -42,7 +42,7 @@ pub(in super::super) fn replay(
                 z,
                 x: start,
             };
-            replay.over(segment, stretch)
+            replay.over(segment, of_segment)
         })
         .collect();
     let (costs, trajectories): (Vec<f64>, Vec<Trajectory>) = each?.into_iter().unzip();
@@ -61,7 +61,7 @@ struct Replay<'a> {
 
 impl Replay<'_> {
     /// Returns cost and trajectory of a segment.
-    fn over(&mut self, segment: &Segment, run: &StretchRun) -> Option<(f64, Trajectory)> {
+    fn over(&mut self, segment: &Segment, run: &SegmentRun) -> Option<(f64, Trajectory)> {
         let rows = self.dynamics.rows();
         let schedule = &run.schedule;
         let decay = Decay::new(schedule.corner, segment.period);

@@ -4,7 +4,7 @@ use crate::estimate::estimators::prediction_error::state_layout::{state_count, t
 use rayon::prelude::*;
 
 use super::accumulate::Sums;
-use super::linearization::{FilterRun, GainSchedule, Linearization, StretchRun, Trajectory};
+use super::linearization::{FilterRun, GainSchedule, Linearization, SegmentRun, Trajectory};
 use super::state::Filter;
 use crate::estimate::estimators::prediction_error::dynamics::Dynamics;
 use crate::estimate::estimators::prediction_error::levels::Levels;
@@ -21,7 +21,7 @@ pub(in super::super) struct Keep {
     /// keeps no copy.
     pub(in super::super) part: Option<usize>,
     /// Number of parts after each of which the normal equations are copied.
-    pub(in super::super) parts_of_block: usize,
+    pub(in super::super) parts_of_fold: usize,
 }
 
 /// Runs the filter over all measurements: measure, accumulate, predict. Segments run in parallel, and
@@ -42,12 +42,12 @@ pub(in super::super) fn run<T: Send>(
     unknowns: &Unknowns,
     (z, levels): (&[f64], &Levels),
     keep: Keep,
-    each: impl Fn(usize, &mut StretchRun) -> T + Sync,
+    each: impl Fn(usize, &mut SegmentRun) -> T + Sync,
 ) -> Option<(FilterRun, Vec<T>)> {
     let mut dynamics = dynamics.clone();
     dynamics.set(&unknowns.theta(z), unknowns.scales(z));
     let starts = measurements.starts();
-    let found: Option<Vec<(Sums, StretchRun, T)>> = (measurements.segments.par_iter())
+    let found: Option<Vec<(Sums, SegmentRun, T)>> = (measurements.segments.par_iter())
         .zip(&starts)
         .enumerate()
         .with_max_len(1)
@@ -63,11 +63,11 @@ pub(in super::super) fn run<T: Send>(
     let mut results = Vec::with_capacity(measurements.segments.len());
     let mut run = FilterRun {
         sums: Sums::new(unknowns.columns()),
-        stretches: Vec::new(),
+        segments: Vec::new(),
     };
-    for (index, (sums, stretch, result)) in found?.into_iter().enumerate() {
+    for (index, (sums, of_segment, result)) in found?.into_iter().enumerate() {
         run.sums.append(sums);
-        run.stretches.push(stretch);
+        run.segments.push(of_segment);
         results.push(result);
         let next = measurements.segments.get(index + 1);
         let log = measurements.segments[index].log;
@@ -88,10 +88,10 @@ fn run_segment(
     segment: &Segment,
     (before, begin): (usize, f64),
     keep: Keep,
-) -> Option<(Sums, StretchRun)> {
+) -> Option<(Sums, SegmentRun)> {
     let mut sums = Sums::new(filter.unknowns.columns());
     let rows = filter.torque.len();
-    let mut run = StretchRun::with_room(segment, rows, filter.levels.corner, keep.linearization);
+    let mut run = SegmentRun::with_room(segment, rows, filter.levels.corner, keep.linearization);
     filter.start(segment);
     for k in 0..segment.samples() {
         for measurement in segment.at(k) {
@@ -122,7 +122,7 @@ fn run_segment(
             let parts = (before + counted) / part;
             if (before + counted).is_multiple_of(part) {
                 sums.keep_gradient();
-                if parts.is_multiple_of(keep.parts_of_block) {
+                if parts.is_multiple_of(keep.parts_of_fold) {
                     sums.keep(begin + counted as f64 * segment.period);
                 }
             }
@@ -132,7 +132,7 @@ fn run_segment(
     Some((sums, run))
 }
 
-impl StretchRun {
+impl SegmentRun {
     /// Returns an empty run of a segment.
     ///
     /// - `linearized`: whether it will contain the linearization.

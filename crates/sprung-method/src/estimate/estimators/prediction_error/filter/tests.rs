@@ -434,7 +434,7 @@ fn sums_are_those_of_the_textbook_and_its_differences() {
         |_, _| (),
     )
     .unwrap();
-    let steps = &run.stretches[0].schedule.steps;
+    let steps = &run.segments[0].schedule.steps;
     let here = textbook_run(&case, &z, steps, None);
     let cost: f64 = here.iter().map(|of| of.e * of.e / of.s).sum();
     let loss: f64 = here

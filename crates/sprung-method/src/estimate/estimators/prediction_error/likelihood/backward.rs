@@ -1,5 +1,7 @@
 //! Backward pass: derivatives of the loss by state and covariance.
 
+use sprung_core::linear::dot;
+
 use super::forward::Forward;
 use super::level_gradient::LevelGradient;
 use super::linear_run::{LinearRun, Period};
@@ -8,7 +10,7 @@ use crate::estimate::estimators::prediction_error::covariance::{
 };
 use crate::estimate::estimators::prediction_error::matrix::add_rows;
 use crate::estimate::estimators::prediction_error::measurements::Measurement;
-use crate::estimate::estimators::prediction_error::vector::{dot, widen};
+use crate::estimate::estimators::prediction_error::vector::widen;
 
 /// Results of the backward pass.
 #[derive(Default)]

@@ -1,14 +1,16 @@
 //! Information that later measurements contain about the state of a run.
 
+use sprung_core::linear::dot;
+
 use super::linear_run::LinearRun;
 use crate::estimate::estimators::prediction_error::covariance::{
     AdjointMemory, adjoint_covariance, adjoint_product,
 };
-use crate::estimate::estimators::prediction_error::filter::StretchRun;
+use crate::estimate::estimators::prediction_error::filter::SegmentRun;
 use crate::estimate::estimators::prediction_error::levels::Levels;
 use crate::estimate::estimators::prediction_error::matrix::add_rows;
 use crate::estimate::estimators::prediction_error::measurements::{Measurement, Segment, Sensor};
-use crate::estimate::estimators::prediction_error::vector::{dot, widen};
+use crate::estimate::estimators::prediction_error::vector::widen;
 
 /// Visits the samples of a segment, the last one first. The arguments are the sample's index, the
 /// information N of later measurements about the state at the end of the period after the sample,
@@ -27,7 +29,7 @@ use crate::estimate::estimators::prediction_error::vector::{dot, widen};
 pub(in super::super) fn information_ahead(
     sensors: &[Sensor],
     segment: &Segment,
-    run: &StretchRun,
+    run: &SegmentRun,
     levels: &Levels,
     mut visit: impl FnMut(usize, &[f64], &[f64]),
 ) {
@@ -123,14 +125,14 @@ mod tests {
         let case = Case::new();
         let (run, _) = search_of(&case, Disturbances::Free);
         let (sensors, segment) = (&case.measurements.sensors, &case.measurements.segments[0]);
-        let linear = LinearRun::new(sensors, segment, &run.stretches[0], &case.levels);
+        let linear = LinearRun::new(sensors, segment, &run.segments[0], &case.levels);
         let states = linear.states;
         let sample = segment.samples() / 2;
         let mut compared = 0;
         information_ahead(
             sensors,
             segment,
-            &run.stretches[0],
+            &run.segments[0],
             &case.levels,
             |k, information, _| {
                 if k != sample {

@@ -144,7 +144,7 @@ fn linear_run<'a>(
     LinearRun::new(
         &measurements.sensors,
         measured,
-        &run.stretches[segment],
+        &run.segments[segment],
         levels,
     )
 }

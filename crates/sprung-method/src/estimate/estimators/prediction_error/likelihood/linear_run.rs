@@ -1,6 +1,6 @@
 //! A run of the filter over a segment, linearised about its trajectory, with other levels.
 
-use crate::estimate::estimators::prediction_error::filter::StretchRun;
+use crate::estimate::estimators::prediction_error::filter::SegmentRun;
 use crate::estimate::estimators::prediction_error::levels::{Decay, Levels};
 use crate::estimate::estimators::prediction_error::measurements::{Measurement, Segment, Sensor};
 use crate::estimate::estimators::prediction_error::state_layout::{state_count, transition_size};
@@ -8,7 +8,7 @@ use crate::estimate::estimators::prediction_error::vector::widen;
 
 /// The filter over a segment, linearised about the trajectory of a run.
 pub(super) struct LinearRun<'a> {
-    pub(super) run: &'a StretchRun,
+    pub(super) run: &'a SegmentRun,
     pub(super) levels: &'a Levels,
     pub(super) segment: &'a Segment,
     /// Number of samples that are used, from the first one.
@@ -24,7 +24,7 @@ impl<'a> LinearRun<'a> {
     pub(super) fn new(
         sensors: &'a [Sensor],
         segment: &'a Segment,
-        run: &'a StretchRun,
+        run: &'a SegmentRun,
         levels: &'a Levels,
     ) -> Self {
         let rows = levels.disturbance.len();

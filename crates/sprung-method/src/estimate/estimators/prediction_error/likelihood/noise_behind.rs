@@ -2,7 +2,7 @@
 
 use super::linear_run::LinearRun;
 use crate::estimate::estimators::prediction_error::covariance::{Propagation, propagate};
-use crate::estimate::estimators::prediction_error::filter::StretchRun;
+use crate::estimate::estimators::prediction_error::filter::SegmentRun;
 use crate::estimate::estimators::prediction_error::levels::Levels;
 use crate::estimate::estimators::prediction_error::matrix::add_outer;
 use crate::estimate::estimators::prediction_error::measurements::{Segment, Sensor, observe};
@@ -21,7 +21,7 @@ use crate::estimate::estimators::prediction_error::vector::{add, extend_single, 
 pub(in super::super) fn noise_behind(
     sensors: &[Sensor],
     segment: &Segment,
-    run: &StretchRun,
+    run: &SegmentRun,
     levels: &Levels,
     (noise, stride): (&[f64], usize),
 ) -> Vec<f32> {
@@ -81,7 +81,7 @@ mod tests {
         let case = Case::new();
         let (run, _) = search_of(&case, Disturbances::Free);
         let (sensors, segment) = (&case.measurements.sensors, &case.measurements.segments[0]);
-        let run = &run.stretches[0];
+        let run = &run.segments[0];
         let noise = [0.0, 0.0, 0.3, 0.03];
         let linear = LinearRun::new(sensors, segment, run, &case.levels);
         let states = linear.states;

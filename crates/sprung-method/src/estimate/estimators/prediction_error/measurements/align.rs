@@ -7,9 +7,9 @@ use super::encoder_edges::{EdgePosition, encoder_edges};
 use super::measurement::Measurement;
 use super::read::RawSegment;
 use super::segment::Segment;
+use super::segment_ranges::segment_ranges;
 use super::sensor::{Noise, Sensor};
 use super::start_state::start_state;
-use super::stretches::stretches;
 use super::torque::torques;
 use crate::log::{Channels, Quantity};
 use crate::model::Model;
@@ -88,11 +88,11 @@ pub(super) fn align(
     if window.samples <= 2 {
         return None;
     }
-    let stretches = stretches(window.samples, period);
+    let ranges = segment_ranges(window.samples, period);
     // An encoder gives at most one position per sample.
     let mut found: Vec<(usize, Measurement)> = Vec::with_capacity(sensors.len() * window.samples);
     // Position and velocity of each sensor at the beginning of each segment.
-    let mut begins = vec![Vec::with_capacity(sensors.len()); stretches.len()];
+    let mut begins = vec![Vec::with_capacity(sensors.len()); ranges.len()];
     let mut speeds = Vec::with_capacity(sensors.len());
     for (index, sensor) in sensors.iter().enumerate() {
         let factor = sensor.factor();
@@ -108,8 +108,8 @@ pub(super) fn align(
         });
         let first = window.begin as f64 + window.shift(sensor.channel);
         let first = first.round().max(0.0) as usize;
-        for (begins, stretch) in begins.iter_mut().zip(&stretches) {
-            let at = (first + stretch.from).min(velocity.len() - 1);
+        for (begins, within) in begins.iter_mut().zip(&ranges) {
+            let at = (first + within.from).min(velocity.len() - 1);
             begins.push((values[at] + sensor.offset, velocity[at]));
         }
         let squares: f64 = velocity.iter().map(|v| v * v).sum();
@@ -127,21 +127,21 @@ pub(super) fn align(
         .as_ref()
         .map(|payload| model.change_by_payload(payload));
     let carried: Option<Arc<[f64]>> = change.flatten().map(Into::into);
-    let each = stretches.iter().zip(begins).map(|(stretch, begins)| {
+    let each = ranges.iter().zip(begins).map(|(within, begins)| {
         let (start, start_deviation) = start_state(rows, sensors, &begins)?;
-        let of_rows = stretch.from * rows..stretch.to * rows;
-        let range = first[stretch.from]..first[stretch.to];
+        let of_rows = within.from * rows..within.to * rows;
+        let range = first[within.from]..first[within.to];
         Some(Segment {
             log: raw.log,
             carried: carried.clone(),
-            burn_in: stretch.burn_in,
+            burn_in: within.burn_in,
             span: [0.0, 1.0],
             period,
             torque: torque[of_rows.clone()].to_vec(),
             torque_rate: torque_rate[of_rows].to_vec(),
             moving: moving.clone(),
-            excess: excess[stretch.from * per_sample..stretch.to * per_sample].to_vec(),
-            first: (first[stretch.from..=stretch.to].iter())
+            excess: excess[within.from * per_sample..within.to * per_sample].to_vec(),
+            first: (first[within.from..=within.to].iter())
                 .map(|at| at - range.start)
                 .collect(),
             measurements: found[range]

@@ -12,10 +12,10 @@ mod encoder_edges;
 mod measurement;
 mod read;
 mod segment;
+mod segment_ranges;
 mod sensor;
 mod spring;
 mod start_state;
-mod stretches;
 mod torque;
 
 pub(super) use build::{build, with_laws};

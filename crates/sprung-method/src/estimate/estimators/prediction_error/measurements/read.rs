@@ -38,8 +38,8 @@ pub(in crate::estimate::estimators::prediction_error) const MAX_SEARCH_WORK: usi
 /// work, bytes.
 const LINEARIZATIONS: usize = 80 << 20;
 
-/// Length of a piece of the logs if not all of them are used, s. It is a segment of the filter.
-const PIECE_S: f64 = 5.0;
+/// Length of a short segment, s: a segment of the filter.
+const SHORT_SEGMENT_S: f64 = 5.0;
 
 /// Returns the maximum number of samples that the filter processes in a search that is repeated.
 pub(in super::super) fn max_samples(rows: usize) -> usize {
@@ -65,28 +65,28 @@ pub(in super::super) fn samples_in(mib: usize, model: &Model, channels: &Channel
 }
 
 /// Consecutive samples of one log, as long as a segment of the filter.
-struct Piece {
-    /// Index among all pieces of all logs.
+struct ShortSegment {
+    /// Index among all segments of all logs.
     index: usize,
     log: usize,
     period: f64,
     /// Time of the first sample since the beginning of the log, s.
     begin: f64,
     payload: Option<Payload>,
-    /// Whether it continues the piece before.
+    /// Whether it continues the segment before.
     continues: bool,
     values: Vec<Vec<f64>>,
 }
 
-/// The pieces of the logs that are kept: every one, every second, every fourth and so on, as many as
+/// The segments of the logs that are kept: every one, every second, every fourth and so on, as many as
 /// the limit allows.
 struct Kept {
-    pieces: Vec<Piece>,
-    /// Distance between the indices of kept pieces.
+    segments: Vec<ShortSegment>,
+    /// Distance between the indices of kept segments.
     stride: usize,
     samples: usize,
     limit: usize,
-    /// Number of pieces read.
+    /// Number of segments read.
     read: usize,
 }
 
@@ -94,7 +94,7 @@ impl Kept {
     /// - `limit`: maximum number of samples.
     fn new(limit: usize) -> Self {
         Self {
-            pieces: Vec::new(),
+            segments: Vec::new(),
             stride: 1,
             samples: 0,
             limit,
@@ -102,40 +102,40 @@ impl Kept {
         }
     }
 
-    /// Adds the next piece of the logs.
-    fn push(&mut self, piece: Piece) {
-        self.read = piece.index + 1;
-        if !piece.index.is_multiple_of(self.stride) {
+    /// Adds the next segment of the logs.
+    fn push(&mut self, segment: ShortSegment) {
+        self.read = segment.index + 1;
+        if !segment.index.is_multiple_of(self.stride) {
             return;
         }
-        self.samples += length(&piece);
-        self.pieces.push(piece);
-        while self.samples > self.limit && self.pieces.len() > 1 {
+        self.samples += length(&segment);
+        self.segments.push(segment);
+        while self.samples > self.limit && self.segments.len() > 1 {
             self.stride *= 2;
-            self.pieces
-                .retain(|piece| piece.index.is_multiple_of(self.stride));
-            self.samples = self.pieces.iter().map(length).sum();
+            self.segments
+                .retain(|segment| segment.index.is_multiple_of(self.stride));
+            self.samples = self.segments.iter().map(length).sum();
         }
     }
 
-    /// Joins the pieces without a gap between them.
+    /// Joins the segments without a gap between them.
     fn segments(mut self) -> Vec<RawSegment> {
         let mut segments = Vec::new();
-        let mut rest = self.pieces.as_mut_slice();
+        let mut rest = self.segments.as_mut_slice();
         while let Some(first) = rest.first() {
             let (log, period, begin) = (first.log, first.period, first.begin);
-            let further = rest[1..].iter().take_while(|piece| piece.continues);
+            let further = rest[1..].iter().take_while(|segment| segment.continues);
             let count = 1 + if self.stride == 1 { further.count() } else { 0 };
-            let (pieces, next) = rest.split_at_mut(count);
+            let (joined, next) = rest.split_at_mut(count);
             rest = next;
-            let samples = pieces.iter().map(length).sum();
-            let payload = pieces[0].payload.take();
-            let channels = pieces[0].values.len();
+            let samples = joined.iter().map(length).sum();
+            let payload = joined[0].payload.take();
+            let channels = joined[0].values.len();
             // One channel after the other, to limit memory.
             let values = (0..channels).map(|channel| {
                 let mut all = Vec::with_capacity(samples);
-                for piece in pieces.iter_mut() {
-                    all.extend(std::mem::take(&mut piece.values[channel]));
+                for segment in joined.iter_mut() {
+                    all.extend(std::mem::take(&mut segment.values[channel]));
                 }
                 all
             });
@@ -151,8 +151,8 @@ impl Kept {
     }
 }
 
-fn length(piece: &Piece) -> usize {
-    piece.values.first().map_or(0, Vec::len)
+fn length(segment: &ShortSegment) -> usize {
+    segment.values.first().map_or(0, Vec::len)
 }
 
 /// Reads the logs and splits them at gaps.
@@ -180,7 +180,7 @@ pub(in super::super) fn read(
     Ok((kept.segments(), more))
 }
 
-/// Reads the pieces of one log, until the block with the sample `stop`. Returns whether the log has
+/// Reads the segments of one log, until the block with the sample `stop`. Returns whether the log has
 /// more blocks.
 fn read_log(
     channels: &Channels,
@@ -194,9 +194,9 @@ fn read_log(
     let mut block = LogBlock::new(count);
     let mut going = log.read(&mut block)?;
     let period = log.timing().period;
-    let samples = ((PIECE_S / period).ceil() as usize).clamp(1, kept.limit.max(1));
+    let samples = ((SHORT_SEGMENT_S / period).ceil() as usize).clamp(1, kept.limit.max(1));
     let origin = block.time.first().copied().unwrap_or_default();
-    let new = |index: usize, time: f64, continues: bool| Piece {
+    let new = |index: usize, time: f64, continues: bool| ShortSegment {
         index,
         log: log_index,
         period,
@@ -205,23 +205,23 @@ fn read_log(
         continues,
         values: vec![Vec::new(); count],
     };
-    let mut piece = new(kept.read, origin, false);
+    let mut segment = new(kept.read, origin, false);
     let mut taken = 0;
     while going && taken < stop {
         for k in 0..block.len() {
             let is_gap = block.gaps.contains(&k);
-            if is_gap || length(&piece) == samples {
-                let next = new(piece.index + 1, block.time[k], !is_gap);
-                kept.push(std::mem::replace(&mut piece, next));
+            if is_gap || length(&segment) == samples {
+                let next = new(segment.index + 1, block.time[k], !is_gap);
+                kept.push(std::mem::replace(&mut segment, next));
             }
-            for (series, column) in piece.values.iter_mut().zip(&block.values) {
+            for (series, column) in segment.values.iter_mut().zip(&block.values) {
                 series.push(column[k]);
             }
         }
         taken += block.len();
         going = log.read(&mut block)?;
     }
-    kept.push(piece);
+    kept.push(segment);
     Ok(going && !block.is_empty())
 }
 
@@ -229,11 +229,11 @@ fn read_log(
 mod tests {
     use super::*;
 
-    /// Pieces of ten samples with the given flags, and their numbers as values.
+    /// Short segments of ten samples with the given flags, and their numbers as values.
     fn kept(limit: usize, continues: &[bool]) -> Kept {
         let mut kept = Kept::new(limit);
         for (index, &continues) in continues.iter().enumerate() {
-            kept.push(Piece {
+            kept.push(ShortSegment {
                 index,
                 log: 0,
                 period: 1e-3,
@@ -257,10 +257,10 @@ mod tests {
     }
 
     #[test]
-    fn pieces_of_long_logs_are_spread_evenly() {
+    fn short_segments_of_long_logs_are_spread_evenly() {
         for (count, stride) in [(5, 1), (6, 2), (10, 2), (11, 4), (40, 8)] {
             let kept = kept(50, &vec![true; count]);
-            assert_eq!(kept.stride, stride, "{count} pieces");
+            assert_eq!(kept.stride, stride, "{count} segments");
             assert!(kept.samples <= 50);
             let segments = kept.segments();
             let first: Vec<f64> = segments

@@ -57,7 +57,7 @@ impl Limited<'_> {
 }
 
 /// The segment of the first log on which the search refines, with the delays that are known.
-pub(super) struct Stretch<'a, 's> {
+pub(super) struct SearchedSegment<'a, 's> {
     prepared: &'a Prepared,
     /// Settings with the known delays.
     reading: Reading,
@@ -65,7 +65,7 @@ pub(super) struct Stretch<'a, 's> {
     samples: Excerpt,
 }
 
-impl<'a, 's> Stretch<'a, 's> {
+impl<'a, 's> SearchedSegment<'a, 's> {
     /// Returns the segment in which the joints jerk most; `None` if gaps leave none.
     pub(super) fn new(prepared: &'a Prepared, source: &'s mut LogSource<'_>) -> Option<Self> {
         let (reading, excerpt) = (prepared.reading(), prepared.excerpt());
