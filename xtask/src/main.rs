@@ -40,7 +40,9 @@ const USAGE: &str = "usage: cargo xtask TASK
   dist [BINARY] builds a release in target/dist: an archive and a Debian package, each installed into an empty
                 folder and run; with BINARY, packages this program instead of building one
   deny          checks licences, sources and advisories of the dependencies; `dist` does it too
-  wheel         builds the wheel for Python into target/wheels
+  wheel [pythons]
+                builds the wheel for Python into target/wheels; with `pythons`, tests it in each supported Python that is
+                found
   docs          writes the pages of the documentation that come from the program, and the figures of all pages
   figures [--accept] [PART…]
                 measures the figures of the documentation, all or some of these parts: PARTS;
@@ -66,6 +68,8 @@ fn main() -> ExitCode {
         ["deny"] if deny::check().is_some() => ExitCode::SUCCESS,
         ["deny"] => ExitCode::FAILURE,
         ["wheel"] => outside::wheel::build(),
+        ["wheel", "pythons"] if outside::wheel::in_all_pythons().is_some() => ExitCode::SUCCESS,
+        ["wheel", "pythons"] => ExitCode::FAILURE,
         ["numbers"] => numbers::print(None),
         ["numbers", folder] => numbers::print(Some(folder)),
         ["docs"] => docs::write(),

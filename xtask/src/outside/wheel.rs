@@ -14,7 +14,7 @@ use crate::target;
 pub(crate) const MATURIN: &str = "maturin==1.16.0";
 
 /// What pip installs to link the wheel for older systems.
-pub(crate) const ZIG: &str = "ziglang==0.17.1";
+const ZIG: &str = "ziglang==0.17.1";
 
 /// The oldest C library that the wheel runs with: that of Rust's standard library.
 const OLDEST: &str = "manylinux_2_17";
@@ -22,11 +22,20 @@ const OLDEST: &str = "manylinux_2_17";
 /// Folder of the crate.
 pub(super) const CRATE: &str = "crates/sprung-python";
 
-/// Builds the wheel and prints its path.
+/// Systems on which a wheel runs.
+#[derive(Clone, Copy, PartialEq)]
+enum Systems {
+    /// Those with a C library that is not older than that of this machine.
+    LikeThisOne,
+    /// Those with an old C library, too: Zig links the wheel on Linux.
+    Old,
+}
+
+/// Builds the wheel for all systems and prints its path.
 pub(crate) fn build() -> ExitCode {
     let packages = [MATURIN, ZIG];
-    let built =
-        Python::with(&target().join("outside"), &packages).and_then(|python| wheel(&python));
+    let built = Python::with(&target().join("outside"), &packages)
+        .and_then(|python| wheel(&python, Systems::Old));
     match built {
         Some(path) => {
             println!("{}", path.display());
@@ -37,9 +46,7 @@ pub(crate) fn build() -> ExitCode {
 }
 
 /// Builds the wheel in release; returns its path.
-///
-/// Zig links it on Linux, so the machine's C library may be newer than that of the users.
-fn wheel(python: &Python) -> Option<PathBuf> {
+fn wheel(python: &Python, systems: Systems) -> Option<PathBuf> {
     let licences = licences::text("sprung-python").and_then(|text| {
         std::fs::write(root().join(CRATE).join(licences::FILE), text)
             .map_err(|error| format!("cannot write {}: {error}", licences::FILE))
@@ -52,7 +59,7 @@ fn wheel(python: &Python) -> Option<PathBuf> {
     command
         .arg("--manifest-path")
         .arg(root().join(CRATE).join("Cargo.toml"));
-    if cfg!(target_os = "linux") {
+    if cfg!(target_os = "linux") && systems == Systems::Old {
         command.args(["--zig", "--compatibility", OLDEST]);
         // Else maturin looks for zig in the first Python of PATH.
         command.env("CARGO_ZIGBUILD_PYTHON_PATH", python.program());
@@ -67,7 +74,7 @@ fn wheel(python: &Python) -> Option<PathBuf> {
 
 /// Builds and installs the wheel; returns its path.
 pub(crate) fn install(python: &Python) -> Option<PathBuf> {
-    let wheel = wheel(python)?;
+    let wheel = wheel(python, Systems::LikeThisOne)?;
     let options = ["install", "--quiet", "--force-reinstall", "--no-deps"];
     succeeds(python.module("pip", &options).arg(&wheel))?;
     let size = std::fs::metadata(&wheel).ok()?.len();
@@ -75,9 +82,11 @@ pub(crate) fn install(python: &Python) -> Option<PathBuf> {
     Some(wheel)
 }
 
-/// Builds the wheel and tests it in every supported Python that is found.
-pub(super) fn in_all_pythons(python: &Python) -> Option<()> {
-    pythons::check(python, &wheel(python)?)
+/// Builds the wheel for all systems and tests it in every supported Python that is found.
+pub(crate) fn in_all_pythons() -> Option<()> {
+    let packages = [MATURIN, ZIG, "vermin==1.9.2", "abi3audit==0.0.26"];
+    let python = Python::with(&target().join("outside"), &packages)?;
+    pythons::check(&python, &wheel(&python, Systems::Old)?)
 }
 
 /// Runs the tests of the package: types, examples, tests.
