@@ -73,7 +73,7 @@ fn main() -> ExitCode {
         ["docs"] => docs::write(),
         ["figures", words @ ..] => figures::run(words),
         ["browser"] if install::browser() => ExitCode::SUCCESS,
-        ["deny"] | ["wheel", "pythons"] | ["browser"] => ExitCode::FAILURE,
+        ["deny" | "browser"] | ["wheel", "pythons"] => ExitCode::FAILURE,
         ["fuzz"] => fuzz::run("120", &[]),
         ["fuzz", seconds, targets @ ..] => fuzz::run(seconds, targets),
         ["profile", cases @ ..] => profile::run(cases),
