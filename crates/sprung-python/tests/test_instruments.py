@@ -41,9 +41,20 @@ def _experiment(log: dict[str, list[str]], more: dict[str, Any]) -> dict[str, An
     for joint in own["robot"]["joint"]:
         joint.update(copy.deepcopy(more.get("robot", {})))
     own["simulate"].update(more.get("simulate", {}))
-    own["log"].update(log)
+    for key, columns in log.items():
+        sensor, _, axis = key.partition(".")
+        own["log"][sensor] = {axis: columns} if axis else columns
     own["log"] = {key: value for key, value in own["log"].items() if value != []}
     return own
+
+
+def _by_key(log: dict[str, Any]) -> dict[str, Any]:
+    """Returns the columns of a log by the names of their keys; the axes of a sensor have dotted names."""
+    flat: dict[str, Any] = {}
+    for key, columns in log.items():
+        axes = {f"{key}.{axis}": names for axis, names in columns.items()} if isinstance(columns, dict) else {key: columns}
+        flat |= axes
+    return flat
 
 
 @pytest.mark.parametrize("name", list(SENSORS))
@@ -53,8 +64,7 @@ def test_keys_of_the_log_are_names_in_memory(name: str) -> None:
     log = by_column.simulate()
     quantities = {
         key: log[names] if isinstance(names, str) else np.column_stack([log[own] for own in names])
-        for key, names in tables["log"].items()
-        if key not in ("delay_s", "file")
+        for key, names in _by_key({key: own for key, own in tables["log"].items() if key not in ("delay_s", "file")}).items()
     }
     by_key = sprung.Experiment({key: own for key, own in tables.items() if key != "log"})
     with warnings.catch_warnings():

@@ -151,7 +151,7 @@ mod tests {
 
     #[test]
     fn libraries_in_c_and_in_reports_have_their_licences() {
-        let all = text("sprung-cli").unwrap();
+        let all = [text("sprung-cli").unwrap(), text("sprung-python").unwrap()].concat();
         for part in [
             "=== uPlot 1.6",
             "Leon Sorokin",
