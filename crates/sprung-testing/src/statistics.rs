@@ -1,4 +1,4 @@
-//! Limits of what a correct estimate may be away from the truth by chance.
+//! Largest differences between correct estimates and the truth that chance explains.
 
 /// Probability with which a correct result may exceed a limit of this module.
 pub const FALSE_ALARM: f64 = 1e-4;

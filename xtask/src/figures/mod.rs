@@ -132,7 +132,7 @@ fn git_with(arguments: &[&str], input: &str) -> Option<String> {
     output
 }
 
-/// Returns what a program prints; `None`, and prints why, if it fails.
+/// Returns the output of a program; `None`, and prints the reason, if it fails.
 fn of(command: &mut Command) -> Option<String> {
     let program = command.get_program().to_string_lossy().into_owned();
     let output = command
