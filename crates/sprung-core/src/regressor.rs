@@ -69,9 +69,15 @@ impl Robot<'_> {
         self.check_entries(momentum, rest)?;
         let motor_velocity = workspace.parts().motors;
         self.motor_rates(state.dphi, motor_velocity);
+        let mut of_joint = None;
         for term in self.terms {
             let joint = term.joint;
-            let drive = Drive::new(state, motor_velocity[joint], joint);
+            // The terms of a joint follow one another.
+            let drive = match of_joint {
+                Some((same, drive)) if same == joint => drive,
+                _ => Drive::new(state, motor_velocity[joint], joint),
+            };
+            of_joint = Some((joint, drive));
             momentum[term.entry] = term.momentum(motor_velocity[joint]);
             rest[term.entry] = term.rest(&drive, &self.shapes[joint]);
         }

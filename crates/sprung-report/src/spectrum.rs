@@ -37,27 +37,40 @@ pub(super) fn spectrum(time: &[f64], values: &[Option<f64>]) -> Option<Spectrum>
     if length < LEAST_SAMPLES || step.is_nan() || step <= 0.0 {
         return None;
     }
+    let turn = |k: usize| TAU * k as f64 / length as f64;
     let hann: Vec<f64> = (0..length)
-        .map(|k| 0.5 - 0.5 * (TAU * (k as f64 + 0.5) / length as f64).cos())
+        .map(|k| 0.5 - 0.5 * (turn(k) + 0.5 * turn(1)).cos())
         .collect();
     let power: f64 = hann.iter().map(|weight| weight * weight).sum();
+    let windows: Vec<Vec<f64>> = (0..WINDOWS)
+        .map(|window| {
+            let window = &values[window * length / 2..][..length];
+            let mean = window.iter().sum::<f64>() / length as f64;
+            let weighted = window.iter().zip(&hann);
+            weighted
+                .map(|(value, weight)| weight * (value - mean))
+                .collect()
+        })
+        .collect();
+    let sine: Vec<f64> = (0..length).map(|k| turn(k).sin()).collect();
+    let cosine: Vec<f64> = (0..length).map(|k| turn(k).cos()).collect();
     let lines = (length / 2).min(MOST_FREQUENCIES);
     let line = |i: usize| (i + 1) * (length / 2) / lines;
     let density = |index: usize| -> f64 {
-        let angle = TAU * index as f64 / length as f64;
-        let window = |start: usize| -> f64 {
-            let window = &values[start..start + length];
-            let mean = window.iter().sum::<f64>() / length as f64;
-            let (mut cosine, mut sine) = (0.0, 0.0);
-            for (k, (value, weight)) in window.iter().zip(&hann).enumerate() {
-                let (s, c) = (angle * k as f64).sin_cos();
-                cosine += weight * (value - mean) * c;
-                sine += weight * (value - mean) * s;
+        let of_window = |window: &Vec<f64>| -> f64 {
+            let (mut real, mut imaginary) = (0.0, 0.0);
+            let mut angle = 0;
+            for value in window {
+                real += value * cosine[angle];
+                imaginary += value * sine[angle];
+                angle += index;
+                if angle >= length {
+                    angle -= length;
+                }
             }
-            2.0 * step * (cosine * cosine + sine * sine) / power
+            2.0 * step * (real * real + imaginary * imaginary) / power
         };
-        let windows = (0..WINDOWS).map(|window| window * length / 2);
-        windows.map(window).sum::<f64>() / WINDOWS as f64
+        windows.iter().map(of_window).sum::<f64>() / WINDOWS as f64
     };
     Some(Spectrum {
         frequency_hz: (0..lines)

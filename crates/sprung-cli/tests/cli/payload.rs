@@ -72,7 +72,7 @@ fn a_joint_that_moves_in_one_log_only_is_named() {
     let (_, json) = case.results(&[]);
     let text = finding(&json, "payload-moves-other-joints").unwrap();
     assert!(
-        text.contains("elbow move only without the payload"),
+        text.contains("elbow moves only without the payload"),
         "{text}"
     );
 }

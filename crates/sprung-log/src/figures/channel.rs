@@ -162,8 +162,9 @@ pub struct Figures {
     longest: Plateau,
     low: Extreme,
     high: Extreme,
-    // The last three samples since a gap, oldest first.
-    last: Vec<(f64, f64)>,
+    // The last three samples, oldest first, and how many of them are since a gap.
+    last: [(f64, f64); 3],
+    remembered: usize,
     overview: Overview,
 }
 
@@ -200,7 +201,8 @@ impl Figures {
             longest: run,
             low: extreme,
             high: extreme,
-            last: Vec::with_capacity(4),
+            last: [(time, value); 3],
+            remembered: 0,
             overview: Overview::default(),
         }
     }
@@ -212,25 +214,22 @@ impl Figures {
         self.extent.max = self.extent.max.max(value);
         self.overview.take(time, value);
         self.follow(time, value);
-        self.low = at_extreme(self.low, self.run, value < self.low.value);
-        self.high = at_extreme(self.high, self.run, value > self.high.value);
-        self.last.push((time, value));
-        if self.last.len() >= 2 {
-            let step = value - self.last[self.last.len() - 2].1;
-            self.steps.take(step.abs());
+        let (is_lower, is_higher) = (value < self.low.value, value > self.high.value);
+        at_extreme(&mut self.low, &self.run, is_lower);
+        at_extreme(&mut self.high, &self.run, is_higher);
+        if self.remembered >= 1 {
+            self.steps.take((value - self.last[2].1).abs());
         }
-        if self.last.len() == 4 {
-            self.look_back();
-            if let [first, second, third, fourth] = &mut self.last[..] {
-                (*first, *second, *third) = (*second, *third, *fourth);
-            }
-            self.last.truncate(3);
+        if self.remembered == 3 {
+            self.look_back(value);
         }
+        self.last = [self.last[1], self.last[2], (time, value)];
+        self.remembered = (self.remembered + 1).min(3);
     }
 
     /// Records that samples are missing before the next one.
     pub(crate) fn gap(&mut self) {
-        self.last.clear();
+        self.remembered = 0;
         // A change across a gap is not an event.
         self.run.samples = 0;
     }
@@ -263,8 +262,10 @@ impl Figures {
     }
 
     /// Examines the two middle samples of the last four.
-    fn look_back(&mut self) {
-        let x = [0, 1, 2, 3].map(|i| self.last[i].1);
+    ///
+    /// - `value`: the value after the three remembered samples.
+    fn look_back(&mut self, value: f64) {
+        let x = [self.last[0].1, self.last[1].1, self.last[2].1, value];
         let bend = x[1] - 0.5 * (x[0] + x[2]);
         self.bends.take(bend.abs());
         if (x[2] - x[0]).abs() < 0.5 * bend.abs() {
@@ -373,33 +374,24 @@ impl Figures {
     }
 }
 
-/// Returns an extreme updated by a sample that lies on it, beyond it or inside.
+/// Updates an extreme by a sample that lies on it, beyond it or inside.
 ///
 /// - `run`: the current run of equal values, which ends with this sample.
-fn at_extreme(extreme: Extreme, run: Plateau, beyond: bool) -> Extreme {
-    let on = run.value.to_bits() == extreme.value.to_bits();
-    if !(beyond || on) {
-        return extreme;
-    }
-    let before = if beyond {
-        Extreme {
+fn at_extreme(extreme: &mut Extreme, run: &Plateau, beyond: bool) {
+    if beyond {
+        *extreme = Extreme {
             value: run.value,
             samples: 0,
             plateaus: 0,
-            longest: run,
-        }
-    } else {
-        extreme
-    };
-    Extreme {
-        samples: before.samples + 1,
-        plateaus: before.plateaus + u64::from(run.samples == 1),
-        longest: if run.samples >= before.longest.samples {
-            run
-        } else {
-            before.longest
-        },
-        ..before
+            longest: *run,
+        };
+    } else if run.value.to_bits() != extreme.value.to_bits() {
+        return;
+    }
+    extreme.samples += 1;
+    extreme.plateaus += u64::from(run.samples == 1);
+    if run.samples >= extreme.longest.samples {
+        extreme.longest = *run;
     }
 }
 

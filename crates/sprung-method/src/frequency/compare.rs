@@ -210,10 +210,10 @@ impl ModelFrequency {
         let change = |from: &Linear, to: &Linear| expected.mode.change(from, &view(to));
         let over_poses = (at_poses.iter().map(|other| hz + change(&reference, other)))
             .fold([hz, hz], |[low, high], hz| [low.min(hz), high.max(hz)]);
-        let squares: f64 = (moved.after.iter())
+        // The sum of no numbers is -0.
+        let squares = (moved.after.iter())
             .map(|after| (after.as_ref()).map_or(hz, |after| change(&before, after)))
-            .map(|change| change * change)
-            .sum();
+            .fold(0.0, |sum, change| sum + change * change);
         Self {
             error_hz: squares.sqrt(),
             over_poses,

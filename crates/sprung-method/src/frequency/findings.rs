@@ -19,13 +19,16 @@ pub(crate) fn resonances_disagree(response: &FrequencyResponse, file: &str) -> O
             let Some((hz, error)) = disagrees(feature) else {
                 continue;
             };
+            let by_model = match feature.model_standard_error_hz {
+                // Nothing that the log determines moves this frequency.
+                0.0 => format!("{:.3} Hz", feature.model_hz),
+                error => format!("{:.3} ± {:.3} Hz", feature.model_hz, 2.0 * error),
+            };
             found.push(format!(
-                "{} of {}: {hz:.3} ± {:.3} Hz by the log, {:.3} ± {:.3} Hz by the model",
+                "{} of {}: {hz:.3} ± {:.3} Hz by the log, {by_model} by the model",
                 feature.kind.word(),
                 joint.joint,
                 2.0 * error,
-                feature.model_hz,
-                2.0 * feature.model_standard_error_hz,
             ));
             first.get_or_insert(hz);
             parameters.push(format!("{}.stiffness", joint.joint));

@@ -100,7 +100,9 @@ pub(super) fn about_joints(model: &Model, empty: &System, loaded: &System) -> Op
         return None;
     }
     let part = |names: &[String], when: &str| {
-        (!names.is_empty()).then(|| format!("{} move only {when} the payload", names.join(", ")))
+        let verb = if names.len() == 1 { "moves" } else { "move" };
+        let names = (!names.is_empty()).then(|| names.join(", "))?;
+        Some(format!("{names} {verb} only {when} the payload"))
     };
     let parts = [part(&only_with, "with"), part(&only_without, "without")];
     let text: Vec<String> = parts.into_iter().flatten().collect();
