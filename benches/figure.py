@@ -11,7 +11,8 @@ SCATTER_OF_TIMES = 0.25
 def note(name, text, value, unit, *, better="lower", scatter=None, peer=None, peer_value=None):
     """Appends a figure to the file that SPRUNG_FIGURES names; does nothing without this variable.
 
-    text: the case, in Markdown; better: "lower", "higher" or "none"; peer: another program with its value.
+    text: the case, in Markdown, or empty for a figure that is compared with the last run but not shown;
+    better: "lower", "higher" or "none"; peer: another program with its value.
     """
     path = os.environ.get("SPRUNG_FIGURES")
     if not path:

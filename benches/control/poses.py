@@ -14,6 +14,10 @@ import subprocess
 import sys
 import tempfile
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+from figure import note  # noqa: E402
+
 # The design has the first 20 poses of the sequence; the others are new.
 DESIGNED, NEW = 20, 20
 
@@ -59,6 +63,9 @@ def main():
             for mode in filter(None, loop[: len(shaper["modes"])]):
                 left = max(left, residual(shaper, mode["hz"], mode["damping"]))
     print(f"largest error of a frequency in {NEW} new poses: {100 * error:.2f} %")
+    note("frequency", f"largest error of a frequency in {NEW} other poses", 100 * error, "%")
+    if shaper:
+        note("shaper", "largest vibration that the shaper leaves there, linear loop", 100 * left, "%")
     print(f"largest vibration that the shaper leaves there: {100 * left:.1f} %" if shaper else "no shaper")
 
 

@@ -18,6 +18,11 @@ import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from figure import note  # noqa: E402
 
 FALSE_AT_MOST = 0.07
 FOUND_AT_LEAST = 0.95
@@ -145,6 +150,10 @@ def main() -> int:
             seconds = (time.perf_counter() - start) / arguments.fleets
             cells = [percent(figures[key]) for key in ("false", "found", "time", "change")]
             print(f"{kind.name:<28} {cells[0]:>7} {cells[1]:>8} {cells[2]:>8} {cells[3]:>9} {seconds:8.2f}", flush=True)
+            note(f"{kind.name}, false", f"{kind.name}: false among the named robots", 100 * figures["false"], "%", scatter=0.5)
+            if figures["found"] == figures["found"]:
+                note(f"{kind.name}, found", f"{kind.name}: changed robots found", 100 * figures["found"], "%",
+                     better="higher", scatter=0.05)
             if figures["false"] > FALSE_AT_MOST or (kind.decides and figures["found"] < FOUND_AT_LEAST):
                 failed.append(kind.name)
     print("time in, change in: part of the 95 % intervals of the found steps that contain the truth")

@@ -31,7 +31,7 @@ pub(super) struct Measured {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Figure {
     pub(super) name: String,
-    /// The case, in Markdown.
+    /// The case, in Markdown; empty for a figure that is compared with later ones and not shown in a table.
     pub(super) text: String,
     pub(super) value: f64,
     pub(super) unit: String,

@@ -1,6 +1,7 @@
 //! Figures in pages: tables and single values between marks that Markdown does not show.
 //!
-//! - `<!-- figures PART -->` … `<!-- end -->`: the table of a part.
+//! - `<!-- figures PART -->` … `<!-- end -->`: the table of a part; with `PART/BEGINNING` of the figures whose names
+//!   begin so.
 //! - `<!-- figure PART/NAME -->` … `<!-- end -->`: one value.
 
 use std::fs;
@@ -71,21 +72,27 @@ pub(super) fn filled(
     Ok(page)
 }
 
-/// Returns the table of a part, and one line about the measurement.
+/// Returns the table of a part or of some of its figures, and one line about the measurement.
 fn table(
-    name: &str,
+    mark: &str,
     figures: &Figures,
     is_old: &dyn Fn(&str, &Measured) -> bool,
 ) -> Result<String, String> {
+    let (name, beginning) = mark.split_once('/').unwrap_or((mark, ""));
     let part = (figures.parts.get(name)).ok_or_else(|| format!("{FILE} has no part {name}"))?;
-    let has_peer = part.figures.iter().any(|figure| figure.peer.is_some());
+    let is_shown = |figure: &&Figure| !figure.text.is_empty() && figure.name.starts_with(beginning);
+    let shown = || part.figures.iter().filter(is_shown);
+    if shown().next().is_none() {
+        return Err(format!("{FILE} has no figures {mark}"));
+    }
+    let has_peer = shown().any(|figure| figure.peer.is_some());
     let mut lines = vec![String::new(), String::new()];
     if has_peer {
         lines.push("| case | sprung | other program | ratio |\n|---|---|---|---|".into());
     } else {
         lines.push("| case | figure |\n|---|---|".into());
     }
-    lines.extend(part.figures.iter().map(|figure| row(figure, has_peer)));
+    lines.extend(shown().map(|figure| row(figure, has_peer)));
     let age = if is_old(name, part) {
         " **The code has changed since.**"
     } else {
@@ -140,6 +147,10 @@ mod tests {
             figures: vec![
                 figure("a", None),
                 figure("b", Some(("NumPy".to_owned(), 2.0))),
+                Figure {
+                    text: String::new(),
+                    ..figure("c", None)
+                },
             ],
         };
         Figures {
@@ -161,7 +172,18 @@ mod tests {
             "{new}"
         );
         assert!(!new.contains("old") && !new.contains("changed"), "{new}");
+        assert_eq!(new.matches("the case").count(), 2, "{new}");
         assert_eq!(filled(&new, &figures(), &|_, _| false).unwrap(), new);
+        let some = filled(
+            "<!-- figures twins/b --><!-- end -->",
+            &figures(),
+            &|_, _| false,
+        );
+        let some = some.unwrap();
+        assert!(
+            some.contains("case `b`") && !some.contains("case `a`"),
+            "{some}"
+        );
         let older = filled(&new, &figures(), &|_, _| true).unwrap();
         assert!(older.contains("**The code has changed since.**"), "{older}");
     }
@@ -169,8 +191,9 @@ mod tests {
     #[test]
     fn a_page_that_asks_for_an_absent_figure_is_wrong() {
         for (page, fault) in [
-            ("<!-- figure twins/c --><!-- end -->", "no figure twins/c"),
+            ("<!-- figure twins/d --><!-- end -->", "no figure twins/d"),
             ("<!-- figures others --><!-- end -->", "no part others"),
+            ("<!-- figures twins/x --><!-- end -->", "no figures twins/x"),
             ("<!-- figure twins/a -->", "lacks its"),
             ("<!-- figure twins/a", "no `-->`"),
         ] {

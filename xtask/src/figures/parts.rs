@@ -29,7 +29,7 @@ const MODEL: &str = "crates/sprung-model/src";
 const ROBOT: &str = "crates/sprung-robot/src";
 
 /// All parts, in the order of the documentation. A new part is a line here and its notes in a benchmark.
-pub(super) const PARTS: [Part; 13] = [
+pub(super) const PARTS: [Part; 19] = [
     Part {
         name: "twins",
         minutes: 6,
@@ -207,6 +207,100 @@ pub(super) const PARTS: [Part; 13] = [
         run: |run| {
             let cases = ["two-joints", "rounds", "seven-joints", "arms"];
             run.bench("sprung", "excite", &cases)
+        },
+    },
+    Part {
+        name: "sensors",
+        minutes: 6,
+        code: &[METHOD, CORE, MODEL, LOG],
+        packages: &[],
+        run: |run| {
+            let tests = [
+                "test",
+                "--quiet",
+                "--release",
+                "-p",
+                "sprung",
+                "--test",
+                "twin",
+                "--",
+            ];
+            let names = [
+                "stiffnesses_and_inertias",
+                "they_follow_from",
+                "motion_gives_stiffnesses",
+            ];
+            let mut command = run.command(env!("CARGO"));
+            succeeds(command.args(tests).args(names).current_dir(root()))
+        },
+    },
+    Part {
+        name: "bodies",
+        minutes: 10,
+        code: &[METHOD, CORE, MODEL, "crates/sprung/benches/physical"],
+        packages: &[],
+        run: |run| run.bench("sprung", "physical", &[]),
+    },
+    Part {
+        name: "checks",
+        minutes: 10,
+        code: &[
+            METHOD,
+            CORE,
+            MODEL,
+            LOG,
+            "crates/sprung/benches/faults",
+            "crates/sprung/benches/delays",
+        ],
+        packages: &[],
+        run: |run| {
+            run.bench("sprung", "faults", &[])?;
+            run.bench("sprung", "delays", &[])
+        },
+    },
+    Part {
+        name: "control",
+        minutes: 1,
+        code: &[METHOD, CORE, MODEL, "benches/control"],
+        packages: &[],
+        run: |run| {
+            let sprung = run.sprung()?;
+            let demo = target().join("figures/control");
+            succeeds(
+                run.command(&sprung)
+                    .args(["demo", "--quiet", "--out"])
+                    .arg(&demo),
+            )?;
+            run.python("benches/control/poses.py", &[&sprung, &demo])
+        },
+    },
+    Part {
+        name: "drift",
+        minutes: 3,
+        code: &[METHOD, CORE, MODEL, "benches/drift"],
+        packages: &[],
+        run: |run| {
+            let (sprung, runs) = (run.sprung()?, target().join("figures/drift"));
+            run.python(
+                "benches/drift/run.py",
+                &[Path::new("--binary"), &sprung, Path::new("--out"), &runs],
+            )
+        },
+    },
+    Part {
+        name: "fleet",
+        minutes: 10,
+        code: &["crates/sprung-python/python/sprung/fleet", "benches/fleet"],
+        packages: &[
+            crate::outside::wheel::MATURIN,
+            "numpy==2.4.6",
+            "scipy==1.17.1",
+            "pyarrow==26.0.1",
+            "fsspec==2026.9.0",
+        ],
+        run: |run| {
+            crate::outside::wheel::install(&run.python)?;
+            run.python("benches/fleet/statistics.py", &[])
         },
     },
     Part {

@@ -17,6 +17,7 @@ use sprung_base::progress::Unheard;
 use sprung_method::estimate::{identify, late_channels};
 use sprung_model::Model;
 use sprung_robot::{Delay, Estimator};
+use sprung_testing::Figure;
 use twin::{Demo, Table};
 
 const COLUMNS: [&str; 6] = [
@@ -134,6 +135,16 @@ fn table(
                 (cell, wrong)
             })
             .collect();
+        let largest = (cells.iter())
+            .map(|(cell, _)| cell.parse().unwrap_or(f64::INFINITY))
+            .fold(0.0, f64::max);
+        if largest < f64::INFINITY {
+            let text = format!("{name}, `{}`: largest error", COLUMNS[column]);
+            let key = format!("{name}, {}", COLUMNS[column]);
+            Figure::lower(&key, &text, largest, "ms")
+                .scatter(0.02)
+                .note();
+        }
         let row: Vec<String> = cells
             .iter()
             .map(|(cell, _)| format!("{cell:>12}"))

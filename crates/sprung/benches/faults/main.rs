@@ -27,6 +27,7 @@ use sprung_base::progress::Unheard;
 use sprung_method::check::{CheckReport, LikelyDelay, check};
 use sprung_method::estimate::late_channels;
 use sprung_model::Model;
+use sprung_testing::Figure;
 use twin::{Demo, Table};
 
 /// Columns of the log, except the time.
@@ -125,6 +126,8 @@ fn clean(name: &str, demo: &Demo, logs: u64, table: impl Fn(u64) -> Table + Sync
         .collect();
     let wrong = all.iter().filter(|codes| !codes.is_empty()).count();
     println!("clean logs, {name}: {wrong} of {logs} with a false alarm");
+    let text = format!("false alarms in {logs} logs without fault, {name}");
+    Figure::lower(&format!("clean, {name}"), &text, wrong as f64, "").note();
     let mut codes: BTreeMap<&str, usize> = BTreeMap::new();
     for code in all.iter().flatten() {
         *codes.entry(code).or_default() += 1;
@@ -189,6 +192,7 @@ fn faults(demo: &Demo, arguments: &Arguments) {
         } else {
             arguments.seeds
         };
+        let found_before = found as u32;
         let mut cells = Vec::new();
         let mut missed: BTreeMap<String, usize> = BTreeMap::new();
         for &size in &kind.sizes {
@@ -219,6 +223,10 @@ fn faults(demo: &Demo, arguments: &Arguments) {
             ));
         }
         println!("  {:28} {}", kind.name, cells.join(" | "));
+        let of_kind = f64::from(found as u32 - found_before);
+        let text = format!("{}, {}", kind.name, cells.join(", "));
+        let logs = kind.sizes.len() as f64 * seeds as f64;
+        Figure::higher(kind.name, &text, 100.0 * of_kind / logs.max(1.0), "%").note();
         for (instead, count) in missed {
             let instead = if instead.is_empty() {
                 "nothing"
@@ -228,8 +236,8 @@ fn faults(demo: &Demo, arguments: &Arguments) {
             println!("      {count} missed, said instead: {instead}");
         }
     }
-    println!(
-        "found {found} of {all}, {:.1} %",
-        100.0 * f64::from(found as u32) / f64::from(all.max(1) as u32)
-    );
+    let percent = 100.0 * f64::from(found as u32) / f64::from(all.max(1) as u32);
+    println!("found {found} of {all}, {percent:.1} %");
+    let text = format!("all {all} logs with a fault");
+    Figure::higher("faults", &text, percent, "%").note();
 }

@@ -7,6 +7,7 @@ use sprung_base::progress::Unheard;
 use sprung_method::estimate::identify;
 use sprung_model::Model;
 use sprung_robot::{self as description, Estimator, no_files};
+use sprung_testing::Figure;
 
 use super::in_memory::with_source;
 use super::{DURATION_S, EXPERIMENT, TRUTH, Twin, known};
@@ -58,6 +59,17 @@ pub(super) fn bounds(seeds: u32) {
             holds[0],
             holds[1]
         );
+        let of = format!("true values {name} standard errors from their bounds, {count} values");
+        let ratio = format!("{of}: root mean square error over that without constraints");
+        Figure::lower(
+            &format!("bounds, {name}, error"),
+            &ratio,
+            with / without,
+            "",
+        )
+        .note();
+        let inside = format!("{of}: 95 % intervals that contain the truth");
+        Figure::neutral(&format!("bounds, {name}, inside"), &inside, holds[0], "%").note();
     }
 }
 

@@ -20,6 +20,7 @@ use sprung_method::estimate::identify;
 use sprung_method::simulate::{TwinSetup, record};
 use sprung_model::Model;
 use sprung_robot::{self as description, Distance, Estimator, Experiment, no_files};
+use sprung_testing::Figure;
 
 use in_memory::with_source;
 
@@ -77,11 +78,12 @@ fn bodies(seeds: u32) {
             let mean = |of: &dyn Fn(&Draw) -> f64| -> f64 {
                 draws.iter().map(of).sum::<f64>() / f64::from(seeds)
             };
-            println!(
-                "| {noise} N·m | {name} | {:.2} % | {:.2} % |",
-                mean(&|draw| draw.errors[0]),
-                mean(&|draw| draw.errors[1]),
-            );
+            let [without, with] = [0, 1].map(|i| mean(&|draw| draw.errors[i]));
+            println!("| {noise} N·m | {name} | {without:.2} % | {with:.2} % |");
+            let text = format!("torque noise of {noise} N·m, `distance = \"{name}\"`");
+            Figure::lower(&format!("bodies, {noise}, {name}"), &text, with, "%")
+                .beside("without constraints", without)
+                .note();
         }
     }
 }

@@ -10,6 +10,7 @@ use sprung_log::{Input, LogSource};
 use sprung_method::estimate::{PayloadResult, identify};
 use sprung_model::Model;
 use sprung_robot::{self as description, Payload, no_files};
+use sprung_testing::Figure;
 use toml::{Table, Value};
 
 use crate::{EXPERIMENT, TRUTH, Twin};
@@ -63,17 +64,22 @@ pub(crate) fn payloads(seeds: u32) {
         let held_here = holds.sum::<usize>();
         held += held_here;
         all += found.len() * truth.len();
-        println!(
-            "| {mass} kg | {:.2} % | {:.1} mm | {:.0} % |",
-            100.0 * of_mass.fold(0.0, f64::max),
-            1e3 * of_centre.fold(0.0, f64::max),
-            100.0 * held_here as f64 / (found.len() * truth.len()) as f64
-        );
+        let mass_percent = 100.0 * of_mass.fold(0.0, f64::max);
+        let centre_mm = 1e3 * of_centre.fold(0.0, f64::max);
+        let inside = 100.0 * held_here as f64 / (found.len() * truth.len()) as f64;
+        println!("| {mass} kg | {mass_percent:.2} % | {centre_mm:.1} mm | {inside:.0} % |");
+        for (what, value, unit) in [
+            ("largest error of the mass", mass_percent, "%"),
+            ("largest error of the centre of mass", centre_mm, "mm"),
+        ] {
+            let name = format!("payload, {mass} kg, {what}");
+            Figure::lower(&name, &format!("{mass} kg: {what}"), value, unit).note();
+        }
     }
-    println!(
-        "\nAll intervals: {:.1} % hold.",
-        100.0 * f64::from(held as u32) / all as f64
-    );
+    let inside = 100.0 * f64::from(held as u32) / all as f64;
+    println!("\nAll intervals: {inside:.1} % hold.");
+    let text = "95 % intervals that contain the truth";
+    Figure::neutral("payload, inside", text, inside, "%").note();
 }
 
 /// Inertial parameters of a payload about the origin of the joint.

@@ -10,7 +10,7 @@ use sprung_method::check::check;
 use sprung_method::estimate::{EstimateResult, identify};
 use sprung_model::{Model, Theta};
 use sprung_robot::{self as description, Simulate, no_files};
-use sprung_testing::Messages;
+use sprung_testing::{Figure, Messages};
 
 use crate::in_memory::with_source;
 use crate::support::Twin;
@@ -137,6 +137,12 @@ fn follow(name: &str, columns: &str, mounted: [&str; 2], given: [&str; 2]) -> [f
     let log = log(&twin(&text(columns, mounted)), |_| ());
     let found = errors(&twin(&text(columns, given)), &log);
     println!("{name}: stiffnesses, inertias of links and of rotors within {found:.2?} %");
+    let kinds = ["stiffnesses", "inertias of the links", "rotor inertias"];
+    for (kind, error) in kinds.into_iter().zip(found) {
+        let key = format!("accelerometer, {name}, {kind}");
+        let text = format!("{name}: largest error of the {kind}");
+        Figure::lower(&key, &text, error, "%").note();
+    }
     found
 }
 

@@ -10,7 +10,7 @@ use sprung_method::check::check;
 use sprung_method::estimate::{EstimateResult, identify};
 use sprung_model::{Model, Theta};
 use sprung_robot::{self as description, Estimator, Simulate, no_files};
-use sprung_testing::Messages;
+use sprung_testing::{Figure, Messages};
 
 use crate::in_memory::with_source;
 use crate::seven::{Arm, EXPERIMENT};
@@ -94,8 +94,16 @@ fn stiffnesses_and_inertias_are_as_accurate_as_with_link_encoders() {
         for finding in &findings {
             println!("  {}: {}", finding.code, finding.text);
         }
-        all.push(worst(&errors(&twin.truth, &result, &[".stiffness"])));
-        all.push(worst(&errors(&twin.truth, &result, &INERTIAS)));
+        for (kind, endings) in [
+            ("stiffnesses", &[".stiffness"][..]),
+            ("inertias", &INERTIAS),
+        ] {
+            let error = worst(&errors(&twin.truth, &result, endings));
+            let key = format!("gyroscope, {name}, {kind}");
+            let text = format!("{name}: largest error of the {kind}");
+            Figure::lower(&key, &text, error, "%").note();
+            all.push(error);
+        }
     }
     println!("largest errors of stiffnesses and inertias, with encoders and gyroscopes: {all:.3?}");
     assert!(all[2] < 3.0 && all[3] < 15.0, "{all:?}");

@@ -8,7 +8,7 @@ use sprung_base::progress::Unheard;
 use sprung_method::check::check;
 use sprung_method::estimate::EstimateResult;
 use sprung_robot::{Estimator, OnCheckError, Simulate};
-use sprung_testing::largest_of_normals;
+use sprung_testing::{Figure, largest_of_normals};
 
 use crate::in_memory::with_source;
 use crate::seven::{Arm, EXPERIMENT};
@@ -62,6 +62,19 @@ fn assert_true(errors: &[Error]) {
     }
 }
 
+/// Notes the largest error for the documentation.
+fn note(case: &str, errors: &[Error]) {
+    let largest = errors.iter().map(|error| error.percent.abs());
+    let text = format!("{case}: largest error");
+    Figure::lower(
+        &format!("torque sensor, {case}"),
+        &text,
+        largest.fold(0.0, f64::max),
+        "%",
+    )
+    .note();
+}
+
 /// Returns the error of each parameter with this ending, in percent, and in standard errors.
 fn errors(arm: &Arm, result: &EstimateResult, ending: &str) -> Vec<Error> {
     (result.parameters.iter().zip(&arm.truth))
@@ -96,9 +109,19 @@ fn sensor_and_encoders_give_stiffnesses_and_inertias() {
     let arm = with_links(Estimator::LeastSquares);
     let found = arm.identify(&arm.log(noisy));
     let result = &found.identification.results[0];
-    assert_true(&errors(&arm, result, ".stiffness"));
+    let with_sensors = errors(&arm, result, ".stiffness");
+    assert_true(&with_sensors);
     let plain = Arm::of(EXPERIMENT, |_| ());
     let reference = plain.identify(&plain.log(|_| ()));
+    let without_sensors = errors(&plain, &reference.identification.results[0], ".stiffness");
+    note(
+        "link encoders, least squares, stiffnesses",
+        &without_sensors,
+    );
+    note(
+        "link encoders and torque sensors, least squares, stiffnesses",
+        &with_sensors,
+    );
     let before = median_of_others(&plain, &reference.identification.results[0]);
     let after = median_of_others(&arm, result);
     println!("median error of the others: {after:.3} %, with link encoders alone {before:.3} %");
@@ -117,8 +140,16 @@ fn motion_gives_stiffnesses_without_link_encoder() {
     assert!(result.refinement.as_ref().unwrap().used);
     // The large joints have enough inertia behind their springs. Theory does not fit everywhere: the standard errors of
     // these stiffnesses are too small on short logs, after 6 s one error is 3.7 of them (docs/how-to/torque-sensor.md).
-    assert_true(&errors(&arm, result, ".stiffness")[..4]);
-    assert_true(&errors(&arm, result, ".rotor_inertia"));
+    let stiffnesses = &errors(&arm, result, ".stiffness")[..4];
+    let rotors = errors(&arm, result, ".rotor_inertia");
+    let case = "torque sensors without link encoders, 3 s, prediction error";
+    note(
+        &format!("{case}, stiffnesses of joints 1 to 4"),
+        stiffnesses,
+    );
+    note(&format!("{case}, rotor inertias"), &rotors);
+    assert_true(stiffnesses);
+    assert_true(&rotors);
 }
 
 /// Checks a log of the arm with link encoders and faulty torque sensors.
