@@ -50,7 +50,7 @@ pub(super) const PARTS: [Part; 19] = [
         code: &[METHOD, CORE, MODEL, LOG, "crates/sprung/benches/accuracy"],
         packages: &[],
         run: |run| {
-            let lengths = ["--lengths", "10,60,300,3600", "--seeds", "20"];
+            let lengths = ["--lengths", "10,60,300", "--seeds", "20"];
             run.bench("sprung", "accuracy", &lengths)
         },
     },
@@ -59,7 +59,7 @@ pub(super) const PARTS: [Part; 19] = [
         minutes: 20,
         code: &[METHOD, CORE, MODEL, LOG, "crates/sprung/benches/verdicts"],
         packages: &[],
-        run: |run| run.bench("sprung", "verdicts", &[]),
+        run: |run| run.bench("sprung", "verdicts", &["--cases", "30"]),
     },
     Part {
         name: "machines",
@@ -95,7 +95,7 @@ pub(super) const PARTS: [Part; 19] = [
                 "--arms",
                 "ur5,panda",
                 "--seeds",
-                "1-2",
+                "1-1",
                 "--rates",
                 "1000,250",
                 "--held-out",
@@ -206,7 +206,10 @@ pub(super) const PARTS: [Part; 19] = [
         packages: &[],
         run: |run| {
             let cases = ["two-joints", "rounds", "seven-joints", "arms"];
-            run.bench("sprung", "excite", &cases)
+            let extent = [
+                "--runs", "50", "--robots", "2", "--random", "50", "--count", "10",
+            ];
+            run.bench("sprung", "excite", &[&cases[..], &extent].concat())
         },
     },
     Part {
@@ -239,7 +242,7 @@ pub(super) const PARTS: [Part; 19] = [
         minutes: 10,
         code: &[METHOD, CORE, MODEL, "crates/sprung/benches/physical"],
         packages: &[],
-        run: |run| run.bench("sprung", "physical", &[]),
+        run: |run| run.bench("sprung", "physical", &["--seeds", "10"]),
     },
     Part {
         name: "checks",
@@ -254,8 +257,10 @@ pub(super) const PARTS: [Part; 19] = [
         ],
         packages: &[],
         run: |run| {
-            run.bench("sprung", "faults", &[])?;
-            run.bench("sprung", "delays", &[])
+            let faults = ["--seeds", "4", "--late", "1", "--delays", "0"];
+            run.bench("sprung", "faults", &faults)?;
+            let delays = ["--seeds", "1", "--sizes", "0,2,20", "--told"];
+            run.bench("sprung", "delays", &delays)
         },
     },
     Part {
@@ -300,7 +305,10 @@ pub(super) const PARTS: [Part; 19] = [
         ],
         run: |run| {
             crate::outside::wheel::install(&run.python)?;
-            run.python("benches/fleet/statistics.py", &[])
+            run.python(
+                "benches/fleet/statistics.py",
+                &[Path::new("--fleets"), Path::new("50")],
+            )
         },
     },
     Part {
