@@ -23,8 +23,6 @@ pub(crate) fn check() -> Option<()> {
         println!("── {workspace}");
         let mut words = vec![
             "check",
-            "--config",
-            "deny.toml",
             "--hide-inclusion-graph",
             "licenses",
             "bans",
@@ -46,7 +44,8 @@ pub(crate) fn check() -> Option<()> {
 fn deny(workspace: &str, words: &[&str]) -> Command {
     let mut command = Command::new("cargo-deny");
     command
-        .args(["--all-features", "--manifest-path", workspace])
+        .args(["--all-features", "--config", "deny.toml"])
+        .args(["--manifest-path", workspace])
         .args(words)
         .current_dir(root());
     command
