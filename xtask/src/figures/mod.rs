@@ -53,11 +53,11 @@ pub(crate) fn run(words: &[&str]) -> ExitCode {
     if failed.is_empty() {
         return ExitCode::SUCCESS;
     }
-    eprintln!("── not stored: {}", failed.join(", "));
+    eprintln!("── failed, see above: {}", failed.join(", "));
     ExitCode::FAILURE
 }
 
-/// Measures a part; returns `None`, and prints why, if it is not stored.
+/// Measures a part and stores it; returns `None`, and prints why, if it is not stored or a page lacks a figure.
 fn measure(part: &Part, is_accepted: bool) -> Option<()> {
     let path = root().join(FILE);
     let mut figures = Figures::read(&path)?;
