@@ -242,7 +242,13 @@ pub(super) const PARTS: [Part; 19] = [
         minutes: 10,
         code: &[METHOD, CORE, MODEL, "crates/sprung/benches/physical"],
         packages: &[],
-        run: |run| run.bench("sprung", "physical", &["--seeds", "10"]),
+        run: |run| {
+            for (only, seeds) in [("bodies", "5"), ("bounds", "5"), ("payload", "2")] {
+                let extent = ["--only", only, "--seeds", seeds];
+                run.bench("sprung", "physical", &extent)?;
+            }
+            Some(())
+        },
     },
     Part {
         name: "checks",
