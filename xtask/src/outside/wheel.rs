@@ -84,7 +84,14 @@ pub(crate) fn install(python: &Python) -> Option<PathBuf> {
 
 /// Builds the wheel for all systems and tests it in every supported Python that is found.
 pub(crate) fn in_all_pythons() -> Option<()> {
-    let packages = [MATURIN, ZIG, "vermin==1.9.2", "abi3audit==0.0.26"];
+    // An older pip does not run in the newest Python, into which it installs.
+    let packages = [
+        MATURIN,
+        ZIG,
+        "pip==26.3",
+        "vermin==1.9.2",
+        "abi3audit==0.0.26",
+    ];
     let python = Python::with(&target().join("outside"), &packages)?;
     pythons::check(&python, &wheel(&python, Systems::Old)?)
 }
