@@ -3,6 +3,8 @@
 //! - `<!-- figures PART -->` … `<!-- end -->`: the table of a part; with `PART/BEGINNING` of the figures whose names
 //!   begin so.
 //! - `<!-- figure PART/NAME -->` … `<!-- end -->`: one value.
+//!
+//! A part that has not been measured yet keeps the text of the page.
 
 use std::fs;
 
@@ -54,9 +56,11 @@ pub(super) fn filled(
     while let Some((before, behind)) = rest.split_once("<!-- figure") {
         let (mark, behind) = (behind.split_once(" -->"))
             .ok_or_else(|| "a mark `<!-- figure` has no `-->`".to_owned())?;
-        let (_, after) = (behind.split_once(END))
+        let (present, after) = (behind.split_once(END))
             .ok_or_else(|| format!("the mark `<!-- figure{mark} -->` lacks its `{END}`"))?;
-        let value = if let Some(part) = mark.strip_prefix("s ") {
+        let value = if is_unmeasured(mark, figures) {
+            present.to_owned()
+        } else if let Some(part) = mark.strip_prefix("s ") {
             table(part, figures, is_old)?
         } else {
             let name = mark.trim();
@@ -70,6 +74,13 @@ pub(super) fn filled(
     }
     page.push_str(rest);
     Ok(page)
+}
+
+/// Returns whether a mark names a part that has not been measured yet; the page keeps its text.
+fn is_unmeasured(mark: &str, figures: &Figures) -> bool {
+    let name = mark.trim_start_matches("s ").trim();
+    let part = name.split_once('/').map_or(name, |(part, _)| part);
+    !figures.parts.contains_key(part) && PARTS.iter().any(|known| known.name == part)
 }
 
 /// Returns the table of a part or of some of its figures, and one line about the measurement.
@@ -186,6 +197,13 @@ mod tests {
         );
         let older = filled(&new, &figures(), &|_, _| true).unwrap();
         assert!(older.contains("**The code has changed since.**"), "{older}");
+    }
+
+    #[test]
+    fn a_part_that_is_not_measured_keeps_its_text() {
+        let page =
+            "<!-- figures verdicts -->earlier<!-- end --> <!-- figure speed/a -->1 s<!-- end -->";
+        assert_eq!(filled(page, &figures(), &|_, _| false).unwrap(), page);
     }
 
     #[test]
