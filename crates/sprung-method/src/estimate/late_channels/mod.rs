@@ -64,7 +64,7 @@ pub fn late_channels(
     let columns = (channels.all.iter())
         .map(|channel| (channel.joint, channel.column.clone()))
         .collect();
-    let now = searched.refined(None, progress)?;
+    let now = searched.refined(None, usize::MAX, progress)?;
     let mut search = LateSearch {
         by_row: if now.is_sound() {
             Vec::new()
@@ -149,7 +149,11 @@ impl LateSearch<'_, '_> {
             !(self.found.iter()).any(|delay| columns.contains(&delay.column.as_str()))
         };
         let mut suspects: Vec<Suspect> = (self.joints.iter().filter(is_open))
-            .flat_map(|&joint| self.now.suspects(&self.columns(joint)))
+            .flat_map(|&joint| {
+                let of_joint = |row: &RowDelay| self.columns[row.channel].0 == joint;
+                let by_row = self.by_row.iter().any(of_joint);
+                self.now.suspects(&self.columns(joint), by_row)
+            })
             .filter_map(|delay| self.suspect(&delay))
             .collect();
         suspects.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
@@ -182,7 +186,8 @@ impl LateSearch<'_, '_> {
             if (best.as_ref()).is_some_and(|(most, _)| suspect.evidence <= RIVAL_SHARE * most) {
                 break;
             }
-            let Some(tried) = self.explanation(explains, &suspect)? else {
+            let rungs = (best.as_ref()).map_or(usize::MAX, |(_, before)| before.then.rungs());
+            let Some(tried) = self.explanation(explains, &suspect, rungs)? else {
                 continue;
             };
             let most = best.as_ref().map_or(suspect.evidence, |(most, _)| *most);
@@ -195,10 +200,13 @@ impl LateSearch<'_, '_> {
 
     /// Estimates the delay of a suspected channel from several starts. Returns it if it explains
     /// the log.
+    ///
+    /// - `rungs`: number of rungs of the ladder to try.
     fn explanation(
         &mut self,
         explains: Explains,
         suspect: &Suspect,
+        rungs: usize,
     ) -> Result<Option<Accepted>, IdentifyError> {
         let channel = suspect.channel;
         let column = self.columns[channel].1.clone();
@@ -210,7 +218,7 @@ impl LateSearch<'_, '_> {
             }
             self.trials -= 1;
             before.push(start);
-            let then = (self.searched).refined(Some((channel, start)), self.progress)?;
+            let then = (self.searched).refined(Some((channel, start)), rungs, self.progress)?;
             let Some(delay) = then.likely_delay(&column).filter(|_| then.used) else {
                 continue;
             };

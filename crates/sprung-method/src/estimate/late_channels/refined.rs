@@ -56,6 +56,11 @@ impl Refined {
         (self.rung, self.loss) < (other.rung, other.loss)
     }
 
+    /// Returns the number of rungs among which a rival may be likelier.
+    pub(super) fn rungs(&self) -> usize {
+        self.rung.saturating_add(1)
+    }
+
     /// Returns the significant delays of some columns, except that of the column `but`.
     pub(super) fn significant(&self, columns: &[&str], but: &str) -> Vec<RefinedDelay> {
         (self.delays.iter())
@@ -86,10 +91,13 @@ impl Refined {
     }
 
     /// Returns the delays of a joint's columns if they may explain the log: if one of them is
-    /// significant, or if the refinement failed, because a long delay can make it fail. A long
-    /// delay of one channel may make another one of the joint more significant.
-    pub(super) fn suspects(&self, columns: &[&str]) -> Vec<RefinedDelay> {
-        if self.is_sound() && self.significant(columns, "").is_empty() {
+    /// significant, if the torque row shows one, or if the refinement failed, because a long delay
+    /// can make it fail. A long delay of one channel may make another one of the joint more
+    /// significant.
+    ///
+    /// - `by_row`: whether the torque row of the joint shows a delay.
+    pub(super) fn suspects(&self, columns: &[&str], by_row: bool) -> Vec<RefinedDelay> {
+        if self.used && !by_row && self.significant(columns, "").is_empty() {
             return Vec::new();
         }
         (columns.iter())

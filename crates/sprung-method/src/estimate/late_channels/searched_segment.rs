@@ -8,7 +8,7 @@ use super::refined::Refined;
 use crate::description::Delay;
 use crate::estimate::errors::IdentifyError;
 use crate::estimate::estimators::prediction_error::{
-    Before, Refinements, Timing, prediction_error,
+    Before, DelaySearch, Refinements, Timing, prediction_error,
 };
 use crate::fit::{Fitted, fit};
 use crate::log::{LogSource, Signal};
@@ -143,12 +143,14 @@ impl<'a, 's> SearchedSegment<'a, 's> {
     /// Refines with the known delays, and estimates the delay of at most one more channel.
     ///
     /// - `start`: the channel, and the delay from which the search starts, s.
+    /// - `rungs`: number of rungs of the ladder to try.
     ///
     /// Returns a failed refinement if the segment is too short, or if the runs of the filter have
     /// reached their limit.
     pub(super) fn refined(
         &mut self,
         start: Option<(usize, f64)>,
+        rungs: usize,
         progress: &mut dyn Listener,
     ) -> Result<Refined, IdentifyError> {
         let reading = match start {
@@ -169,6 +171,10 @@ impl<'a, 's> SearchedSegment<'a, 's> {
             experiment: self.prepared.experiment(),
             excerpt,
             system: &system,
+            search: Some(DelaySearch {
+                samples: &self.samples,
+                rungs,
+            }),
             fitted: &fitted,
             possible: None,
             nominal: None,
