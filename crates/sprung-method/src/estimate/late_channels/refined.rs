@@ -97,7 +97,8 @@ impl Refined {
     ///
     /// - `by_row`: whether the torque row of the joint shows a delay.
     pub(super) fn suspects(&self, columns: &[&str], by_row: bool) -> Vec<RefinedDelay> {
-        if self.used && !by_row && self.significant(columns, "").is_empty() {
+        let follows = self.is_sound() || self.used && !by_row;
+        if follows && self.significant(columns, "").is_empty() {
             return Vec::new();
         }
         (columns.iter())
