@@ -241,7 +241,7 @@ def checks(it):
 
 
 def mujoco(it):
-    """Simulations of seven joints, and logs of MuJoCo."""
+    """Simulations of seven joints."""
     print("\nMuJoCo: seven joints simulated for 10 s")
     exact = it.folder / "exact"
     exact.mkdir(exist_ok=True)
@@ -262,10 +262,6 @@ def mujoco(it):
             theirs = it.value(output, "seconds")
             note("seven simulated", "seven joints simulated for 10 s", ours, "s",
                  peer="MuJoCo with RK4 at 0.25 ms", peer_value=theirs)
-    print("\nMuJoCo: logs of 10 s, two joints with dry friction and tendons")
-    it.script("two_joints_mujoco.py", it.folder / "mujoco", "4")
-    subprocess.run(["cargo", "bench", "--quiet", "-p", "sprung", "--bench", "accuracy", "--",
-                    "--cases", "mujoco", "--mujoco", it.folder / "mujoco"], cwd=HERE, check=True)
 
 
 def compare(folder, without):

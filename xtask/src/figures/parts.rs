@@ -215,7 +215,7 @@ pub(super) const PARTS: [Part; 19] = [
     Part {
         name: "sensors",
         minutes: 6,
-        code: &[METHOD, CORE, MODEL, LOG],
+        code: &[METHOD, CORE, MODEL, LOG, "crates/sprung/tests/twin"],
         packages: &[],
         run: |run| {
             let tests = [
