@@ -15,8 +15,11 @@ import numpy as np
 
 import sprung
 
-PEERS = Path(__file__).resolve().parents[1] / "peers"
 HERE = Path(__file__).resolve().parent
+PEERS = HERE.parent / "peers"
+
+sys.path.insert(0, str(HERE.parent))
+from figure import note  # noqa: E402
 
 # Values of the maker of the robot, from the demo's experiment; Coulomb friction is not known.
 NOMINAL = {
@@ -95,14 +98,17 @@ def main():
     if sys.argv[1:]:
         tools = [tool for tool in tools if any(word in tool[0] for word in sys.argv[1:])]
     print(f"{'tool':24}{'time, s':>9}{'given':>7}{'median error, %':>17}{'largest, %':>12}  {'of':24}{'lines':>6}")
-    for name, identify, text in tools:
+    for name, identify, script in tools:
         begin = time.perf_counter()
         found = identify(log)
         seconds = time.perf_counter() - begin
+        size = lines(script)
         errors = {key: 100 * abs(found[key] / value - 1) for key, value in truth.items() if key in found}
         worst = max(errors, key=errors.__getitem__)
         middle = float(np.median(list(errors.values())))
-        print(f"{name:24}{seconds:9.2f}{len(errors):7}{middle:17.3f}{errors[worst]:12.2f}  {worst:24}{lines(text):6}", flush=True)
+        text = f"{name}: {seconds:.2g} s, {len(errors)} parameters, largest error {errors[worst]:.2g} % (`{worst}`), {size} lines"
+        note(name, text, middle, "%", better="lower" if name.startswith("sprung") else "none")
+        print(f"{name:24}{seconds:9.2f}{len(errors):7}{middle:17.3f}{errors[worst]:12.2f}  {worst:24}{size:6}", flush=True)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ use std::process::Command;
 
 use crate::install::hdf5;
 use crate::outside::python::Python;
+use crate::outside::wheel::{self, For};
 use crate::steps::succeeds;
 use crate::{root, target};
 
@@ -29,7 +30,7 @@ const MODEL: &str = "crates/sprung-model/src";
 const ROBOT: &str = "crates/sprung-robot/src";
 
 /// All parts, in the order of the documentation. A new part is a line here and its notes in a benchmark.
-pub(super) const PARTS: [Part; 19] = [
+pub(super) const PARTS: [Part; 20] = [
     Part {
         name: "twins",
         minutes: 6,
@@ -303,14 +304,14 @@ pub(super) const PARTS: [Part; 19] = [
         minutes: 10,
         code: &["crates/sprung-python/python/sprung/fleet", "benches/fleet"],
         packages: &[
-            crate::outside::wheel::MATURIN,
+            wheel::MATURIN,
             "numpy==2.4.6",
             "scipy==1.17.1",
             "pyarrow==26.0.1",
             "fsspec==2026.9.0",
         ],
         run: |run| {
-            crate::outside::wheel::install(&run.python)?;
+            wheel::install(&run.python, For::Figures)?;
             run.python(
                 "benches/fleet/statistics.py",
                 &[Path::new("--fleets"), Path::new("50")],
@@ -342,12 +343,30 @@ pub(super) const PARTS: [Part; 19] = [
         },
     },
     Part {
+        name: "beside",
+        minutes: 5,
+        code: &[METHOD, CORE, MODEL, "benches/beside", "benches/peers"],
+        packages: &[
+            wheel::MATURIN,
+            "numpy==2.4.6",
+            "scipy==1.17.1",
+            "pandas==3.1.1",
+            "pin==4.1.0",
+            "figaroh==1.0.2",
+            "mujoco[sysid]==4.0.0",
+        ],
+        run: |run| {
+            wheel::install(&run.python, For::Figures)?;
+            run.python("benches/beside/run.py", &[])
+        },
+    },
+    Part {
         name: "python",
         minutes: 3,
         code: &["crates/sprung-python/src", "benches/python"],
-        packages: &[crate::outside::wheel::MATURIN, "numpy==2.4.6"],
+        packages: &[wheel::MATURIN, "numpy==2.4.6"],
         run: |run| {
-            crate::outside::wheel::install(&run.python)?;
+            wheel::install(&run.python, For::Figures)?;
             run.python("benches/python/overhead.py", &[])
         },
     },

@@ -34,7 +34,7 @@ struct Step {
 }
 
 /// All steps, the quick ones first. A new comparison is a line here and a file beside this one.
-const STEPS: [Step; 13] = [
+const STEPS: [Step; 12] = [
     Step {
         name: "benches",
         what: "every benchmark of cargo, once and with little work",
@@ -142,20 +142,6 @@ const STEPS: [Step; 13] = [
         what: "the wheel: types, examples, tests, notebooks, the cost of a call",
         packages: PYTHON,
         run: wheel::check,
-    },
-    Step {
-        name: "beside",
-        what: "the demo's log in sprung, a NumPy script, FIGAROH and MuJoCo's system identification",
-        packages: &[
-            wheel::MATURIN,
-            "numpy==2.4.6",
-            "scipy==1.17.1",
-            "pandas==3.1.1",
-            "pin==4.1.0",
-            "figaroh==1.0.2",
-            "mujoco[sysid]==4.0.0",
-        ],
-        run: wheel::beside,
     },
 ];
 

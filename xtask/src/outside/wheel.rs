@@ -22,20 +22,22 @@ const OLDEST: &str = "manylinux_2_17";
 /// Folder of the crate.
 pub(super) const CRATE: &str = "crates/sprung-python";
 
-/// Systems on which a wheel runs.
+/// Purpose of a wheel.
 #[derive(Clone, Copy, PartialEq)]
-enum Systems {
-    /// Those with a C library that is not older than that of this machine.
-    LikeThisOne,
-    /// Those with an old C library, too: Zig links the wheel on Linux.
-    Old,
+pub(crate) enum For {
+    /// Tests on this machine: with the compiled crates of `cargo xtask test`.
+    Tests,
+    /// Figures on this machine: optimised as for users.
+    Figures,
+    /// Users, also those with an old C library: Zig links the wheel on Linux.
+    Users,
 }
 
 /// Builds the wheel for all systems and prints its path.
 pub(crate) fn build() -> ExitCode {
     let packages = [MATURIN, ZIG];
     let built = Python::with(&target().join("outside"), &packages)
-        .and_then(|python| wheel(&python, Systems::Old));
+        .and_then(|python| wheel(&python, For::Users));
     match built {
         Some(path) => {
             println!("{}", path.display());
@@ -45,8 +47,8 @@ pub(crate) fn build() -> ExitCode {
     }
 }
 
-/// Builds the wheel in release; returns its path.
-fn wheel(python: &Python, systems: Systems) -> Option<PathBuf> {
+/// Builds the wheel; returns its path.
+fn wheel(python: &Python, purpose: For) -> Option<PathBuf> {
     let licences = licences::text("sprung-python").and_then(|text| {
         std::fs::write(root().join(CRATE).join(licences::FILE), text)
             .map_err(|error| format!("cannot write {}: {error}", licences::FILE))
@@ -55,11 +57,20 @@ fn wheel(python: &Python, systems: Systems) -> Option<PathBuf> {
     let folder = target().join("wheels");
     // An older wheel would be found beside the new one.
     let _ = std::fs::remove_dir_all(&folder);
-    let mut command = python.module("maturin", &["build", "--release", "--locked", "--quiet"]);
+    let profile = match purpose {
+        For::Tests => "dev",
+        For::Figures | For::Users => "release",
+    };
+    let build = ["build", "--profile", profile, "--locked", "--quiet"];
+    let mut command = python.module("maturin", &build);
+    if purpose == For::Tests {
+        // As `cargo xtask test`, whose crates serve again.
+        command.env("CARGO_INCREMENTAL", "0");
+    }
     command
         .arg("--manifest-path")
         .arg(root().join(CRATE).join("Cargo.toml"));
-    if cfg!(target_os = "linux") && systems == Systems::Old {
+    if cfg!(target_os = "linux") && purpose == For::Users {
         command.args(["--zig", "--compatibility", OLDEST]);
         // Else maturin looks for zig in the first Python of PATH.
         command.env("CARGO_ZIGBUILD_PYTHON_PATH", python.program());
@@ -73,8 +84,8 @@ fn wheel(python: &Python, systems: Systems) -> Option<PathBuf> {
 }
 
 /// Builds and installs the wheel; returns its path.
-pub(crate) fn install(python: &Python) -> Option<PathBuf> {
-    let wheel = wheel(python, Systems::LikeThisOne)?;
+pub(crate) fn install(python: &Python, purpose: For) -> Option<PathBuf> {
+    let wheel = wheel(python, purpose)?;
     let options = ["install", "--quiet", "--force-reinstall", "--no-deps"];
     succeeds(python.module("pip", &options).arg(&wheel))?;
     let size = std::fs::metadata(&wheel).ok()?.len();
@@ -93,12 +104,12 @@ pub(crate) fn in_all_pythons() -> Option<()> {
         "abi3audit==0.0.26",
     ];
     let python = Python::with(&target().join("outside"), &packages)?;
-    pythons::check(&python, &wheel(&python, Systems::Old)?)
+    pythons::check(&python, &wheel(&python, For::Users)?)
 }
 
 /// Runs the tests of the package: types, examples, tests.
 pub(super) fn check(python: &Python) -> Option<()> {
-    install(python)?;
+    install(python, For::Tests)?;
     let package = root().join(CRATE);
     let run = |command: &mut Command| succeeds(command.current_dir(&package));
     // The command that pip installs, in a folder without the sources.
@@ -123,12 +134,6 @@ pub(super) fn check(python: &Python) -> Option<()> {
     python.run("benches/notebooks/run.py", &[])?;
     // It prints figures; the tests above have the limit on memory.
     python.run("benches/python/overhead.py", &[])
-}
-
-/// Prints time, errors and lines of sprung and of other tools on one log.
-pub(super) fn beside(python: &Python) -> Option<()> {
-    install(python)?;
-    python.run("benches/beside/run.py", &[])
 }
 
 impl Python {
