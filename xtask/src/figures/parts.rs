@@ -30,7 +30,7 @@ const MODEL: &str = "crates/sprung-model/src";
 const ROBOT: &str = "crates/sprung-robot/src";
 
 /// All parts, in the order of the documentation. A new part is a line here and its notes in a benchmark.
-pub(super) const PARTS: [Part; 20] = [
+pub(super) const PARTS: [Part; 21] = [
     Part {
         name: "twins",
         minutes: 6,
@@ -219,24 +219,20 @@ pub(super) const PARTS: [Part; 20] = [
         code: &[METHOD, CORE, MODEL, LOG, "crates/sprung/tests/twin"],
         packages: &[],
         run: |run| {
-            let tests = [
-                "test",
-                "--quiet",
-                "--release",
-                "-p",
-                "sprung",
-                "--test",
-                "twin",
-                "--",
-            ];
             let names = [
                 "stiffnesses_and_inertias",
                 "they_follow_from",
                 "motion_gives_stiffnesses",
             ];
-            let mut command = run.command(env!("CARGO"));
-            succeeds(command.args(tests).args(names).current_dir(root()))
+            run.test("sprung", "twin", &names)
         },
+    },
+    Part {
+        name: "clocks",
+        minutes: 5,
+        code: &[LOG, "crates/sprung-log/tests/formats"],
+        packages: &[],
+        run: |run| run.test("sprung-log", "formats", &["resampling"]),
     },
     Part {
         name: "bodies",
@@ -425,6 +421,22 @@ impl Run {
         let mut command = self.command(env!("CARGO"));
         let bench = ["bench", "--quiet", "-p", package, "--bench", name, "--"];
         succeeds(command.args(bench).args(arguments).current_dir(root()))
+    }
+
+    /// Runs tests of cargo, as a release.
+    fn test(&self, package: &str, folder: &str, names: &[&str]) -> Option<()> {
+        let mut command = self.command(env!("CARGO"));
+        let test = [
+            "test",
+            "--quiet",
+            "--release",
+            "-p",
+            package,
+            "--test",
+            folder,
+            "--",
+        ];
+        succeeds(command.args(test).args(names).current_dir(root()))
     }
 
     /// Builds the program as a release, and returns its path.

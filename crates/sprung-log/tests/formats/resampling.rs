@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use sprung_testing::Figure;
+
 use super::clocks::{Random, csv, found, truth};
 
 const PERIOD: f64 = 4e-3;
@@ -139,6 +141,24 @@ fn clocks() -> [(&'static str, Vec<f64>); 4] {
     ]
 }
 
+/// Notes the errors of a clock for the documentation.
+fn note(clock: &str, ours: &Errors, line: &Errors, even: &Errors) {
+    let velocity = format!(
+        "{clock}: velocity (taken as even {:.1e} rad/s)",
+        even.velocity
+    );
+    let figure = Figure::lower(
+        &format!("{clock}, velocity"),
+        &velocity,
+        ours.velocity,
+        "rad/s",
+    );
+    figure.beside("straight line", line.velocity).note();
+    let (name, text) = (format!("{clock}, position"), format!("{clock}: position"));
+    let figure = Figure::lower(&name, &text, ours.position, "rad");
+    figure.beside("straight line", line.position).note();
+}
+
 #[test]
 fn positions_and_velocities_by_method() {
     println!("position, 1e-6 rad; velocity, 1e-3 rad/s; gain of the velocity less 1, 1e-6");
@@ -189,6 +209,9 @@ fn positions_and_velocities_by_method() {
                 );
             }
             let line = &rows[2].1;
+            if step == 0.0 {
+                note(clock, &ours, line, &rows[0].1);
+            }
             // Rounding to counts adds white noise of a count over √12 to the positions. Summed by parts, the gain's
             // standard error is this noise times |acceleration| over velocity² √n, root mean squares.
             let [velocity, acceleration] = [1, 2].map(|order| {
