@@ -30,7 +30,7 @@ const MODEL: &str = "crates/sprung-model/src";
 const ROBOT: &str = "crates/sprung-robot/src";
 
 /// All parts, in the order of the documentation. A new part is a line here and its notes in a benchmark.
-pub(super) const PARTS: [Part; 21] = [
+pub(super) const PARTS: [Part; 22] = [
     Part {
         name: "twins",
         minutes: 6,
@@ -293,6 +293,16 @@ pub(super) const PARTS: [Part; 21] = [
                 "benches/drift/run.py",
                 &[Path::new("--binary"), &sprung, Path::new("--out"), &runs],
             )
+        },
+    },
+    Part {
+        name: "arm",
+        minutes: 5,
+        code: &["crates/sprung-export/src", CORE, "benches/arm"],
+        packages: &[],
+        run: |run| {
+            let program = std::env::current_exe().ok()?;
+            succeeds(run.command(program).args(["test", "outside", "arm"]))
         },
     },
     Part {

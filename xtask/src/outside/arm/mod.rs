@@ -85,6 +85,7 @@ pub(super) fn check(python: &Python) -> Option<()> {
         for line in output::table(&rows) {
             println!("{line}");
         }
+        rows.iter().for_each(Row::note);
         is_good &= rows.iter().all(|row| row.problems.is_empty());
     }
     is_good.then_some(())

@@ -2,6 +2,8 @@
 
 use std::process::Command;
 
+use sprung_testing::Figure;
+
 /// A type of numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Number {
@@ -165,6 +167,24 @@ pub(super) struct Row {
     pub(super) difference: f64,
     pub(super) found: Output,
     pub(super) problems: Vec<&'static str>,
+}
+
+impl Row {
+    /// Notes the size for the documentation, with the instructions of each function.
+    pub(super) fn note(&self) {
+        let costs = self.found.costs.iter();
+        let instructions: Vec<String> = costs
+            .map(|cost| format!("{} of `{}`", cost.instructions, cost.function))
+            .collect();
+        let text = format!(
+            "{}: flash; stack {} B; relative difference {:.0e}; instructions: {}",
+            self.what,
+            self.found.stack(),
+            self.difference,
+            instructions.join(", ")
+        );
+        Figure::lower(&self.what, &text, self.flash as f64 / 1e3, "kB").note();
+    }
 }
 
 /// Returns the lines of a table.
