@@ -4,7 +4,7 @@
 
 EXPERIMENT: folder of an identified twin with truth.toml and a [controller]. The script prints the largest error of a natural
 frequency with motors free and held, in the order of the frequencies, and the largest residual of the true vibrations
-of the linear loop with the shaper of the declared loop.
+of the linear loop with the shaper of the declared loop. It also designs the default controller, and notes its errors.
 """
 
 import json
@@ -20,6 +20,17 @@ from figure import note  # noqa: E402
 
 # The design has the first 20 poses of the sequence; the others are new.
 DESIGNED, NEW = 20, 20
+
+
+def tracking(program, folder, out):
+    """Notes the errors of the links with the default design."""
+    subprocess.run([program, "control", folder, "--quiet", "--out", out], check=True)
+    proof = json.loads((out / "control.json").read_text())["proof"]
+    for row in proof["tracking"]:
+        for robot, error in row["designed_rad"].items():
+            whose = "identified robot" if robot == "identified" else f"worst of {proof['robots'] - 1} robots"
+            note(f"tracking {robot}, {row['joint']}", f"`{row['joint']}`, simulation, {whose}", error, "rad",
+                 peer="PD of the paper", peer_value=row["declared_rad"])
 
 
 def design(program, folder, out, poses, *more):
@@ -46,6 +57,7 @@ def main():
     program, folder = sys.argv[1], pathlib.Path(sys.argv[2])
     with tempfile.TemporaryDirectory() as name:
         out = pathlib.Path(name)
+        tracking(program, folder, out)
         shaper = design(program, folder, out, DESIGNED).get("shaper")
         found = design(program, folder, out, DESIGNED + NEW)
         true = design(program, folder, out, DESIGNED + NEW, "--parameters", folder / "truth.toml")

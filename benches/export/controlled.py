@@ -19,6 +19,10 @@ import tomllib
 import mujoco
 import numpy as np
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+from figure import note  # noqa: E402
+
 SUBSTEPS, SECONDS, SETTLES, HOLD = 10, 8.0, 1.0, 10.0
 BETTER, RESTS_RAD = 4.0, 2e-4
 # Effects that the model lacks: parts of the torque and of the load, and an error of the measured angle.
@@ -135,6 +139,8 @@ def main():
         before, _ = follow(model, joints, experiment, period, declared, lacks)
         after, rest = follow(model, joints, experiment, period, designed, lacks)
         for name, pd_rms, own, known in zip(joints, rms(before), rms(after), twin):
+            note(f"MuJoCo {robot}, {name}", f"`{name}`, exported code in MuJoCo, robot {robot}", own, "rad",
+                 peer="PD of the paper", peer_value=pd_rms)
             print(f"| {robot} | {name} | {pd_rms:.2e} | {own:.2e} | {pd_rms / own:.0f} | {known:.2e} |")
         print(f"the motors move by {rest:.1e} rad in the last half of a hold of {HOLD} s")
         failed |= np.any(rms(before) < BETTER * rms(after)) or rest > RESTS_RAD

@@ -269,8 +269,15 @@ pub(super) const PARTS: [Part; 22] = [
     Part {
         name: "control",
         minutes: 1,
-        code: &[METHOD, CORE, MODEL, "benches/control"],
-        packages: &[],
+        code: &[
+            METHOD,
+            CORE,
+            MODEL,
+            "crates/sprung-export/src",
+            "benches/control",
+            "benches/export",
+        ],
+        packages: &["numpy==2.4.6", "mujoco==4.0.0"],
         run: |run| {
             let sprung = run.sprung()?;
             let demo = target().join("figures/control");
@@ -279,7 +286,9 @@ pub(super) const PARTS: [Part; 22] = [
                     .args(["demo", "--quiet", "--out"])
                     .arg(&demo),
             )?;
-            run.python("benches/control/poses.py", &[&sprung, &demo])
+            run.python("benches/control/poses.py", &[&sprung, &demo])?;
+            let folder = target().join("figures/controlled");
+            run.python("benches/export/controlled.py", &[&sprung, &folder])
         },
     },
     Part {
