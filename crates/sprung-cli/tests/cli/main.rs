@@ -32,6 +32,8 @@ mod missing_values;
 mod motor_side;
 mod new;
 mod new_log;
+mod new_log_bags;
+mod new_log_lists;
 mod output_error;
 mod outputs;
 mod pages;
