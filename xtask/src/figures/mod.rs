@@ -40,12 +40,19 @@ pub(crate) fn run(words: &[&str]) -> ExitCode {
         );
         return ExitCode::from(2);
     }
+    let Some(known) = Figures::read(&root().join(FILE)) else {
+        return ExitCode::FAILURE;
+    };
     let mut failed = Vec::new();
     for part in PARTS
         .iter()
         .filter(|part| chosen.is_empty() || chosen.contains(&part.name))
     {
-        eprintln!("── {}: about {} minutes", part.name, part.minutes);
+        let before = known.parts.get(part.name);
+        let took = before.map_or_else(String::new, |before| {
+            format!(": it took {} minutes before", before.minutes)
+        });
+        eprintln!("── {}{took}", part.name);
         if measure(part, is_accepted).is_none() {
             failed.push(part.name);
         }
@@ -60,7 +67,6 @@ pub(crate) fn run(words: &[&str]) -> ExitCode {
 /// Measures a part and stores it; returns `None`, and prints why, if it is not stored or a page lacks a figure.
 fn measure(part: &Part, is_accepted: bool) -> Option<()> {
     let path = root().join(FILE);
-    let mut figures = Figures::read(&path)?;
     let notes = target()
         .join("figures")
         .join(format!("{}.jsonl", part.name));
@@ -76,6 +82,8 @@ fn measure(part: &Part, is_accepted: bool) -> Option<()> {
         minutes: (begin.elapsed().as_secs_f64() / 60.0).ceil(),
         figures: file::notes(&text)?,
     };
+    // Another part may have been stored in the meantime.
+    let mut figures = Figures::read(&path)?;
     let worse = figures.worse(part.name, &measured);
     for line in &worse {
         eprintln!("── {line}");

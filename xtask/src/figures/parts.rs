@@ -13,8 +13,6 @@ use crate::{root, target};
 /// A group of figures that one run measures, and one table of the documentation.
 pub(super) struct Part {
     pub(super) name: &'static str,
-    /// Minutes on two idle cores, about.
-    pub(super) minutes: u32,
     /// Folders whose code the figures measure.
     pub(super) code: &'static [&'static str],
     /// What pip installs for it.
@@ -33,7 +31,6 @@ const ROBOT: &str = "crates/sprung-robot/src";
 pub(super) const PARTS: [Part; 22] = [
     Part {
         name: "twins",
-        minutes: 6,
         code: &[METHOD, CORE, MODEL, LOG, "crates/sprung/benches/accuracy"],
         packages: &["numpy==2.4.6", "mujoco==4.0.0"],
         run: |run| {
@@ -47,7 +44,6 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "intervals",
-        minutes: 3,
         code: &[METHOD, CORE, MODEL, LOG, "crates/sprung/benches/accuracy"],
         packages: &[],
         run: |run| {
@@ -57,14 +53,12 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "verdicts",
-        minutes: 20,
         code: &[METHOD, CORE, MODEL, LOG, "crates/sprung/benches/verdicts"],
         packages: &[],
         run: |run| run.bench("sprung", "verdicts", &["--cases", "30"]),
     },
     Part {
         name: "machines",
-        minutes: 1,
         code: &[METHOD, CORE, MODEL, LOG, ROBOT, "benches/machines"],
         packages: &[],
         run: |run| {
@@ -82,7 +76,6 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "foreign",
-        minutes: 10,
         code: &[METHOD, CORE, MODEL, LOG, "benches/foreign"],
         packages: &[
             "numpy==2.4.6",
@@ -108,7 +101,6 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "diagnoses",
-        minutes: 5,
         code: &[METHOD, CORE, MODEL, LOG, "benches/diagnoses"],
         packages: &[
             "numpy==2.4.6",
@@ -134,7 +126,6 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "arms",
-        minutes: 3,
         code: &[
             METHOD,
             CORE,
@@ -159,7 +150,6 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "servo",
-        minutes: 4,
         code: &["crates/sprung-servo/src", "crates/sprung/benches/servo"],
         packages: &[
             // The package requires Python 3.12, and its models run on 3.11.
@@ -180,7 +170,6 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "springs",
-        minutes: 3,
         code: &[
             METHOD,
             CORE,
@@ -196,7 +185,6 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "design",
-        minutes: 15,
         code: &[
             METHOD,
             CORE,
@@ -215,7 +203,6 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "sensors",
-        minutes: 6,
         code: &[METHOD, CORE, MODEL, LOG, "crates/sprung/tests/twin"],
         packages: &[],
         run: |run| {
@@ -229,14 +216,12 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "clocks",
-        minutes: 5,
         code: &[LOG, "crates/sprung-log/tests/formats"],
         packages: &[],
         run: |run| run.test("sprung-log", "formats", &["resampling"]),
     },
     Part {
         name: "bodies",
-        minutes: 10,
         code: &[METHOD, CORE, MODEL, "crates/sprung/benches/physical"],
         packages: &[],
         run: |run| {
@@ -249,7 +234,6 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "checks",
-        minutes: 10,
         code: &[
             METHOD,
             CORE,
@@ -268,7 +252,6 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "control",
-        minutes: 1,
         code: &[
             METHOD,
             CORE,
@@ -293,7 +276,6 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "drift",
-        minutes: 3,
         code: &[METHOD, CORE, MODEL, "benches/drift"],
         packages: &[],
         run: |run| {
@@ -306,7 +288,6 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "arm",
-        minutes: 5,
         code: &["crates/sprung-export/src", CORE, "benches/arm"],
         packages: &[],
         run: |run| {
@@ -316,7 +297,6 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "fleet",
-        minutes: 10,
         code: &["crates/sprung-python/python/sprung/fleet", "benches/fleet"],
         packages: &[
             wheel::MATURIN,
@@ -335,7 +315,6 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "speed",
-        minutes: 15,
         code: &[
             METHOD,
             CORE,
@@ -359,7 +338,6 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "beside",
-        minutes: 5,
         code: &[METHOD, CORE, MODEL, "benches/beside", "benches/peers"],
         packages: &[
             wheel::MATURIN,
@@ -377,7 +355,6 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "python",
-        minutes: 3,
         code: &["crates/sprung-python/src", "benches/python"],
         packages: &[wheel::MATURIN, "numpy==2.4.6"],
         run: |run| {
@@ -387,7 +364,6 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "sizes",
-        minutes: 2,
         code: &["crates", "Cargo.lock"],
         packages: &[],
         run: |run| {
