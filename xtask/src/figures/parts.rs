@@ -150,7 +150,11 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "servo",
-        code: &["crates/sprung-servo/src", "crates/sprung/benches/servo"],
+        code: &[
+            "crates/sprung-servo/src",
+            "crates/sprung/benches/servo",
+            "benches/peers/servo_bam.py",
+        ],
         packages: &[
             // The package requires Python 3.12, and its models run on 3.11.
             "--ignore-requires-python",

@@ -112,7 +112,6 @@ fn main() {
         arguments.seeds
     );
     Figure::neutral("inside", &text, inside, "%").note();
-    Figure::lower("time", "one identification", longest, "s").note();
 }
 
 /// Simulates the logs with some settings and identifies the servo. Returns the result and its time, s.
