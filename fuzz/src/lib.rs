@@ -17,9 +17,9 @@ use std::fs::File;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use sprung::description::{Experiment, NamedFiles, no_files, read};
-use sprung::log::{Channels, Input, LogBlock, LogFile, LogSource, Opener, panics_are_caught};
 use sprung::model::Model;
+use sprung_log::{Channels, Input, LogBlock, LogFile, LogSource, Opener, panics_are_caught};
+use sprung_robot::{Experiment, NamedFiles, no_files, read};
 
 const ROBOT: &str = r#"
 format = 1

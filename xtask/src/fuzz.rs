@@ -5,7 +5,8 @@ use std::path::Path;
 use std::process::{Command, ExitCode, Stdio};
 
 use crate::install::{hdf5, tool};
-use crate::root;
+use crate::steps::{cargo, succeeds};
+use crate::{root, target};
 
 /// The version of cargo-fuzz that is installed where none is.
 const CARGO_FUZZ: &str = "0.13.2";
@@ -22,6 +23,18 @@ struct Outcome {
     /// Inputs that it tried; `None` if it ended before it counted them.
     executions: Option<u64>,
     found: bool,
+}
+
+/// Checks that the fuzz targets compile; returns `None` if they do not.
+pub(crate) fn compiles() -> Option<()> {
+    let mut command = cargo();
+    command.args(["check", "--quiet", "--manifest-path", "fuzz/Cargo.toml"]);
+    // The workspace of the targets takes the compiled dependencies of the toolkit.
+    command.arg("--target-dir").arg(target());
+    if hdf5() {
+        command.arg("--features=mat73");
+    }
+    succeeds(command.current_dir(root()))
 }
 
 /// Runs fuzz targets one after another, with seeds, also after one with a finding.
@@ -43,12 +56,12 @@ pub(crate) fn run(seconds: &str, chosen: &[&str]) -> ExitCode {
         );
     }
     let has_hdf5 = hdf5();
-    let cargo = Cargo {
+    let cargo_fuzz = Cargo {
         has_nightly,
         has_hdf5,
     };
     let targets = if chosen.is_empty() {
-        cargo.targets()
+        cargo_fuzz.targets()
     } else {
         chosen.iter().map(|name| (*name).to_owned()).collect()
     };
@@ -58,8 +71,14 @@ pub(crate) fn run(seconds: &str, chosen: &[&str]) -> ExitCode {
         eprintln!("── there are no targets");
         return ExitCode::FAILURE;
     }
+    // A target that does not compile has found nothing.
+    for target in &targets {
+        if succeeds(cargo_fuzz.compiler("build").arg(target)).is_none() {
+            return ExitCode::FAILURE;
+        }
+    }
     let outcomes: Vec<Outcome> = (targets.into_iter())
-        .map(|target| cargo.fuzz(target, seconds))
+        .map(|target| cargo_fuzz.fuzz(target, seconds))
         .collect();
     for outcome in &outcomes {
         let executions =
@@ -105,6 +124,17 @@ impl Cargo {
         command
     }
 
+    /// Returns a command that compiles targets.
+    fn compiler(&self, word: &str) -> Command {
+        let mut command = self.command(word);
+        // Without the address sanitizer, which takes half of the time: none of our code is unsafe.
+        command.args(["--sanitizer", "none"]);
+        if self.has_hdf5 {
+            command.args(["--features", NEEDS_HDF5]);
+        }
+        command
+    }
+
     /// Returns the names of all targets.
     fn targets(&self) -> Vec<String> {
         let list = self.command("list").output();
@@ -120,12 +150,7 @@ impl Cargo {
     /// Runs a target, and shows what it prints.
     fn fuzz(&self, target: String, seconds: &str) -> Outcome {
         eprintln!("── {target}: {seconds} s");
-        let mut command = self.command("run");
-        // Without the address sanitizer, which takes half of the time: none of our code is unsafe.
-        command.args(["--sanitizer", "none"]);
-        if self.has_hdf5 {
-            command.args(["--features", NEEDS_HDF5]);
-        }
+        let mut command = self.compiler("run");
         command
             .args([&target, "--"])
             .arg(format!("-max_total_time={seconds}"))

@@ -21,7 +21,7 @@ use python::Python;
 
 use crate::run::Outcome;
 use crate::steps::Steps;
-use crate::{summary, target};
+use crate::{fuzz, summary, target};
 
 /// A comparison with a foreign program.
 struct Step {
@@ -34,12 +34,18 @@ struct Step {
 }
 
 /// All steps, the quick ones first. A new comparison is a line here and a file beside this one.
-const STEPS: [Step; 12] = [
+const STEPS: [Step; 13] = [
     Step {
         name: "benches",
         what: "every benchmark of cargo, once and with little work",
         packages: &[],
         run: |_| benches::check(),
+    },
+    Step {
+        name: "fuzz",
+        what: "the fuzz targets compile",
+        packages: &[],
+        run: |_| fuzz::compiles(),
     },
     Step {
         name: "mat73-static",
