@@ -19,10 +19,12 @@ A case is wrong if the verdict is good and the torque of a parameter is more tha
 
 import json
 import math
+import os
 import pathlib
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -379,29 +381,36 @@ def judged(program, arm, log, folder, truth):
     return verdict, worst, name
 
 
+def cases(index, row, program, folder, wanted):
+    """Judges the cases of an arm; returns kind, form, outcome, error and remark of each."""
+    arm = Arm(*row)
+    made, found = {}, []
+    forms = [(kind, FORMATS[(index + place) % len(FORMATS)]) for place, kind in enumerate(KINDS)]
+    for kind, form in forms + list(FURTHER.items()):
+        case = f"{arm.name} {kind} {form}"
+        if wanted and not any(part in case for part in wanted):
+            continue
+        rigid = kind == "rigid"
+        if rigid not in made:
+            made[rigid] = simulated(program, arm, folder, rigid)
+        log, truth = made[rigid]
+        own = folder / kind / arm.name
+        subprocess.run(["rm", "-rf", own], check=True)
+        own.mkdir(parents=True)
+        write(own / f"log.{form}", arm, kind, *recorded(arm, index, kind, log))
+        found.append((case, kind, *judged(program, arm, f"log.{form}", own, truth)))
+    return found
+
+
 def main():
     program, folder = str(pathlib.Path(sys.argv[1]).absolute()), pathlib.Path(sys.argv[2])
     wanted = sys.argv[3:]
     identified = refused = wrong = count = 0
     largest = {}
     print(f"{'case':22} {'result':18} {'error %':>8}  remark")
-    for index, row in enumerate(ARMS):
-        arm = Arm(*row)
-        made = {}
-        forms = [(kind, FORMATS[(index + place) % len(FORMATS)]) for place, kind in enumerate(KINDS)]
-        for kind, form in forms + list(FURTHER.items()):
-            case = f"{arm.name} {kind} {form}"
-            if wanted and not any(part in case for part in wanted):
-                continue
-            rigid = kind == "rigid"
-            if rigid not in made:
-                made[rigid] = simulated(program, arm, folder, rigid)
-            log, truth = made[rigid]
-            own = folder / kind / arm.name
-            subprocess.run(["rm", "-rf", own], check=True)
-            own.mkdir(parents=True)
-            write(own / f"log.{form}", arm, kind, *recorded(arm, index, kind, log))
-            outcome, worst, remark = judged(program, arm, f"log.{form}", own, truth)
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        arms = [pool.submit(cases, index, row, program, folder, wanted) for index, row in enumerate(ARMS)]
+        for case, kind, outcome, worst, remark in (found for arm in arms for found in arm.result()):
             error = "-" if worst is None else f"{100 * worst:.2f}"
             print(f"{case:22} {outcome:18} {error:>8}  {remark}", flush=True)
             count += 1

@@ -7,7 +7,9 @@ use super::python::Python;
 use crate::target;
 
 /// Robot and records: two logs, of a minute each.
-const LOGS: [&str; 10] = [
+const LOGS: [&str; 12] = [
+    "--jobs",
+    "2",
     "--arms",
     "ur5",
     "--seeds",
