@@ -435,6 +435,8 @@ impl Run {
             folder,
             "--",
         ];
+        // One at a time, so that the figures have one order.
+        command.env("RUST_TEST_THREADS", "1");
         succeeds(command.args(test).args(names).current_dir(root()))
     }
 
