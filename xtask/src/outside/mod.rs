@@ -171,6 +171,7 @@ const PYTHON: &[&str] = &[
     "mujoco==4.0.0",
     "mypy==2.4.1",
     "pytest==9.2.0",
+    "pytest-xdist==3.8.0",
     "fsspec==2026.9.0",
     "s3fs==2026.9.0",
     "dask[distributed]==2026.8.0",

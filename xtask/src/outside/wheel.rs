@@ -130,7 +130,8 @@ pub(super) fn check(python: &Python) -> Option<()> {
             .args(doctests)
             .current_dir(&folder),
     )?;
-    run(&mut python.module("pytest", &[&quiet[..], &["tests"]].concat()))?;
+    let two_at_a_time = ["-n", "2", "tests"];
+    run(&mut python.module("pytest", &[&quiet[..], &two_at_a_time].concat()))?;
     python.run("benches/notebooks/run.py", &[])?;
     // It prints figures; the tests above have the limit on memory.
     python.run("benches/python/overhead.py", &[])
