@@ -382,7 +382,7 @@ def judged(program, arm, log, folder, truth):
 
 
 def cases(index, row, program, folder, wanted):
-    """Judges the cases of an arm; returns kind, form, outcome, error and remark of each."""
+    """Judges the cases of an arm; returns case, kind, outcome, error and remark of each."""
     arm = Arm(*row)
     made, found = {}, []
     forms = [(kind, FORMATS[(index + place) % len(FORMATS)]) for place, kind in enumerate(KINDS)]

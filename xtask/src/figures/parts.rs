@@ -13,7 +13,7 @@ use crate::{root, target};
 /// A group of figures that one run measures, and one table of the documentation.
 pub(super) struct Part {
     pub(super) name: &'static str,
-    /// Folders whose code the figures measure.
+    /// Folders whose code the figures measure, as path specifications of git.
     pub(super) code: &'static [&'static str],
     /// What pip installs for it.
     packages: &'static [&'static str],
@@ -23,6 +23,8 @@ pub(super) struct Part {
 /// Code of identifications.
 const METHOD: &str = "crates/sprung-method/src";
 const LOG: &str = "crates/sprung-log/src";
+/// Leaves out the readers of Arrow and Parquet, for parts whose logs are text.
+const NO_ARROW: &str = ":(exclude)crates/sprung-log/src/formats/arrow*";
 const CORE: &str = "crates/sprung-core/src";
 const MODEL: &str = "crates/sprung-model/src";
 const ROBOT: &str = "crates/sprung-robot/src";
@@ -31,7 +33,14 @@ const ROBOT: &str = "crates/sprung-robot/src";
 pub(super) const PARTS: [Part; 22] = [
     Part {
         name: "twins",
-        code: &[METHOD, CORE, MODEL, LOG, "crates/sprung/benches/accuracy"],
+        code: &[
+            METHOD,
+            CORE,
+            MODEL,
+            LOG,
+            NO_ARROW,
+            "crates/sprung/benches/accuracy",
+        ],
         packages: &["numpy==2.4.6", "mujoco==4.0.0"],
         run: |run| {
             let logs = target().join("mujoco");
@@ -44,7 +53,14 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "intervals",
-        code: &[METHOD, CORE, MODEL, LOG, "crates/sprung/benches/accuracy"],
+        code: &[
+            METHOD,
+            CORE,
+            MODEL,
+            LOG,
+            NO_ARROW,
+            "crates/sprung/benches/accuracy",
+        ],
         packages: &[],
         run: |run| {
             let lengths = ["--lengths", "10,60,300", "--seeds", "20"];
@@ -53,13 +69,28 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "verdicts",
-        code: &[METHOD, CORE, MODEL, LOG, "crates/sprung/benches/verdicts"],
+        code: &[
+            METHOD,
+            CORE,
+            MODEL,
+            LOG,
+            NO_ARROW,
+            "crates/sprung/benches/verdicts",
+        ],
         packages: &[],
         run: |run| run.bench("sprung", "verdicts", &["--cases", "30"]),
     },
     Part {
         name: "machines",
-        code: &[METHOD, CORE, MODEL, LOG, ROBOT, "benches/machines"],
+        code: &[
+            METHOD,
+            CORE,
+            MODEL,
+            LOG,
+            NO_ARROW,
+            ROBOT,
+            "benches/machines",
+        ],
         packages: &[],
         run: |run| {
             let sprung = run.sprung()?;
@@ -76,7 +107,7 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "foreign",
-        code: &[METHOD, CORE, MODEL, LOG, "benches/foreign"],
+        code: &[METHOD, CORE, MODEL, LOG, NO_ARROW, "benches/foreign"],
         packages: &[
             "numpy==2.4.6",
             "numba==0.68.1",
@@ -101,7 +132,7 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "diagnoses",
-        code: &[METHOD, CORE, MODEL, LOG, "benches/diagnoses"],
+        code: &[METHOD, CORE, MODEL, LOG, NO_ARROW, "benches/diagnoses"],
         packages: &[
             "numpy==2.4.6",
             "numba==0.68.1",
@@ -207,7 +238,14 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "sensors",
-        code: &[METHOD, CORE, MODEL, LOG, "crates/sprung/tests/twin"],
+        code: &[
+            METHOD,
+            CORE,
+            MODEL,
+            LOG,
+            NO_ARROW,
+            "crates/sprung/tests/twin",
+        ],
         packages: &[],
         run: |run| {
             let names = [
@@ -220,7 +258,7 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "clocks",
-        code: &[LOG, "crates/sprung-log/tests/formats"],
+        code: &[LOG, NO_ARROW, "crates/sprung-log/tests/formats"],
         packages: &[],
         run: |run| run.test("sprung-log", "formats", &["resampling"]),
     },
@@ -243,6 +281,7 @@ pub(super) const PARTS: [Part; 22] = [
             CORE,
             MODEL,
             LOG,
+            NO_ARROW,
             "crates/sprung/benches/faults",
             "crates/sprung/benches/delays",
         ],
@@ -324,6 +363,7 @@ pub(super) const PARTS: [Part; 22] = [
             CORE,
             MODEL,
             LOG,
+            NO_ARROW,
             "crates/sprung-cli/src",
             "benches/peers",
         ],

@@ -62,8 +62,9 @@ pub(super) fn write(folder: &Path, corpus: &[Faulty]) {
         let file = "experiment.toml";
         let name = path.file_name().unwrap().to_str().unwrap();
         // An example of logs has no experiment yet.
-        if let Ok(text) = std::fs::read(path.join(file)) {
-            put(name, file, &text);
+        let path = path.join(file);
+        if path.exists() {
+            put(name, file, &std::fs::read(path).unwrap());
         }
     }
     put(
