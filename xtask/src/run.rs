@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader, Read};
 use std::num::NonZero;
 use std::process::{Command, Stdio};
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 
 use crate::binaries::{Binary, Kind};
 
@@ -39,26 +39,16 @@ impl Outcome {
     ) -> (Self, T) {
         let processors = std::thread::available_parallelism().map_or(1, NonZero::get);
         let arguments = [format!("--test-threads={}", processors.div_ceil(2))];
-        let queue = Mutex::new(longest_first(binaries).into_iter());
-        let next = || queue.lock().ok()?.next();
-        let work = || {
+        let (outcomes, value) = two_at_a_time(longest_first(binaries), beside, |binary| {
             let mut outcome = Self::default();
-            while let Some(binary) = next() {
-                outcome.add(binary, &arguments);
-            }
+            outcome.add(binary, &arguments);
             outcome
-        };
-        std::thread::scope(|scope| {
-            let second = scope.spawn(|| {
-                let value = beside();
-                (work(), value)
-            });
-            let mut all = work();
-            let (other, value) =
-                (second.join()).unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            all.join(other);
-            (all, value)
-        })
+        });
+        let mut all = Self::default();
+        for outcome in outcomes {
+            all.join(outcome);
+        }
+        (all, value)
     }
 
     fn join(&mut self, other: Self) {
@@ -117,6 +107,40 @@ impl Outcome {
             _ => self.failed.push(test),
         }
     }
+}
+
+/// Does two pieces of work at a time, in their order; the second begins when `beside` has returned.
+///
+/// Returns what each piece returned, in the order of their ends, and the value of `beside`.
+pub(crate) fn two_at_a_time<I: Send, O: Send, T: Send>(
+    pieces: Vec<I>,
+    beside: impl FnOnce() -> T + Send,
+    work: impl Fn(I) -> O + Sync,
+) -> (Vec<O>, T) {
+    let queue = Mutex::new(pieces.into_iter());
+    let next = || queue.lock().ok()?.next();
+    let done = Mutex::new(Vec::new());
+    let row = || {
+        while let Some(piece) = next() {
+            let value = work(piece);
+            done.lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .push(value);
+        }
+    };
+    let value = std::thread::scope(|scope| {
+        let second = scope.spawn(|| {
+            let value = beside();
+            row();
+            value
+        });
+        row();
+        (second.join()).unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    });
+    (
+        done.into_inner().unwrap_or_else(PoisonError::into_inner),
+        value,
+    )
 }
 
 /// Programs that take minutes. They begin first, so that none of them runs alone at the end.

@@ -17,7 +17,7 @@ pub(crate) struct Time {
     pub(crate) step: String,
     pub(crate) elapsed: Duration,
     /// Of the commands that the step ran to their ends; unlike elapsed time, it hardly depends on other programs.
-    /// `None` if the system does not provide it.
+    /// `None` if the system does not provide it, or if another step ran at the same time.
     pub(crate) processor: Option<Duration>,
 }
 
@@ -58,6 +58,18 @@ impl Steps {
         value
     }
 
+    /// Adds a step that ran beside others.
+    pub(crate) fn add(&mut self, step: &str, elapsed: Duration, succeeded: bool) {
+        self.times.push(Time {
+            step: step.to_owned(),
+            elapsed,
+            processor: None,
+        });
+        if !succeeded {
+            self.failed.push(step.to_owned());
+        }
+    }
+
     /// Runs cargo as a step.
     pub(crate) fn cargo(&mut self, name: &str, arguments: &[&str]) {
         let what = format!("cargo {}", arguments.join(" "));
@@ -95,8 +107,27 @@ pub(crate) fn succeeds(command: &mut Command) -> Option<()> {
     }
 }
 
+/// Runs a task of the project in a separate process and shows its output when it ends; returns `None`, and prints why, if
+/// it fails.
+pub(crate) fn task(words: &[&str]) -> Option<()> {
+    let program = std::env::current_exe();
+    let ended = program.and_then(|program| Command::new(program).args(words).output());
+    match ended {
+        Ok(output) => {
+            let [out, errors] =
+                [&output.stdout, &output.stderr].map(|stream| String::from_utf8_lossy(stream));
+            eprint!("{out}{errors}");
+            output.status.success().then_some(())
+        }
+        Err(error) => {
+            eprintln!("── cannot start {}: {error}", words.join(" "));
+            None
+        }
+    }
+}
+
 /// Returns the processor time of all commands that ended, with those that they started.
-fn processor_time() -> Option<Duration> {
+pub(crate) fn processor_time() -> Option<Duration> {
     of_children(&std::fs::read_to_string("/proc/self/stat").ok()?)
 }
 

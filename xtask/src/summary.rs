@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::run::Outcome;
-use crate::steps::{Steps, Time};
+use crate::steps::{Steps, Time, processor_time};
 
 /// How many of the slowest tests are named.
 const SLOWEST: usize = 10;
@@ -46,7 +46,7 @@ fn times(steps: &Steps) {
     eprintln!("── steps: elapsed and processor time, s");
     let line = |time: &Time| {
         let processor = time.processor.map_or_else(
-            || format!("{:>8}", "?"),
+            || " ".repeat(8),
             |used| format!("{:8.1}", used.as_secs_f64()),
         );
         eprintln!(
@@ -59,7 +59,7 @@ fn times(steps: &Steps) {
     line(&Time {
         step: "together".to_owned(),
         elapsed: steps.begin.elapsed(),
-        processor: steps.times.iter().map(|time| time.processor).sum(),
+        processor: processor_time(),
     });
 }
 

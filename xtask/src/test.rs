@@ -5,7 +5,7 @@ use std::process::{Command, ExitCode};
 use crate::binaries::{Binary, build};
 use crate::install::{browser, hdf5};
 use crate::run::Outcome;
-use crate::steps::{Steps, cargo};
+use crate::steps::{Steps, cargo, task};
 use crate::summary;
 
 /// Features of the whole workspace where libhdf5 is, so that no crate is compiled twice.
@@ -40,7 +40,7 @@ pub(crate) fn everything() -> ExitCode {
     let all = ["--workspace", "--tests", features];
     let binaries = binaries(&mut steps, cargo(), &all);
     let outcome = tests(&mut steps, binaries.as_deref(), || {
-        let done = compile_beside();
+        let done = task(&["test", "compiled"]);
         done.is_none()
             .then(|| "cargo xtask test compiled".to_owned())
     });
@@ -102,24 +102,6 @@ fn tests(
         outcome.failed.is_empty().then_some(())
     });
     outcome
-}
-
-/// Runs [`compiled`] in a separate process and shows its output; returns `None` if a check failed.
-fn compile_beside() -> Option<()> {
-    let program = std::env::current_exe();
-    let run = program.and_then(|program| Command::new(program).args(["test", "compiled"]).output());
-    match run {
-        Ok(output) => {
-            let [out, errors] =
-                [&output.stdout, &output.stderr].map(|stream| String::from_utf8_lossy(stream));
-            eprint!("{out}{errors}");
-            output.status.success().then_some(())
-        }
-        Err(error) => {
-            eprintln!("── cannot start the checks beside the tests: {error}");
-            None
-        }
-    }
 }
 
 /// Checks that the library compiles without features, and the formats without any and with each alone.

@@ -15,12 +15,14 @@ mod servo;
 mod vectors;
 pub(crate) mod wheel;
 
+use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::{Duration, Instant};
 
 use python::Python;
 
-use crate::run::Outcome;
-use crate::steps::Steps;
+use crate::run::{Outcome, two_at_a_time};
+use crate::steps::{Steps, task};
 use crate::{fuzz, summary, target};
 
 /// A comparison with a foreign program.
@@ -33,7 +35,14 @@ struct Step {
     run: fn(&Python) -> Option<()>,
 }
 
-/// All steps, the quick ones first. A new comparison is a line here and a file beside this one.
+/// A step that ran in a separate process.
+struct Ended {
+    step: &'static str,
+    elapsed: Duration,
+    succeeded: bool,
+}
+
+/// All steps: those without packages, then the long ones first. A new comparison is a line here and a file beside this one.
 const STEPS: [Step; 13] = [
     Step {
         name: "benches",
@@ -48,63 +57,16 @@ const STEPS: [Step; 13] = [
         run: |_| fuzz::compiles(),
     },
     Step {
-        name: "mat73-static",
-        what: "the formats with a libhdf5 of their own, which CMake compiles",
-        packages: &["cmake==3.31.6"],
-        run: formats::with_own_libhdf5,
-    },
-    Step {
-        name: "scipy",
-        what: "the zero-phase filter of SciPy",
-        packages: &["numpy==2.4.6", "scipy==1.17.1"],
-        run: vectors::scipy,
-    },
-    Step {
-        name: "pinocchio",
-        what: "torques and momenta of Pinocchio",
-        packages: &["numpy==2.4.6", "pin==4.1.0"],
-        run: vectors::pinocchio,
-    },
-    Step {
-        name: "formats",
-        what: "logs as their usual writers write them",
-        packages: &[
-            "numpy==2.4.6",
-            "scipy==1.17.1",
-            "h5py==3.16.0",
-            "pandas==3.1.1",
-            "pyarrow==26.0.1",
-            "zstandard==0.25.0",
-            "mcap==1.6.0",
-            "mcap-ros2-support==0.6.0",
-            "rosbags==0.11.9",
-        ],
-        run: formats::check,
-    },
-    Step {
-        name: "mujoco",
-        what: "an arm simulated by MuJoCo, identified",
-        packages: &["numpy==2.4.6", "mujoco==4.0.0"],
-        run: mujoco::check,
-    },
-    Step {
-        name: "export",
-        what: "exported robots in Pinocchio, MuJoCo and Drake",
-        packages: &[
-            "numpy==2.4.6",
-            "pin==4.1.0",
-            "mujoco==4.0.0",
-            "drake==1.51.1",
-            "example-robot-data==6.0.0",
-            "cmeel-eigen==3.4.1",
-        ],
-        run: export::check,
-    },
-    Step {
         name: "arm",
         what: "exported C on Cortex-M4F and M7, in QEMU",
         packages: &[],
         run: arm::check,
+    },
+    Step {
+        name: "python",
+        what: "the wheel: types, examples, tests, notebooks, the cost of a call",
+        packages: PYTHON,
+        run: wheel::check,
     },
     Step {
         name: "new",
@@ -118,6 +80,19 @@ const STEPS: [Step; 13] = [
             "example-robot-data==6.0.0",
         ],
         run: new::check,
+    },
+    Step {
+        name: "export",
+        what: "exported robots in Pinocchio, MuJoCo and Drake",
+        packages: &[
+            "numpy==2.4.6",
+            "pin==4.1.0",
+            "mujoco==4.0.0",
+            "drake==1.51.1",
+            "example-robot-data==6.0.0",
+            "cmeel-eigen==3.4.1",
+        ],
+        run: export::check,
     },
     Step {
         name: "foreign",
@@ -144,10 +119,44 @@ const STEPS: [Step; 13] = [
         run: servo::check,
     },
     Step {
-        name: "python",
-        what: "the wheel: types, examples, tests, notebooks, the cost of a call",
-        packages: PYTHON,
-        run: wheel::check,
+        name: "formats",
+        what: "logs as their usual writers write them",
+        packages: &[
+            "numpy==2.4.6",
+            "scipy==1.17.1",
+            "h5py==3.16.0",
+            "pandas==3.1.1",
+            "pyarrow==26.0.1",
+            "zstandard==0.25.0",
+            "mcap==1.6.0",
+            "mcap-ros2-support==0.6.0",
+            "rosbags==0.11.9",
+        ],
+        run: formats::check,
+    },
+    Step {
+        name: "mujoco",
+        what: "an arm simulated by MuJoCo, identified",
+        packages: &["numpy==2.4.6", "mujoco==4.0.0"],
+        run: mujoco::check,
+    },
+    Step {
+        name: "mat73-static",
+        what: "the formats with a libhdf5 of their own, which CMake compiles",
+        packages: &["cmake==3.31.6"],
+        run: formats::with_own_libhdf5,
+    },
+    Step {
+        name: "pinocchio",
+        what: "torques and momenta of Pinocchio",
+        packages: &["numpy==2.4.6", "pin==4.1.0"],
+        run: vectors::pinocchio,
+    },
+    Step {
+        name: "scipy",
+        what: "the zero-phase filter of SciPy",
+        packages: &["numpy==2.4.6", "scipy==1.17.1"],
+        run: vectors::scipy,
     },
 ];
 
@@ -185,10 +194,17 @@ pub(crate) fn names() -> Vec<&'static str> {
     STEPS.iter().map(|step| step.name).collect()
 }
 
-/// Runs steps, also after one that fails; succeeds if none failed.
+/// Word before the name of a step whose packages are installed.
+const INSTALLED: &str = "installed";
+
+/// Runs steps, two at a time, also after one that fails; succeeds if none failed.
 ///
 /// - `chosen`: their names; all if empty.
 pub(crate) fn run(chosen: &[&str]) -> ExitCode {
+    let (is_installed, chosen) = match chosen {
+        [INSTALLED, step] => (true, std::slice::from_ref(step)),
+        chosen => (false, chosen),
+    };
     if let Some(unknown) = chosen.iter().find(|name| !names().contains(*name)) {
         eprintln!(
             "there is no step {unknown}; there are {}",
@@ -197,18 +213,59 @@ pub(crate) fn run(chosen: &[&str]) -> ExitCode {
         return ExitCode::from(2);
     }
     let mut steps = Steps::default();
-    for step in STEPS
-        .iter()
+    let chosen: Vec<&Step> = (STEPS.iter())
         .filter(|step| chosen.is_empty() || chosen.contains(&step.name))
-    {
+        .collect();
+    if let [step] = chosen[..] {
         steps.step(step.name, step.what, || {
-            let python = Python::with(&target().join("outside"), step.packages)?;
-            (step.run)(&python)
+            let packages = if is_installed { &[] } else { step.packages };
+            (step.run)(&Python::with(&folder(), packages)?)
         });
+    } else {
+        side_by_side(&mut steps, chosen);
     }
     if summary::print(&steps, &Outcome::default()) {
         ExitCode::SUCCESS
     } else {
         ExitCode::FAILURE
+    }
+}
+
+fn folder() -> PathBuf {
+    target().join("outside")
+}
+
+/// Runs steps in separate processes, two at a time, and shows the output of each when it ends.
+///
+/// The packages of all steps are installed beside the steps that need none, because pip must not change packages in use.
+fn side_by_side(steps: &mut Steps, chosen: Vec<&Step>) {
+    let (later, first): (Vec<&Step>, Vec<&Step>) =
+        (chosen.into_iter()).partition(|step| !step.packages.is_empty());
+    let install = || {
+        eprintln!("── packages: pip installs those of {} steps", later.len());
+        let begin = Instant::now();
+        let has_packages = |step: &&Step| Python::with(&folder(), step.packages).is_some();
+        let (ready, without): (Vec<&Step>, Vec<&Step>) = later.into_iter().partition(has_packages);
+        (ready, without, begin.elapsed())
+    };
+    let (mut ended, (ready, without, installing)) = two_at_a_time(first, install, in_process);
+    ended.extend(two_at_a_time(ready, || (), in_process).0);
+    steps.add("packages", installing, without.is_empty());
+    for step in ended {
+        steps.add(step.step, step.elapsed, step.succeeded);
+    }
+    let names = without.iter().map(|step| step.name.to_owned());
+    steps.failed.extend(names);
+}
+
+/// Runs a step in a separate process; returns its name, its time, and whether it succeeded.
+fn in_process(step: &Step) -> Ended {
+    eprintln!("── {} begins: {}", step.name, step.what);
+    let begin = Instant::now();
+    let succeeded = task(&["test", "outside", INSTALLED, step.name]).is_some();
+    Ended {
+        step: step.name,
+        elapsed: begin.elapsed(),
+        succeeded,
     }
 }

@@ -7,7 +7,7 @@ use super::python::Python;
 use crate::target;
 
 /// Trials of CMA-ES: enough for a comparison with sprung, not for convergence.
-const TRIALS: &str = "300";
+const TRIALS: &str = "50";
 
 /// Identifies the servo of `examples/servo-pendulum`; the script prints a table and fails if sprung is more
 /// than 5 % off.
