@@ -6,6 +6,7 @@
 mod file;
 mod pages;
 mod parts;
+mod run;
 
 use std::fs;
 use std::path::Path;

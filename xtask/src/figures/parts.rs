@@ -1,14 +1,13 @@
 //! The parts of the figures: their commands, and the code that they measure.
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::Path;
 
-use crate::install::hdf5;
+use super::run::{Run, data, foreign_logs};
 use crate::outside::python::Python;
 use crate::outside::wheel::{self, For};
 use crate::steps::succeeds;
-use crate::{root, target};
+use crate::target;
 
 /// A group of figures that one run measures, and one table of the documentation.
 pub(super) struct Part {
@@ -417,13 +416,6 @@ pub(super) const PARTS: [Part; 22] = [
     },
 ];
 
-/// A run of a part.
-struct Run {
-    python: Python,
-    /// Where benchmarks note their figures.
-    notes: PathBuf,
-}
-
 impl Part {
     /// Runs the part; returns `None`, and prints why, if a program fails. Its notes are in a new file.
     pub(super) fn run(&self, notes: &Path) -> Option<()> {
@@ -440,81 +432,4 @@ impl Part {
         };
         (self.run)(&run)
     }
-}
-
-impl Run {
-    /// Runs a script of the repository, with the packages of the part if it has any.
-    fn python(&self, script: &str, arguments: &[&Path]) -> Option<()> {
-        let environment = self.python.program();
-        let program = if environment.exists() {
-            environment
-        } else {
-            Path::new("python3")
-        };
-        let mut command = self.command(program);
-        succeeds(command.arg(root().join(script)).args(arguments))
-    }
-
-    /// Runs a benchmark of cargo.
-    fn bench(&self, package: &str, name: &str, arguments: &[&str]) -> Option<()> {
-        let mut command = self.command(env!("CARGO"));
-        let bench = ["bench", "--quiet", "-p", package, "--bench", name, "--"];
-        succeeds(command.args(bench).args(arguments).current_dir(root()))
-    }
-
-    /// Runs tests of cargo, as a release.
-    fn test(&self, package: &str, folder: &str, names: &[&str]) -> Option<()> {
-        let mut command = self.command(env!("CARGO"));
-        let test = [
-            "test",
-            "--quiet",
-            "--release",
-            "-p",
-            package,
-            "--test",
-            folder,
-            "--",
-        ];
-        // One at a time, so that the figures have one order.
-        command.env("RUST_TEST_THREADS", "1");
-        succeeds(command.args(test).args(names).current_dir(root()))
-    }
-
-    /// Builds the program as a release, and returns its path.
-    fn sprung(&self) -> Option<PathBuf> {
-        let build = ["build", "--quiet", "--release", "-p", "sprung-cli"];
-        let mut command = self.command(env!("CARGO"));
-        if hdf5() {
-            command.args(build).arg("--features=mat73")
-        } else {
-            command.args(build)
-        };
-        succeeds(command.current_dir(root()))?;
-        target().join("release/sprung").canonicalize().ok()
-    }
-
-    fn command(&self, program: impl AsRef<std::ffi::OsStr>) -> Command {
-        let mut command = Command::new(program);
-        command.env("SPRUNG_FIGURES", &self.notes);
-        command
-    }
-}
-
-fn foreign_logs() -> PathBuf {
-    target().join("figures/foreign")
-}
-
-/// Returns the folder with the logs of real machines; `None`, and prints why, if it is absent.
-fn data() -> Option<PathBuf> {
-    let folder = std::env::var_os("SPRUNG_TEST_DATA")
-        .map_or_else(|| root().join("../shared"), PathBuf::from);
-    let data = folder.join("data");
-    if !data.is_dir() {
-        eprintln!(
-            "── {} is absent: SPRUNG_TEST_DATA must name the folder that holds `data` with the logs of the machines",
-            data.display()
-        );
-        return None;
-    }
-    Some(data)
 }

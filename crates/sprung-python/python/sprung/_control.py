@@ -14,7 +14,7 @@ import numpy as np
 
 from sprung._files import write_text
 from sprung._record import record
-from sprung._report import Report
+from sprung._report import Pickled, Report
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -325,10 +325,10 @@ class Control(Report):
     torque_percent: float | None
     payload: bool
     assumed: list[str]
-    _handle: _sprung.Designed | _Pickled
+    _handle: _sprung.Designed | _PickledControl
 
     @classmethod
-    def _of(cls, handle: _sprung.Designed | _Pickled) -> Control:
+    def _of(cls, handle: _sprung.Designed | _PickledControl) -> Control:
         own = json.loads(handle.json())
         controller, proof = own["controller"], own["proof"]
         bandwidth = own.get("bandwidth")
@@ -408,26 +408,19 @@ class Control(Report):
         return "\n".join(said)
 
 
-class _Pickled:
-    """The parts of a design that came out of a pickle."""
+class _PickledControl(Pickled):
+    """JSON, report and parameter file of a design that came out of a pickle."""
 
     def __init__(self, json_text: str, toml: str, page: str) -> None:
-        self._json = json_text
+        super().__init__(json_text, page)
         self._toml = toml
-        self._page = page
-
-    def json(self) -> str:
-        return self._json
 
     def toml(self) -> str:
         return self._toml
 
-    def report(self) -> str:
-        return self._page
-
 
 def _control(json_text: str, toml: str, page: str) -> Control:
-    return Control._of(_Pickled(json_text, toml, page))
+    return Control._of(_PickledControl(json_text, toml, page))
 
 
 def _array(given: Sequence[float] | Sequence[Sequence[float]]) -> Numbers:

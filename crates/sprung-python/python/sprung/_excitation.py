@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sprung._files import remove, write_text
-from sprung._report import Report
+from sprung._report import Pickled, Report
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -212,10 +212,10 @@ class Excitation(Report):
     limits: list[LimitUsed]
     more: list[More]
     assumed: list[str]
-    _handle: _sprung.Excited | _Pickled
+    _handle: _sprung.Excited | _PickledExcitation
 
     @classmethod
-    def _of(cls, handle: _sprung.Excited | _Pickled) -> Excitation:
+    def _of(cls, handle: _sprung.Excited | _PickledExcitation) -> Excitation:
         own = json.loads(handle.json())
         motion = own["motion"]
         return cls(
@@ -292,19 +292,15 @@ class Excitation(Report):
         )
 
 
-class _Pickled:
-    """The parts of a design that came out of a pickle."""
+class _PickledExcitation(Pickled):
+    """JSON, report, motions and files of a design that came out of a pickle."""
 
     def __init__(
         self, json_text: str, motions: _Motions, files: list[tuple[str, str]], page: str
     ) -> None:
-        self._json = json_text
+        super().__init__(json_text, page)
         self._motions = motions
         self._files = files
-        self._page = page
-
-    def json(self) -> str:
-        return self._json
 
     def trajectory(self) -> Samples:
         return self._motions[0]
@@ -318,14 +314,11 @@ class _Pickled:
     def files(self) -> list[tuple[str, str]]:
         return self._files
 
-    def report(self) -> str:
-        return self._page
-
 
 def _excitation(
     json_text: str, motions: _Motions, files: list[tuple[str, str]], page: str
 ) -> Excitation:
-    return Excitation._of(_Pickled(json_text, motions, files, page))
+    return Excitation._of(_PickledExcitation(json_text, motions, files, page))
 
 
 def _trajectory(samples: Samples | None) -> Trajectory | None:
