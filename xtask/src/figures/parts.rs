@@ -7,7 +7,7 @@ use super::run::{Run, data, foreign_logs};
 use crate::outside::python::Python;
 use crate::outside::wheel::{self, For};
 use crate::steps::succeeds;
-use crate::target;
+use crate::{root, target};
 
 /// A group of figures that one run measures, and one table of the documentation.
 pub(super) struct Part {
