@@ -24,7 +24,11 @@ def page(path: Path) -> tuple[str, dict[str, bytes]]:
     """Runs a notebook; returns its page and its pictures."""
     book = nbformat.read(path, as_version=4)
     with tempfile.TemporaryDirectory() as folder:
-        NotebookClient(book, timeout=600, resources={"metadata": {"path": folder}}).execute()
+        # A busy machine sends what one cell prints in several messages.
+        client = NotebookClient(
+            book, timeout=600, coalesce_streams=True, resources={"metadata": {"path": folder}}
+        )
+        client.execute()
     for cell in book.cells:
         # Progress is not part of a page.
         cell["outputs"] = [own for own in cell.get("outputs", []) if own.get("name") != "stderr"]
