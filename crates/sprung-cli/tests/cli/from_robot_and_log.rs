@@ -2,7 +2,7 @@
 
 use crate::common::{Ran, messages, stderr};
 use crate::new::{ARM, Desk};
-use crate::new_log::{LEAST_SQUARES, Renamed, column, csv, named, recorded};
+use crate::renamed_log::{LEAST_SQUARES, Renamed, column, csv, named, recorded};
 
 /// A column: its name, its number in the log of the twin, and a factor.
 const RIGID: [Renamed<'static>; 5] = [

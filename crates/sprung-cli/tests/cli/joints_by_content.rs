@@ -1,6 +1,6 @@
 //! `sprung new --log` finds the joints of columns whose names do not contain them.
 
-use crate::new_log::{begun, column, csv, is_identified, named, recorded};
+use crate::renamed_log::{begun, column, csv, is_identified, named, recorded};
 
 /// Returns the experiment of a log of the twin with other names: columns of q1, q2, phi1, phi2, tau1, tau2.
 fn of(names: [&str; 6], places: [usize; 6]) -> String {

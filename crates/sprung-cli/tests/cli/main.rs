@@ -41,6 +41,7 @@ mod payload;
 mod physical;
 mod real_machine;
 mod refined;
+mod renamed_log;
 mod robots;
 mod servo;
 mod seven_joints;

@@ -3,7 +3,9 @@
 use crate::common::{messages, stderr, stdout};
 use crate::mcap_bytes::{file_of, joint_state, record, text};
 use crate::new::ARM;
-use crate::new_log::{Columns, LEAST_SQUARES, begun, column, csv, is_identified, named, recorded};
+use crate::renamed_log::{
+    Columns, LEAST_SQUARES, begun, column, csv, is_identified, named, recorded,
+};
 
 /// A bag with the topics of some robots: positions and efforts of two joints.
 fn bag(topics: &[&str], log: &[Vec<f64>]) -> Vec<u8> {

@@ -7,7 +7,7 @@ use arrow_array::builder::{Float64Builder, ListBuilder, StringBuilder};
 use arrow_array::{ArrayRef, Float64Array, RecordBatch};
 use parquet::arrow::ArrowWriter;
 
-use crate::new_log::{begun, is_identified, recorded};
+use crate::renamed_log::{begun, is_identified, recorded};
 
 /// Writes positions and torques as lists, as a table of `JointState` messages has them.
 fn lists(path: &std::path::Path, log: &[Vec<f64>], names: Option<[&str; 2]>) {
