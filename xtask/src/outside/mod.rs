@@ -42,8 +42,16 @@ struct Ended {
     succeeded: bool,
 }
 
+/// What pip did.
+struct Installed {
+    /// Steps that have their packages.
+    ready: Vec<&'static Step>,
+    without: Vec<&'static Step>,
+    elapsed: Duration,
+}
+
 /// All steps: those without packages, then the long ones first. A new comparison is a line here and a file beside this one.
-const STEPS: [Step; 13] = [
+static STEPS: [Step; 13] = [
     Step {
         name: "benches",
         what: "every benchmark of cargo, once and with little work",
@@ -213,7 +221,7 @@ pub(crate) fn run(chosen: &[&str]) -> ExitCode {
         return ExitCode::from(2);
     }
     let mut steps = Steps::default();
-    let chosen: Vec<&Step> = (STEPS.iter())
+    let chosen: Vec<&'static Step> = (STEPS.iter())
         .filter(|step| chosen.is_empty() || chosen.contains(&step.name))
         .collect();
     if let [step] = chosen[..] {
@@ -238,23 +246,27 @@ fn folder() -> PathBuf {
 /// Runs steps in separate processes, two at a time, and shows the output of each when it ends.
 ///
 /// The packages of all steps are installed beside the steps that need none, because pip must not change packages in use.
-fn side_by_side(steps: &mut Steps, chosen: Vec<&Step>) {
-    let (later, first): (Vec<&Step>, Vec<&Step>) =
+fn side_by_side(steps: &mut Steps, chosen: Vec<&'static Step>) {
+    let (later, first): (Vec<&'static Step>, Vec<&Step>) =
         (chosen.into_iter()).partition(|step| !step.packages.is_empty());
     let install = || {
         eprintln!("── packages: pip installs those of {} steps", later.len());
         let begin = Instant::now();
         let has_packages = |step: &&Step| Python::with(&folder(), step.packages).is_some();
-        let (ready, without): (Vec<&Step>, Vec<&Step>) = later.into_iter().partition(has_packages);
-        (ready, without, begin.elapsed())
+        let (ready, without) = later.into_iter().partition(has_packages);
+        Installed {
+            ready,
+            without,
+            elapsed: begin.elapsed(),
+        }
     };
-    let (mut ended, (ready, without, installing)) = two_at_a_time(first, install, in_process);
-    ended.extend(two_at_a_time(ready, || (), in_process).0);
-    steps.add("packages", installing, without.is_empty());
+    let (mut ended, installed) = two_at_a_time(first, install, in_process);
+    ended.extend(two_at_a_time(installed.ready, || (), in_process).0);
+    steps.add("packages", installed.elapsed, installed.without.is_empty());
     for step in ended {
         steps.add(step.step, step.elapsed, step.succeeded);
     }
-    let names = without.iter().map(|step| step.name.to_owned());
+    let names = (installed.without.iter()).map(|step| step.name.to_owned());
     steps.failed.extend(names);
 }
 
