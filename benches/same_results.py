@@ -309,12 +309,12 @@ class Comparison:
             if key not in a or key not in b:
                 self.apart.append(f"{path}.{key}: only in one of the two")
                 continue
-            own = self.errors.get(key, scale)
-            if own is None and key in ("delay_s", "offset_rad"):
-                own = a.get("standard_error_s") or a.get("standard_error_rad")
+            key_scale = self.errors.get(key, scale)
+            if key_scale is None and key in ("delay_s", "offset_rad"):
+                key_scale = a.get("standard_error_s") or a.get("standard_error_rad")
             if key in ("torque_rms_nm", "torque_share", "torque_over_residual", "nominal"):
-                own = None
-            self.value(f"{path}.{key}", a[key], b[key], own)
+                key_scale = None
+            self.value(f"{path}.{key}", a[key], b[key], key_scale)
 
 
 def errors_of(result):
@@ -345,8 +345,8 @@ def main():
             if name in MEASURED and args.logs is None:
                 sys.exit(f"{name} needs --logs FOLDER")
             folder = prepared(name, old, args.logs, Path(work))
-            own = CASES[name].estimators if name in CASES else BOTH
-            for estimator in [None] if own is None else args.estimator or own:
+            estimators = CASES[name].estimators if name in CASES else BOTH
+            for estimator in [None] if estimators is None else args.estimator or estimators:
                 before = identified(old, folder, estimator)
                 after = identified(new, folder, estimator)
                 result = before if estimator is None else before["results"][0]

@@ -108,14 +108,14 @@ class Arm:
             link, reach = todo.pop()
             inertial = links[link].find("inertial")
             if inertial is not None:
-                own = float(inertial.find("mass").get("value"))
+                link_mass = float(inertial.find("mass").get("value"))
                 origin = inertial.find("origin")
                 offset = 0.0
                 if origin is not None:
                     xyz = [float(x) for x in origin.get("xyz", "0 0 0").split()]
                     offset = math.hypot(*xyz)
-                mass += own
-                moment += own * (reach + offset)
+                mass += link_mass
+                moment += link_mass * (reach + offset)
             for joint in every.values():
                 if joint.find("parent").get("link") == link:
                     origin = joint.find("origin")
@@ -199,20 +199,20 @@ def run(program, arguments, folder):
 
 def simulated(program, arm, folder, rigid):
     """The log of the twin, and the true values of the parameters by name."""
-    own = folder / "twins" / ("rigid" if rigid else "flexible") / arm.name
-    own.mkdir(parents=True, exist_ok=True)
-    (own / "twin.toml").write_text(arm.twin(rigid))
-    code, _, error = run(program, ["simulate", "twin.toml", "--out", "log"], own)
+    twin_folder = folder / "twins" / ("rigid" if rigid else "flexible") / arm.name
+    twin_folder.mkdir(parents=True, exist_ok=True)
+    (twin_folder / "twin.toml").write_text(arm.twin(rigid))
+    code, _, error = run(program, ["simulate", "twin.toml", "--out", "log"], twin_folder)
     if code != 0:
         sys.exit(f"{arm.name}: {error}")
     least = "identify.estimator=[\"least-squares\"]"
     code, _, error = run(program, ["identify", "twin.toml", "--quiet", "--set", least, "--out", "found",
-                                    "--set", "log.file=log/twin.csv"], own)
+                                    "--set", "log.file=log/twin.csv"], twin_folder)
     if code not in (0, 1):
         sys.exit(f"{arm.name}: {error}")
-    result = json.loads((own / "found/identification.json").read_text())
-    truth = {own["name"]: own.get("nominal") for own in result["results"][0]["parameters"]}
-    table = np.genfromtxt(own / "log/twin.csv", delimiter=",", names=True)
+    result = json.loads((twin_folder / "found/identification.json").read_text())
+    truth = {parameter["name"]: parameter.get("nominal") for parameter in result["results"][0]["parameters"]}
+    table = np.genfromtxt(twin_folder / "log/twin.csv", delimiter=",", names=True)
     count = len(arm.joints)
     signal = lambda stem: np.column_stack([table[f"{stem}{k}"] for k in range(count)])
     log = {"t": table["t"], "phi": signal("phi"), "tau": signal("tau")}
@@ -330,10 +330,10 @@ def bag(path, arm, time, columns, with_gripper):
             clock = {"sec": stamp // 10**9, "nanosec": stamp % 10**9}
 
             def send(topic, position, velocity=None, effort=None):
-                own = fingers if topic == "/joint_states" else []
-                extra = [float(opening[k])] * len(own)
+                extra_joints = fingers if topic == "/joint_states" else []
+                extra = [float(opening[k])] * len(extra_joints)
                 with_extra = lambda values: [] if values is None else extra + values[k].tolist()
-                message = {"header": {"stamp": clock, "frame_id": ""}, "name": own + arm.joints,
+                message = {"header": {"stamp": clock, "frame_id": ""}, "name": extra_joints + arm.joints,
                            "position": with_extra(position), "velocity": with_extra(velocity),
                            "effort": with_extra(effort)}
                 writer.write_message(topic, joint_state, message, stamp, stamp)
@@ -366,15 +366,15 @@ def judged(program, arm, log, folder, truth):
     text = (folder / "exp/sprung-out/identification.json").read_text()
     result = json.loads(text)["results"][0]
     worst, name = 0.0, ""
-    for own in result["parameters"]:
-        true, value = truth.get(own["name"]), own["value"]
-        if own["name"] not in truth:
-            return "other parameters", None, own["name"]
-        if true is None or own.get("torque_share") is None or value == 0.0:
+    for parameter in result["parameters"]:
+        true, value = truth.get(parameter["name"]), parameter["value"]
+        if parameter["name"] not in truth:
+            return "other parameters", None, parameter["name"]
+        if true is None or parameter.get("torque_share") is None or value == 0.0:
             continue
-        off = abs((value - true) / value) * own["torque_share"]
+        off = abs((value - true) / value) * parameter["torque_share"]
         if off > worst:
-            worst, name = off, own["name"]
+            worst, name = off, parameter["name"]
     verdict = result["verdict"]
     if worst > WRONG:
         verdict += ", WRONG" if verdict == "good" else ", off"
@@ -394,11 +394,11 @@ def cases(index, row, program, folder, wanted):
         if rigid not in made:
             made[rigid] = simulated(program, arm, folder, rigid)
         log, truth = made[rigid]
-        own = folder / kind / arm.name
-        subprocess.run(["rm", "-rf", own], check=True)
-        own.mkdir(parents=True)
-        write(own / f"log.{form}", arm, kind, *recorded(arm, index, kind, log))
-        found.append((case, kind, *judged(program, arm, f"log.{form}", own, truth)))
+        case_folder = folder / kind / arm.name
+        subprocess.run(["rm", "-rf", case_folder], check=True)
+        case_folder.mkdir(parents=True)
+        write(case_folder / f"log.{form}", arm, kind, *recorded(arm, index, kind, log))
+        found.append((case, kind, *judged(program, arm, f"log.{form}", case_folder, truth)))
     return found
 
 

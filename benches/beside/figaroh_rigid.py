@@ -58,5 +58,7 @@ def identify(log):
     found = dict(zip(names, theta))
     ours = {"fv": "motor_viscous", "fs": "motor_coulomb"}
     return {
-        f"joint{joint}.{own}": found[f"{short}_joint{joint}"] for short, own in ours.items() for joint in (1, 2)
+        f"joint{joint}.{parameter}": found[f"{short}_joint{joint}"]
+        for short, parameter in ours.items()
+        for joint in (1, 2)
     }

@@ -35,7 +35,7 @@ def tracking(program, folder, out):
 
 def design(program, folder, out, poses, *more):
     settings = ["control.feedback=declared", "control.simulations=1", f"control.poses={poses}"]
-    flags = [word for own in settings for word in ("--set", own)]
+    flags = [word for setting in settings for word in ("--set", setting)]
     subprocess.run([program, "control", folder, "--quiet", "--out", out, *flags, *more], check=True)
     return json.loads((out / "control.json").read_text())
 
@@ -64,12 +64,12 @@ def main():
     error = left = 0.0
     for pose in range(DESIGNED, DESIGNED + NEW):
         for motors in ("free", "held"):
-            own, known = (
+            frequencies, known = (
                 sorted(v["poses"][pose]["hz"] for v in of["vibrations"] if v["motors"] == motors and v["poses"][pose])
                 for of in (found, true)
             )
-            if len(own) == len(known):
-                error = max([error, *(abs(a / b - 1) for a, b in zip(own, known))])
+            if len(frequencies) == len(known):
+                error = max([error, *(abs(a / b - 1) for a, b in zip(frequencies, known))])
         if shaper:
             loop = [v["poses"][pose] for v in true["vibrations"] if v["motors"] == "controlled"]
             for mode in filter(None, loop[: len(shaper["modes"])]):

@@ -95,7 +95,7 @@ class Outcome:
 
 def toml(value):
     if isinstance(value, dict):
-        return "{ " + ", ".join(f"{json.dumps(key)} = {toml(own)}" for key, own in value.items()) + " }"
+        return "{ " + ", ".join(f"{json.dumps(key)} = {toml(item)}" for key, item in value.items()) + " }"
     if isinstance(value, list):
         return "[" + ", ".join(map(toml, value)) + "]"
     return json.dumps(value, ensure_ascii=False)
@@ -105,7 +105,7 @@ def write_experiment(folder, experiment):
     lines = []
     for key, value in experiment.items():
         if isinstance(value, dict):
-            lines += [f"[{key}]"] + [f"{json.dumps(own)} = {toml(of)}" for own, of in value.items()]
+            lines += [f"[{key}]"] + [f"{json.dumps(name)} = {toml(of)}" for name, of in value.items()]
         else:
             lines.insert(0, f"{key} = {toml(value)}")
     (folder / "experiment.toml").write_text("\n".join(lines) + "\n")
@@ -119,9 +119,9 @@ def columns_of(keys, quantity):
     """Returns the columns of a quantity, and the factor of its readings to radians or N·m."""
     for key, value in keys.items():
         if key.startswith(quantity) and not key.endswith("_side"):
-            own = value if isinstance(value, dict) else {"column": value}
-            counts = own.get("counts_per_turn")
-            return key, own["column"], 2 * np.pi / counts if counts else 1.0
+            channel = value if isinstance(value, dict) else {"column": value}
+            counts = channel.get("counts_per_turn")
+            return key, channel["column"], 2 * np.pi / counts if counts else 1.0
     return None, [], 1.0
 
 
@@ -136,14 +136,14 @@ def sound(folder, name, gears, rigid=False):
     log = {"file": "log.csv", "time_s": keys["time_s"]}
     columns, names = {keys["time_s"]: table[:, heads.index(keys["time_s"])]}, {}
     for quantity in QUANTITIES[:3]:
-        _, own, factor = columns_of(keys, quantity)
-        names[quantity] = own
+        _, column_names, factor = columns_of(keys, quantity)
+        names[quantity] = column_names
         if rigid and quantity == "link_position":
             continue
         if quantity == "motor_position" and "side" in str(keys.get("motor_position", "")):
             log["motor_position_side"] = "motor"
-        log[quantity + ("_nm" if quantity == "motor_torque" else "_rad")] = own
-        for column in own:
+        log[quantity + ("_nm" if quantity == "motor_torque" else "_rad")] = column_names
+        for column in column_names:
             columns[column] = factor * table[:, heads.index(column)]
     robot["name"] = name
     if "urdf" in robot:
@@ -228,11 +228,11 @@ def mended(experiment, setting):
         return experiment
     target = experiment.setdefault(table.strip("[]"), {})
     for key, value in keys.items():
-        quantity = next((own for own in QUANTITIES if key.startswith(own)), None)
+        quantity = next((name for name in QUANTITIES if key.startswith(name)), None)
         if table == "[log]" and quantity and not key.endswith("_side"):
             of = "motor_torque" if quantity == "motor_current" else quantity
-            for own in [own for own in target if own.startswith(of) and not own.endswith("_side")]:
-                del target[own]
+            for name in [name for name in target if name.startswith(of) and not name.endswith("_side")]:
+                del target[name]
         if isinstance(value, dict) and key in ("sign", "gain", "delay_s"):
             target[key] = target.get(key, {}) | value
         else:
@@ -246,9 +246,11 @@ def identified(args, folder):
     if done.returncode not in (0, 1):
         return None
     result = json.loads((folder / "sprung-out/identification.json").read_text())["results"][0]
-    drives = {own["name"]: own["value"] for own in result["parameters"] if own["name"].endswith(DRIVE)}
+    drives = {
+        parameter["name"]: parameter["value"] for parameter in result["parameters"] if parameter["name"].endswith(DRIVE)
+    }
     figures = json.loads(run(args.binary, "check", folder, "--json", "--threads", 1).stdout)["joints"]
-    return drives, [1 - own["explained_percent"] / 100 for own in figures]
+    return drives, [1 - joint["explained_percent"] / 100 for joint in figures]
 
 
 def distance(found, truth):
@@ -295,7 +297,7 @@ def judge(args, name, fault, number, base, truth):
         far, left = distance(after, truth)
         if np.isfinite(far) and (far > before[0] + MORE_DISTANCE or left > before[1] + MORE_UNEXPLAINED):
             outcome.worse.append(setting)
-        values = [] if after is None else [after[0].get(own, 0.0) / true for own, true in truth[0].items()]
+        values = [] if after is None else [after[0].get(parameter, 0.0) / true for parameter, true in truth[0].items()]
         near = bool(values) and all(1 / SAME < value < SAME for value in values)
         outcome.said.append(f"    {setting[:60]}: distance {before[0]:.3f} -> {far:.3f}, left {before[1]:.3g} -> {left:.3g}")
         if setting == loud[0].get("setting"):
@@ -305,7 +307,7 @@ def judge(args, name, fault, number, base, truth):
 
 
 def words(text):
-    return [own.strip() for own in text.split(",")]
+    return [word.strip() for word in text.split(",")]
 
 
 def main():
@@ -326,7 +328,7 @@ def main():
         base.write(folder)
         truth = identified(args, folder)
         report = json.loads(run(args.binary, "check", folder, "--json", "--threads", 1).stdout)
-        loud = [own["code"] for own in report["findings"] if own["severity"] != "info"]
+        loud = [finding["code"] for finding in report["findings"] if finding["severity"] != "info"]
         print(f"{name:12} sound: {', '.join(loud) or 'no finding'}", flush=True)
         for k, fault in enumerate(args.faults):
             if fault in ("sign-of-link", "links-exchanged") and not base.links:
@@ -334,22 +336,22 @@ def main():
             tasks.append((name, fault, place + k, base, truth))
     outcomes = []
     with ThreadPoolExecutor(args.jobs) as pool:
-        for own in pool.map(lambda task: judge(args, *task), tasks):
-            outcomes.append(own)
-            word = "right" if own.right else "WRONG"
-            worse = f", {len(own.worse)} worse" if own.worse else ""
-            print(f"{own.log:12}{own.fault:20}{word}{worse}  {own.first}", flush=True)
-            if args.verbose or not own.right or own.worse:
-                print("\n".join("      " + line for line in own.said), flush=True)
+        for outcome in pool.map(lambda task: judge(args, *task), tasks):
+            outcomes.append(outcome)
+            word = "right" if outcome.right else "WRONG"
+            worse = f", {len(outcome.worse)} worse" if outcome.worse else ""
+            print(f"{outcome.log:12}{outcome.fault:20}{word}{worse}  {outcome.first}", flush=True)
+            if args.verbose or not outcome.right or outcome.worse:
+                print("\n".join("      " + line for line in outcome.said), flush=True)
     print(f"\n{'fault':20}{'logs':>6}{'right':>7}{'worse':>7}")
     for fault in args.faults:
-        own = [one for one in outcomes if one.fault == fault]
-        print(f"{fault:20}{len(own):6}{sum(one.right for one in own):7}{sum(bool(one.worse) for one in own):7}")
+        group = [one for one in outcomes if one.fault == fault]
+        print(f"{fault:20}{len(group):6}{sum(one.right for one in group):7}{sum(bool(one.worse) for one in group):7}")
         name = fault.replace("-", " ")
-        note(fault, f"{name}, {len(own)} logs: right", sum(one.right for one in own), "", better="higher")
-        note(f"{fault}, worse", f"{name}: lines that make it worse", sum(bool(one.worse) for one in own), "")
-    right, worse = np.mean([own.right for own in outcomes]), sum(bool(own.worse) for own in outcomes)
-    print(f"{'all':20}{len(outcomes):6}{sum(own.right for own in outcomes):7}{worse:7}")
+        note(fault, f"{name}, {len(group)} logs: right", sum(one.right for one in group), "", better="higher")
+        note(f"{fault}, worse", f"{name}: lines that make it worse", sum(bool(one.worse) for one in group), "")
+    right, worse = np.mean([outcome.right for outcome in outcomes]), sum(bool(outcome.worse) for outcome in outcomes)
+    print(f"{'all':20}{len(outcomes):6}{sum(outcome.right for outcome in outcomes):7}{worse:7}")
     sys.exit(args.strict and (right < LEAST_RIGHT or worse > 0))
 
 

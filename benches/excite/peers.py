@@ -74,7 +74,7 @@ OWN = [
     Peer("FloBaRoID of 2026", "determinant", ("offset", "viscous", "coulomb"), 6, 200, 1, True),
 ]
 # More harmonics need more samples, so that limits hold between them.
-PEERS = [peer for own in OWN for peer in (own, replace(own, harmonics=TEN, samples=200))]
+PEERS = [peer for original in OWN for peer in (original, replace(original, harmonics=TEN, samples=200))]
 
 
 class Arm:
@@ -114,7 +114,7 @@ class Arm:
         here = function(*states)
         for order in range(3):
             for joint in range(self.n):
-                moved = [own.copy() for own in states]
+                moved = [values.copy() for values in states]
                 moved[order][:, joint] += DIFFERENCE
                 yield order, joint, (function(*moved) - here) / DIFFERENCE
 
@@ -187,7 +187,9 @@ class Problem:
         times = np.arange(peer.samples) * DURATION_S / peer.samples
         self.free = scipy.linalg.null_space(np.vstack([self.waves(np.zeros(1), order) for order in (1, 2)]))
         constants = [np.full((peer.samples, 1), float(order == 0)) for order in range(3)]
-        self.basis = [np.hstack([own, self.waves(times, order) @ self.free]) for order, own in enumerate(constants)]
+        self.basis = [
+            np.hstack([constant, self.waves(times, order) @ self.free]) for order, constant in enumerate(constants)
+        ]
         self.functions = self.basis[0].shape[1]
         self.size = self.functions * arm.n
         self.known, self.best, self.starts, self.weight = None, (np.inf, np.inf, None), 0, None
@@ -206,13 +208,15 @@ class Problem:
     def at(self, x):
         """Returns states, columns, objective with derivatives, and used parts of limits of a motion."""
         if self.known is None or not np.array_equal(self.known[0], x):
-            states = [own @ x.reshape(self.functions, -1) for own in self.basis]
+            states = [basis @ x.reshape(self.functions, -1) for basis in self.basis]
             y, torque = self.columns(*states), self.arm.torques(*states)
             found = self.objective(self, y, torque, states[0])
             used = np.array([states[0] - self.arm.middle, *states[1:], torque]) / self.arm.limits[:, None, :]
             self.known = x.copy(), states, y, found, used
             excess = np.abs(used).max() - PART
-            self.best = min(self.best, (excess if excess > FEASIBLE else 0.0, found[0], x.copy()), key=lambda own: own[:2])
+            self.best = min(
+                self.best, (excess if excess > FEASIBLE else 0.0, found[0], x.copy()), key=lambda motion: motion[:2]
+            )
         return self.known[1:]
 
     def condition_number(self, x):
@@ -233,17 +237,17 @@ class Problem:
 
     def limits_slope(self, x, out):
         basis, limits = np.array(self.basis), self.arm.limits
-        own = basis[:, :, None, :] / limits[:3, None, :, None]
+        states = basis[:, :, None, :] / limits[:3, None, :, None]
         torques = np.einsum("ksij,ksb->sibj", self.arm.torque_slopes(self.at(x)[0]), basis) / limits[3, :, None, None]
-        out[()] = np.concatenate([own.ravel(), torques.ravel()])
+        out[()] = np.concatenate([states.ravel(), torques.ravel()])
 
     def places(self):
         """Returns rows and columns of the derivatives of the limits: a joint's own functions, and for torques all."""
         n, rows = self.arm.n, self.peer.samples * self.arm.n
-        own = np.tile(np.arange(n)[:, None] + n * np.arange(self.functions), (3 * self.peer.samples, 1)).ravel()
+        columns = np.tile(np.arange(n)[:, None] + n * np.arange(self.functions), (3 * self.peer.samples, 1)).ravel()
         lines = np.repeat(np.arange(3 * rows), self.functions)
         torques = np.repeat(3 * rows + np.arange(rows), self.size)
-        return np.concatenate([lines, torques]), np.concatenate([own, np.tile(np.arange(self.size), rows)])
+        return np.concatenate([lines, torques]), np.concatenate([columns, np.tile(np.arange(self.size), rows)])
 
     def shrunk(self, x):
         """Returns a motion with smaller amplitudes that keeps the limits of positions, velocities and accelerations."""
@@ -269,17 +273,17 @@ class Problem:
             return self.at(x)[2][0] + 1e3 * max(np.abs(self.at(x)[3]).max() - PART, 0.0)
 
         at = np.array([self.shrunk(random()) for _ in range(SWARM)])
-        speed, own, scores = 0 * at, at.copy(), np.array([score(x) for x in at])
+        speed, best, scores = 0 * at, at.copy(), np.array([score(x) for x in at])
         for k in np.tile(np.arange(SWARM), ITERATIONS):
             if time.process_time() > deadline:
                 break
             pull = self.random.uniform(0, 1.5, (2, self.size))
-            speed[k] = 0.7 * speed[k] + pull[0] * (own[k] - at[k]) + pull[1] * (own[np.argmin(scores)] - at[k])
+            speed[k] = 0.7 * speed[k] + pull[0] * (best[k] - at[k]) + pull[1] * (best[np.argmin(scores)] - at[k])
             at[k] = self.shrunk(at[k] + speed[k])
             new = score(at[k])
             if new < scores[k]:
-                own[k], scores[k] = at[k], new
-        return own[np.argmin(scores)]
+                best[k], scores[k] = at[k], new
+        return best[np.argmin(scores)]
 
     def solve(self, seconds):
         """Returns the best motion of searches until the time is over."""
@@ -326,7 +330,7 @@ def ratio(found, design, is_counted=lambda name: True):
 
 def kept(found):
     """Returns whether limits hold, or the limit with the largest violation."""
-    worst = max(found["limits"], key=lambda own: own["used_percent"])
+    worst = max(found["limits"], key=lambda limit: limit["used_percent"])
     return "hold" if found["is_certified"] else f"{worst['quantity']} of {worst['joint']}: {worst['used_percent']:.1f} %"
 
 

@@ -138,10 +138,10 @@ def main():
         past.clear()
         before, _ = follow(model, joints, experiment, period, declared, lacks)
         after, rest = follow(model, joints, experiment, period, designed, lacks)
-        for name, pd_rms, own, known in zip(joints, rms(before), rms(after), twin):
-            note(f"MuJoCo {robot}, {name}", f"`{name}`, exported code in MuJoCo, robot {robot}", own, "rad",
+        for name, pd_rms, code_rms, known in zip(joints, rms(before), rms(after), twin):
+            note(f"MuJoCo {robot}, {name}", f"`{name}`, exported code in MuJoCo, robot {robot}", code_rms, "rad",
                  peer="PD of the paper", peer_value=pd_rms)
-            print(f"| {robot} | {name} | {pd_rms:.2e} | {own:.2e} | {pd_rms / own:.0f} | {known:.2e} |")
+            print(f"| {robot} | {name} | {pd_rms:.2e} | {code_rms:.2e} | {pd_rms / code_rms:.0f} | {known:.2e} |")
         print(f"the motors move by {rest:.1e} rad in the last half of a hold of {HOLD} s")
         failed |= np.any(rms(before) < BETTER * rms(after)) or rest > RESTS_RAD
     if failed:

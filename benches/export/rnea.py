@@ -60,9 +60,9 @@ def numbers_of(urdf, joints, rotors):
     return text
 
 
-def export(sprung, source, own, friction):
+def export(sprung, source, folder, friction):
     """Writes the code; returns the names of the joints and the inertias of their rotors."""
-    own.mkdir(parents=True, exist_ok=True)
+    folder.mkdir(parents=True, exist_ok=True)
     experiment = (source / "experiment.toml").read_text()
     # The program of all robots calls the same names.
     experiment = re.sub(r'(\[robot\]\nname = ).*', r'\1"arm"', experiment)
@@ -70,31 +70,31 @@ def export(sprung, source, own, friction):
     if not friction:
         experiment = re.sub(r"motor_friction = \[.*\]", "motor_friction = []", experiment)
         lines = [line for line in lines if "viscous" not in line and "coulomb" not in line]
-    (own / "experiment.toml").write_text(experiment)
-    (own / "parameters.toml").write_text("\n".join(lines) + "\n")
-    run(sprung, "export", own, "--quiet", "--format", "c", "--out", own, "--force",
-        "--parameters", own / "parameters.toml")
+    (folder / "experiment.toml").write_text(experiment)
+    (folder / "parameters.toml").write_text("\n".join(lines) + "\n")
+    run(sprung, "export", folder, "--quiet", "--format", "c", "--out", folder, "--force",
+        "--parameters", folder / "parameters.toml")
     joints = re.findall(r'^name = "(.*)"', experiment.split("[[robot.joint]]", 1)[1], re.M)
     return joints, dict(re.findall(r'^"(.*)\.rotor_inertia" = (.*)$', "\n".join(lines), re.M))
 
 
-def compile_program(own, joints):
+def compile_program(folder, joints):
     """Compiles rnea.cpp beside the code of a robot; returns the object."""
     include = prefix_of_pinocchio() / "include"
     program = pathlib.Path(__file__).resolve().parent / "rnea.cpp"
     run("g++", "-std=c++17", *FLAGS, *BOOST, "-DPREFIX=arm_", f"-DJOINTS={len(joints)}", "-I.",
-        "-isystem", include, "-isystem", include / "eigen3", "-c", program, "-o", "rnea.o", folder=own)
-    return own / "rnea.o"
+        "-isystem", include, "-isystem", include / "eigen3", "-c", program, "-o", "rnea.o", folder=folder)
+    return folder / "rnea.o"
 
 
-def measure(program, source, own, joints, rotors):
+def measure(program, source, folder, joints, rotors):
     """Nanoseconds of the code and of rnea, and the relative difference of the torques."""
     library = prefix_of_pinocchio() / "lib"
-    run("cc", "-std=c99", *FLAGS, "-c", "robot.c", folder=own)
+    run("cc", "-std=c99", *FLAGS, "-c", "robot.c", folder=folder)
     run("g++", program, "robot.o", "-o", "rnea", f"-L{library}", f"-Wl,-rpath,{library}",
-        f"-Wl,-rpath-link,{library}", "-lpinocchio_default", "-lm", folder=own)
+        f"-Wl,-rpath-link,{library}", "-lpinocchio_default", "-lm", folder=folder)
     numbers = numbers_of(source / "robot.urdf", joints, rotors)
-    return [float(word) for word in run(own / "rnea", given=numbers).split()]
+    return [float(word) for word in run(folder / "rnea", given=numbers).split()]
 
 
 def main():
@@ -106,10 +106,10 @@ def main():
         ("rigid, viscous and Coulomb friction", "panda-rigid", True),
         ("springs, friction of links and motors", "panda", True),
     ]:
-        own = folder / "rnea" / what.replace(", ", "-").replace(" ", "-")
-        joints, rotors = export(sprung, folder / source, own, friction)
-        program = program or compile_program(own, joints)
-        code, rnea, difference = measure(program, folder / source, own, joints, rotors)
+        code_folder = folder / "rnea" / what.replace(", ", "-").replace(" ", "-")
+        joints, rotors = export(sprung, folder / source, code_folder, friction)
+        program = program or compile_program(code_folder, joints)
+        code, rnea, difference = measure(program, folder / source, code_folder, joints, rotors)
         wrong = not difference <= DIFFERENCE or code > LIMIT_NS or not friction and code > rnea
         print(
             f"{what:42} {code:8.0f}  {rnea:8.0f}  {code / rnea:5.2f}  {difference:10.1e}"

@@ -98,18 +98,18 @@ class Robot:
             vector = self.model.inertias[i + 1].toDynamicParameters()
             # Pinocchio's order is that of sprung: m, first moments, ixx, ixy, iyy, ixz, iyz, izz.
             lines += [f'"{link}.{name}" = {value!r}' for name, value in zip(BODY, map(float, vector))]
-            own = {
+            parameters = {
                 "rotor_inertia": self.rotor,
                 "motor_viscous": self.motor_viscous,
                 "motor_coulomb": self.motor_coulomb,
             }
             if not self.rigid:
-                own |= {
+                parameters |= {
                     "stiffness": self.stiffness,
                     "link_viscous": self.link_viscous,
                     "link_coulomb": self.link_coulomb,
                 }
-            lines += [f'"{joint}.{name}" = {float(value[i])!r}' for name, value in own.items()]
+            lines += [f'"{joint}.{name}" = {float(value[i])!r}' for name, value in parameters.items()]
         (folder / "parameters.toml").write_text("\n".join(lines) + "\n")
 
     def links(self):
@@ -305,11 +305,11 @@ def in_json(robot, folder):
     joints = text["joints"]
     for joint in joints:
         link, axis = joint["link"], np.array(joint["axis"])
-        own = link["inertia_about_center_kgm2"]
+        inertia = link["inertia_about_center_kgm2"]
         matrix = np.array([
-            [own["ixx"], own["ixy"], own["ixz"]],
-            [own["ixy"], own["iyy"], own["iyz"]],
-            [own["ixz"], own["iyz"], own["izz"]],
+            [inertia["ixx"], inertia["ixy"], inertia["ixz"]],
+            [inertia["ixy"], inertia["iyy"], inertia["iyz"]],
+            [inertia["ixz"], inertia["iyz"], inertia["izz"]],
         ])
         turns = joint["kind"] == "revolute"
         kind = pin.JointModelRevoluteUnaligned(axis) if turns else pin.JointModelPrismaticUnaligned(axis)
@@ -322,7 +322,7 @@ def in_json(robot, folder):
 
     def values(part, start):
         found = [next((v for k, v in joint[part].items() if k.startswith(start)), None) for joint in joints]
-        return np.array([own["value"] if own else 0.0 for own in found])
+        return np.array([entry["value"] if entry else 0.0 for entry in found])
 
     of = lambda start: values("actuator", start)
     worst = 0.0
@@ -368,7 +368,7 @@ def robots():
         path = folder / file
         full = pin.buildModelFromUrdf(str(path))
         names = joints or list(full.names)[1:]
-        locked = [full.getJointId(own) for own in list(full.names)[1:] if own not in names]
+        locked = [full.getJointId(joint) for joint in list(full.names)[1:] if joint not in names]
         model = pin.buildReducedModel(full, locked, pin.neutral(full))
         head = f'format = 1\n[robot]\nname = "{name}"\nurdf = "{path}"\n'
         robot = Robot(name, model, rigid, len(made), head)
@@ -407,17 +407,17 @@ def twin_in_mujoco(sprung, folder, coulomb):
     demo = folder / "demo"
     if not (demo / "truth.toml").exists():
         subprocess.run([sprung, "demo", "--quiet", "--out", demo], check=True)
-    own = folder / ("dry" if coulomb else "viscous")
-    own.mkdir(exist_ok=True)
-    (own / "identification.csv").unlink(missing_ok=True)
+    twin = folder / ("dry" if coulomb else "viscous")
+    twin.mkdir(exist_ok=True)
+    (twin / "identification.csv").unlink(missing_ok=True)
     lines = (demo / "truth.toml").read_text().splitlines()
     lines = [line for line in lines if coulomb or "coulomb" not in line]
     if not coulomb:
         lines += [f'"joint{i}.{side}_coulomb" = 0.0' for i in (1, 2) for side in ("link", "motor")]
-    parameters = own / "parameters.toml"
+    parameters = twin / "parameters.toml"
     parameters.write_text("\n".join(lines) + "\n")
     text = (demo / "experiment.toml").read_text()
-    (own / "experiment.toml").write_text(text)
+    (twin / "experiment.toml").write_text(text)
     exact = [
         "simulate.duration_s=1.0",
         "simulate.link_encoder_counts_per_turn=[0, 0]",
@@ -425,13 +425,13 @@ def twin_in_mujoco(sprung, folder, coulomb):
         "simulate.torque_noise_nm=[0.0, 0.0]",
     ]
     sets = [word for line in exact for word in ("--set", line)]
-    subprocess.run([sprung, "simulate", own, "--quiet", "--parameters", parameters, "--out", own, *sets], check=True)
+    subprocess.run([sprung, "simulate", twin, "--quiet", "--parameters", parameters, "--out", twin, *sets], check=True)
     subprocess.run(
-        [sprung, "export", own, "--quiet", "--parameters", parameters, "--format", "mjcf", "--out", own, "--force"],
+        [sprung, "export", twin, "--quiet", "--parameters", parameters, "--format", "mjcf", "--out", twin, "--force"],
         check=True,
     )
-    log = np.genfromtxt(own / "identification.csv", delimiter=",", names=True)
-    model = mujoco.MjModel.from_xml_path(str(own / "robot.xml"))
+    log = np.genfromtxt(twin / "identification.csv", delimiter=",", names=True)
+    model = mujoco.MjModel.from_xml_path(str(twin / "robot.xml"))
     data = mujoco.MjData(model)
     steps = 100
     model.opt.timestep = 1e-3 / steps
@@ -456,12 +456,12 @@ def main():
     failed = False
     print(f"{'robot':12} {'tool':22} {'inverse':>10} {'forward':>10}")
     for robot in robots():
-        own = folder / robot.name
-        robot.write(own)
+        robot_folder = folder / robot.name
+        robot.write(robot_folder)
         for name in ["urdf", "mjcf", "sdf", "json"]:
             subprocess.run(
-                [sprung, "export", own, "--quiet", "--format", name, "--out", own, "--force",
-                 "--parameters", own / "parameters.toml"],
+                [sprung, "export", robot_folder, "--quiet", "--format", name, "--out", robot_folder, "--force",
+                 "--parameters", robot_folder / "parameters.toml"],
                 check=True,
             )
         for tool, check in [
@@ -471,7 +471,7 @@ def main():
             ("Drake, SDF", in_drake),
             ("Python, JSON", in_json),
         ]:
-            inverse, forward = check(robot, own)
+            inverse, forward = check(robot, robot_folder)
             shown = "-" if forward is None else f"{forward:.1e}"
             wrong = not inverse <= INVERSE or forward is not None and not forward <= FORWARD
             print(f"{robot.name:12} {tool:22} {inverse:10.1e} {shown:>10}{'  FAILED' if wrong else ''}")

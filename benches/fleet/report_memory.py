@@ -34,22 +34,22 @@ def draw(out: Path, robots: int, logs: int, parameters: int) -> None:
     partial = out.with_suffix(".partial")
     dataset.prepare(str(partial), {"overrides": []})
     random = np.random.default_rng(0)
-    own = 1 + 0.005 * random.standard_normal((robots, parameters))
-    own[::100, 0] *= 0.95
+    truth = 1 + 0.005 * random.standard_normal((robots, parameters))
+    truth[::100, 0] *= 0.95
     for start in range(0, robots * logs, LOGS_PER_PART):
         numbers = np.arange(start, min(start + LOGS_PER_PART, robots * logs))
-        table = part(random, own, numbers, logs)
+        table = part(random, truth, numbers, logs)
         dataset.write_part(str(partial), f"part-{start:08}", table)
     partial.rename(out)
 
 
-def part(random, own, numbers, logs: int):
+def part(random, truth, numbers, logs: int):
     """Returns the rows of some logs: an estimate of each parameter and a finding, or a failure."""
     import numpy as np
     import pyarrow as pa
     from sprung.fleet import schema
 
-    robots, parameters = own.shape
+    robots, parameters = truth.shape
     robot, log = numbers // logs, numbers % logs
     failed = random.random(numbers.size) < FAILED
     counts = np.where(failed, 1, parameters + 1)
@@ -59,7 +59,7 @@ def part(random, own, numbers, logs: int):
     finding = ~failed[row_log] & (place == parameters)
     parameter = np.minimum(place, parameters - 1)
     soft = (robot[row_log] % 100 == 7) & (log[row_log] > logs // 2) & (parameter == 1)
-    value = own[robot[row_log], parameter] * np.where(soft, 0.95, 1.0) + 0.005 * random.standard_normal(row_log.size)
+    value = truth[robot[row_log], parameter] * np.where(soft, 0.95, 1.0) + 0.005 * random.standard_normal(row_log.size)
     temperature_c = random.uniform(10, 40, numbers.size)[row_log]
     names = [f"robot{one:06}" for one in robot[row_log]]
 

@@ -42,25 +42,25 @@ def simulate(folder: Path, robot: int, logs: int) -> list[dict[str, str]]:
     import numpy as np
     from sprung import Experiment
 
-    own = folder / f"robot{robot:04}"
+    robot_folder = folder / f"robot{robot:04}"
     demo = Experiment.demo()
     random = np.random.default_rng(robot)
     truth = {name: value * (1 + 0.005 * random.standard_normal()) for name, value in demo.truth().items()}
-    own.mkdir(parents=True, exist_ok=True)
-    (own / "experiment.toml").write_text(demo.text, encoding="utf-8")
+    robot_folder.mkdir(parents=True, exist_ok=True)
+    (robot_folder / "experiment.toml").write_text(demo.text, encoding="utf-8")
     lines = [f'"{name}" = {float(value)!r}' for name, value in truth.items()]
-    (own / "truth.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    experiment = Experiment(own / "experiment.toml")
+    (robot_folder / "truth.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    experiment = Experiment(robot_folder / "experiment.toml")
     rows = []
     for log in range(logs):
-        path = own / f"log{log:02}.csv"
+        path = robot_folder / f"log{log:02}.csv"
         if not path.exists():
             columns = experiment.simulate(seed=1000 * robot + log, threads=1)
             table = np.column_stack(list(columns.values()))
             partial = path.with_suffix(".part")
             np.savetxt(partial, table, delimiter=",", header=",".join(columns), comments="", fmt="%.9g")
             partial.rename(path)
-        rows.append({"robot": own.name, "experiment": str(own), "log": str(path)})
+        rows.append({"robot": robot_folder.name, "experiment": str(robot_folder), "log": str(path)})
     return rows
 
 

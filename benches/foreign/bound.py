@@ -57,8 +57,8 @@ def derivatives(robot, data, base, state, torque):
     on_motors = [-deflection, -ddphi, 0 * q, 0 * q, -dphi, -of_motor, 0 * q - 1, 0 * q + 1]
     by_theta = np.zeros((4 * n, base.shape[1] + 8 * n))
     by_theta[link, :base.shape[1]] = -inverse @ (regressor @ base)
-    by_theta[link, base.shape[1]:] = np.hstack([inverse * own for own in on_links])
-    by_theta[motor, base.shape[1]:] = np.hstack([eye * (own / rotor) for own in on_motors])
+    by_theta[link, base.shape[1]:] = np.hstack([inverse * slope for slope in on_links])
+    by_theta[motor, base.shape[1]:] = np.hstack([eye * (slope / rotor) for slope in on_motors])
     return by_x, by_theta
 
 
@@ -71,9 +71,9 @@ def transitions(robot, base, states, torques):
     last = derivatives(robot, data, base, states[0], torques[0])
     for begin in range(1, len(states), CHUNK):
         part = slice(begin, begin + CHUNK)
-        own = [last] + [derivatives(robot, data, base, *pair) for pair in zip(states[part], torques[part])]
-        last = own[-1]
-        by_x, by_theta = (np.array(each) for each in zip(*own))
+        slopes = [last] + [derivatives(robot, data, base, *pair) for pair in zip(states[part], torques[part])]
+        last = slopes[-1]
+        by_x, by_theta = (np.array(each) for each in zip(*slopes))
         by_x, by_theta = (PERIOD_S / 2 * (each[1:] + each[:-1]) for each in (by_x, by_theta))
         solved = np.linalg.solve(eye - by_x / 2 + by_x @ by_x / 12, np.concatenate([by_x, by_theta], 2))
         yield from zip(eye + solved[:, :, :4 * robot.n], solved[:, :, 4 * robot.n:])
@@ -93,10 +93,10 @@ class Filter:
         seen = 2 * self.n
         root = np.linalg.cholesky(self.covariance[:seen, :seen] + np.diag(self.variances))
         white = np.linalg.inv(root)
-        part, own = white @ self.covariance[:seen], white @ self.sensitivity[:seen]
-        self.rows.append(own)
+        part, rows = white @ self.covariance[:seen], white @ self.sensitivity[:seen]
+        self.rows.append(rows)
         self.covariance = self.covariance - part.T @ part
-        self.sensitivity = self.sensitivity - part.T @ own
+        self.sensitivity = self.sensitivity - part.T @ rows
         self.flow, self.inputs = np.eye(4 * self.n), np.zeros((4 * self.n, self.sensitivity.shape[1] + self.n))
         if len(self.rows) == CHUNK:
             self.gather()
@@ -126,14 +126,14 @@ def standard_errors(robot, states, torques, variances, noise, steps):
     size, bodies = base.shape[1] + 7 * robot.n, base.shape[1]
     filters = [Filter(robot, size, variances, noise, step) for step in steps]
     for flow, inputs in transitions(robot, base, states, torques):
-        for own in filters:
-            own.advance(flow, inputs)
+        for kalman_filter in filters:
+            kalman_filter.advance(flow, inputs)
     names = [f"{joint}.{key}" for key in DRIVE for joint in robot.joints]
     found = []
-    for own in filters:
-        own.gather()
-        scale = 1 / np.sqrt(np.diag(own.information))
-        inverse = np.linalg.inv(own.information * np.outer(scale, scale))
+    for kalman_filter in filters:
+        kalman_filter.gather()
+        scale = 1 / np.sqrt(np.diag(kalman_filter.information))
+        inverse = np.linalg.inv(kalman_filter.information * np.outer(scale, scale))
         errors = scale * np.sqrt(np.diag(inverse))
         found.append(dict(zip(names, map(float, errors[bodies:]))))
     return found

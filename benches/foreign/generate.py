@@ -77,7 +77,7 @@ def lines_of(robot, states, torques, seed):
     form = ",".join(["%.9g"] * n)
     for record, values in {"held": torques, "mean": (torques + old) / 2, "late": old}.items():
         rows = zip(counts, (values + noise).tolist())
-        yield record, [f"{k * PERIOD_S:.9g},{own},{form % tuple(row)}\n" for k, (own, row) in enumerate(rows)]
+        yield record, [f"{k * PERIOD_S:.9g},{readings},{form % tuple(row)}\n" for k, (readings, row) in enumerate(rows)]
 
 
 def experiment(robot):
@@ -118,16 +118,16 @@ def make(out, arm, seed, sharpness, effect="none"):
             found = bounds(robot, states, torques)
         for record, lines in lines_of(robot, states, torques, seed + more):
             for rate in RATES:
-                own = folder / f"{record}-{rate}"
-                own.mkdir(parents=True, exist_ok=True)
-                (own / f"{name}.csv").write_text(header + "".join(lines[::1000 // rate]))
+                log_folder = folder / f"{record}-{rate}"
+                log_folder.mkdir(parents=True, exist_ok=True)
+                (log_folder / f"{name}.csv").write_text(header + "".join(lines[::1000 // rate]))
     values = {f"{joint}.{key}": float(robot.drive[key][k]) for key in DRIVE for k, joint in enumerate(robot.joints)}
     for record in RECORDS:
         for rate, bound in zip(RATES, found):
-            own = folder / f"{record}-{rate}"
-            (own / "experiment.toml").write_text(experiment(robot))
+            log_folder = folder / f"{record}-{rate}"
+            (log_folder / "experiment.toml").write_text(experiment(robot))
             truth = {"parameters": values, "bound": bound, "sharpness": sharpness, "lag_s": lag_of(record, rate)}
-            (own / "truth.json").write_text(json.dumps(truth, indent=1))
+            (log_folder / "truth.json").write_text(json.dumps(truth, indent=1))
     folder.rename(final)
     return time.perf_counter() - begin
 
@@ -135,7 +135,7 @@ def make(out, arm, seed, sharpness, effect="none"):
 def numbers(text):
     """Returns the numbers of `1-3,7`."""
     ends = [part.split("-") for part in text.split(",")]
-    return [k for own in ends for k in range(int(own[0]), int(own[-1]) + 1)]
+    return [k for interval in ends for k in range(int(interval[0]), int(interval[-1]) + 1)]
 
 
 def names(text):

@@ -112,15 +112,17 @@ class Case:
         there = {self.effect: self.effect != "none", "lag": abs(truth["lag_s"]) > 1e-9, "sharpness": self.sharpness != 100}
         self.there = {name for name, holds in there.items() if holds}
         rungs = (result.get("laws") or {}).get("rungs", [])
-        warned = any(own["code"] == "laws-missing" and own["severity"] != "info" for own in result["findings"])
+        warned = any(
+            finding["code"] == "laws-missing" and finding["severity"] != "info" for finding in result["findings"]
+        )
         laws = {law_of(rung) for rung in rungs if rung["made"] or warned}
-        laws |= {APPLIED[own["kind"]] for own in result.get("applied", []) if own["kind"] in APPLIED}
-        for own in result["results"]:
-            name, findings = own["estimator"], result["findings"] + own["warnings"]
-            self.verdicts[name] = own["verdict"]
+        laws |= {APPLIED[change["kind"]] for change in result.get("applied", []) if change["kind"] in APPLIED}
+        for estimate in result["results"]:
+            name, findings = estimate["estimator"], result["findings"] + estimate["warnings"]
+            self.verdicts[name] = estimate["verdict"]
             self.codes[name] = {(finding["severity"], finding["code"]) for finding in findings}
             self.named[name] = laws.union(*map(claimed, findings))
-            found = {parameter["name"]: parameter for parameter in own["parameters"]}
+            found = {parameter["name"]: parameter for parameter in estimate["parameters"]}
             self.rows[name] = [compared(key, found.get(key, {}), truth) for key in truth["parameters"]]
 
     def wrong(self, estimator):
@@ -209,9 +211,11 @@ def validate(case, folder, args):
     command = [args.binary, "validate", folder, "--quiet", "--no-progress", "--threads", 1]
     subprocess.run(list(map(str, command)), check=True, stdout=subprocess.DEVNULL)
     run = json.loads((folder / "sprung-out/validation.json").read_text())["runs"][0]
-    for own in run["sets"]:
-        ratios = [value for joint in own["predictions"] for key, value in joint.items() if key.endswith("_ratio")]
-        name = next(name for name in case.verdicts if name in own["parameters"])
+    for parameter_set in run["sets"]:
+        ratios = [
+            value for joint in parameter_set["predictions"] for key, value in joint.items() if key.endswith("_ratio")
+        ]
+        name = next(name for name in case.verdicts if name in parameter_set["parameters"])
         case.over_promise[name] = max((np.inf if ratio is None else ratio for ratio in ratios), default=np.inf)
 
 
@@ -235,8 +239,8 @@ def groups_of(cases, estimator):
     groups = {}
     for kind in DRIVE:
         for case in cases:
-            own = groups.setdefault((kind, case.log), [])
-            own += [row for row in case.rows.get(estimator, []) if row.kind == kind]
+            rows = groups.setdefault((kind, case.log), [])
+            rows += [row for row in case.rows.get(estimator, []) if row.kind == kind]
     return groups
 
 
@@ -256,17 +260,17 @@ def verdicts(cases, estimator):
         logs[case.log].append(case)
     heads = "".join(f"{verdict + ', %':>13}" for verdict in VERDICTS)
     print(f"\n{'log':12}{'number':>7}{heads}{'processor, s':>14}")
-    for log, own in logs.items():
-        shares = (share(case.verdict(estimator) == verdict for case in own) for verdict in VERDICTS)
-        seconds = np.mean([case.seconds for case in own])
-        print(f"{log:12}{len(own):7}" + "".join(f"{part:13.0f}" for part in shares) + f"{seconds:14.1f}")
-    for log, own in logs.items():
-        found = [pair for case in own for pair in case.codes.get(estimator, ())]
+    for log, log_cases in logs.items():
+        shares = (share(case.verdict(estimator) == verdict for case in log_cases) for verdict in VERDICTS)
+        seconds = np.mean([case.seconds for case in log_cases])
+        print(f"{log:12}{len(log_cases):7}" + "".join(f"{part:13.0f}" for part in shares) + f"{seconds:14.1f}")
+    for log, log_cases in logs.items():
+        found = [pair for case in log_cases for pair in case.codes.get(estimator, ())]
         print(f"\n{log}")
         for severity in SEVERITIES:
             print(f"    {severity:10}{counted(code for level, code in found if level == severity)}")
-        print(f"    {'named':10}{counted(name for case in own for name in case.named.get(estimator, ()))}")
-        print(f"    {'not there':10}{counted(name for case in own for name in case.wrong(estimator))}")
+        print(f"    {'named':10}{counted(name for case in log_cases for name in case.named.get(estimator, ()))}")
+        print(f"    {'not there':10}{counted(name for case in log_cases for name in case.wrong(estimator))}")
 
 
 def counted(words):
@@ -281,12 +285,12 @@ def outcome(cases, estimator):
     figures = [
         ("the effect is named", [case.effect in case.named.get(estimator, ()) for case in cases]),
         ("another effect is blamed", [case.wrong(estimator) for case in cases]),
-        ("not good", [not own for own in good]),
+        ("not good", [not is_good for is_good in good]),
         (f"coverage at least {100 * LEAST_COVERAGE:.0f} %, or not good", [b or not a for a, b in zip(good, covered)]),
     ]
     print()
-    for text, own in figures:
-        print(f"{text:50}{sum(map(bool, own)):5} of {len(own)}")
+    for text, values in figures:
+        print(f"{text:50}{sum(map(bool, values)):5} of {len(values)}")
 
 
 def wrong_verdicts(cases, estimator):
@@ -302,14 +306,14 @@ def wrong_verdicts(cases, estimator):
 
 def requirements(cases, groups, estimator):
     """Prints a line for each requirement. Returns whether all are met; one without logs is."""
-    rows = [row for own in groups.values() for row in own]
+    rows = [row for group in groups.values() for row in group]
 
     def stiffness_error(rate):
-        own = [row for case in cases if case.rate == rate for row in case.rows.get(estimator, [])]
-        return 100 * median(row.error for row in own if row.kind == "stiffness")
+        rate_rows = [row for case in cases if case.rate == rate for row in case.rows.get(estimator, [])]
+        return 100 * median(row.error for row in rate_rows if row.kind == "stiffness")
 
-    large = {place: own for place, own in groups.items() if len(own) >= SOME_INTERVALS}
-    each = [(coverage(own), f" ({kind}, {log})") for (kind, log), own in large.items()]
+    large = {place: group for place, group in groups.items() if len(group) >= SOME_INTERVALS}
+    each = [(coverage(group), f" ({kind}, {log})") for (kind, log), group in large.items()]
     least, where = min(each, default=(np.nan, ""))
     figures = [
         ("coverage in the mean 90–98 %", coverage(rows), 90, 98 if len(rows) >= MANY_INTERVALS else 100),
@@ -349,23 +353,23 @@ def main():
         make(args.out, *robot)
     with ThreadPoolExecutor(args.jobs) as pool:
         for case in pool.map(lambda case: identify(case, args), cases):
-            found = (f"{own} {'{}/{}'.format(*case.inside(name))}" for name, own in case.verdicts.items())
+            found = (f"{verdict} {'{}/{}'.format(*case.inside(name))}" for name, verdict in case.verdicts.items())
             robot = folder_of("", *case.robot).name
             print(f"{robot:24}{case.log:12}{case.seconds:7.1f} s  {', '.join(found) or case.fault}", flush=True)
     met = True
     for estimator in ESTIMATORS[args.estimator]:
         for effect in args.effects:
-            own = [case for case in cases if case.effect == effect]
-            groups = groups_of(own, estimator)
+            effect_cases = [case for case in cases if case.effect == effect]
+            groups = groups_of(effect_cases, estimator)
             print(f"\n{estimator}, effect: {effect}\n")
             parameters(groups)
-            verdicts(own, estimator)
+            verdicts(effect_cases, estimator)
             if args.held_out:
-                wrong_verdicts(own, estimator)
+                wrong_verdicts(effect_cases, estimator)
             if effect == "none":
-                met &= requirements(own, groups, estimator)
+                met &= requirements(effect_cases, groups, estimator)
             else:
-                outcome(own, estimator)
+                outcome(effect_cases, estimator)
     sys.exit(args.strict and not met)
 
 

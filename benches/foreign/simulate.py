@@ -66,9 +66,9 @@ class Robot:
         self.n = self.model.nv
         bodies = np.random.default_rng(self.seed + 55555)
         for k in range(1, self.n + 1):
-            own, scale = self.model.inertias[k], float(np.exp(0.15 * bodies.normal()))
-            lever = own.lever + 0.005 * bodies.normal(size=3)
-            self.model.inertias[k] = pin.Inertia(own.mass * scale, lever, own.inertia * scale)
+            body, scale = self.model.inertias[k], float(np.exp(0.15 * bodies.normal()))
+            lever = body.lever + 0.005 * bodies.normal(size=3)
+            self.model.inertias[k] = pin.Inertia(body.mass * scale, lever, body.inertia * scale)
         random = np.random.default_rng(self.seed)
         self.drive = {key: np.array(self.of[key], float) * np.exp(0.3 * random.normal(size=self.n)) for key in DRIVE}
         self.phase = random.uniform(0, 2 * np.pi, self.n)
@@ -77,11 +77,11 @@ class Robot:
         """Rotations a + b sin q + c cos q, origins, axes, masses, centres of mass and inertias about them."""
         turns, bodies = [], []
         for k in range(1, self.n + 1):
-            place, own = self.model.jointPlacements[k], self.model.inertias[k]
+            place, body = self.model.jointPlacements[k], self.model.inertias[k]
             axis = np.eye(3)["XYZ".index(self.model.joints[k].shortname()[-1])]
             parts = np.outer(axis, axis), pin.skew(axis), -pin.skew(axis) @ pin.skew(axis)
             turns.append((*(place.rotation @ part for part in parts), place.translation, axis))
-            bodies.append((own.mass, own.lever, own.inertia))
+            bodies.append((body.mass, body.lever, body.inertia))
         return tuple(np.array(part) for part in (*zip(*turns), *zip(*bodies)))
 
 

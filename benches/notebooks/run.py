@@ -31,7 +31,7 @@ def page(path: Path) -> tuple[str, dict[str, bytes]]:
         client.execute()
     for cell in book.cells:
         # Progress is not part of a page.
-        cell["outputs"] = [own for own in cell.get("outputs", []) if own.get("name") != "stderr"]
+        cell["outputs"] = [output for output in cell.get("outputs", []) if output.get("name") != "stderr"]
         if cell["cell_type"] != "code":
             del cell["outputs"]
     texts = iter(alternative_texts(book))
@@ -39,9 +39,9 @@ def page(path: Path) -> tuple[str, dict[str, bytes]]:
     text = re.sub(r"!\[png\]", lambda _: f"![{next(texts)}]", text)
     pictures = {}
     for place, (name, data) in enumerate(sorted(resources["outputs"].items())):
-        own = f"{path.stem}-{place + 1}{Path(name).suffix}"
-        text = text.replace(name, own)
-        pictures[own] = data
+        picture_name = f"{path.stem}-{place + 1}{Path(name).suffix}"
+        text = text.replace(name, picture_name)
+        pictures[picture_name] = data
     text = re.sub(r"[ \t]+$", "", text, flags=re.MULTILINE)
     text = re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
     return text, pictures
@@ -51,8 +51,8 @@ def alternative_texts(book: nbformat.NotebookNode) -> list[str]:
     """Returns the texts of all pictures, and removes their HTML: pages have the pictures as files."""
     texts = []
     for cell in book.cells:
-        for own in cell.get("outputs", []):
-            data = own.get("data", {})
+        for output in cell.get("outputs", []):
+            data = output.get("data", {})
             if "image/png" in data:
                 found = re.search(r'<img alt="([^"]*)"', data.pop("text/html", ""))
                 texts.append(" ".join(html.unescape(found[1]).split()) if found else "png")
@@ -61,7 +61,7 @@ def alternative_texts(book: nbformat.NotebookNode) -> list[str]:
 
 def rounded(text: str) -> str:
     """Returns a page with six digits of each number: other processors and builds round the last ones otherwise."""
-    return re.sub(r"-?\d+\.\d{6,}(e-?\d+)?", lambda own: f"{float(own.group()):.6g}", text)
+    return re.sub(r"-?\d+\.\d{6,}(e-?\d+)?", lambda match: f"{float(match.group()):.6g}", text)
 
 
 def main() -> int:
@@ -70,17 +70,17 @@ def main() -> int:
     differ = []
     for path in sorted(FOLDER.glob("*.ipynb")):
         text, pictures = page(path)
-        own = path.with_suffix(".md")
+        page_path = path.with_suffix(".md")
         if write:
-            own.write_text(text, encoding="utf-8")
+            page_path.write_text(text, encoding="utf-8")
             for name, data in pictures.items():
                 (FOLDER / name).write_bytes(data)
-        elif not own.exists() or rounded(own.read_text(encoding="utf-8")) != rounded(text):
-            differ.append(own)
-            Path(tempfile.gettempdir(), own.name).write_text(text, encoding="utf-8")
+        elif not page_path.exists() or rounded(page_path.read_text(encoding="utf-8")) != rounded(text):
+            differ.append(page_path)
+            Path(tempfile.gettempdir(), page_path.name).write_text(text, encoding="utf-8")
         print(f"{path.name}: {len(text.splitlines())} lines, {len(pictures)} pictures")
-    for own in differ:
-        print(f"{own} is not what its notebook prints: see {tempfile.gettempdir()}/{own.name}, or run "
+    for page_path in differ:
+        print(f"{page_path} is not what its notebook prints: see {tempfile.gettempdir()}/{page_path.name}, or run "
               f"{Path(__file__).name} --write")
     return 1 if differ else 0
 

@@ -55,8 +55,8 @@ pub(crate) fn value<T: Scaled>(name: &str, number: T) -> T {
         let file = std::fs::OpenOptions::new().create(true).append(true).open(path);
         file.and_then(|mut file| file.write_all(format!("{name}\\n").as_bytes())).unwrap();
     }
-    match std::env::var("SPRUNG_NUMBER").ok().as_deref().and_then(|own| own.split_once('=')) {
-        Some((own, factor)) if own == name => number.scaled(factor.parse().unwrap()),
+    match std::env::var("SPRUNG_NUMBER").ok().as_deref().and_then(|setting| setting.split_once('=')) {
+        Some((wanted, factor)) if wanted == name => number.scaled(factor.parse().unwrap()),
         _ => number,
     }
 }
@@ -90,11 +90,11 @@ def needed_by_compiler(text, name):
                      text, re.MULTILINE)
 
 
-def rewritten(text, known, own, path):
+def rewritten(text, known, report_names, path):
     """Returns a file in which the known numbers are functions of the environment.
 
     - known: names that the file defines or imports
-    - own: names in the report of the constants that the file defines, by name
+    - report_names: names in the report of the constants that the file defines, by name
     """
     text, tests = split_at_tests(text)
 
@@ -107,10 +107,10 @@ def rewritten(text, known, own, path):
 
     def definition(match):
         indent, visible, name, kind, value = match.groups()
-        if name not in own:
+        if name not in report_names:
             return match[0]
         return (f"{indent}{visible}static {name}: std::sync::LazyLock<{kind}> = "
-                f'std::sync::LazyLock::new(|| crate::scaled_numbers::value("{own[name]}", {value}));')
+                f'std::sync::LazyLock::new(|| crate::scaled_numbers::value("{report_names[name]}", {value}));')
 
     return CONSTANT.sub(definition, WORD.sub(use, text)) + tests
 
@@ -141,15 +141,15 @@ def copied(root, copy, folder):
     changed = {key: name for key, name in found.items() if key not in fixed}
     shared = {name for _, name in changed if name in public}
     for path, text in crate.items():
-        own = {name: report for (where, name), report in changed.items() if where == path}
+        report_names = {name: report for (where, name), report in changed.items() if where == path}
         own_fixed = {name for where, name in fixed if where == path}
         defined = {one[3] for one in CONSTANT.finditer(split_at_tests(text)[0])}
         # Other folders of the crate have numbers of the same names.
         imports = r"\b" if (root / folder) in path.parents else rf"\b{Path(folder).name}::[^;]*\b"
         imported = {name for name in shared if name not in defined and re.search(rf"{imports}{name}\b", text)}
-        known = (own.keys() | imported) - own_fixed
+        known = (report_names.keys() | imported) - own_fixed
         if known:
-            (copy / path.relative_to(root)).write_text(rewritten(text, known, own, path))
+            (copy / path.relative_to(root)).write_text(rewritten(text, known, report_names, path))
     main = copy / source.relative_to(root) / "lib.rs"
     main.write_text((source / "lib.rs").read_text() + "\nmod scaled_numbers;\n")
     (main.parent / "scaled_numbers.rs").write_text(MODULE)

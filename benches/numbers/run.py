@@ -197,10 +197,10 @@ def table(numbers, fixed, changes, used):
     for name in numbers:
         if name not in used:
             continue
-        own = [changes[name, factor] for factor in FACTORS]
-        if all(change.is_nothing() for change in own):
+        number_changes = [changes[name, factor] for factor in FACTORS]
+        if all(change.is_nothing() for change in number_changes):
             still.append(name)
-        for factor, change in zip(FACTORS, own):
+        for factor, change in zip(FACTORS, number_changes):
             what = ", ".join(dict.fromkeys(change.what))
             print(f"{name:<62} {factor:>6} {change.moved:>8.2g} {change.error:>8.2g} {change.other:>8.2g}  {what[:160]}")
     for title, group in (("change nothing", still), ("no case uses", [name for name in numbers if name not in used]),
@@ -231,7 +231,11 @@ def measure(args, work):
     binary, numbers, fixed = built(work, args.folder)
     numbers = [name for name in numbers if args.only in name]
     finished = work / "finished.jsonl"
-    known = {tuple(key): own for key, own in map(json.loads, finished.read_text().splitlines())} if finished.exists() else {}
+    known = (
+        {tuple(key): values for key, values in map(json.loads, finished.read_text().splitlines())}
+        if finished.exists()
+        else {}
+    )
     changes = {(name, factor): Change() for name in numbers for factor in FACTORS}
     all_used = set()
     folders = Path(tempfile.mkdtemp(dir=work))

@@ -58,11 +58,11 @@ def main():
         y = pin.computeJointTorqueRegressor(model, data, q[k], dq[k], ddq[k])
         a[:n, k, :links] = y[:, base]
     for i in range(n):
-        own, motor, column = a[i], a[n + i], links + 7 * i
-        own[:, column] = q[:, i] - phi[:, i]
-        own[:, column + 1] = 1.0
-        own[:, column + 2] = dq[:, i]
-        own[:, column + 3] = np.tanh(arm.BETA * dq[:, i])
+        link, motor, column = a[i], a[n + i], links + 7 * i
+        link[:, column] = q[:, i] - phi[:, i]
+        link[:, column + 1] = 1.0
+        link[:, column + 2] = dq[:, i]
+        link[:, column + 3] = np.tanh(arm.BETA * dq[:, i])
         motor[:, column] = phi[:, i] - q[:, i]
         motor[:, column + 1] = -1.0
         motor[:, column + 4] = dphi[:, i]

@@ -134,7 +134,7 @@ def two_joints(it, demo):
         parameters = [parameter["value"] for parameter in found["results"][0]["parameters"]]
         others = [float(line.split()[1]) for line in theirs.output.splitlines()
                   if line.startswith("theta")]
-        far = max(abs(other / own - 1.0) for own, other in zip(parameters, others, strict=True))
+        far = max(abs(other / parameter - 1.0) for parameter, other in zip(parameters, others, strict=True))
         print(f"parameters differ by {far:.1e} with equal settings")
         if far > SAME_PARAMETERS:
             it.failures.append(f"{name}: parameters differ by {far:.1e}")

@@ -32,11 +32,11 @@ def peak_mb() -> float:
 def quantities(log: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Returns the log as matrices of one array, stored row by row."""
     units = {"q": "rad", "phi": "rad", "tau": "nm"}
-    own = {
+    matrices = {
         name: np.column_stack([log[f"{name}{joint}_{unit}"] for joint in (1, 2)])
         for name, unit in units.items()
     }
-    return {"t": log["t_s"], **own}
+    return {"t": log["t_s"], **matrices}
 
 
 def overhead() -> None:
@@ -59,9 +59,9 @@ def memory() -> None:
     experiment.identify(short)
     copies = SAMPLES // len(short["t"])
     period = short["t"][1]
-    log = {name: np.tile(own, (copies, 1)) for name, own in short.items() if name != "t"}
+    log = {name: np.tile(array, (copies, 1)) for name, array in short.items() if name != "t"}
     log["t"] = np.arange(SAMPLES) * period
-    size = sum(own.nbytes for own in log.values()) / 2**20
+    size = sum(array.nbytes for array in log.values()) / 2**20
     before = peak_mb()
     experiment.identify(log)
     beside = max(0.0, peak_mb() - before)

@@ -43,22 +43,24 @@ class Member:
     meaning: str
 
 
-def members(own: object) -> list[Member]:
+def members(item: object) -> list[Member]:
     """Returns the public members of a class in their order: attributes, properties, methods."""
-    if not inspect.isclass(own) or own.__module__ == "sprung._sprung":
+    if not inspect.isclass(item) or item.__module__ == "sprung._sprung":
         return []
-    described = _attributes(own.__doc__ or "")
-    types = {field.name: str(field.type) for field in fields(own)} if is_dataclass(own) else {}
-    types |= {name: str(hint) for name, hint in inspect.get_annotations(own).items()}
+    described = _attributes(item.__doc__ or "")
+    types = {field.name: str(field.type) for field in fields(item)} if is_dataclass(item) else {}
+    types |= {name: str(hint) for name, hint in inspect.get_annotations(item).items()}
     rows = [
         Member(name, f"`{name}`", types.get(name, ""), meaning) for name, meaning in described.items()
     ]
     rows += [
         Member(name, f"`{name}`", hint, "")
         for name, hint in types.items()
-        if not name.startswith("_") and name not in described and not issubclass(own, (dict, tuple))
+        if not name.startswith("_")
+        and name not in described
+        and not issubclass(item, (dict, tuple))
     ]
-    for name, value in vars(own).items():
+    for name, value in vars(item).items():
         if name.startswith("_"):
             continue
         if isinstance(value, property | cached_property):
@@ -96,10 +98,10 @@ def _place(name: str) -> tuple[int, str]:
 
 
 def _entry(name: str) -> str:
-    own = getattr(sprung, name)
-    call = "" if inspect.isclass(own) and name not in ("Experiment", "Servo") else _signature(own)
-    lines = [f"\n### `sprung.{name}{call}`\n\n{_summary(own.__doc__)}\n"]
-    rows = members(own)
+    item = getattr(sprung, name)
+    call = "" if inspect.isclass(item) and name not in ("Experiment", "Servo") else _signature(item)
+    lines = [f"\n### `sprung.{name}{call}`\n\n{_summary(item.__doc__)}\n"]
+    rows = members(item)
     if rows:
         lines.append("\n| name | meaning |\n|---|---|\n")
         lines += [f"| {row.shown} | {row.meaning} |\n".replace("``", "`") for row in rows]

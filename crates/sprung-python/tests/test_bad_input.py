@@ -34,9 +34,11 @@ def test_wrong_experiments_name_the_line() -> None:
 
 
 def test_float32_is_converted_and_said(experiment: sprung.Experiment, log: Log) -> None:
-    own = {name: array if name == "t_s" else array.astype(np.float32) for name, array in log.items()}
+    float32_log = {
+        name: array if name == "t_s" else array.astype(np.float32) for name, array in log.items()
+    }
     with pytest.warns(sprung.SprungWarning, match="float32 and was converted"):
-        result = experiment.identify(own)
+        result = experiment.identify(float32_log)
     assert result.parameters["joint1.stiffness"].value is not None
 
 
@@ -80,7 +82,7 @@ def test_times_with_a_zone(experiment: sprung.Experiment, log: Log) -> None:
     frame = pandas.DataFrame(log)
     stamps = pandas.to_datetime((log["t_s"] * 1e9).round().astype("int64"), utc=True)
     frame["t_ns"] = stamps.tz_convert("Europe/Berlin")
-    own = sprung.Experiment.demo(
+    demo = sprung.Experiment.demo(
         ["identify.estimator=least-squares"]
     )
     by_quantity = {
@@ -89,20 +91,20 @@ def test_times_with_a_zone(experiment: sprung.Experiment, log: Log) -> None:
         "phi": frame[["phi1_rad", "phi2_rad"]].to_numpy(),
         "tau": frame[["tau1_nm", "tau2_nm"]].to_numpy(),
     }
-    value = own.identify(by_quantity).parameters["joint1.stiffness"].value
+    value = demo.identify(by_quantity).parameters["joint1.stiffness"].value
     expected = experiment.identify(log).parameters["joint1.stiffness"].value
     assert value == pytest.approx(expected, rel=1e-6)
 
 
 def test_a_missing_column_is_named(experiment: sprung.Experiment, log: Log) -> None:
-    own = {name: array for name, array in log.items() if name != "tau2_nm"}
-    error = refused(experiment, own)
+    partial_log = {name: array for name, array in log.items() if name != "tau2_nm"}
+    error = refused(experiment, partial_log)
     assert "tau2_nm" in str(error)
 
 
 def test_a_refused_log_has_findings(experiment: sprung.Experiment, log: Log) -> None:
-    own = log | {"tau1_nm": np.zeros_like(log["tau1_nm"])}
-    error = refused(experiment, own)
+    altered_log = log | {"tau1_nm": np.zeros_like(log["tau1_nm"])}
+    error = refused(experiment, altered_log)
     assert isinstance(error, sprung.LogError) and error.findings
     assert error.code == error.findings[0].code
 
@@ -113,6 +115,8 @@ def test_warnings_have_findings(log: Log) -> None:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         result = experiment.identify(log)
-    said = [own.message for own in caught if isinstance(own.message, sprung.SprungWarning)]
-    severe = [own for own in result.findings if own.severity in {"warning", "serious"}]
-    assert [own.finding for own in said] == severe
+    said = [
+        warning.message for warning in caught if isinstance(warning.message, sprung.SprungWarning)
+    ]
+    severe = [finding for finding in result.findings if finding.severity in {"warning", "serious"}]
+    assert [message.finding for message in said] == severe

@@ -54,50 +54,50 @@ def test_a_controller_has_gains_and_bandwidths(
 
 
 def test_margins_hold_for_all_robots(designed: sprung.Control) -> None:
-    assert [own.joint for own in designed.loops] == designed.joints
+    assert [loop.joint for loop in designed.loops] == designed.joints
     assert designed.draws == 20 and designed.poses_rad.shape == (4, 2)
-    for own in designed.loops:
-        assert own.gain_margin_db is not None
-        assert 6.0 <= own.gain_margin_db.worst <= own.gain_margin_db.identified
-        assert 40.0 <= own.phase_margin_deg.worst <= own.phase_margin_deg.identified
-        assert own.crossover_hz >= 0.0
+    for loop in designed.loops:
+        assert loop.gain_margin_db is not None
+        assert 6.0 <= loop.gain_margin_db.worst <= loop.gain_margin_db.identified
+        assert 40.0 <= loop.phase_margin_deg.worst <= loop.phase_margin_deg.identified
+        assert loop.crossover_hz >= 0.0
     assert 0.0 < designed.least_damping.worst <= designed.least_damping.identified
 
 
 def test_vibrations_have_intervals_and_poses(designed: sprung.Control) -> None:
-    held = [own for own in designed.vibrations if own.motors == "held"]
-    assert [own.name for own in held] == ["joint1", "joint2"]
-    for own in designed.vibrations:
-        assert own.hz_95[0] <= own.hz <= own.hz_95[1]
-        assert own.damping_95[0] <= own.damping <= own.damping_95[1]
-        assert len(own.poses) == 4 and any(own.poses)
-        there = [one.hz for one in own.poses if one is not None]
-        assert own.hz == pytest.approx(np.median(there))
+    held = [vibration for vibration in designed.vibrations if vibration.motors == "held"]
+    assert [vibration.name for vibration in held] == ["joint1", "joint2"]
+    for vibration in designed.vibrations:
+        assert vibration.hz_95[0] <= vibration.hz <= vibration.hz_95[1]
+        assert vibration.damping_95[0] <= vibration.damping <= vibration.damping_95[1]
+        assert len(vibration.poses) == 4 and any(vibration.poses)
+        there = [one.hz for one in vibration.poses if one is not None]
+        assert vibration.hz == pytest.approx(np.median(there))
 
 
 def test_simulations_prove_the_controller(designed: sprung.Control) -> None:
     # The identified robot is one more.
     assert designed.simulations == 3 and designed.shaper is None
-    assert [own.joint for own in designed.tracking] == designed.joints
-    for own in designed.tracking:
-        assert own.declared_rad is not None
-        assert 0.0 < own.designed_rad.identified <= own.designed_rad.worst < own.declared_rad
+    assert [error.joint for error in designed.tracking] == designed.joints
+    for error in designed.tracking:
+        assert error.declared_rad is not None
+        assert 0.0 < error.designed_rad.identified <= error.designed_rad.worst < error.declared_rad
     assert designed.moves.duration_s > 0.0 and len(designed.moves.way_rad) == 2
     assert designed.moves.unshaped_rad == designed.moves.shaped_rad
 
 
 def test_a_shaper_has_impulses(shaped: sprung.Control) -> None:
-    own = shaped.shaper
-    assert shaped.feedback == "declared" and not shaped.feedforward and own is not None
-    assert own.impulses.shape == (len(own.impulses), 2) and len(own.impulses) >= 2
-    assert own.impulses[0, 0] == 0.0 and own.impulses[-1, 0] == own.delay_s > 0.0
-    assert own.impulses[:, 1].sum() == pytest.approx(1.0)
-    assert own.reached and own.largest_percent <= own.level_percent == 5.0
-    assert len(own.modes) == 2
-    assert own.largest_percent == max(one.largest_percent for one in own.modes)
+    shaper = shaped.shaper
+    assert shaped.feedback == "declared" and not shaped.feedforward and shaper is not None
+    assert shaper.impulses.shape == (len(shaper.impulses), 2) and len(shaper.impulses) >= 2
+    assert shaper.impulses[0, 0] == 0.0 and shaper.impulses[-1, 0] == shaper.delay_s > 0.0
+    assert shaper.impulses[:, 1].sum() == pytest.approx(1.0)
+    assert shaper.reached and shaper.largest_percent <= shaper.level_percent == 5.0
+    assert len(shaper.modes) == 2
+    assert shaper.largest_percent == max(one.largest_percent for one in shaper.modes)
     assert shaped.moves.shaped_rad.worst < shaped.moves.unshaped_rad.worst
     back = pickle.loads(pickle.dumps(shaped)).shaper
-    assert back == own and hash(back) == hash(own)
+    assert back == shaper and hash(back) == hash(shaper)
     assert "input shaper" in repr(shaped) and "shaper = [[0.0" in shaped.to_toml()
 
 
@@ -107,9 +107,9 @@ def test_an_experiment_takes_the_controller(
     """An experiment that declares the designed controller has the same margins."""
     text = sprung.Experiment.demo().text
     before, after = text.index("[controller]"), text.index("[controller.reference]")
-    own = text[:before] + designed.to_toml() + text[after:]
+    new_text = text[:before] + designed.to_toml() + text[after:]
     settings = [*SHORT, "control.feedback=declared", "control.shaper_modes=0"]
-    declared = sprung.Experiment.from_text(own, settings).control(result)
+    declared = sprung.Experiment.from_text(new_text, settings).control(result)
     assert np.array_equal(declared.gain, designed.gain) and declared.loops == designed.loops
     assert declared.bandwidth_hz is None and declared.largest_bandwidth_hz is None
     assert declared.limited_by is None
@@ -124,7 +124,7 @@ def test_values_come_from_results_files_and_dicts(
         assert arm.control(path) == designed
     exact = arm.control(result.parameters.values_by_name())
     assert exact.draws == 0 and exact.verdict is None
-    assert any("count as exact" in own for own in exact.assumed)
+    assert any("count as exact" in assumption for assumption in exact.assumed)
     robot = result.sample(3)[1]
     assert arm.control(robot).gain.tolist() != exact.gain.tolist()
 
@@ -184,8 +184,8 @@ def test_unusable_results_are_refused_until_they_are_accepted(
     with pytest.raises(sprung.ExperimentError) as caught:
         arm.control(file)
     assert "accept_unusable=True" in str(caught.value)
-    own = arm.control(file, accept_unusable=True)
-    assert own.verdict == "unusable" and np.array_equal(own.gain, designed.gain)
+    control = arm.control(file, accept_unusable=True)
+    assert control.verdict == "unusable" and np.array_equal(control.gain, designed.gain)
 
 
 def test_a_callback_stops_the_design(arm: sprung.Experiment, result: sprung.Result) -> None:

@@ -39,20 +39,26 @@ def test_the_motion_rests_at_both_ends(designed: sprung.Excitation) -> None:
     assert designed.certified and designed.method == "optimal"
     assert designed.duration_s == 4.0 and designed.approach_s == 0.0
     assert designed.base_frequency_hz == pytest.approx(0.25)
-    assert designed.harmonics and all(isinstance(own, int) for own in designed.harmonics)
+    assert designed.harmonics and all(isinstance(harmonic, int) for harmonic in designed.harmonics)
     assert designed.hold_out is not None
-    for own in (designed.trajectory, designed.hold_out):
-        count = len(own.time_s)
-        assert own.joints == ["joint1", "joint2"]
-        assert own.time_s.shape == (count,) and own.time_s.dtype == np.float64
-        for motion in (own.position_rad, own.velocity_rad_per_s, own.acceleration_rad_per_s2):
+    for trajectory in (designed.trajectory, designed.hold_out):
+        count = len(trajectory.time_s)
+        assert trajectory.joints == ["joint1", "joint2"]
+        assert trajectory.time_s.shape == (count,) and trajectory.time_s.dtype == np.float64
+        for motion in (
+            trajectory.position_rad,
+            trajectory.velocity_rad_per_s,
+            trajectory.acceleration_rad_per_s2,
+        ):
             assert motion.shape == (count, 2) and motion.dtype == np.float64
-        for motion in (own.velocity_rad_per_s, own.acceleration_rad_per_s2):
+        for motion in (trajectory.velocity_rad_per_s, trajectory.acceleration_rad_per_s2):
             assert not motion[[0, -1]].any() and motion.any(axis=0).all()
         # The velocities are those of the positions.
-        rate = (own.position_rad[2:] - own.position_rad[:-2]) / (own.time_s[2] - own.time_s[0])
-        most = np.abs(own.velocity_rad_per_s).max()
-        assert np.abs(rate - own.velocity_rad_per_s[1:-1]).max() < 1e-3 * most
+        rate = (trajectory.position_rad[2:] - trajectory.position_rad[:-2]) / (
+            trajectory.time_s[2] - trajectory.time_s[0]
+        )
+        most = np.abs(trajectory.velocity_rad_per_s).max()
+        assert np.abs(rate - trajectory.velocity_rad_per_s[1:-1]).max() < 1e-3 * most
     assert designed.trajectory.time_s[-1] == pytest.approx(4.0)
     assert designed.hold_out != designed.trajectory
 
@@ -60,38 +66,38 @@ def test_the_motion_rests_at_both_ends(designed: sprung.Excitation) -> None:
 def test_the_promise_has_all_parameters(
     arm: sprung.Experiment, designed: sprung.Excitation
 ) -> None:
-    assert {own.name: own.unit for own in designed.promise} == arm.parameter_units
-    for own in designed.promise:
-        assert own.standard_error > 0.0
-        if own.value == 0.0:
-            assert own.relative_percent is None
+    assert {parameter.name: parameter.unit for parameter in designed.promise} == arm.parameter_units
+    for parameter in designed.promise:
+        assert parameter.standard_error > 0.0
+        if parameter.value == 0.0:
+            assert parameter.relative_percent is None
         else:
-            expected = 100.0 * own.standard_error / abs(own.value)
-            assert own.relative_percent == pytest.approx(expected)
-        assert own.cure is None or not own.determined
-    undetermined = [own.name for own in designed.promise if not own.determined]
+            expected = 100.0 * parameter.standard_error / abs(parameter.value)
+            assert parameter.relative_percent == pytest.approx(expected)
+        assert parameter.cure is None or not parameter.determined
+    undetermined = [parameter.name for parameter in designed.promise if not parameter.determined]
     assert designed.undetermined == undetermined
-    assert designed.assumed and all(own for own in designed.assumed)
-    assert designed.more and all(own.factor > 0.0 for own in designed.more)
+    assert designed.assumed and all(assumption for assumption in designed.assumed)
+    assert designed.more and all(extension.factor > 0.0 for extension in designed.more)
 
 
 def test_limits_are_used_and_kept(designed: sprung.Excitation) -> None:
-    used = [own.used_percent for own in designed.limits]
+    used = [limit.used_percent for limit in designed.limits]
     assert used == sorted(used, reverse=True) and 0.0 < used[0] <= 100.0
-    torque = {own.joint: own for own in designed.limits if own.quantity == "motor torque"}
+    torque = {limit.joint: limit for limit in designed.limits if limit.quantity == "motor torque"}
     assert torque["joint1"].unit == "N·m"
     assert torque["joint1"].lowest == -4.8 and torque["joint1"].highest == 4.8
     assert torque["joint2"].highest == 5.0
-    for own in designed.limits:
-        assert 0.0 <= own.time_s <= designed.duration_s
-        assert own.shown in {"between samples", "simulated"}
+    for limit in designed.limits:
+        assert 0.0 <= limit.time_s <= designed.duration_s
+        assert limit.shown in {"between samples", "simulated"}
 
 
 def test_motions_without_a_search(arm: sprung.Experiment) -> None:
     for method in ("paper", "random"):
-        own = arm.excite(method=method)
-        assert own.method == method and own.hold_out is None
-        assert list(arm.parameter_units) == [one.name for one in own.promise]
+        design = arm.excite(method=method)
+        assert design.method == method and design.hold_out is None
+        assert list(arm.parameter_units) == [one.name for one in design.promise]
     paper = arm.excite(method="paper")
     assert paper.harmonics == [2, 5, 10] and paper.base_frequency_hz == pytest.approx(0.1)
     # The paper's reference needs no limits.
@@ -113,11 +119,11 @@ def test_a_slow_motion_is_designed_beside_the_motion(
     designed: sprung.Excitation, tmp_path: Path
 ) -> None:
     assert designed.slow is None
-    own = sprung.Experiment.demo([*LIMITS, *SHORT, "excite.slow_sweep_s=8"]).excite()
-    assert own.slow is not None and own.slow.time_s[-1] == pytest.approx(8.0)
-    folder = own.write(tmp_path)
+    design = sprung.Experiment.demo([*LIMITS, *SHORT, "excite.slow_sweep_s=8"]).excite()
+    assert design.slow is not None and design.slow.time_s[-1] == pytest.approx(8.0)
+    folder = design.write(tmp_path)
     assert (folder / "slow.csv").exists()
-    assert pickle.loads(pickle.dumps(own)) == own
+    assert pickle.loads(pickle.dumps(design)) == design
     designed.write(tmp_path)
     assert not (folder / "slow.csv").exists()
 
@@ -128,7 +134,7 @@ def test_a_first_motion_is_smaller() -> None:
     arm = sprung.Experiment.demo({"robot.joint_defaults.limits": limits, **short})
     first, usual = arm.excite(warm_up=True), arm.excite()
     assert first.warm_up and not usual.warm_up
-    speeds = [np.abs(own.trajectory.velocity_rad_per_s).max() for own in (first, usual)]
+    speeds = [np.abs(design.trajectory.velocity_rad_per_s).max() for design in (first, usual)]
     assert speeds[0] < 0.5 * speeds[1]
 
 
@@ -136,7 +142,7 @@ def test_values_come_from_results_files_and_dicts(
     arm: sprung.Experiment, result: sprung.Result, tmp_path: Path
 ) -> None:
     by_result = arm.excite(method="paper", parameters=result)
-    values = {own.name: own.value for own in by_result.promise}
+    values = {parameter.name: parameter.value for parameter in by_result.promise}
     assert values == result.parameters.values_by_name()
     by_dict = arm.excite(method="paper", parameters=values)
     assert by_dict.promise == by_result.promise
@@ -154,8 +160,8 @@ def test_the_chosen_estimator_counts(arm: sprung.Experiment) -> None:
         warnings.simplefilter("ignore")
         result = both.identify(both.simulate(seed=5)).by("least-squares")
     designed = arm.excite(method="paper", parameters=result)
-    assert {own.name: own.value for own in designed.promise} == {
-        name: own.value for name, own in result.parameters.items()
+    assert {parameter.name: parameter.value for parameter in designed.promise} == {
+        name: parameter.value for name, parameter in result.parameters.items()
     }
 
 
@@ -166,7 +172,7 @@ def test_a_recorded_log_counts(
     path = tmp_path / "log.csv"
     pandas.DataFrame(log).to_csv(path, index=False, float_format="%.17g")
     without, beside = arm.excite(), arm.excite(from_log=path)
-    errors = [[one.standard_error for one in own.promise] for own in (without, beside)]
+    errors = [[one.standard_error for one in design.promise] for design in (without, beside)]
     assert np.less(errors[1], errors[0]).all()
     with pytest.raises(sprung.SprungError):
         arm.excite(from_log=tmp_path / "none.csv")
@@ -218,7 +224,9 @@ def test_a_callback_ends_the_search(designed: sprung.Excitation) -> None:
     assert stopped.certified and heard and heard[0][0] == "designing"
     searched = [(done, total) for phase, done, total in heard if phase == "designing"]
     assert all(total is not None and done < total for done, total in searched)
-    assert [own.name for own in stopped.promise] == [own.name for own in designed.promise]
+    assert [parameter.name for parameter in stopped.promise] == [
+        parameter.name for parameter in designed.promise
+    ]
 
 
 def test_threads_do_not_change_bits(arm: sprung.Experiment, designed: sprung.Excitation) -> None:
@@ -271,8 +279,8 @@ def test_designs_are_frozen_pickle_copy_and_compare(
     for back in (pickle.loads(pickle.dumps(designed)), copy.deepcopy(designed)):
         assert back == designed and hash(back) == hash(designed)
         assert back.promise == designed.promise and back.limits == designed.limits
-        own, other = (one.write(tmp_path / kind) for one, kind in ((back, "a"), (designed, "b")))
-        for path in own.iterdir():
+        folder, other = (one.write(tmp_path / kind) for one, kind in ((back, "a"), (designed, "b")))
+        for path in folder.iterdir():
             assert path.read_bytes() == (other / path.name).read_bytes()
     assert arm.excite(method="paper") != designed
     assert "joint1.stiffness" in repr(designed) and "every limit holds" in repr(designed)
@@ -281,5 +289,5 @@ def test_designs_are_frozen_pickle_copy_and_compare(
 
 def test_infinite_errors_stay_numbers() -> None:
     given = {"name": "a", "unit": "N·m", "value": 2.0, "is_determined": False, "cure": None}
-    own = sprung.Promised.of(given | {"standard_error": None, "relative_percent": None})
-    assert own.standard_error == own.relative_percent == math.inf and not own.determined
+    promise = sprung.Promised.of(given | {"standard_error": None, "relative_percent": None})
+    assert promise.standard_error == promise.relative_percent == math.inf and not promise.determined

@@ -22,7 +22,10 @@ LEAST_SQUARES = ["identify.estimator=least-squares"]
 
 
 def bits(result: sprung.Result) -> list[tuple[str, float | None, float | None]]:
-    return [(own.name, own.value, own.standard_error) for own in result.parameters.values()]
+    return [
+        (parameter.name, parameter.value, parameter.standard_error)
+        for parameter in result.parameters.values()
+    ]
 
 
 def test_the_demo_is_identified(experiment: sprung.Experiment, result: sprung.Result) -> None:
@@ -48,7 +51,7 @@ def test_all_kinds_of_logs_give_the_same_bits(
     frame.to_csv(csv, index=False, float_format="%.17g")
     table = pyarrow.table(log)
     several = pyarrow.concat_tables([table.slice(0, 4321), table.slice(4321)])
-    fortran = {name: np.asfortranarray(own) for name, own in quantities.items()}
+    fortran = {name: np.asfortranarray(array) for name, array in quantities.items()}
     logs: dict[str, Any] = {
         "quantities": quantities,
         "fortran": fortran,
@@ -58,7 +61,7 @@ def test_all_kinds_of_logs_give_the_same_bits(
         "chunks": several,
         "path": csv,
         "paths": [str(csv)],
-        "strided": {name: np.repeat(own, 2)[::2] for name, own in log.items()},
+        "strided": {name: np.repeat(array, 2)[::2] for name, array in log.items()},
     }
     for kind, one in logs.items():
         assert bits(experiment.identify(one)) == bits(result), kind
@@ -67,7 +70,7 @@ def test_all_kinds_of_logs_give_the_same_bits(
 def test_no_array_is_copied(experiment: sprung.Experiment, quantities: Log) -> None:
     # So many samples that whatever else Python allocates is far smaller than one column.
     copies = 100
-    long = {name: np.concatenate([own] * copies) for name, own in quantities.items()}
+    long = {name: np.concatenate([array] * copies) for name, array in quantities.items()}
     long["t"] = np.arange(len(long["t"])) * quantities["t"][1]
     tracemalloc.start()
     try:
@@ -89,11 +92,11 @@ def test_the_command_line_gives_the_same_bits(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "sprung"]
     subprocess.run([*command, "demo", "--out", str(folder), "-q"], check=True)
     of_command = json.loads((folder / "sprung-out" / "identification.json").read_text())
-    own = sprung.Experiment(folder).identify()
-    assert _without_times(json.loads(own.to_json())) == _without_times(of_command)
-    assert own.estimators[0] == "prediction-error"
-    assert own.refinement is not None and own.refinement.used
-    assert sprung.load(folder, own.experiment) == own
+    result = sprung.Experiment(folder).identify()
+    assert _without_times(json.loads(result.to_json())) == _without_times(of_command)
+    assert result.estimators[0] == "prediction-error"
+    assert result.refinement is not None and result.refinement.used
+    assert sprung.load(folder, result.experiment) == result
 
 
 def test_several_logs_are_one_experiment(experiment: sprung.Experiment, log: Log) -> None:
@@ -110,12 +113,12 @@ def test_laws_of_earlier_results(
 ) -> None:
     with_offset = log | {"tau1_nm": log["tau1_nm"] + 2.0}
     earlier = experiment.identify(with_offset)
-    own = set(earlier.parameters) - set(result.parameters)
-    assert own, "the offset of the torque is a law that the log asks for"
+    new_parameters = set(earlier.parameters) - set(result.parameters)
+    assert new_parameters, "the offset of the torque is a law that the log asks for"
     again = experiment.identify(log, laws_from=[result, earlier])
     assert list(again.parameters) == list(earlier.parameters)
     kinds = [change.kind for change in again.applied]
-    assert kinds == ["law"] * len(own)
+    assert kinds == ["law"] * len(new_parameters)
     other = sprung.Experiment.demo({"robot.name": "other"})
     with pytest.raises(sprung.SprungError, match='its robot is "'):
         other.identify(log, laws_from=[result])
@@ -182,7 +185,7 @@ def test_check_validate_and_compare(
     assert result.validate([log, other]).runs[0].same_log
     assert validation.runs[0].sets[0].promise_kept
     comparison = sprung.compare([result, experiment.identify(other)], ["a", "b"])
-    assert [own.label for own in comparison.compared] == ["a", "b"]
+    assert [entry.label for entry in comparison.compared] == ["a", "b"]
     assert comparison.conclusion
 
 

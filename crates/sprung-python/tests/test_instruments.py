@@ -34,18 +34,18 @@ SENSORS: dict[str, tuple[dict[str, list[str]], dict[str, Any]]] = {
 
 def _experiment(log: dict[str, list[str]], more: dict[str, Any]) -> dict[str, Any]:
     """Returns the demo with other columns in its log, as tables."""
-    own: dict[str, Any] = tomllib.loads(sprung.Experiment.demo().text)
-    own["identify"]["estimator"] = "least-squares"
-    own["simulate"].pop("parameters")
-    own.pop("validate", None)
-    for joint in own["robot"]["joint"]:
+    tables: dict[str, Any] = tomllib.loads(sprung.Experiment.demo().text)
+    tables["identify"]["estimator"] = "least-squares"
+    tables["simulate"].pop("parameters")
+    tables.pop("validate", None)
+    for joint in tables["robot"]["joint"]:
         joint.update(copy.deepcopy(more.get("robot", {})))
-    own["simulate"].update(more.get("simulate", {}))
+    tables["simulate"].update(more.get("simulate", {}))
     for key, columns in log.items():
         sensor, _, axis = key.partition(".")
-        own["log"][sensor] = {axis: columns} if axis else columns
-    own["log"] = {key: value for key, value in own["log"].items() if value != []}
-    return own
+        tables["log"][sensor] = {axis: columns} if axis else columns
+    tables["log"] = {key: value for key, value in tables["log"].items() if value != []}
+    return tables
 
 
 def _by_key(log: dict[str, Any]) -> dict[str, Any]:
@@ -63,10 +63,16 @@ def test_keys_of_the_log_are_names_in_memory(name: str) -> None:
     by_column = sprung.Experiment(tables)
     log = by_column.simulate()
     quantities = {
-        key: log[names] if isinstance(names, str) else np.column_stack([log[own] for own in names])
-        for key, names in _by_key({key: own for key, own in tables["log"].items() if key not in ("delay_s", "file")}).items()
+        key: (
+            log[names]
+            if isinstance(names, str)
+            else np.column_stack([log[column] for column in names])
+        )
+        for key, names in _by_key(
+            {key: value for key, value in tables["log"].items() if key not in ("delay_s", "file")}
+        ).items()
     }
-    by_key = sprung.Experiment({key: own for key, own in tables.items() if key != "log"})
+    by_key = sprung.Experiment({key: value for key, value in tables.items() if key != "log"})
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         expected, found = by_column.identify(log), by_key.identify(quantities)

@@ -16,17 +16,19 @@ NAMES = [name for name in sprung.__all__ if name != "__version__"]
 PAGE = Path(__file__).parents[3] / "docs" / "reference" / "python.md"
 
 
-def _example(own: object) -> str:
+def _example(item: object) -> str:
     """Returns the lines of examples in the docstrings of a class and its members, or of a function."""
-    texts = [own.__doc__ or ""]
-    if inspect.isclass(own):
-        texts += [getattr(own, name).__doc__ or "" for name in vars(own) if not name.startswith("_")]
+    texts = [item.__doc__ or ""]
+    if inspect.isclass(item):
+        texts += [
+            getattr(item, name).__doc__ or "" for name in vars(item) if not name.startswith("_")
+        ]
     return "\n".join(line for text in texts for line in text.splitlines() if ">>> " in line or "... " in line)
 
 
-def _shown_by(own: object, lines: str, shown: set[str]) -> None:
+def _shown_by(item: object, lines: str, shown: set[str]) -> None:
     """Adds the types of the members that an example reads."""
-    for member in members(own):
+    for member in members(item):
         if re.search(rf"\.{member.name}\b", lines):
             types = (set(re.findall(r"\w+", member.type)) & set(sprung.__all__)) - shown
             shown |= types
@@ -58,8 +60,8 @@ def test_the_page_shows_each_name_once() -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_member_says_what_it_is(name: str) -> None:
-    own = getattr(sprung, name)
-    assert own.__doc__ and own.__doc__.strip()
-    for member in members(own):
+    item = getattr(sprung, name)
+    assert item.__doc__ and item.__doc__.strip()
+    for member in members(item):
         assert member.meaning, f"{name}.{member.name} has no description"
         assert "Any" not in re.findall(r"\w+", member.type), f"{name}.{member.name}: {member.type}"

@@ -40,8 +40,8 @@ def test_parts_add_up(result: sprung.Result) -> None:
     moved = np.einsum("kij,kj->ki", masses, np.hstack([ddq, ddphi]))
     spring = model.spring(q, phi, dq, dphi)
     friction = model.friction(q, dq, phi, dphi)
-    own = moved[:, :2] + model.coriolis_torques(q, dq) + model.gravity(q) - spring + friction.link
-    assert np.allclose(own, link)
+    total = moved[:, :2] + model.coriolis_torques(q, dq) + model.gravity(q) - spring + friction.link
+    assert np.allclose(total, link)
     assert np.allclose(moved[:, 2:] + spring + friction.motor, motor)
 
 
@@ -60,7 +60,7 @@ def test_a_simulated_step_follows_forward_dynamics(result: sprung.Result) -> Non
     motion = model.simulate(tau, 1e-4, q=[0.1, -0.2], phi=[0.15, -0.1])
     assert motion.q.shape == (201, 2) and motion.t[-1] == pytest.approx(0.02)
     rate = (motion.dq[2:] - motion.dq[:-2]) / 2e-4
-    inner = [own[1:-1] for own in (motion.q, motion.dq, motion.phi, motion.dphi)]
+    inner = [signal[1:-1] for signal in (motion.q, motion.dq, motion.phi, motion.dphi)]
     q, dq, phi, dphi = inner
     expected = model.forward_dynamics(q, dq, tau[1:], phi, dphi).ddq
     assert np.abs(rate - expected).max() < 1e-3 * np.abs(expected).max()

@@ -16,9 +16,9 @@ import sprung
 def test_results_and_models_pickle_and_copy(
     experiment: sprung.Experiment, result: sprung.Result
 ) -> None:
-    for own in (experiment, result, result.model, result.parameters):
-        for other in (pickle.loads(pickle.dumps(own)), copy.deepcopy(own)):
-            assert other == own and hash(other) == hash(own)
+    for item in (experiment, result, result.model, result.parameters):
+        for other in (pickle.loads(pickle.dumps(item)), copy.deepcopy(item)):
+            assert other == item and hash(other) == hash(item)
     back = pickle.loads(pickle.dumps(result))
     assert back.to_json() == result.to_json()
     assert back.report.__self__._html() == result._html()
@@ -72,9 +72,9 @@ def test_an_experiment_from_a_dict_and_a_text(tmp_path: Path, experiment: sprung
             "joint": [{"name": "a"}, {"name": "b"}],
         },
     }
-    own = sprung.Experiment(table)
-    assert own.joints == ["a", "b"] and "a.stiffness" in own.parameter_units
-    path = own.save(tmp_path / "experiment.toml")
-    assert sprung.Experiment(path).parameter_units == own.parameter_units
-    again = sprung.Experiment.from_text(own.text, {"robot.name": "two"})
+    from_dict = sprung.Experiment(table)
+    assert from_dict.joints == ["a", "b"] and "a.stiffness" in from_dict.parameter_units
+    path = from_dict.save(tmp_path / "experiment.toml")
+    assert sprung.Experiment(path).parameter_units == from_dict.parameter_units
+    again = sprung.Experiment.from_text(from_dict.text, {"robot.name": "two"})
     assert again.robot == "two"

@@ -38,14 +38,14 @@ def no_figures_stay_open() -> Any:
 
 def line(axes: Axes, label: str) -> tuple[Numbers, Numbers]:
     """Returns the points of the only curve with this label."""
-    (own,) = [own for own in axes.get_lines() if own.get_label() == label]
-    return np.asarray(own.get_xdata(), dtype=float), np.asarray(own.get_ydata(), dtype=float)
+    (curve,) = [curve for curve in axes.get_lines() if curve.get_label() == label]
+    return np.asarray(curve.get_xdata(), dtype=float), np.asarray(curve.get_ydata(), dtype=float)
 
 
 def curves(result: sprung.Result, label: str) -> dict[str, Numbers]:
     """Returns the columns of ``fit.csv`` of one source."""
-    (own,) = [own for own in result._handle.fit() if own[0] == label]
-    return {"t": own[1], **dict(own[2])}
+    (source,) = [source for source in result._handle.fit() if source[0] == label]
+    return {"t": source[1], **dict(source[2])}
 
 
 def altered(
@@ -54,9 +54,11 @@ def altered(
     """Returns the result with another ``identification.json``, and other curves if they are given."""
     contents = json.loads(result.to_json())
     change(contents)
-    own = result._handle
-    fit = own.fit_csv() if fit is None else fit
-    handle = _sprung.Identified.of_parts(json.dumps(contents), own.trace_csv(), fit, own.text)
+    original = result._handle
+    fit = original.fit_csv() if fit is None else fit
+    handle = _sprung.Identified.of_parts(
+        json.dumps(contents), original.trace_csv(), fit, original.text
+    )
     return sprung.Result(handle, result.experiment)
 
 
@@ -66,20 +68,20 @@ def altered(
 def test_plots_take_axes_and_return_them(result: sprung.Result) -> None:
     for kind in [*KINDS, "parameters"]:
         names = [] if kind == "parameters" else ["joint1"]
-        _, own = pyplot.subplots()
-        assert getattr(result.plot, kind)(*names, ax=own) is own
-        assert own.get_lines() and own.get_xlabel()
+        _, axes = pyplot.subplots()
+        assert getattr(result.plot, kind)(*names, ax=axes) is axes
+        assert axes.get_lines() and axes.get_xlabel()
         assert isinstance(getattr(result.plot, kind)(*names), Axes)
     # Torques and deflections of two joints; each parameter.
     for kind, count in [("fit", 4), ("trace", len(result.parameters))]:
         figure, grid = pyplot.subplots(count, 1)
         found = getattr(result.plot, kind)(ax=grid)
         assert list(found) == list(grid) == figure.axes
-        assert all(own.get_lines() for own in found)
+        assert all(axes.get_lines() for axes in found)
         assert len(getattr(result.plot, kind)()) == count
-    _, own = pyplot.subplots()
-    (found,) = result.plot.trace("joint1.stiffness", ax=own)
-    assert found is own
+    _, axes = pyplot.subplots()
+    (found,) = result.plot.trace("joint1.stiffness", ax=axes)
+    assert found is axes
 
 
 def test_wrong_axes_are_refused(result: sprung.Result) -> None:
@@ -116,8 +118,8 @@ def test_unknown_names_have_the_nearest_one(result: sprung.Result) -> None:
 
 def test_the_curves_of_a_joint_are_those_of_the_report(result: sprung.Result) -> None:
     scripts = re.findall(r"<script[^>]*>(\{.*?\})</script>", result._html(), re.DOTALL)
-    (data,) = [own for own in map(json.loads, scripts) if "figures" in own]
-    figures = {own["id"]: own for own in data["figures"]}
+    (data,) = [content for content in map(json.loads, scripts) if "figures" in content]
+    figures = {figure["id"]: figure for figure in data["figures"]}
     for joint in JOINTS:
         for kind in KINDS:
             (panel,) = figures[f"{kind}-{joint}"]["panels"]
@@ -179,21 +181,21 @@ def test_residual_and_spectrum_have_the_same_power(result: sprung.Result, joint:
 def test_the_spectrum_marks_the_vibrations_of_the_model(result: sprung.Result) -> None:
     for response in json.loads(result.to_json())["frequency_response"]["joints"]:
         axes = result.plot.spectrum(response["joint"])
-        expected = {own["model_hz"] for own in response["features"]}
-        lines = [own for own in axes.get_lines() if "resonance" in str(own.get_label())]
-        assert {float(np.asarray(own.get_xdata())[0]) for own in lines} == expected != set()
+        expected = {feature["model_hz"] for feature in response["features"]}
+        lines = [curve for curve in axes.get_lines() if "resonance" in str(curve.get_label())]
+        assert {float(np.asarray(curve.get_xdata())[0]) for curve in lines} == expected != set()
 
 
 def test_each_estimator_has_its_own_residual() -> None:
     experiment = sprung.Experiment.demo({"identify.estimator": ["least-squares", "lsff"]})
     both = experiment.identify(experiment.simulate(), progress=False)
-    own = both.by("lsff")
-    _, residual = line(own.plot.residual("joint1"), "lsff")
+    lsff = both.by("lsff")
+    _, residual = line(lsff.plot.residual("joint1"), "lsff")
     measured, fitted = curves(both, "measured"), curves(both, "lsff")
     np.testing.assert_array_equal(residual, measured["joint1.motor_nm"] - fitted["joint1.motor_nm"])
     for kind in ["friction", "spring"]:
         with pytest.raises(sprung.InputError, match=r"result.by\('least-squares'\).plot"):
-            getattr(own.plot, kind)("joint1")
+            getattr(lsff.plot, kind)("joint1")
 
 
 # Joints and results without a plot.
@@ -234,38 +236,40 @@ def test_a_result_without_curves_is_named(result: sprung.Result) -> None:
 
 def test_intervals_are_relative_to_their_values(result: sprung.Result) -> None:
     axes = result.plot.parameters()
-    names = [own.get_text().split(" = ")[0] for own in axes.get_yticklabels()]
+    names = [label.get_text().split(" = ")[0] for label in axes.get_yticklabels()]
     assert names == list(result.parameters)
     limit = 100.0 * _sprung.relative_scale(result._handle, 0)
     assert axes.get_xlim() == pytest.approx((-1.08 * limit, 1.08 * limit))
-    for place, (name, own) in enumerate(result.parameters.items()):
-        assert own.ci95 is not None and own.value is not None
-        ends = sorted(100.0 * (end / own.value - 1.0) for end in own.ci95)
+    for place, (name, parameter) in enumerate(result.parameters.items()):
+        assert parameter.ci95 is not None and parameter.value is not None
+        ends = sorted(100.0 * (end / parameter.value - 1.0) for end in parameter.ci95)
         np.testing.assert_allclose(bar(axes, place), np.clip(ends, -limit, limit), err_msg=name)
 
 
 def bar(axes: Axes, place: int) -> Numbers:
     """Returns the ends of the bar in a row."""
-    points = [(np.asarray(own.get_xdata()), np.asarray(own.get_ydata())) for own in axes.get_lines()]
-    (own,) = [x for x, y in points if len(x) == 2 and y[0] == y[1] == place and x[0] != x[1]]
-    return np.asarray(own, dtype=float)
+    points = [
+        (np.asarray(curve.get_xdata()), np.asarray(curve.get_ydata())) for curve in axes.get_lines()
+    ]
+    (ends,) = [x for x, y in points if len(x) == 2 and y[0] == y[1] == place and x[0] != x[1]]
+    return np.asarray(ends, dtype=float)
 
 
 def arrows(axes: Axes) -> list[tuple[float, str]]:
     """Returns place and direction of each arrow."""
     return [
-        (float(np.asarray(own.get_ydata())[0]), str(own.get_marker()))
-        for own in axes.get_lines()
-        if own.get_marker() in ("<", ">")
+        (float(np.asarray(marker.get_ydata())[0]), str(marker.get_marker()))
+        for marker in axes.get_lines()
+        if marker.get_marker() in ("<", ">")
     ]
 
 
 def test_a_parameter_near_zero_does_not_stretch_the_axis(result: sprung.Result) -> None:
     def shrink(contents: dict[str, Any]) -> None:
-        own = contents["results"][0]["parameters"]
-        own[0] |= {"value": 1e-7, "ci95": [-0.02, 0.02]}
-        own[1] |= {"value": 0.0, "ci95": [-0.5, 0.5]}
-        own[2] |= {"value": 2.0, "ci95": [0.0, 9.0]}
+        parameters = contents["results"][0]["parameters"]
+        parameters[0] |= {"value": 1e-7, "ci95": [-0.02, 0.02]}
+        parameters[1] |= {"value": 0.0, "ci95": [-0.5, 0.5]}
+        parameters[2] |= {"value": 2.0, "ci95": [0.0, 9.0]}
 
     before = result.plot.parameters()
     assert before.get_xlim()[1] <= 108.0
@@ -273,7 +277,7 @@ def test_a_parameter_near_zero_does_not_stretch_the_axis(result: sprung.Result) 
     assert axes.get_xlim()[1] <= 108.0
     found = arrows(axes)
     assert {(0.0, "<"), (0.0, ">"), (1.0, "<"), (1.0, ">"), (2.0, ">")} <= set(found)
-    texts = [own.get_text() for own in axes.texts]
+    texts = [text.get_text() for text in axes.texts]
     unit = next(iter(result.parameters.values())).unit
     assert texts[0] == f"± 0.020 {unit}" and texts[1].startswith("± 0.50 ") and texts[2] == "± 225 %"
     assert_all_inside(axes)
@@ -281,17 +285,17 @@ def test_a_parameter_near_zero_does_not_stretch_the_axis(result: sprung.Result) 
 
 def assert_all_inside(axes: Axes) -> None:
     low, high = axes.get_xlim()
-    for own in axes.get_lines():
-        x = np.asarray(own.get_xdata(), dtype=float)
+    for curve in axes.get_lines():
+        x = np.asarray(curve.get_xdata(), dtype=float)
         assert np.all((low <= x) & (x <= high))
 
 
 def test_values_at_their_bound_have_arrows(rigid: sprung.Result) -> None:
     axes = rigid.plot.parameters()
     assert_all_inside(axes)
-    texts = [own.get_text() for own in axes.texts]
-    shown = [own for own in rigid.parameters.values() if own.ci95]
-    at_bound = [place for place, own in enumerate(shown) if own.one_sided]
+    texts = [text.get_text() for text in axes.texts]
+    shown = [parameter for parameter in rigid.parameters.values() if parameter.ci95]
+    at_bound = [place for place, parameter in enumerate(shown) if parameter.one_sided]
     assert at_bound
     for place in at_bound:
         assert (place, ">") in arrows(axes) and (place, "<") not in arrows(axes)
@@ -300,8 +304,8 @@ def test_values_at_their_bound_have_arrows(rigid: sprung.Result) -> None:
 
 def test_an_estimator_without_intervals_is_named(result: sprung.Result) -> None:
     def no_intervals(contents: dict[str, Any]) -> None:
-        for own in contents["results"][0]["parameters"]:
-            own["ci95"] = None
+        for parameter in contents["results"][0]["parameters"]:
+            parameter["ci95"] = None
 
     with pytest.raises(sprung.InputError, match="least-squares has no intervals"):
         altered(result, no_intervals).plot.parameters()
@@ -316,14 +320,14 @@ def test_every_plot_has_an_alternative_text(result: sprung.Result) -> None:
         text = plot.alt_text(getattr(plot, kind)("joint2"))
         assert "joint2" in text and re.search(r"-?\d", text) and not re.search(r"\bnan\b", text), text
     text = plot.alt_text(plot.parameters())
-    for name, own in result.parameters.items():
-        assert f"{name} = {own.value:.4g}" in text
+    for name, parameter in result.parameters.items():
+        assert f"{name} = {parameter.value:.4g}" in text
     axes = plot.fit()
     assert len(plot.alt_text(axes).splitlines()) == len(axes)
-    (own,) = plot.trace("joint1.stiffness")
+    (panel,) = plot.trace("joint1.stiffness")
     ((_, _, traces),) = result._handle.trace()
     last = dict(traces)["joint1.stiffness"][-1]
-    assert f"{last:.4g} N·m/rad" in plot.alt_text(own)
+    assert f"{last:.4g} N·m/rad" in plot.alt_text(panel)
 
 
 def test_a_second_plot_on_the_same_axes_adds_its_text(result: sprung.Result) -> None:
@@ -350,8 +354,8 @@ CELLS = {
     "assigned": "axes = result.plot.fit()",
     "several": 'result.plot.trace("joint1.stiffness", "joint2.stiffness")',
     "two": 'result.plot.spring("joint1")\nresult.plot.spring("joint2");',
-    "given": 'figure, own = pyplot.subplots()\nresult.plot.residual("joint1", ax=own);',
-    "subfigure": 'own = pyplot.figure().subfigures(1, 2)[0].subplots()\nresult.plot.residual("joint1", ax=own);',
+    "given": 'figure, ax = pyplot.subplots()\nresult.plot.residual("joint1", ax=ax);',
+    "subfigure": 'ax = pyplot.figure().subfigures(1, 2)[0].subplots()\nresult.plot.residual("joint1", ax=ax);',
     "retina": '%config InlineBackend.figure_format = "retina"\nresult.plot.spectrum("joint1");',
     "svg": '%config InlineBackend.figure_format = "svg"\nresult.plot.spectrum("joint1");',
 }
@@ -381,7 +385,7 @@ def notebook(result: sprung.Result, tmp_path_factory: pytest.TempPathFactory) ->
 
 def pictures(outputs: list[Any]) -> list[Any]:
     kinds = {"image/png", "image/svg+xml"}
-    return [own for own in outputs if kinds & set(own.get("data", {}))]
+    return [output for output in outputs if kinds & set(output.get("data", {}))]
 
 
 def size_of_png(text: str) -> tuple[int, int]:
@@ -396,20 +400,20 @@ def size_of_png(text: str) -> tuple[int, int]:
 def test_a_notebook_shows_each_figure_once(notebook: Any, name: str) -> None:
     outputs = notebook[1][name]
     shown = pictures(outputs)
-    assert len(shown) == COUNTS[name], [own.get("data", {}).keys() for own in outputs]
-    others = [own for own in outputs if own not in shown]
+    assert len(shown) == COUNTS[name], [output.get("data", {}).keys() for output in outputs]
+    others = [output for output in outputs if output not in shown]
     # The value of the last line is a text, and a semicolon hides it.
     if name in ("axes", "several"):
-        (own,) = others
-        assert own["output_type"] == "execute_result" and set(own["data"]) == {"text/plain"}
+        (output,) = others
+        assert output["output_type"] == "execute_result" and set(output["data"]) == {"text/plain"}
     else:
         assert others == []
 
 
 @pytest.mark.parametrize("name", CELLS)
 def test_images_of_a_notebook_have_an_alternative_text(notebook: Any, name: str) -> None:
-    for own in pictures(notebook[1][name]):
-        page = own["data"]["text/html"]
+    for picture in pictures(notebook[1][name]):
+        page = picture["data"]["text/html"]
         (text,) = re.findall(r'(?:<img alt|role="img" aria-label)="([^"]+)"', page)
         assert "joint" in html.unescape(text)
         if name == "svg":
@@ -417,7 +421,7 @@ def test_images_of_a_notebook_have_an_alternative_text(notebook: Any, name: str)
         else:
             (png,) = re.findall(r'src="data:image/png;base64,([^"]+)"', page)
             # Two drawings of one figure differ by fractions of a pixel.
-            both = [size_of_png(png), size_of_png(own["data"]["image/png"])]
+            both = [size_of_png(png), size_of_png(picture["data"]["image/png"])]
             assert np.ptp(both, axis=0).max() <= 2 and np.min(both) > 100
         assert ("width=" in page.split("src=")[0]) == (name == "retina") or name == "svg"
 

@@ -40,12 +40,12 @@ def test_robots_have_the_errors_of_the_result(
     assert samples.theta.shape == (500, len(samples.parameters))
     assert samples.theta.dtype == np.float64 and not samples.theta.flags.writeable
     assert 0.0 < samples.effective <= 500.0 and samples.undetermined == []
-    for at, own in enumerate(result.parameters.values()):
-        if own.standard_error is None or own.value is None or own.one_sided:
+    for at, parameter in enumerate(result.parameters.values()):
+        if parameter.standard_error is None or parameter.value is None or parameter.one_sided:
             continue
         drawn = samples.theta[:, at]
-        assert abs(drawn.mean() - own.value) < 0.3 * own.standard_error
-        assert drawn.std() == pytest.approx(own.standard_error, rel=0.2)
+        assert abs(drawn.mean() - parameter.value) < 0.3 * parameter.standard_error
+        assert drawn.std() == pytest.approx(parameter.standard_error, rel=0.2)
 
 
 def test_the_seed_decides(samples: sprung.Samples, result: sprung.Result) -> None:
@@ -64,7 +64,7 @@ def test_robots_are_values_by_name(
     assert all(type(value) is float for value in robot.values())
     assert samples[-1] == samples[499] != robot and len(list(samples)) == 500
     designed = experiment.excite(method="paper", parameters=robot)
-    assert {own.name: own.value for own in designed.promise} == robot
+    assert {parameter.name: parameter.value for parameter in designed.promise} == robot
     with pytest.raises(IndexError, match="there are 500"):
         samples[500]
     with pytest.raises(KeyError, match="nearest name is 'joint1.stiffness'"):
@@ -79,26 +79,26 @@ def test_lookups_of_results_name_the_nearest_name(result: sprung.Result) -> None
 def test_bodies_of_single_links(arm: sprung.Result, samples: sprung.Samples) -> None:
     assert samples.bodies is None and samples.links == []
     assert samples.standard.shape == (500, 0) and samples.standard_parameters == []
-    own = arm.sample(50)
-    assert own.bodies is not None
-    links = len(own.links)
-    assert links == 2 and own.bodies.mass_kg.shape == (50, links)
-    assert own.bodies.centre_of_mass_m.shape == (50, links, 3)
-    assert own.bodies.inertia_kgm2.shape == (50, links, 3, 3)
-    assert own.standard.shape == (50, len(own.standard_parameters))
-    assert set(own.undetermined_standard) <= set(own.standard_parameters)
+    arm_samples = arm.sample(50)
+    assert arm_samples.bodies is not None
+    links = len(arm_samples.links)
+    assert links == 2 and arm_samples.bodies.mass_kg.shape == (50, links)
+    assert arm_samples.bodies.centre_of_mass_m.shape == (50, links, 3)
+    assert arm_samples.bodies.inertia_kgm2.shape == (50, links, 3, 3)
+    assert arm_samples.standard.shape == (50, len(arm_samples.standard_parameters))
+    assert set(arm_samples.undetermined_standard) <= set(arm_samples.standard_parameters)
     # Each link has ten numbers, its mass and its first moments before the others.
     for link in range(links):
-        mass = own.bodies.mass_kg[:, link]
-        assert np.array_equal(own.standard[:, 10 * link], mass) and (mass > 0.0).all()
-        moments = mass[:, None] * own.bodies.centre_of_mass_m[:, link]
-        assert np.allclose(own.standard[:, 10 * link + 1 : 10 * link + 4], moments)
+        mass = arm_samples.bodies.mass_kg[:, link]
+        assert np.array_equal(arm_samples.standard[:, 10 * link], mass) and (mass > 0.0).all()
+        moments = mass[:, None] * arm_samples.bodies.centre_of_mass_m[:, link]
+        assert np.allclose(arm_samples.standard[:, 10 * link + 1 : 10 * link + 4], moments)
     # Bodies that can exist: principal moments are positive and fulfil the triangle inequality.
-    inertia = own.bodies.inertia_kgm2
+    inertia = arm_samples.bodies.inertia_kgm2
     assert np.array_equal(inertia, inertia.swapaxes(-1, -2))
     principal = np.linalg.eigvalsh(inertia)
     assert (principal > 0.0).all() and (principal[..., :2].sum(axis=-1) > principal[..., 2]).all()
-    assert pickle.loads(pickle.dumps(own)) == own
+    assert pickle.loads(pickle.dumps(arm_samples)) == arm_samples
 
 
 def test_each_estimator_has_its_own_robots() -> None:

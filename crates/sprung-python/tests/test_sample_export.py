@@ -41,8 +41,8 @@ def seven() -> sprung.Result:
 
 @pytest.fixture(params=["result", "arm", "seven"])
 def any_result(request: pytest.FixtureRequest) -> sprung.Result:
-    own: sprung.Result = request.getfixturevalue(request.param)
-    return own
+    result: sprung.Result = request.getfixturevalue(request.param)
+    return result
 
 
 def fields_of(model: Any) -> dict[str, NDArray[Any]]:
@@ -51,9 +51,12 @@ def fields_of(model: Any) -> dict[str, NDArray[Any]]:
     groups = [("", model)] + [(f"{name}.", getattr(model, name)) for name in ("opt", "stat", "vis")]
     for prefix, group in groups:
         for name in dir(group):
-            own = None if name.startswith("_") else getattr(group, name)
-            if isinstance(own, bool | int | float | np.ndarray) and np.asarray(own).dtype.kind in "biuf":
-                found[prefix + name] = np.array(own)
+            value = None if name.startswith("_") else getattr(group, name)
+            if (
+                isinstance(value, bool | int | float | np.ndarray)
+                and np.asarray(value).dtype.kind in "biuf"
+            ):
+                found[prefix + name] = np.array(value)
     return found
 
 
@@ -62,8 +65,8 @@ def inertias(moments: NDArray[np.float64], axes: NDArray[np.float64]) -> NDArray
     w, vector = axes[..., 0], axes[..., 1:]
     skew = np.cross(np.eye(3), vector[..., None, :]).swapaxes(-1, -2)
     turn = np.eye(3) + 2.0 * w[..., None, None] * skew + 2.0 * skew @ skew
-    own: NDArray[np.float64] = (turn * moments[..., None, :]) @ turn.swapaxes(-1, -2)
-    return own
+    matrices: NDArray[np.float64] = (turn * moments[..., None, :]) @ turn.swapaxes(-1, -2)
+    return matrices
 
 
 @pytest.mark.parametrize("rigid", [False, True])
@@ -85,13 +88,15 @@ def test_arrays_are_those_of_the_models_that_mujoco_compiles(
     for robot, path in enumerate(paths):
         compiled = fields_of(mujoco.MjModel.from_xml_path(str(path)))
         assert compiled.keys() == of_base.keys()
-        changed |= {name for name, own in compiled.items() if not np.array_equal(own, of_base[name])}
+        changed |= {
+            name for name, value in compiled.items() if not np.array_equal(value, of_base[name])
+        }
         for name, array in fields.items():
             if name != "body_iquat":
                 assert np.allclose(array[robot], compiled[name], rtol=1e-9, atol=1e-15), name
-        own = inertias(fields["body_inertia"][robot], fields["body_iquat"][robot])
+        of_arrays = inertias(fields["body_inertia"][robot], fields["body_iquat"][robot])
         of_file = inertias(compiled["body_inertia"], compiled["body_iquat"])
-        assert np.allclose(own, of_file, rtol=0.0, atol=1e-9 * np.abs(of_file).max())
+        assert np.allclose(of_arrays, of_file, rtol=0.0, atol=1e-9 * np.abs(of_file).max())
         for name, array in derived.items():
             assert np.allclose(array[robot], compiled[name], rtol=1e-6, atol=1e-9), name
     known = {*fields, *derived, "body_sameframe"}
@@ -112,11 +117,11 @@ def test_a_model_with_the_values_of_a_robot_moves_as_its_file(
         mujoco.mj_setConst(model, data)
         other = mujoco.MjModel.from_xml_path(str(path))
         ends = []
-        for own in (model, other):
-            data = mujoco.MjData(own)
+        for mj_model in (model, other):
+            data = mujoco.MjData(mj_model)
             data.ctrl[:] = 5.0
             for _ in range(50):
-                mujoco.mj_step(own, data)
+                mujoco.mj_step(mj_model, data)
             ends.append(data.qpos.copy())
         assert np.abs(ends[0]).max() > 0.01
         assert np.allclose(ends[0], ends[1], rtol=0.0, atol=1e-9)
@@ -168,7 +173,7 @@ def test_files_are_those_of_the_export_with_other_values(
         draw = f"draw: robot {robot} of 3 from the posterior, counted from 0, seed 9; not the estimate"
         assert draw in text and "draw:" not in estimate and " ± " not in text
         shapes = [
-            [(own.tag, sorted(own.attrib)) for own in ET.fromstring(xml).iter()]
+            [(element.tag, sorted(element.attrib)) for element in ET.fromstring(xml).iter()]
             for xml in (text, estimate)
         ]
         assert shapes[0] == shapes[1]
@@ -181,10 +186,10 @@ def test_files_hold_the_values_of_their_robot(arm: sprung.Result, tmp_path: Path
     assert samples.bodies is not None
     for robot, path in enumerate(samples.export("mjcf", tmp_path)):
         root = ET.parse(path).getroot()
-        springs = [float(own.attrib["stiffness"]) for own in root.iter("fixed")]
+        springs = [float(element.attrib["stiffness"]) for element in root.iter("fixed")]
         names = [f"{joint}.stiffness" for joint in ("shoulder", "elbow")]
         assert springs == [samples[robot][name] for name in names]
-        masses = [float(own.attrib["mass"]) for own in root.iter("inertial")][:2]
+        masses = [float(element.attrib["mass"]) for element in root.iter("inertial")][:2]
         assert masses == samples.bodies.mass_kg[robot].tolist()
 
 
@@ -198,16 +203,16 @@ def test_friction_without_laws_that_mujoco_lacks(log: dict[str, NDArray[np.float
     arrays, values = samples.to_mujoco(), samples.to_dict()
     joint = arrays.joints.index("joint1_motor")
     dependence = json.loads(result.to_json())["results"][0]["dependence"]
-    assert [own["name"] for own in dependence] == ["joint1.motor_viscous", "joint1.motor_coulomb"]
-    for own, field in zip(dependence, (arrays.dof_damping, arrays.dof_frictionloss), strict=True):
-        ((law, weight),) = own["weights"].items()
-        of_estimate = own["raw"] + weight * (result.parameters[law].value or 0.0)
-        assert of_estimate == pytest.approx(own["projected"], rel=1e-12)
-        raw = values[own["name"]]
+    assert [item["name"] for item in dependence] == ["joint1.motor_viscous", "joint1.motor_coulomb"]
+    for item, field in zip(dependence, (arrays.dof_damping, arrays.dof_frictionloss), strict=True):
+        ((law, weight),) = item["weights"].items()
+        of_estimate = item["raw"] + weight * (result.parameters[law].value or 0.0)
+        assert of_estimate == pytest.approx(item["projected"], rel=1e-12)
+        raw = values[item["name"]]
         assert np.allclose(field[:, joint], raw + weight * values[law], rtol=1e-12)
         # The log determines the sum of the laws better than each of them.
         assert field[:, joint].std() < 0.8 * raw.std()
-        assert abs(field[:, joint].mean() - own["projected"]) < 0.2 * field[:, joint].std()
+        assert abs(field[:, joint].mean() - item["projected"]) < 0.2 * field[:, joint].std()
 
 
 def test_names_of_many_files_sort(result: sprung.Result, tmp_path: Path) -> None:
@@ -230,8 +235,8 @@ def test_wrong_exports_are_refused(result: sprung.Result, tmp_path: Path) -> Non
 def test_a_dictionary_of_arrays(
     result: sprung.Result, arm: sprung.Result, seven: sprung.Result
 ) -> None:
-    for own in (result, arm, seven):
-        samples = own.sample(30)
+    for identification in (result, arm, seven):
+        samples = identification.sample(30)
         found = samples.to_dict()
         assert {*samples.parameters, *samples.constants} <= found.keys()
         for name, array in found.items():
@@ -240,7 +245,7 @@ def test_a_dictionary_of_arrays(
         for at, name in enumerate(samples.parameters):
             assert np.array_equal(found[name], samples.theta[:, at])
         assert ("mass_kg" in found) == (samples.bodies is not None)
-        for joint in own.experiment.joints:
+        for joint in identification.experiment.joints:
             assert found[f"{joint}.rotor_inertia"].shape == (30,)
     assert found["inertia_kgm2"].shape == (30, 7, 3, 3)
     assert found["centre_of_mass_m"].shape == (30, 7, 3)
@@ -251,7 +256,7 @@ def test_a_drawn_robot_can_be_simulated(
 ) -> None:
     samples = result.sample(2)
     short = sprung.Experiment.demo(LEAST_SQUARES | {"simulate.duration_s": 1.0})
-    logs = [short.simulate("prediction", result=own, seed=3) for own in (result, *samples)]
+    logs = [short.simulate("prediction", result=robot, seed=3) for robot in (result, *samples)]
     assert len({log["q1_rad"].tobytes() for log in logs}) == 3
     again = short.simulate("prediction", result=dict(samples[1]), seed=3)
     assert all(np.array_equal(again[name], logs[2][name]) for name in again)
@@ -272,11 +277,11 @@ def test_each_estimator_has_its_own_files() -> None:
     first, second = (both.by(name) for name in names)
     assert both.export("mjcf") == first.export("mjcf") == alone_result.export("mjcf")
     for format in ("mjcf", "urdf", "json", "c", "rust"):
-        texts = [tuple(own.export(format).values()) for own in (first, second)]
+        texts = [tuple(result.export(format).values()) for result in (first, second)]
         assert texts[0] != texts[1]
     stiffness = ET.fromstring(second.export("mjcf")["robot.xml"]).iter("fixed")
     value = second.parameters["joint1.stiffness"].value
     assert float(next(stiffness).attrib["stiffness"]) == value
     assert "estimator: prediction-error" in second.export("mjcf")["robot.xml"]
-    logs = [experiment.simulate("prediction", result=own, seed=1) for own in (first, second)]
+    logs = [experiment.simulate("prediction", result=result, seed=1) for result in (first, second)]
     assert not np.array_equal(logs[0]["q1_rad"], logs[1]["q1_rad"])

@@ -32,8 +32,10 @@ def spreads(
 def test_robots_have_the_covariance_of_the_result(result: sprung.Result) -> None:
     # No bound binds: every parameter with a bound at zero is more than four standard errors from it, and the mass
     # matrix of each of 10 000 normal draws is positive, since none of them is lost.
-    own = result.parameters
-    assert all(abs(one.value or 0.0) > 4.0 * (one.standard_error or 0.0) for one in own.values())
+    parameters = result.parameters
+    assert all(
+        abs(one.value or 0.0) > 4.0 * (one.standard_error or 0.0) for one in parameters.values()
+    )
     samples = result.sample(10_000, seed=1)
     assert samples.effective == 10_000.0
     found, stated = spreads(result, samples, result.covariance_names)
@@ -64,8 +66,8 @@ def test_seven_joints_have_the_covariance_of_the_result() -> None:
     assert np.abs(found - stated).max() < 0.1
 
 
-def _is_far_from_zero(own: sprung.Parameter) -> bool:
-    return abs(own.value or 0.0) > 4.0 * (own.standard_error or 0.0)
+def _is_far_from_zero(parameter: sprung.Parameter) -> bool:
+    return abs(parameter.value or 0.0) > 4.0 * (parameter.standard_error or 0.0)
 
 
 @pytest.mark.parametrize("seeds", [(1, 2)])

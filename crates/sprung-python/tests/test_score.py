@@ -75,6 +75,6 @@ def test_a_model_that_lacks_values_has_no_score(experiment: sprung.Experiment) -
         still[name] = values = log[name].copy()
         values[:] = values[0] + 1e-4 * np.sin(np.arange(len(values)) / 7.0)
     result = experiment.identify(still)
-    assert [name for name, own in result.parameters.items() if own.value is None]
+    assert [name for name, parameter in result.parameters.items() if parameter.value is None]
     with pytest.raises(sprung.InputError, match="least-squares predicts no torque"):
         result.score(log)

@@ -52,10 +52,10 @@ def assignments(overrides: Overrides) -> list[str]:
 
 def _toml(value: Any) -> str:
     if isinstance(value, Mapping):
-        inner = ", ".join(f"{json.dumps(str(key))} = {_toml(own)}" for key, own in value.items())
+        inner = ", ".join(f"{json.dumps(str(key))} = {_toml(item)}" for key, item in value.items())
         return f"{{ {inner} }}"
     if isinstance(value, list | tuple | np.ndarray):
-        return f"[{', '.join(_toml(own) for own in value)}]"
+        return f"[{', '.join(_toml(item) for item in value)}]"
     return json.dumps(value, default=plain, ensure_ascii=False)
 
 

@@ -97,7 +97,9 @@ class Check(Report):
         >>> import sprung
         >>> experiment = sprung.Experiment.demo()
         >>> check = experiment.check(experiment.simulate())
-        >>> check.refused, [own.severity for own in check.findings if own.severity == "error"]
+        >>> check.refused, [
+        ...     finding.severity for finding in check.findings if finding.severity == "error"
+        ... ]
         (False, [])
     """
 
@@ -107,7 +109,7 @@ class Check(Report):
     @cached_property
     def logs(self) -> list[CheckedLog]:
         """Figures of the logs and their columns."""
-        return [record(CheckedLog, own) for own in self._contents["logs"]]
+        return [record(CheckedLog, log) for log in self._contents["logs"]]
 
     @cached_property
     def findings(self) -> list[Finding]:

@@ -71,10 +71,10 @@ def _is_pandas(log: object) -> bool:
 
 
 def _chosen(columns: Any, wanted: Sequence[str]) -> list[Any]:
-    own = list(columns)
-    if wanted and all(name in own for name in wanted):
-        return [name for name in own if name in wanted]
-    return own
+    names = list(columns)
+    if wanted and all(name in names for name in wanted):
+        return [name for name in names if name in wanted]
+    return names
 
 
 def _of_arrow(log: Any, wanted: Sequence[str]) -> Named:

@@ -35,7 +35,7 @@ class ComparedResult:
         >>> import sprung
         >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
         >>> both = [experiment.identify(experiment.simulate(seed=seed)) for seed in (1, 2)]
-        >>> [own.label for own in sprung.compare(both, ["before", "after"]).compared]
+        >>> [result.label for result in sprung.compare(both, ["before", "after"]).compared]
         ['before', 'after']
     """
 
@@ -99,7 +99,7 @@ class Combined:
         >>> import sprung
         >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
         >>> both = [experiment.identify(experiment.simulate(seed=seed)) for seed in (1, 2)]
-        >>> [own.estimator for own in sprung.compare(both).combined]
+        >>> [entry.estimator for entry in sprung.compare(both).combined]
         ['least-squares']
     """
 
@@ -132,7 +132,7 @@ class DriftOfParameter:
         >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
         >>> four = [experiment.identify(experiment.simulate(seed=seed)) for seed in range(4)]
         >>> (drift,) = sprung.compare(four).drift
-        >>> [own.name for own in drift.parameters if own.drifts]
+        >>> [parameter.name for parameter in drift.parameters if parameter.drifts]
         []
     """
 
@@ -200,17 +200,17 @@ class Comparison(Report):
     @cached_property
     def compared(self) -> list[ComparedResult]:
         """The compared results; differences refer to the first one."""
-        return [record(ComparedResult, own) for own in self._contents["compared"]]
+        return [record(ComparedResult, result) for result in self._contents["compared"]]
 
     @cached_property
     def combined(self) -> list[Combined]:
         """Means over results of different logs, one entry per estimator."""
-        return [record(Combined, own) for own in self._contents.get("combined", [])]
+        return [record(Combined, entry) for entry in self._contents.get("combined", [])]
 
     @cached_property
     def drift(self) -> list[DriftOverTime]:
         """Tests for drift, one entry per estimator with four results or more."""
-        return [record(DriftOverTime, own) for own in self._contents.get("drift", [])]
+        return [record(DriftOverTime, entry) for entry in self._contents.get("drift", [])]
 
     @cached_property
     def findings(self) -> list[Finding]:
@@ -256,5 +256,5 @@ def compare(results: Sequence[Result], labels: Sequence[str] | None = None) -> C
         raise InputError(
             f"{len(names)} labels for {len(results)} results", "labels", "give one for each"
         )
-    given = [(name, own.to_json()) for name, own in zip(names, results, strict=True)]
+    given = [(name, result.to_json()) for name, result in zip(names, results, strict=True)]
     return Comparison(*_sprung.compare(given))

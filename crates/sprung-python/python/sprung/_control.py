@@ -120,14 +120,14 @@ class Vibration:
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> Vibration:
         """Returns a vibration from its JSON."""
-        own = record(Mode, given["all"])
+        mode = record(Mode, given["all"])
         poses = [None if one is None else record(Mode, one) for one in given["poses"]]
-        figures = (own.hz, own.hz_95, own.damping, own.damping_95)
+        figures = (mode.hz, mode.hz_95, mode.damping, mode.damping_95)
         return cls(given["motors"], given["name"], *figures, poses)
 
     def __str__(self) -> str:
-        own = Mode(self.hz, self.hz_95, self.damping, self.damping_95)
-        return f"{self.name}, motors {self.motors}: {own}"
+        mode = Mode(self.hz, self.hz_95, self.damping, self.damping_95)
+        return f"{self.name}, motors {self.motors}: {mode}"
 
 
 @dataclass(frozen=True)
@@ -179,13 +179,15 @@ class Shaper:
     def of(cls, given: Mapping[str, Any]) -> Shaper:
         """Returns a shaper from its JSON."""
         return cls(
-            impulses=_array([[own["time_s"], own["amplitude"]] for own in given["impulses"]]),
+            impulses=_array(
+                [[impulse["time_s"], impulse["amplitude"]] for impulse in given["impulses"]]
+            ),
             delay_s=given["delay_s"],
             largest_percent=given["largest_percent"],
             median_percent=given["median_percent"],
             level_percent=given["level_percent"],
             reached=given["reached"],
-            modes=[record(ShapedMode, own) for own in given["modes"]],
+            modes=[record(ShapedMode, mode) for mode in given["modes"]],
         )
 
     def __eq__(self, other: object) -> bool:
@@ -201,7 +203,7 @@ class Shaper:
         return self.delay_s, residuals, self.reached, self.modes
 
     def __str__(self) -> str:
-        kinds = " and ".join(str(own) for own in self.modes)
+        kinds = " and ".join(str(mode) for mode in self.modes)
         return f"{kinds}, delay {self.delay_s:.3g} s, leaves at most {self.largest_percent:.2g} %"
 
 
@@ -296,7 +298,7 @@ class Control(Report):
         ('free', True)
         >>> control.shaper.largest_percent < 10.0, control.shaper.modes[0].centre_hz > 0.0
         (True, True)
-        >>> [own.joint for own in control.tracking], control.moves.limit_cycles
+        >>> [tracking.joint for tracking in control.tracking], control.moves.limit_cycles
         (['joint1', 'joint2'], 0)
     """
 
@@ -329,16 +331,16 @@ class Control(Report):
 
     @classmethod
     def _of(cls, handle: _sprung.Designed | _PickledControl) -> Control:
-        own = json.loads(handle.json())
-        controller, proof = own["controller"], own["proof"]
-        bandwidth = own.get("bandwidth")
-        shaper = own.get("shaper")
+        design = json.loads(handle.json())
+        controller, proof = design["controller"], design["proof"]
+        bandwidth = design.get("bandwidth")
+        shaper = design.get("shaper")
         limits = [math.inf if one is None else one for one in controller["torque_limits_nm"]]
         first, second = controller["velocity_window"]
         return cls(
-            robot=own["robot"],
-            joints=own["joints"],
-            verdict=own.get("verdict"),
+            robot=design["robot"],
+            joints=design["joints"],
+            verdict=design.get("verdict"),
             feedback=controller["feedback"],
             period_s=controller["period_s"],
             gain=_array(controller["gain"]),
@@ -351,18 +353,18 @@ class Control(Report):
             bandwidth_hz=bandwidth and _array(bandwidth["used_hz"]),
             largest_bandwidth_hz=bandwidth and _array(bandwidth["largest_hz"]),
             limited_by=bandwidth and bandwidth["limited_by"],
-            loops=[LoopMargins.of(one) for one in own["loops"]],
-            least_damping=record(WithDraws, own["least_damping"]),
-            poses_rad=_array(own["poses"]),
-            draws=own["draws"],
-            vibrations=[Vibration.of(one) for one in own["vibrations"]],
+            loops=[LoopMargins.of(one) for one in design["loops"]],
+            least_damping=record(WithDraws, design["least_damping"]),
+            poses_rad=_array(design["poses"]),
+            draws=design["draws"],
+            vibrations=[Vibration.of(one) for one in design["vibrations"]],
             shaper=None if shaper is None else Shaper.of(shaper),
             simulations=proof["robots"],
             tracking=[record(Tracking, one) for one in proof["tracking"]],
             moves=record(Moves, proof["moves"]),
             torque_percent=proof["torque_percent"],
-            payload=own["has_payload"],
-            assumed=own["assumed"],
+            payload=design["has_payload"],
+            assumed=design["assumed"],
             _handle=handle,
         )
 
@@ -397,14 +399,14 @@ class Control(Report):
         return hash(self.to_json())
 
     def __reduce__(self) -> tuple[Any, ...]:
-        own = self._handle
-        return _control, (own.json(), own.toml(), own.report())
+        handle = self._handle
+        return _control, (handle.json(), handle.toml(), handle.report())
 
     def __repr__(self) -> str:
         said = [f"{self.robot}: {self.feedback} every {1e3 * self.period_s:.4g} ms"]
-        said += [f"  {own}" for own in (*self.loops, *self.vibrations)]
+        said += [f"  {item}" for item in (*self.loops, *self.vibrations)]
         said += [] if self.shaper is None else [f"  input shaper: {self.shaper}"]
-        said += [f"  {own}" for own in (*self.tracking, self.moves)]
+        said += [f"  {item}" for item in (*self.tracking, self.moves)]
         return "\n".join(said)
 
 
@@ -424,6 +426,6 @@ def _control(json_text: str, toml: str, page: str) -> Control:
 
 
 def _array(given: Sequence[float] | Sequence[Sequence[float]]) -> Numbers:
-    own = np.array(given, dtype=np.float64)
-    own.flags.writeable = False
-    return own
+    array = np.array(given, dtype=np.float64)
+    array.flags.writeable = False
+    return array

@@ -156,5 +156,5 @@ def described(
         found: findings for which a log was refused, as JSON.
     """
     classes = (ExperimentError, LogError, FileError, InputError, Stopped)
-    (own,) = (one for one in classes if one.__name__ == kind)
-    return own(text, code, remedy, place, findings(json.loads(found or "[]")))
+    (error_class,) = (one for one in classes if one.__name__ == kind)
+    return error_class(text, code, remedy, place, findings(json.loads(found or "[]")))

@@ -102,10 +102,10 @@ class Promised:
         )
 
     def __str__(self) -> str:
-        own = f"{self.name} = {self.value:.6g} ± {self.standard_error:.2g} {self.unit}".rstrip()
+        text = f"{self.name} = {self.value:.6g} ± {self.standard_error:.2g} {self.unit}".rstrip()
         if self.determined:
-            return own
-        return f"{own}, not determined" + (f": {self.cure}" if self.cure else "")
+            return text
+        return f"{text}, not determined" + (f": {self.cure}" if self.cure else "")
 
 
 @dataclass(frozen=True)
@@ -193,7 +193,11 @@ class Excitation(Report):
         ((10001, 2), 10.0)
         >>> design.promise[0].name, design.promise[0].standard_error < 1e-3
         ('link1.inertia_total', True)
-        >>> design.undetermined, [own.joint for own in design.limits], design.more[0].factor < 1.0
+        >>> (
+        ...     design.undetermined,
+        ...     [limit.joint for limit in design.limits],
+        ...     design.more[0].factor < 1.0,
+        ... )
         ([], [], True)
     """
 
@@ -216,13 +220,13 @@ class Excitation(Report):
 
     @classmethod
     def _of(cls, handle: _sprung.Excited | _PickledExcitation) -> Excitation:
-        own = json.loads(handle.json())
-        motion = own["motion"]
+        design = json.loads(handle.json())
+        motion = design["motion"]
         return cls(
-            robot=own["robot"],
-            method=own["method"],
-            warm_up=own["is_warm_up"],
-            certified=own["is_certified"],
+            robot=design["robot"],
+            method=design["method"],
+            warm_up=design["is_warm_up"],
+            certified=design["is_certified"],
             duration_s=motion["duration_s"],
             approach_s=motion["approach_s"],
             base_frequency_hz=motion["base_frequency_hz"],
@@ -230,17 +234,17 @@ class Excitation(Report):
             trajectory=Trajectory(*handle.trajectory()),
             hold_out=_trajectory(handle.hold_out()),
             slow=_trajectory(handle.slow()),
-            promise=[Promised.of(one) for one in own["promise"]],
-            limits=[LimitUsed.of(one) for one in own["limits"]],
-            more=[More.of(one) for one in own["more"]],
-            assumed=own["assumed"],
+            promise=[Promised.of(one) for one in design["promise"]],
+            limits=[LimitUsed.of(one) for one in design["limits"]],
+            more=[More.of(one) for one in design["more"]],
+            assumed=design["assumed"],
             _handle=handle,
         )
 
     @property
     def undetermined(self) -> list[str]:
         """Names of the parameters that the motion does not determine."""
-        return [own.name for own in self.promise if not own.determined]
+        return [parameter.name for parameter in self.promise if not parameter.determined]
 
     def to_json(self) -> str:
         """Returns the text of ``excitation.json``."""
@@ -278,14 +282,14 @@ class Excitation(Report):
         return hash(self.to_json())
 
     def __reduce__(self) -> tuple[Any, ...]:
-        own = self._handle
-        motions = (own.trajectory(), own.hold_out(), own.slow())
-        return _excitation, (own.json(), motions, own.files(), own.report())
+        handle = self._handle
+        motions = (handle.trajectory(), handle.hold_out(), handle.slow())
+        return _excitation, (handle.json(), motions, handle.files(), handle.report())
 
     def __repr__(self) -> str:
         highest = max(self.harmonics, default=1) * self.base_frequency_hz
         kept = "every limit holds" if self.certified else "limits are broken"
-        lines = "".join(f"\n  {own}" for own in self.promise)
+        lines = "".join(f"\n  {parameter}" for parameter in self.promise)
         return (
             f"{self.robot}: {self.duration_s:.4g} s, {self.base_frequency_hz:.3g} to "
             f"{highest:.3g} Hz, {kept}{lines}"

@@ -76,17 +76,17 @@ class Experiment:
         *,
         folder: str | os.PathLike[str] | None = None,
     ) -> None:
-        own = assignments(overrides)
+        settings = assignments(overrides)
         if isinstance(source, Mapping):
             text = _sprung.toml_of_json(json.dumps(source, default=plain))
             place = os.path.abspath(folder or os.curdir)
-            self._become(("text", "experiment", text, place), own)
+            self._become(("text", "experiment", text, place), settings)
         else:
             if folder is not None:
                 raise InputError(
                     "folder belongs to an experiment from a dict", "folder", "leave it out"
                 )
-            self._become(("file", os.path.abspath(source)), own)
+            self._become(("file", os.path.abspath(source)), settings)
 
     def _become(self, origin: tuple[str, ...], overrides: list[str]) -> None:
         self._origin = origin
@@ -95,13 +95,13 @@ class Experiment:
 
     @classmethod
     def _of(cls, origin: tuple[str, ...], overrides: list[str]) -> Experiment:
-        own = cls.__new__(cls)
-        own._become(origin, overrides)
-        return own
+        experiment = cls.__new__(cls)
+        experiment._become(origin, overrides)
+        return experiment
 
     def _with(self, overrides: Overrides) -> Experiment:
-        own = assignments(overrides)
-        return Experiment._of(self._origin, [*self._overrides, *own]) if own else self
+        settings = assignments(overrides)
+        return Experiment._of(self._origin, [*self._overrides, *settings]) if settings else self
 
     @classmethod
     def from_text(
@@ -148,9 +148,9 @@ class Experiment:
         path = Path(os.path.abspath(urdf))
         if log is not None:
             logs = [log] if isinstance(log, str | os.PathLike) else list(log)
-            own = cls.from_log(logs, urdf=path, overrides=overrides, progress=progress)
+            experiment = cls.from_log(logs, urdf=path, overrides=overrides, progress=progress)
             if joints is None:
-                return own
+                return experiment
             raise InputError("joints and log are both given", "joints", "give one of them")
         known = _sprung.joints_of_urdf(path)
         tables: Mapping[str, Table]
@@ -299,7 +299,7 @@ class Experiment:
         """
         session, logs = self._given(log)
         if laws_from:
-            session = session.with_laws_from([own._handle for own in laws_from])
+            session = session.with_laws_from([earlier._handle for earlier in laws_from])
         with heard(progress, "identifying") as callback:
             result = Result(session.identify(logs, run_of(threads, callback)), self)
         for finding in result.findings:
@@ -390,8 +390,8 @@ class Experiment:
         path = os.path.abspath(first)
         run = run_of(threads, None)
         merged = functools.reduce(LogFactors.merge, factors)
-        own = _sprung.identify_factors(self._session, merged, name or path, path, run)
-        return Result(own, self)
+        identified = _sprung.identify_factors(self._session, merged, name or path, path, run)
+        return Result(identified, self)
 
     def _validate(
         self, result: Result, log: Log | None, threads: int, callback: Callback | None
@@ -518,8 +518,8 @@ class Experiment:
         logs = _logs(log)
         paths = _paths(logs)
         if paths:
-            own = [*self._overrides, f"log.file={json.dumps(paths)}"]
-            return session_of(self._origin, own), None
+            overrides = [*self._overrides, f"log.file={json.dumps(paths)}"]
+            return session_of(self._origin, overrides), None
         wanted = self._session.log_columns
         return self._session, [named(one, wanted) for one in logs]
 

@@ -76,9 +76,9 @@ def panels(count: int, ax: Panels | None, height: float) -> NDArray[np.object_]:
         column: NDArray[np.object_] = made[:, 0]
         return column
     given = np.ravel(np.asarray(ax, dtype=object))
-    for own in given:
-        if not isinstance(own, Axes):
-            raise InputError(f"ax is {own!r}", "ax", "give Axes of matplotlib")
+    for axis in given:
+        if not isinstance(axis, Axes):
+            raise InputError(f"ax is {axis!r}", "ax", "give Axes of matplotlib")
     if len(given) != count:
         raise InputError(
             f"ax has {len(given)} axes for {count} panels",
@@ -90,9 +90,9 @@ def panels(count: int, ax: Panels | None, height: float) -> NDArray[np.object_]:
 
 def panel(ax: Axes | None, height: float) -> Axes:
     """Returns axes to draw on: the given ones, or those of a new figure."""
-    (own,) = panels(1, ax, height)
-    assert isinstance(own, Axes)
-    return own
+    (axes,) = panels(1, ax, height)
+    assert isinstance(axes, Axes)
+    return axes
 
 
 def describe(axes: Axes, text: str) -> None:
@@ -109,7 +109,7 @@ def describe(axes: Axes, text: str) -> None:
 
 def alt_text(axes: Panels) -> str:
     """Returns the alternative texts of axes, one in a line."""
-    texts = [_text_of(own) for own in np.ravel(np.asarray(axes, dtype=object))]
+    texts = [_text_of(axis) for axis in np.ravel(np.asarray(axes, dtype=object))]
     return "\n".join(text for text in texts if text)
 
 

@@ -48,7 +48,11 @@ class Finding:
         >>> import sprung
         >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
         >>> result = experiment.identify(experiment.simulate())
-        >>> [own.code for own in result.findings if own.severity in ("serious", "error")]
+        >>> [
+        ...     finding.code
+        ...     for finding in result.findings
+        ...     if finding.severity in ("serious", "error")
+        ... ]
         []
     """
 

@@ -97,7 +97,7 @@ class Applied:
     def __str__(self) -> str:
         gain = ""
         if self.held_out is not None:
-            without, beside = (100.0 * own for own in self.held_out)
+            without, beside = (100.0 * error for error in self.held_out)
             gain = f"; held-out error {without:.2f} → {beside:.2f} %"
         return f"{self.what}{gain} (forbidden by {self.forbidden_by})"
 
@@ -117,7 +117,7 @@ class PromisedErrors:
         >>> import sprung
         >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
         >>> promise = experiment.identify(experiment.simulate()).promise
-        >>> [f"{100 * own.torque_error_nm / own.torque_nm:.0f} %" for own in promise]
+        >>> [f"{100 * joint.torque_error_nm / joint.torque_nm:.0f} %" for joint in promise]
         ['7 %', '13 %']
     """
 
@@ -272,7 +272,7 @@ class Disturbance:
         >>> import sprung
         >>> experiment = sprung.Experiment.demo({"identify.estimator": "prediction-error"})
         >>> refinement = experiment.identify(experiment.simulate()).refinement
-        >>> [own.row for own in refinement.disturbances if own.at_bound]
+        >>> [disturbance.row for disturbance in refinement.disturbances if disturbance.at_bound]
         []
     """
 
@@ -298,7 +298,7 @@ class EncoderOffset:
         >>> import sprung
         >>> experiment = sprung.Experiment.demo({"identify.estimator": "prediction-error"})
         >>> refinement = experiment.identify(experiment.simulate()).refinement
-        >>> [own.joint for own in refinement.encoder_offsets]
+        >>> [offset.joint for offset in refinement.encoder_offsets]
         ['joint1', 'joint2']
     """
 
@@ -322,7 +322,7 @@ class RefinedDelay:
         >>> import sprung
         >>> experiment = sprung.Experiment.demo({"identify.estimator": "prediction-error"})
         >>> refinement = experiment.identify(experiment.simulate()).refinement
-        >>> max(abs(own.delay_s) for own in refinement.delays) < 1e-4       # the twin has no delay
+        >>> max(abs(delay.delay_s) for delay in refinement.delays) < 1e-4    # the twin has no delay
         True
     """
 

@@ -117,13 +117,13 @@ class Model:
 
     def gravity(self, q: ArrayLike) -> Numbers:
         """Returns the torques that hold the links against gravity, shape of q, N·m."""
-        one, (own,) = self._states(q=q)
-        return self._shaped(one, self._dynamics.gravity(own))
+        one, (positions,) = self._states(q=q)
+        return self._shaped(one, self._dynamics.gravity(positions))
 
     def coriolis_torques(self, q: ArrayLike, dq: ArrayLike) -> Numbers:
         """Returns the Coriolis and centrifugal torques ``C(q, dq) dq`` of the links, shape of q, N·m."""
-        one, own = self._states(q=q, dq=dq)
-        return self._shaped(one, self._dynamics.coriolis_torques(*own))
+        one, state = self._states(q=q, dq=dq)
+        return self._shaped(one, self._dynamics.coriolis_torques(*state))
 
     def mass_matrix(self, q: ArrayLike) -> Numbers:
         """Returns the mass matrix of links and rotors.
@@ -131,9 +131,9 @@ class Model:
         Returns:
             shape (rows, rows), or (samples, rows, rows); kg·m².
         """
-        one, (own,) = self._states(q=q)
+        one, (positions,) = self._states(q=q)
         rows = len(self.rows)
-        found = self._dynamics.mass_matrix(own).reshape(-1, rows, rows)
+        found = self._dynamics.mass_matrix(positions).reshape(-1, rows, rows)
         return self._shaped(one, found)
 
     def friction(
@@ -144,8 +144,8 @@ class Model:
         dphi: ArrayLike | None = None,
     ) -> Torques:
         """Returns the friction torques against the motion of links and motors, N·m."""
-        one, own = self._motion(q, dq, phi, dphi)
-        return Torques(*self._halves(one, self._dynamics.friction(own)))
+        one, motion = self._motion(q, dq, phi, dphi)
+        return Torques(*self._halves(one, self._dynamics.friction(motion)))
 
     def spring(
         self,
@@ -157,10 +157,10 @@ class Model:
         """Returns the torques of the springs on the links, N·m; zero at rigid joints."""
         q = np.asarray(q, dtype=float)
         zeros = np.zeros_like(q)
-        one, own = self._motion(
+        one, motion = self._motion(
             q, zeros if dq is None else dq, phi, zeros if dphi is None else dphi
         )
-        return self._shaped(one, self._dynamics.spring(own))
+        return self._shaped(one, self._dynamics.spring(motion))
 
     def predict(
         self,
@@ -179,8 +179,8 @@ class Model:
 
         Source: eq. (1) of the paper.
         """
-        one, own = self._motion(q, dq, phi, dphi, ddq, ddq if ddphi is None else ddphi)
-        return Torques(*self._halves(one, self._dynamics.predict(own)))
+        one, motion = self._motion(q, dq, phi, dphi, ddq, ddq if ddphi is None else ddphi)
+        return Torques(*self._halves(one, self._dynamics.predict(motion)))
 
     def regressor(
         self,
@@ -198,9 +198,9 @@ class Model:
 
         Source: eqs. (1), (5) and (6) of the paper.
         """
-        one, own = self._motion(q, dq, phi, dphi, ddq, ddq if ddphi is None else ddphi)
+        one, motion = self._motion(q, dq, phi, dphi, ddq, ddq if ddphi is None else ddphi)
         rows, parameters = len(self.rows), len(self._dynamics.parameters)
-        found = self._dynamics.regressor(own).reshape(-1, rows, parameters)
+        found = self._dynamics.regressor(motion).reshape(-1, rows, parameters)
         return self._shaped(one, found)
 
     def forward_dynamics(
@@ -223,8 +223,8 @@ class Model:
         """
         if tau_link is None:
             tau_link = np.zeros_like(np.asarray(tau, dtype=float))
-        one, own = self._motion(q, dq, phi, dphi, tau, tau_link)
-        return Accelerations(*self._halves(one, self._dynamics.forward_dynamics(own)))
+        one, motion = self._motion(q, dq, phi, dphi, tau, tau_link)
+        return Accelerations(*self._halves(one, self._dynamics.forward_dynamics(motion)))
 
     def simulate(
         self,
@@ -266,10 +266,10 @@ class Model:
 
     def _one(self, name: str, value: ArrayLike | None) -> list[float]:
         n = self._dynamics.joints
-        own = np.zeros(n) if value is None else np.asarray(value, dtype=float)
-        if own.shape != (n,):
-            raise InputError(f"{name} has the shape {own.shape}", "shape", f"give ({n},)")
-        return [float(x) for x in own]
+        array = np.zeros(n) if value is None else np.asarray(value, dtype=float)
+        if array.shape != (n,):
+            raise InputError(f"{name} has the shape {array.shape}", "shape", f"give ({n},)")
+        return [float(x) for x in array]
 
     def _motion(
         self,
@@ -285,7 +285,7 @@ class Model:
             "phi": q if phi is None else phi,
             "dphi": dq if dphi is None else dphi,
         }
-        given |= {f"argument {place}": own for place, own in enumerate(more, 5)}
+        given |= {f"argument {place}": value for place, value in enumerate(more, 5)}
         return self._states(**given)
 
     def _states(self, **given: ArrayLike) -> tuple[bool, list[Numbers]]:

@@ -88,8 +88,8 @@ class MujocoArrays:
 
     def fields(self) -> dict[str, Numbers]:
         """Returns the arrays by the names of the fields, as ``mjx.Model.replace`` takes them."""
-        own = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-        return {name: array for name, array in own.items() if isinstance(array, np.ndarray)}
+        values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        return {name: array for name, array in values.items() if isinstance(array, np.ndarray)}
 
     def apply(self, model: object, robot: SupportsIndex) -> None:
         """Gives a ``mujoco.MjModel`` the values of one robot.
@@ -107,8 +107,8 @@ class MujocoArrays:
         count, place = len(self), operator.index(robot)
         if not -count <= place < count:
             raise IndexError(f"there is no robot {place}; there are {count}")
-        own = self.fields()
-        for name, array in own.items():
+        fields = self.fields()
+        for name, array in fields.items():
             shape = getattr(getattr(model, name, None), "shape", None)
             if shape != array.shape[1:]:
                 raise InputError(
@@ -116,7 +116,7 @@ class MujocoArrays:
                     "model",
                     'give the model that MuJoCo compiles from result.export("mjcf"), with the same rigid',
                 )
-        for name, array in own.items():
+        for name, array in fields.items():
             getattr(model, name)[:] = array[place]
         self._unshorten(model, place)
 
@@ -152,14 +152,16 @@ class MujocoArrays:
             raise InputError(
                 "the package mujoco is not installed", "mujoco", "pip install mujoco"
             ) from error
-        own = copy.copy(model)
-        data = mujoco.MjData(own)
-        rows: dict[str, list[Numbers]] = {name: [] for name in _DERIVED if hasattr(own, name)}
+        model_copy = copy.copy(model)
+        data = mujoco.MjData(model_copy)
+        rows: dict[str, list[Numbers]] = {
+            name: [] for name in _DERIVED if hasattr(model_copy, name)
+        }
         for robot in range(len(self)):
-            self.apply(own, robot)
-            mujoco.mj_setConst(own, data)
+            self.apply(model_copy, robot)
+            mujoco.mj_setConst(model_copy, data)
             for name, row in rows.items():
-                row.append(np.array(getattr(own, name), dtype=np.float64))
+                row.append(np.array(getattr(model_copy, name), dtype=np.float64))
         return {name: np.array(row) for name, row in rows.items()}
 
     def __eq__(self, other: object) -> bool:

@@ -116,7 +116,7 @@ class Parameters(Named[Parameter]):
         }
 
     def _columns(self) -> dict[str, list[object]]:
-        rows: list[Mapping[str, object]] = [_row(own) for own in self._all.values()]
+        rows: list[Mapping[str, object]] = [_row(parameter) for parameter in self._all.values()]
         columns = {name: [row[name] for row in rows] for name in ParameterRow.__annotations__}
         return {"name": list(self._all), **columns}
 

@@ -100,8 +100,8 @@ class Plots:
         names = [name for name in _columns(sets) if ".motor_" in name or ".deflection_" in name]
         axes = _figure.panels(len(names), ax, 0.8 + _PANEL_HEIGHT * len(names))
         for axis, name in zip(axes, names, strict=True):
-            for place, (label, own) in enumerate(sets.items()):
-                _curve(axis, own["t"], own[name], label, place)
+            for place, (label, curves) in enumerate(sets.items()):
+                _curve(axis, curves["t"], curves[name], label, place)
             what, unit = _quantity(name)
             axis.set_ylabel(f"{what}\n[{unit}]")
             _figure.describe(axis, _differences(f"{what} [{unit}]", sets, name))
@@ -128,15 +128,15 @@ class Plots:
         sets = self._traces()
         known = _columns(sets)
         chosen = [_column(name, known) for name in names] or known
-        units = {own.name: own.unit for own in self._result.parameters.values()}
+        units = {parameter.name: parameter.unit for parameter in self._result.parameters.values()}
         axes = _figure.panels(len(chosen), ax, 0.8 + _PANEL_HEIGHT * len(chosen))
         for axis, name in zip(axes, chosen, strict=True):
-            for place, (label, own) in enumerate(sets.items(), 1):
-                _curve(axis, own["t"], own[name], label, place)
+            for place, (label, curves) in enumerate(sets.items(), 1):
+                _curve(axis, curves["t"], curves[name], label, place)
             own_unit = units.get(name, "")
             axis.set_ylabel(name.replace(".", "\n", 1) + (f"\n[{own_unit}]" if own_unit else ""))
-            _limit_to_second_half(axis, [own[name] for own in sets.values()])
-            last = ", ".join(f"{label} {_last(own[name]):.4g}" for label, own in sets.items())
+            _limit_to_second_half(axis, [curves[name] for curves in sets.values()])
+            last = ", ".join(f"{label} {_last(curves[name]):.4g}" for label, curves in sets.items())
             _figure.describe(axis, f"Estimate of {name} over time. At the end: {last} {own_unit}.")
         _over_time(axes)
         return axes
@@ -152,7 +152,11 @@ class Plots:
         """
         from sprung import _figure
 
-        rows = [own for own in self._result.parameters.values() if own.value is not None and own.ci95]
+        rows = [
+            parameter
+            for parameter in self._result.parameters.values()
+            if parameter.value is not None and parameter.ci95
+        ]
         if not rows:
             raise InputError(
                 f"{self._result.estimator} has no intervals",
@@ -161,15 +165,15 @@ class Plots:
             )
         limit = 100.0 * _sprung.relative_scale(self._result._handle, self._result._index)
         axes = _figure.panel(ax, 0.9 + _ROW_HEIGHT * len(rows))
-        for place, own in enumerate(rows):
-            _interval(axes, place, own, limit)
-        axes.set_yticks(np.arange(len(rows)), [_value(own) for own in rows])
+        for place, parameter in enumerate(rows):
+            _interval(axes, place, parameter, limit)
+        axes.set_yticks(np.arange(len(rows)), [_value(parameter) for parameter in rows])
         axes.set_ylim(len(rows) - 0.5, -0.5)
         axes.set_xlim(-1.08 * limit, 1.08 * limit)
         axes.set_xlabel("95 % interval [% of the value]")
         axes.axvline(0.0, color=_REFERENCE, linewidth=0.8, zorder=0)
         axes.grid(axis="x", alpha=0.3)
-        listed = "; ".join(f"{_value(own)}, {_half_width(own)}" for own in rows)
+        listed = "; ".join(f"{_value(parameter)}, {_half_width(parameter)}" for parameter in rows)
         _figure.describe(axes, f"95 % intervals of {len(rows)} parameters: {listed}.")
         return axes
 
@@ -221,7 +225,7 @@ class Plots:
                 "plot the residual, or give the joint viscous friction",
             )
         if place == 1:
-            bounds = {own.joint: own.stiffness_above_nm_per_rad for own in self._result.rigid_joints}
+            bounds = {rigid.joint: rigid.stiffness_above_nm_per_rad for rigid in self._result.rigid_joints}
             bound = f"; its stiffness is above {bounds[joint]:.3g} N·m/rad" if joint in bounds else ""
             return InputError(
                 f"{joint} is rigid in this result, so it has no spring{bound}", "joint", "plot its friction"
@@ -246,7 +250,9 @@ def _column(name: str, known: list[str]) -> str:
     if name in known:
         return name
     # The columns of the file end in their units.
-    found = [own for own in known if own.startswith(f"{name}_") or own.startswith(f"{name} ")]
+    found = [
+        column for column in known if column.startswith(f"{name}_") or column.startswith(f"{name} ")
+    ]
     if len(found) == 1:
         return found[0]
     raise InputError(
@@ -270,8 +276,8 @@ def _curve(axes: Axes, time: Numbers, values: Numbers, label: str, place: int) -
 
 
 def _over_time(axes: NDArray[np.object_]) -> None:
-    for own in axes:
-        own.grid(alpha=0.3)
+    for axis in axes:
+        axis.grid(alpha=0.3)
     curves = axes[0].get_lines()
     if len(curves) > 1:
         # Above the panel, where it covers no curve.
@@ -281,7 +287,7 @@ def _over_time(axes: NDArray[np.object_]) -> None:
 
 def _limit_to_second_half(axes: Axes, curves: list[Numbers]) -> None:
     """Limits the axis to the second half of the curves, and as much again on both sides."""
-    seen = np.concatenate([own[len(own) // 2 :] for own in curves])
+    seen = np.concatenate([curve[len(curve) // 2 :] for curve in curves])
     seen = seen[np.isfinite(seen)]
     if not len(seen):
         return
@@ -305,9 +311,9 @@ def _differences(what: str, sets: Sets, name: str) -> str:
     """Returns in words how far the models are from the measured curve."""
     (_, measured), *models = sets.items()
     parts = [f"{what} over time, {_range(measured['t'])} s: measured {_range(measured[name])}"]
-    for label, own in models:
-        if len(own["t"]) == len(measured["t"]):
-            difference = np.abs(own[name] - measured[name])
+    for label, curves in models:
+        if len(curves["t"]) == len(measured["t"]):
+            difference = np.abs(curves[name] - measured[name])
             difference = difference[np.isfinite(difference)]
             if len(difference):
                 parts.append(f"largest difference of {label} {difference.max():.2g}")
@@ -381,7 +387,7 @@ def _draw(axes: Axes, figure: _sprung.Figure, joint: str) -> None:
             words.append(f"{name} {_range(values)}")
     if len(bounds) == 2:
         seen = np.isfinite(bounds[0]) & np.isfinite(bounds[1])
-        low, high = (own[seen] for own in bounds)
+        low, high = (bound[seen] for bound in bounds)
         label = "95 % interval"
         axes.fill_between(
             x[seen], low, high, color=_MODELS[0], alpha=0.25, linewidth=0, label=label, zorder=2

@@ -19,32 +19,34 @@ def record(cls: type[R], given: Mapping[str, Any]) -> R:
 
     Fields that JSON leaves out keep their defaults.
     """
-    own: Any = cls
-    values = {name: _value(hint, given[name]) for name, hint in _hints(own) if name in given}
+    dataclass: Any = cls
+    values = {name: _value(hint, given[name]) for name, hint in _hints(dataclass) if name in given}
     return cls(**values)
 
 
 @functools.cache
 def _hints(cls: Hashable) -> list[tuple[str, Any]]:
-    own: Any = cls
-    hints = get_type_hints(own)
-    return [(field.name, hints[field.name]) for field in dataclasses.fields(own)]
+    dataclass: Any = cls
+    hints = get_type_hints(dataclass)
+    return [(field.name, hints[field.name]) for field in dataclasses.fields(dataclass)]
 
 
 def _value(hint: Any, given: Any) -> Any:
     """Returns a value of the type that a field names."""
     origin, arguments = get_origin(hint), get_args(hint)
     if origin in (Union, types.UnionType):
-        (inner,) = (own for own in arguments if own is not types.NoneType)
+        (inner,) = (argument for argument in arguments if argument is not types.NoneType)
         return None if given is None else _value(inner, given)
     if hint is Finding:
         return findings([given])[0]
     if dataclasses.is_dataclass(hint) and isinstance(hint, type):
         return record(hint, given)
     if origin is list:
-        return [_value(arguments[0], own) for own in given]
+        return [_value(arguments[0], item) for item in given]
     if origin is tuple:
-        return tuple(_value(own, value) for own, value in zip(arguments, given, strict=True))
+        return tuple(
+            _value(argument, value) for argument, value in zip(arguments, given, strict=True)
+        )
     if origin is Named:
-        return Named({name: _value(arguments[0], own) for name, own in given.items()})
+        return Named({name: _value(arguments[0], value) for name, value in given.items()})
     return given

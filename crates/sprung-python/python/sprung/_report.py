@@ -24,8 +24,8 @@ class Report:
 
     @cached_property
     def _contents(self) -> dict[str, Any]:
-        own: dict[str, Any] = json.loads(self.to_json())
-        return own
+        contents: dict[str, Any] = json.loads(self.to_json())
+        return contents
 
     def report(self, path: str | os.PathLike[str]) -> Path:
         """Writes the report, one HTML file that needs no other; returns its path."""
@@ -67,7 +67,7 @@ class Pickled:
 def _without_times(value: Any) -> Any:
     """Returns JSON without computing times, which differ between equal runs."""
     if isinstance(value, dict):
-        return {name: _without_times(own) for name, own in value.items() if name != "elapsed_s"}
+        return {name: _without_times(entry) for name, entry in value.items() if name != "elapsed_s"}
     if isinstance(value, list):
-        return [_without_times(own) for own in value]
+        return [_without_times(item) for item in value]
     return value

@@ -69,8 +69,8 @@ class Result(Report):
 
     @property
     def _result(self) -> dict[str, Any]:
-        own: dict[str, Any] = self._contents["results"][self._index]
-        return own
+        result: dict[str, Any] = self._contents["results"][self._index]
+        return result
 
     @property
     def experiment(self) -> Experiment:
@@ -90,7 +90,7 @@ class Result(Report):
     @property
     def estimators(self) -> list[str]:
         """Names of all estimators of the identification."""
-        return [own["estimator"] for own in self._contents["results"]]
+        return [result["estimator"] for result in self._contents["results"]]
 
     def by(self, estimator: str) -> Result:
         """Returns the same identification, with the attributes of another estimator."""
@@ -100,7 +100,9 @@ class Result(Report):
     @cached_property
     def parameters(self) -> Parameters:
         """The parameters, by name."""
-        return Parameters([record(Parameter, own) for own in self._result["parameters"]])
+        return Parameters(
+            [record(Parameter, parameter) for parameter in self._result["parameters"]]
+        )
 
     @property
     def verdict(self) -> str:
@@ -131,49 +133,49 @@ class Result(Report):
         Its diagonal has the squares of the standard errors.
         """
         rows = (self._result.get("covariance") or {"values": []})["values"]
-        own = np.zeros((len(rows), len(rows)))
+        matrix = np.zeros((len(rows), len(rows)))
         for i, row in enumerate(rows):
-            own[i, : i + 1] = row
-            own[: i + 1, i] = row
-        return own
+            matrix[i, : i + 1] = row
+            matrix[: i + 1, i] = row
+        return matrix
 
     @cached_property
     def refinement(self) -> Refinement | None:
         """Figures of the refinement; ``None`` if the estimator has none."""
-        own = self._result.get("refinement")
-        return None if own is None else record(Refinement, own)
+        refinement = self._result.get("refinement")
+        return None if refinement is None else record(Refinement, refinement)
 
     @cached_property
     def promise(self) -> list[PromisedErrors]:
         """Errors that the result promises for a new experiment of the same kind, by joint."""
-        return [record(PromisedErrors, own) for own in self._result["promise"]]
+        return [record(PromisedErrors, errors) for errors in self._result["promise"]]
 
     @cached_property
     def logs(self) -> list[LogUsed]:
         """Figures of the logs."""
-        own = [self._contents["log"], *self._contents.get("further_logs", [])]
-        return [record(LogUsed, one) for one in own]
+        logs = [self._contents["log"], *self._contents.get("further_logs", [])]
+        return [record(LogUsed, one) for one in logs]
 
     @cached_property
     def applied(self) -> list[Applied]:
         """Changes beyond the experiment that the log asked for and all results use."""
-        return [record(Applied, own) for own in self._contents.get("applied", [])]
+        return [record(Applied, change) for change in self._contents.get("applied", [])]
 
     @cached_property
     def payloads(self) -> list[Payload]:
         """Payloads that logs carried and that the experiment leaves open."""
-        return [record(Payload, own) for own in self._contents.get("payloads", [])]
+        return [record(Payload, payload) for payload in self._contents.get("payloads", [])]
 
     @cached_property
     def rigid_joints(self) -> list[RigidJoint]:
         """Joints whose spring the logs do not determine, each with a lower bound of its stiffness."""
-        return [record(RigidJoint, own) for own in self._contents.get("rigid_joints", [])]
+        return [record(RigidJoint, joint) for joint in self._contents.get("rigid_joints", [])]
 
     @cached_property
     def standard_parameters(self) -> Named[StandardParameter]:
         """Inertial parameters of single links and rotors, by name; empty for ``planar-2r``."""
-        own = [record(StandardParameter, one) for one in self._result.get("standard_parameters", [])]
-        return Named({one.name: one for one in own}, "standard parameter")
+        parameters = [record(StandardParameter, one) for one in self._result.get("standard_parameters", [])]
+        return Named({one.name: one for one in parameters}, "standard parameter")
 
     @property
     def residual_rms(self) -> Named[float]:
@@ -300,8 +302,8 @@ class Result(Report):
         run: _sprung.Run = {"threads": 0, "progress": None}
         session = self._experiment._session
         forms = (rigid, None if control is None else control.to_json())
-        own = self._handle, self._index
-        texts = dict(session.export(own, format, forms, "identification.json", run))
+        identified = self._handle, self._index
+        texts = dict(session.export(identified, format, forms, "identification.json", run))
         if folder is not None:
             for name, text in texts.items():
                 write_text(Path(folder) / name, text)
@@ -337,8 +339,8 @@ class Result(Report):
         return self._handle.report(None)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        own = self._handle
-        parts = (own.json(), own.trace_csv(), own.fit_csv(), own.text)
+        handle = self._handle
+        parts = (handle.json(), handle.trace_csv(), handle.fit_csv(), handle.text)
         return _result, (parts, self._experiment, self._index)
 
     def __repr__(self) -> str:

@@ -150,7 +150,7 @@ class Samples(Sequence[SampledValues]):
             standard_parameters=drawn.standard_parameters,
             standard=_fixed(drawn.standard()),
             links=drawn.links,
-            bodies=None if bodies is None else Bodies(*(_fixed(own) for own in bodies)),
+            bodies=None if bodies is None else Bodies(*(_fixed(array) for array in bodies)),
             undetermined=drawn.undetermined,
             undetermined_standard=drawn.undetermined_standard,
             constants=drawn.constants,
@@ -192,10 +192,12 @@ class Samples(Sequence[SampledValues]):
         digits = max(_DIGITS, len(str(len(self) - 1)))
         run: _sprung.Run = {"threads": 0, "progress": None}
         result, paths = self._result, list[Path]()
-        own, session = (result._handle, result._index), result._experiment._session
+        identified, session = (result._handle, result._index), result._experiment._session
         for first in range(0, len(self), _PART):
             robots, form = self._robots(first), (format, rigid)
-            texts = _sprung.export_samples(session, own, robots, form, "identification.json", run)
+            texts = _sprung.export_samples(
+                session, identified, robots, form, "identification.json", run
+            )
             for robot, text in enumerate(texts, first):
                 name = f"robot-{robot:0{digits}}.{_ENDS[format]}"
                 paths.append(write_text(Path(folder) / name, text))
@@ -219,13 +221,13 @@ class Samples(Sequence[SampledValues]):
         """
         run: _sprung.Run = {"threads": 0, "progress": None}
         result = self._result
-        own, session = (result._handle, result._index), result._experiment._session
+        identified, session = (result._handle, result._index), result._experiment._session
         parts = []
         for first in range(0, len(self), _PART):
             robots = self._robots(first)
-            names, part = _sprung.mujoco_of_samples(session, own, robots, rigid, run)
+            names, part = _sprung.mujoco_of_samples(session, identified, robots, rigid, run)
             parts.append(part)
-        arrays = {name: _fixed(np.concatenate([own[name] for own in parts])) for name in parts[0]}
+        arrays = {name: _fixed(np.concatenate([part[name] for part in parts])) for name in parts[0]}
         bodies, joints, tendons = names
         return MujocoArrays(bodies=bodies, joints=joints, tendons=tendons, **arrays)
 
@@ -247,17 +249,17 @@ class Samples(Sequence[SampledValues]):
             >>> arrays["joint1.stiffness"].shape
             (100,)
         """
-        own = {name: np.full(len(self), value) for name, value in self.constants.items()}
+        arrays = {name: np.full(len(self), value) for name, value in self.constants.items()}
         for names, values in (
             (self.standard_parameters[10 * len(self.links) :], self.standard[:, 10 * len(self.links) :]),
             (self.parameters, self.theta),
         ):
-            own |= {name: values[:, at].copy() for at, name in enumerate(names)}
+            arrays |= {name: values[:, at].copy() for at, name in enumerate(names)}
         if self.bodies is not None:
-            own["mass_kg"] = self.bodies.mass_kg.copy()
-            own["centre_of_mass_m"] = self.bodies.centre_of_mass_m.copy()
-            own["inertia_kgm2"] = self.bodies.inertia_kgm2.copy()
-        return own
+            arrays["mass_kg"] = self.bodies.mass_kg.copy()
+            arrays["centre_of_mass_m"] = self.bodies.centre_of_mass_m.copy()
+            arrays["inertia_kgm2"] = self.bodies.inertia_kgm2.copy()
+        return arrays
 
     def _robots(self, first: int) -> _sprung.Robots:
         """Returns robots from a number on for the extension module."""
@@ -276,8 +278,8 @@ class Samples(Sequence[SampledValues]):
         count, place = len(self), operator.index(index)
         if not -count <= place < count:
             raise IndexError(f"there is no robot {place}; there are {count}")
-        own = zip(self.parameters, self.theta[place].tolist(), strict=True)
-        return SampledValues(self.constants | dict(own), self._result)
+        pairs = zip(self.parameters, self.theta[place].tolist(), strict=True)
+        return SampledValues(self.constants | dict(pairs), self._result)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Samples):
@@ -297,6 +299,6 @@ class Samples(Sequence[SampledValues]):
         return f"<sprung.Samples: {len(self)} robots with {len(self.parameters)} parameters>"
 
 
-def _fixed(own: Numbers) -> Numbers:
-    own.flags.writeable = False
-    return own
+def _fixed(array: Numbers) -> Numbers:
+    array.flags.writeable = False
+    return array

@@ -49,7 +49,7 @@ class Servo:
         >>> result = servo.identify(logs)
         >>> print(result.parameters["servo.armature"])
         servo.armature = 0.02... ± ... kg·m²
-        >>> result.scale, result.usable, [round(own.load_torque_nm, 2) for own in result.logs]
+        >>> result.scale, result.usable, [round(log.load_torque_nm, 2) for log in result.logs]
         ('known-load', True, [2.06, 5.98])
         >>> result.position_errors.position_rms_over_noise < 1.5
         True
@@ -218,7 +218,9 @@ class ServoResult(Report):
     @cached_property
     def parameters(self) -> Parameters:
         """The parameters, by name."""
-        return Parameters([record(Parameter, own) for own in self._contents["parameters"]])
+        return Parameters(
+            [record(Parameter, parameter) for parameter in self._contents["parameters"]]
+        )
 
     @cached_property
     def braking(self) -> Parameter:
@@ -238,7 +240,7 @@ class ServoResult(Report):
     @cached_property
     def logs(self) -> list[ServoLog]:
         """Figures of the logs and their known loads."""
-        return [record(ServoLog, own) for own in self._contents["logs"]]
+        return [record(ServoLog, log) for log in self._contents["logs"]]
 
     @cached_property
     def findings(self) -> list[Finding]:
@@ -297,14 +299,14 @@ class ServoCheck:
 
     @cached_property
     def _contents(self) -> dict[str, Any]:
-        own: dict[str, Any] = json.loads(self._json)
-        return own
+        contents: dict[str, Any] = json.loads(self._json)
+        return contents
 
     @property
     def least_errors(self) -> Named[float | None]:
         """Smallest standard error of each parameter; ``None`` if it is given or not determined."""
-        own = {one["name"]: one["least_error"] for one in self._contents["parameters"]}
-        return Named(own, "parameter")
+        errors = {one["name"]: one["least_error"] for one in self._contents["parameters"]}
+        return Named(errors, "parameter")
 
     @cached_property
     def findings(self) -> list[Finding]:

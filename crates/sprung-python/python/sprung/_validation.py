@@ -36,7 +36,7 @@ class JointErrors:
         >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
         >>> result = experiment.identify(experiment.simulate())
         >>> errors = result.validate(experiment.simulate(seed=7)).runs[0].sets[0].predictions
-        >>> [own.torque_ratio < 1.5 for own in errors]
+        >>> [joint.torque_ratio < 1.5 for joint in errors]
         [True, True]
     """
 
@@ -93,8 +93,8 @@ class ValidatedSet:
         >>> import sprung
         >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
         >>> result = experiment.identify(experiment.simulate())
-        >>> (own,) = result.validate(experiment.simulate(seed=7)).runs[0].sets
-        >>> own.parameters, own.outcome, own.promise_kept
+        >>> (validated,) = result.validate(experiment.simulate(seed=7)).runs[0].sets
+        >>> validated.parameters, validated.outcome, validated.promise_kept
         ('least-squares', 'simulated', True)
     """
 
@@ -158,7 +158,7 @@ class Validation(Report):
     @cached_property
     def runs(self) -> list[ValidationRun]:
         """The runs, with the errors of each set of parameters."""
-        return [record(ValidationRun, own) for own in self._contents["runs"]]
+        return [record(ValidationRun, run) for run in self._contents["runs"]]
 
     @property
     def sentence(self) -> str:
@@ -182,11 +182,11 @@ class Validation(Report):
             InputError: if a parameter has no value.
         """
         errors = [
-            own
+            joint
             for run in self.runs
             for candidate in run.sets
             if candidate.parameters == estimator and candidate.modified is None
-            for own in candidate.predictions
+            for joint in candidate.predictions
         ]
         if not errors:
             raise InputError(
@@ -194,7 +194,9 @@ class Validation(Report):
                 "score",
                 "a parameter has no value: see result.findings for those that the log does not determine",
             )
-        return sum(1.0 - (own.torque_error_nm / own.torque_nm) ** 2 for own in errors) / len(errors)
+        return sum(
+            1.0 - (joint.torque_error_nm / joint.torque_nm) ** 2 for joint in errors
+        ) / len(errors)
 
     def to_json(self) -> str:
         """Returns the text of ``validation.json``."""

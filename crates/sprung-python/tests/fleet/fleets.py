@@ -115,14 +115,22 @@ def simulated(folder: Path, robots: int, logs: int) -> Path:
     truth = (DEMO / "truth.toml").read_text(encoding="utf-8")
     rows = []
     for robot in range(robots):
-        own = folder / f"robot{robot}"
-        own.mkdir(parents=True)
-        (own / "experiment.toml").write_text(experiment, encoding="utf-8")
-        (own / "truth.toml").write_text(scaled(truth, "joint1.stiffness", 1 + 0.01 * robot), encoding="utf-8")
+        robot_folder = folder / f"robot{robot}"
+        robot_folder.mkdir(parents=True)
+        (robot_folder / "experiment.toml").write_text(experiment, encoding="utf-8")
+        (robot_folder / "truth.toml").write_text(
+            scaled(truth, "joint1.stiffness", 1 + 0.01 * robot), encoding="utf-8"
+        )
         for log in range(logs):
-            columns = Experiment(own / "experiment.toml").simulate(seed=100 * robot + log)
-            pq.write_table(pa.table(dict(columns)), own / f"log{log}.parquet")
-            rows.append({"robot": f"robot{robot}", "experiment": str(own), "log": str(own / f"log{log}.parquet")})
+            columns = Experiment(robot_folder / "experiment.toml").simulate(seed=100 * robot + log)
+            pq.write_table(pa.table(dict(columns)), robot_folder / f"log{log}.parquet")
+            rows.append(
+                {
+                    "robot": f"robot{robot}",
+                    "experiment": str(robot_folder),
+                    "log": str(robot_folder / f"log{log}.parquet"),
+                }
+            )
     path = folder / "manifest.parquet"
     pq.write_table(pa.Table.from_pylist(rows), path)
     return path

@@ -123,18 +123,18 @@ def test_missing_rows_are_named_and_the_others_are_written(tmp_path: Path) -> No
 def test_an_experiment_that_only_one_side_can_read_keeps_its_task(tmp_path: Path) -> None:
     """The caller cannot see the disk of the workers, or a worker loses its own."""
     manifest = fleets.manifest(tmp_path)
-    own = tmp_path / "experiment.toml"
+    path = tmp_path / "experiment.toml"
     for name, before in (("caller", False), ("worker", True)):
         if not before:
-            own.unlink()
+            path.unlink()
         todo = missing(manifest, tmp_path / name)
         if before:
-            own.unlink()
+            path.unlink()
         else:
-            own.write_text("format = 1\n")
+            path.write_text("format = 1\n")
         summary = fleet.write_rows(identified(todo, 4), todo, out=tmp_path / name)
         assert summary.tasks == 12
-        own.write_text("format = 1\n")
+        path.write_text("format = 1\n")
 
 
 def test_wrong_rows_are_refused(tmp_path: Path) -> None:

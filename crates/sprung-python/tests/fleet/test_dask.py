@@ -32,8 +32,8 @@ def cluster() -> Iterator[Any]:
     """Two worker processes with one thread each."""
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0", silence_logs=50
-    ) as own:
-        yield own
+    ) as local_cluster:
+        yield local_cluster
 
 
 def run(manifest: str | Path, out: object, client: Any, **more: Any) -> fleet.Summary:
@@ -97,9 +97,9 @@ def _fewer_failures(dask_scheduler: Any) -> None:
 
 
 def free_port() -> int:
-    with socket.socket() as own:
-        own.bind(("127.0.0.1", 0))
-        return int(own.getsockname()[1])
+    with socket.socket() as tcp_socket:
+        tcp_socket.bind(("127.0.0.1", 0))
+        return int(tcp_socket.getsockname()[1])
 
 
 class Processes:
@@ -113,9 +113,11 @@ class Processes:
     def start(self, *arguments: str) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", "dask", *arguments]
         with (self.folder / "dask.txt").open("ab") as output:
-            own = subprocess.Popen(command, cwd=self.folder, env=fleets.environment(), stdout=output, stderr=output)
-        self.all.append(own)
-        return own
+            process = subprocess.Popen(
+                command, cwd=self.folder, env=fleets.environment(), stdout=output, stderr=output
+            )
+        self.all.append(process)
+        return process
 
     def scheduler(self) -> subprocess.Popen[bytes]:
         port = self.address.rsplit(":", 1)[1]
@@ -137,11 +139,11 @@ class Processes:
 
 @pytest.fixture
 def processes(tmp_path: Path) -> Iterator[Processes]:
-    own = Processes(tmp_path)
+    group = Processes(tmp_path)
     try:
-        yield own
+        yield group
     finally:
-        own.end()
+        group.end()
 
 
 def test_a_restarted_scheduler_is_waited_for(tmp_path: Path, processes: Processes) -> None:
@@ -196,13 +198,13 @@ def test_logs_experiments_and_datasets_in_an_object_store(
     server.start()
     try:
         host, port = server.get_host_and_port()
-        own = {
+        environment = {
             "AWS_ENDPOINT_URL": f"http://{host}:{port}",
             "AWS_ACCESS_KEY_ID": "test",
             "AWS_SECRET_ACCESS_KEY": "test",
             "AWS_DEFAULT_REGION": "us-east-1",
         }
-        for key, value in own.items():
+        for key, value in environment.items():
             monkeypatch.setenv(key, value)
         manifest = fleets.manifest(tmp_path)
         (tmp_path / "log-5.csv").unlink()
@@ -211,7 +213,7 @@ def test_logs_experiments_and_datasets_in_an_object_store(
         for path in tmp_path.glob("*.*"):
             store.put_file(str(path), f"fleet/{path.name}")
         with distributed.Client(cluster) as client:
-            client.run(fleets.set_environment, own)
+            client.run(fleets.set_environment, environment)
             summary = run(f"s3://fleet/{manifest.name}", "s3://fleet/out", client, identify_one=fleets.reads)
             assert (summary.tasks, summary.failed) == (12, 1)
             assert run(f"s3://fleet/{manifest.name}", "s3://fleet/out", client).resumed == 12

@@ -76,7 +76,9 @@ def test_the_analysis_is_that_of_all_rows_at_once(made: Path) -> None:
     for one, other in zip(found.populations, expected.populations, strict=True):
         assert one.scatter == other.scatter and one.robots == other.robots and one.central == other.central
         assert one.tested_for_drift == other.tested_for_drift > 0
-        assert [(own.robot, own.drift) for own in one.drifts] == [(own.robot, own.drift) for own in other.drifts]
+        assert [(moved.robot, moved.drift) for moved in one.drifts] == [
+            (moved.robot, moved.drift) for moved in other.drifts
+        ]
 
 
 @pytest.mark.parametrize("estimator", [None, "prediction-error"])
@@ -152,8 +154,8 @@ def test_parts_with_other_columns_are_refused(tmp_path: Path) -> None:
         "value of type string instead of double": table.set_column(table.column_names.index("value"), "value", texts),
         "operator of type string instead of double": table.append_column("operator", table["robot"]),
     }
-    for words, own in wrong.items():
-        pq.write_table(own, part)
+    for words, wrong_table in wrong.items():
+        pq.write_table(wrong_table, part)
         with pytest.raises(fleet.DatasetError, match=f"{part.name} has other columns .*{words}") as caught:
             fleet.report(out)
         assert caught.value.code == "dataset-columns" and "remove this file" in str(caught.value.remedy)

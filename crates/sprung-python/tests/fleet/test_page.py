@@ -28,13 +28,13 @@ def drawn(folder: Path) -> Path:
     rows = []
     for number in range(ROBOTS):
         robot = STIFF_THEN_SOFT if number == 11 else f"robot{number:02}"
-        own = 0.005 * random.standard_normal(2)
+        deviation = 0.005 * random.standard_normal(2)
         for log in range(LOGS):
             time = START + datetime.timedelta(days=30.0 * log)
             temperature_c = float(random.uniform(10, 40))
             task = Task(f"{number}-{log}", "log", robot, "e", (f"{log}.csv",), time, (("temperature_c", temperature_c),))
             soft = robot == SOFT or (robot == STIFF_THEN_SOFT and log >= 4)
-            values = (1 + own + 0.005 * random.standard_normal(2)) * [10 * (0.95 if soft else 1), 0.5]
+            values = (1 + deviation + 0.005 * random.standard_normal(2)) * [10 * (0.95 if soft else 1), 0.5]
             values[1] -= 0.002 * (temperature_c - 25)
             names = (("joint1.stiffness", "N·m/rad", 0.035), ("joint1.motor_viscous", "N·m·s/rad", 0.00175))
             parameters = [

@@ -44,7 +44,10 @@ def test_ray_writes_the_bytes_of_dask(tmp_path: Path, cluster: Any) -> None:
     summary = run(manifest, tmp_path / "ray", 3, overrides=fleets.OVERRIDES)
     assert (summary.tasks, summary.failed) == (6, 1)
     options = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "dashboard_address": ":0"}
-    with distributed.LocalCluster(**options, silence_logs=50) as own, distributed.Client(own) as client:
+    with (
+        distributed.LocalCluster(**options, silence_logs=50) as dask_cluster,
+        distributed.Client(dask_cluster) as client,
+    ):
         fleet.identify(
             manifest, out=tmp_path / "dask", client=client, overrides=fleets.OVERRIDES, logs_per_part=3, progress=False
         )

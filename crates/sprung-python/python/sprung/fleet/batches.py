@@ -55,18 +55,18 @@ def missing_logs(
     """
     check(logs_per_part=logs_per_part)
     url, settings = str(out).rstrip("/"), assignments(overrides)
-    own = Manifest.read(manifest)
-    dataset.schema(own.covariates)
-    if PART in own.covariates:
+    loaded = Manifest.read(manifest)
+    dataset.schema(loaded.covariates)
+    if PART in loaded.covariates:
         raise ManifestError(
-            f"the manifest {own.place} has a covariate {PART}, and other engines need this name",
+            f"the manifest {loaded.place} has a covariate {PART}, and other engines need this name",
             code="manifest-columns",
-            place=own.place,
+            place=loaded.place,
             remedy="rename the column",
         )
     dataset.prepare(url, {"overrides": list(settings)})
-    parts = resume.missing(dataset.done(url), own.parts(settings, ["log"], logs_per_part), retry_failures)
-    return _table(parts, own.covariates)
+    parts = resume.missing(dataset.done(url), loaded.parts(settings, ["log"], logs_per_part), retry_failures)
+    return _table(parts, loaded.covariates)
 
 
 def identify_batch(
@@ -270,8 +270,8 @@ def _task(
     def key(digest: str) -> str:
         return key_of("log", row["robot"], experiment, digest, [log], settings)
 
-    own = digests.of(experiment)
+    digest = digests.of(experiment)
     # An experiment file that only the caller, or only this computer, can read has no digest on the other side.
-    unknown = own == "" or given == key("")
+    unknown = digest == "" or given == key("")
     values = tuple((name, row[name]) for name in covariates)
-    return Task(given if given and unknown else key(own), "log", row["robot"], experiment, (log,), row[TIME], values)
+    return Task(given if given and unknown else key(digest), "log", row["robot"], experiment, (log,), row[TIME], values)

@@ -95,15 +95,15 @@ def rows_of(task: Task, text: str) -> list[Row]:
     base |= {"samples": log.get("samples"), "duration_s": log.get("duration_s")}
     rows = [base | _finding(finding) for finding in identification.get("findings", [])]
     for result in identification["results"]:
-        own = base | {"estimator": result["estimator"], "verdict": result.get("verdict")}
+        common = base | {"estimator": result["estimator"], "verdict": result.get("verdict")}
         for parameter in result["parameters"]:
             low, high = parameter.get("ci95") or (None, None)
             rows.append(
-                own
+                common
                 | {"kind": "parameter", "parameter": parameter["name"], "ci95_low": low, "ci95_high": high}
                 | {name: parameter.get(name) for name in ("unit", "value", "standard_error", "nominal", "identifiable")}
             )
-        rows += [own | _finding(finding) for finding in result.get("warnings", [])]
+        rows += [common | _finding(finding) for finding in result.get("warnings", [])]
     if not any(row["kind"] == "parameter" for row in rows):
         rows.append(
             base
@@ -269,10 +269,10 @@ class Dataset:
     >>> out = tempfile.mkdtemp()
     >>> todo = fleet.missing_logs(manifest, out=out)
     >>> summary = fleet.write_rows([fleet.identify_batch(todo)], todo, out=out)
-    >>> own = fleet.Dataset.read(out)
-    >>> own.covariates
+    >>> dataset = fleet.Dataset.read(out)
+    >>> dataset.covariates
     ['temperature_c']
-    >>> own.rows("failure").select(["robot", "code"]).to_pylist()
+    >>> dataset.rows("failure").select(["robot", "code"]).to_pylist()
     [{'robot': 'A-1', 'code': 'file-missing'}]
     """
 

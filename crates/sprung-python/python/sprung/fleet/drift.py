@@ -160,10 +160,12 @@ def prior(series: Sequence[Series]) -> Prior:
             freedoms.append(2.0 * (n - 1) ** 2 / (3.0 * n - 4.0))
     if len(factors) < FEWEST_SERIES:
         return Prior(1.0, 0.0)
-    own = float(np.median(freedoms))
+    median_freedom = float(np.median(freedoms))
     # The smaller number of degrees of freedom is the safer one: the upper tail may be wider than the centre indicates.
-    freedom = min(_prior_freedom(np.array(factors), own, ends) for ends in QUANTILES)
-    middle = float(np.median(factors)) / float(stats.f.ppf(0.5, own, min(freedom, MOST_FREEDOM)))
+    freedom = min(_prior_freedom(np.array(factors), median_freedom, ends) for ends in QUANTILES)
+    middle = float(np.median(factors)) / float(
+        stats.f.ppf(0.5, median_freedom, min(freedom, MOST_FREEDOM))
+    )
     return Prior(middle, freedom)
 
 

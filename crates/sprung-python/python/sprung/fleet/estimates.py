@@ -116,9 +116,9 @@ def count(source: Source) -> Counts:
         covariates |= dict.fromkeys(name for name in table.column_names if name not in COLUMNS)
         robots.add(table["robot"])
         logs.add(table.filter(pc.equal(table["level"], "log"))["task"])
-        own = table.filter(pc.equal(table["kind"], "failure"))
-        failed.add(own["task"])
-        failures.add(own)
+        failed_rows = table.filter(pc.equal(table["kind"], "failure"))
+        failed.add(failed_rows["task"])
+        failures.add(failed_rows)
         estimates = _single_logs(table)
         for estimator in pc.unique(estimates["estimator"]).to_pylist():
             mine = estimates.filter(pc.equal(estimates["estimator"], estimator))
@@ -142,19 +142,19 @@ def estimates(
     source: Source, counts: Counts, estimator: str, covariates: Sequence[str]
 ) -> Iterator[tuple[str, Rows]]:
     """Yields the estimates of each parameter from single logs, sorted by robot and log; parameters by name."""
-    sizes = {parameter: size for (own, parameter), size in counts.parameters.items() if own == estimator}
+    sizes = {parameter: size for (candidate, parameter), size in counts.parameters.items() if candidate == estimator}
     columns = {"kind", "level", "estimator", "identifiable", *_COLLECTED, *covariates}
     for group in _groups(sizes):
         names = pa.array(group)
         collected = _Collected()
         for table in source.tables(columns.__contains__):
-            own = _usable(_single_logs(table))
-            own = own.filter(pc.and_(pc.equal(own["estimator"], estimator), pc.is_in(own["parameter"], names)))
-            collected.add(own.drop_columns(["kind", "level", "estimator", "identifiable"]))
+            rows = _usable(_single_logs(table))
+            rows = rows.filter(pc.and_(pc.equal(rows["estimator"], estimator), pc.is_in(rows["parameter"], names)))
+            collected.add(rows.drop_columns(["kind", "level", "estimator", "identifiable"]))
         together = collected.table()
         for name in group:
-            own = together.filter(pc.equal(together["parameter"], name))
-            yield name, _rows(own.sort_by([("robot", "ascending"), ("log", "ascending")]), covariates)
+            rows = together.filter(pc.equal(together["parameter"], name))
+            yield name, _rows(rows.sort_by([("robot", "ascending"), ("log", "ascending")]), covariates)
 
 
 def _groups(sizes: Mapping[str, int]) -> Iterator[list[str]]:
@@ -234,8 +234,8 @@ class _First:
         self.keys: dict[str, list[tuple[bool, str]]] = {}
 
     def add(self, name: str, key: Iterable[str | None]) -> None:
-        own = [(part is None, part or "") for part in key]
-        self.keys[name] = min(own, self.keys.get(name, own))
+        sort_key = [(part is None, part or "") for part in key]
+        self.keys[name] = min(sort_key, self.keys.get(name, sort_key))
 
     def names(self) -> list[str]:
         return sorted(self.keys, key=self.keys.__getitem__)
@@ -257,8 +257,8 @@ class _Failures:
         for row in failures.select(_ORDER).to_pylist():
             self.codes[row["code"]] += 1
             self.order.add(row["code"], row.values())
-        own = failures.select([*_ORDER, "text", "remedy"])
-        together = own if self.shown is None else pa.concat_tables([self.shown, own])
+        details = failures.select([*_ORDER, "text", "remedy"])
+        together = details if self.shown is None else pa.concat_tables([self.shown, details])
         self.shown = _sorted(together).slice(0, FAILURES_SHOWN).combine_chunks()
 
     def by_code(self) -> list[tuple[str, int]]:

@@ -54,10 +54,10 @@ def strip(population: Population, named: set[str]) -> str:
 
 def series(moved: Moved) -> str:
     """The estimates of one robot over time with their errors, and the step with its interval, or the line."""
-    own, drift = moved.series, moved.drift
-    half = 1.96 * np.sqrt(own.variance)
-    low, high = float((own.value - half).min()), float((own.value + half).max())
-    start, end = float(own.time_s[0]), float(own.time_s[-1])
+    estimates, drift = moved.series, moved.drift
+    half = 1.96 * np.sqrt(estimates.variance)
+    low, high = float((estimates.value - half).min()), float((estimates.value + half).max())
+    start, end = float(estimates.time_s[0]), float(estimates.time_s[-1])
 
     def x(time: float) -> float:
         return _LEFT + (_WIDTH - _LEFT - _RIGHT) * (time - start) / (end - start)
@@ -77,7 +77,7 @@ def series(moved: Moved) -> str:
             marks.append(_line("mean", x(first), y(level), x(last), y(level)))
     else:
         marks.append(_line("mean", x(start), y(drift.before), x(end), y(drift.before + drift.change)))
-    for time, value, error in zip(own.time_s, own.value, half, strict=True):
+    for time, value, error in zip(estimates.time_s, estimates.value, half, strict=True):
         marks.append(_line("error", x(time), y(value - error), x(time), y(value + error)))
         marks.append(f'<circle class="point" cx="{x(time):.1f}" cy="{y(value):.1f}" r="3"/>')
     for value in (low, high):

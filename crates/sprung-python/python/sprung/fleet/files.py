@@ -115,10 +115,10 @@ def fetch(url: str, folder: Path, number: int = 0) -> Path:
     Raises FileNotFoundError, or ConnectionError after ``ATTEMPTS`` attempts at an unreachable server.
     """
     if is_local(url):
-        own = Path(local_path(url))
-        if not own.exists():
+        local = Path(local_path(url))
+        if not local.exists():
             raise FileNotFoundError(f"{url} does not exist")
-        return own
+        return local
     files, path = filesystem(url)
     copy = folder / str(number) / path.rsplit("/", 1)[-1]
     copy.parent.mkdir(parents=True, exist_ok=True)

@@ -105,15 +105,15 @@ class Manifest:
         batch: list[Task] = []
         count = 0
         for group in self._robots():
-            own: list[Task] = []
+            tasks: list[Task] = []
             if "log" in levels:
-                own += [self._task("log", [row], settings) for row in group]
+                tasks += [self._task("log", [row], settings) for row in group]
             if "robot" in levels:
-                own += [
+                tasks += [
                     self._task("robot", [row for row in group if row["experiment"] == experiment], settings)
                     for experiment in sorted({row["experiment"] for row in group})
                 ]
-            for task in own:
+            for task in tasks:
                 if batch and count + len(task.logs) > logs_per_part:
                     yield part(batch)
                     batch, count = [], 0

@@ -92,16 +92,18 @@ def reduce_log(task: Task, order: int, experiment: str, paths: Sequence[str], ov
 
     - paths: local paths of the first log and of this one.
     """
-    first, own = paths
+    first, path = paths
     made = _choices(experiment, overrides, task.logs[0], first)
-    reduced: LogFactors = _experiment(experiment, overrides).factors(own, order, made, name=task.logs[order], threads=1)
+    reduced: LogFactors = _experiment(experiment, overrides).factors(
+        path, order, made, name=task.logs[order], threads=1
+    )
     return reduced
 
 
 def identify(task: Task, factors: Sequence[LogFactors], experiment: str, first: str, overrides: tuple[str, ...]) -> str:
     """Identifies a robot from the factors of its logs; returns the text of identification.json."""
-    own = _experiment(experiment, overrides)
-    return str(own.identify_factors(factors, first, name=task.logs[0], threads=1).to_json())
+    loaded = _experiment(experiment, overrides)
+    return str(loaded.identify_factors(factors, first, name=task.logs[0], threads=1).to_json())
 
 
 @functools.lru_cache(maxsize=64)

@@ -29,8 +29,8 @@ class Report:
 
     >>> import tempfile
     >>> from sprung import fleet
-    >>> own = fleet.Report(fleet.Analysis([], rate=0.05), "<!doctype html>")
-    >>> own.save(f"{tempfile.mkdtemp()}/fleet.html").name
+    >>> report = fleet.Report(fleet.Analysis([], rate=0.05), "<!doctype html>")
+    >>> report.save(f"{tempfile.mkdtemp()}/fleet.html").name
     'fleet.html'
     """
 
@@ -76,8 +76,8 @@ def report(
     >>> todo = fleet.missing_logs(fleet.demo(folder, robots=2, logs=1), out=f"{folder}/results", overrides=settings)
     >>> rows = [fleet.identify_batch(todo, overrides=settings)]
     >>> summary = fleet.write_rows(rows, todo, out=f"{folder}/results")
-    >>> own = fleet.report(f"{folder}/results")
-    >>> [population.parameter for population in own.analysis.populations][:2]
+    >>> report = fleet.report(f"{folder}/results")
+    >>> [population.parameter for population in report.analysis.populations][:2]
     ['joint1.link_coulomb', 'joint1.link_viscous']
     """
     check_rate(rate)

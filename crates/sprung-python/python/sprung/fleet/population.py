@@ -247,7 +247,11 @@ class _Part:
         means = robot_means(estimates, described.within)
         series = _series(estimates, described.within, rows.time_s[order])
         moderation = prior(list(series.values()))
-        tested = [(robot, one, own) for robot, own in series.items() if (one := drift(own, moderation)) is not None]
+        tested = [
+            (robot, one, time_series)
+            for robot, time_series in series.items()
+            if (one := drift(time_series, moderation)) is not None
+        ]
         p_values = np.array([one.p_value for _, one, _ in tested], dtype=np.float64)
         return cls(
             name=name,
@@ -273,9 +277,9 @@ class _Part:
             unit=self.unit,
             scatter=self.scatter,
             central=None if self.tests is None else self.tests.central,
-            robots=[Robot(*own) for own in cells],
+            robots=[Robot(*row) for row in cells],
             tested_for_drift=int(self.drift_p_values.size),
-            drifts=[Moved(robot, one, float(p_drifts[k]), own) for k, (robot, one, own) in self.drifts.items()],
+            drifts=[Moved(robot, one, float(p_drifts[k]), series) for k, (robot, one, series) in self.drifts.items()],
             covariates=self.covariates,
         )
 

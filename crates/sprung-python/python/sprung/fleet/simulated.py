@@ -33,11 +33,11 @@ def demo(folder: str | os.PathLike[str], *, robots: int = 3, logs: int = 4) -> P
     """
     if robots < 1 or logs < 1:
         raise ValueError(f"robots is {robots} and logs is {logs}; both need to be at least 1")
-    own = Path(folder)
+    path = Path(folder)
     lines = ["robot,experiment,log,time,temperature_c"]
     for robot in range(robots):
-        lines += simulate_robot(own, robot, logs)
-    manifest = own / "manifest.csv"
+        lines += simulate_robot(path, robot, logs)
+    manifest = path / "manifest.csv"
     manifest.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return manifest
 

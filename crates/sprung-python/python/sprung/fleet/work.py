@@ -109,9 +109,12 @@ def _merged(task: Task, settings: Settings) -> list[dataset.Row]:
         many_logs.stored(settings.out, task, order) or _factors(task, order, settings)
         for order in range(len(task.logs))
     ]
-    factors = [own for own in outcomes if not isinstance(own, many_logs.Failed)]
-    failed = [own for own in outcomes if isinstance(own, many_logs.Failed)]
-    rows = [dataset.failure_row(task, own.code, own.text, own.place, own.remedy) for own in failed]
+    factors = [outcome for outcome in outcomes if not isinstance(outcome, many_logs.Failed)]
+    failed = [outcome for outcome in outcomes if isinstance(outcome, many_logs.Failed)]
+    rows = [
+        dataset.failure_row(task, failure.code, failure.text, failure.place, failure.remedy)
+        for failure in failed
+    ]
     if factors:
         with contextlib.ExitStack() as stack:
             experiment, (first,) = _local(replace(task, logs=task.logs[:1]), stack)
