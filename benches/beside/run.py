@@ -1,4 +1,4 @@
-"""Identifies the demo's robot from one log with sprung and with other tools, and prints time, errors and lines.
+"""Identifies the demo's robot from one log with sprung and with other tools, and prints processor time, errors and lines.
 
 usage: run.py [TOOL…]
 
@@ -99,14 +99,14 @@ def main():
         tools = [tool for tool in tools if any(word in tool[0] for word in sys.argv[1:])]
     print(f"{'tool':24}{'time, s':>9}{'given':>7}{'median error, %':>17}{'largest, %':>12}  {'of':24}{'lines':>6}")
     for name, identify, script in tools:
-        begin = time.perf_counter()
+        begin = time.process_time()
         found = identify(log)
-        seconds = time.perf_counter() - begin
+        seconds = time.process_time() - begin
         size = lines(script)
         errors = {key: 100 * abs(found[key] / value - 1) for key, value in truth.items() if key in found}
         worst = max(errors, key=errors.__getitem__)
         middle = float(np.median(list(errors.values())))
-        text = f"{name}: {seconds:.2g} s, {len(errors)} parameters, largest error {errors[worst]:.2g} % (`{worst}`), {size} lines"
+        text = f"{name}: {seconds:.3g} s, {len(errors)} parameters, largest error {errors[worst]:.3g} % (`{worst}`), {size} lines"
         note(name, text, middle, "%", better="lower" if name.startswith("sprung") else "none")
         print(f"{name:24}{seconds:9.2f}{len(errors):7}{middle:17.3f}{errors[worst]:12.2f}  {worst:24}{size:6}", flush=True)
 
