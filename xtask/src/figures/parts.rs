@@ -122,7 +122,11 @@ pub(super) const PARTS: [Part; 22] = [
                 "1-1",
                 "--rates",
                 "1000,250",
+                "--sharpness",
+                "100",
                 "--held-out",
+                "--jobs",
+                "2",
             ];
             let mut arguments: Vec<&Path> = words.iter().map(Path::new).collect();
             arguments.extend([Path::new("--binary"), &sprung, Path::new("--out"), &logs]);
