@@ -162,6 +162,10 @@ def main() -> int:
             if figures["found"] == figures["found"]:
                 note(f"{kind.name}, found", f"{kind.name}: changed robots found", 100 * figures["found"], "%",
                      better="higher", scatter=0.05)
+            for key in ("time", "change"):
+                if figures[key] == figures[key]:
+                    note(f"{kind.name}, {key}", f"{kind.name}: 95 % intervals of the {key} of the found robots that contain it",
+                         100 * figures[key], "%", better="none")
             if figures["false"] > false_at_most(fleets) or (kind.decides and figures["found"] < FOUND_AT_LEAST):
                 failed.append(kind.name)
     print("time in, change in: part of the 95 % intervals of the found steps that contain the truth")
