@@ -1,6 +1,8 @@
 //! `sprung new --log` chooses columns, units and sides by names and values, and leaves FILL IN where the log does not
 //! decide.
 
+use std::fmt::Write as _;
+
 use crate::common::{messages, stderr, stdout};
 use crate::new::{ARM, Desk};
 use crate::renamed_log::{
