@@ -47,7 +47,16 @@ const LOOP: u64 = 2_000_000;
 /// Largest error of the count of instructions: one tick of the timer, and the call.
 const COUNT_ERROR: u64 = 100;
 
-/// Arguments of a function of the robot.
+/// Functions in the documentation.
+const SHOWN: [&str; 5] = [
+    "inverse_dynamics",
+    "state_derivative",
+    "regressor",
+    "feedforward",
+    "control_step",
+];
+
+/// Cost of a call of a function.
 #[derive(Clone, Debug, PartialEq)]
 struct Cost {
     function: String,
@@ -170,14 +179,15 @@ pub(super) struct Row {
 }
 
 impl Row {
-    /// Notes the size for the documentation, with the instructions of each function.
+    /// Notes the size for the documentation, with stack, difference and the instructions of some functions.
     pub(super) fn note(&self) {
         let costs = self.found.costs.iter();
         let instructions: Vec<String> = costs
-            .map(|cost| format!("{} of `{}`", cost.instructions, cost.function))
+            .filter(|cost| SHOWN.contains(&cost.function.as_str()))
+            .map(|cost| format!("`{}` {}", cost.function, cost.instructions))
             .collect();
         let text = format!(
-            "{}: flash; stack {} B; relative difference {:.0e}; instructions: {}",
+            "{}: flash (stack {} B, difference {:.0e}; instructions: {})",
             self.what,
             self.found.stack(),
             self.difference,
