@@ -155,7 +155,7 @@ impl Case {
     }
 
     /// Changes the cells of the log in `file`.
-    fn cells(self, file: &str, mut change: impl FnMut(usize, &mut Vec<String>)) -> Self {
+    pub(crate) fn cells(self, file: &str, mut change: impl FnMut(usize, &mut Vec<String>)) -> Self {
         let file = self.path(file);
         let text = std::fs::read_to_string(&file).unwrap();
         let mut changed = String::new();

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::common::{Case, finding, value};
+use crate::common::{Case, demo, finding, sprung, stderr, value};
 
 /// The demo with further lines in `[log]`; every `keeps`-th sample of its log.
 fn case(case: Case, keeps: usize, lines: &str) -> Case {
@@ -56,6 +56,58 @@ fn a_hold_that_the_log_contradicts_is_a_warning_with_both_likelihoods() {
     ] {
         assert!(text.contains(fragment), "{text}");
     }
+}
+
+/// The demo, whose two logs have each torque one sample late.
+fn late() -> Case {
+    let case = Case::as_shipped();
+    let second = "validation.csv";
+    std::fs::copy(demo().join(second), case.path(second)).unwrap();
+    ["identification.csv", second]
+        .into_iter()
+        .fold(case, |case, file| {
+            let mut before: Option<Vec<String>> = None;
+            case.cells(file, |row, cells| {
+                let torques = cells[5..].to_vec();
+                if let Some(before) = before.take() {
+                    cells[5..].clone_from_slice(&before);
+                }
+                before = (row > 0).then_some(torques);
+            })
+        })
+}
+
+#[test]
+fn a_second_log_has_the_timing_of_the_torques_that_the_first_one_showed() {
+    let case = late();
+    let refined = "identify.estimator=[\"prediction-error\"]";
+    let (code, json) = case.results(&["--quiet", "--set", refined]);
+    assert_eq!(code, 0);
+    let delay = json["log"]["torques_delay_s"]["value"].as_f64().unwrap();
+    assert!((delay / 0.001 - 1.0).abs() < 0.2, "{delay}");
+    let experiment = case.path("experiment.toml");
+    let errors = |setting: &str| -> Vec<f64> {
+        let args = ["validate", experiment.to_str().unwrap(), "--quiet", "--set"];
+        let output = sprung(&[&args[..], &[setting]].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        let text = std::fs::read_to_string(case.path("sprung-out/validation.json")).unwrap();
+        let json: Value = serde_json::from_str(&text).unwrap();
+        let joints = json["runs"][0]["sets"][0]["predictions"].as_array();
+        (joints.unwrap().iter())
+            .map(|joint| joint["torque_error_nm"].as_f64().unwrap())
+            .collect()
+    };
+    let found = errors(refined);
+    let given = |delay: f64| errors(&format!("log.delay_s={{tau1_nm={delay},tau2_nm={delay}}}"));
+    let (same, without) = (given(delay), given(0.0));
+    for joint in 0..2 {
+        let away = (found[joint] / same[joint] - 1.0).abs();
+        assert!(away < 1e-9, "joint {joint}: {found:?} {same:?}");
+    }
+    assert!(
+        (found[0] / without[0] - 1.0).abs() > 1e-4,
+        "{found:?} {without:?}"
+    );
 }
 
 #[test]

@@ -14,7 +14,7 @@ use crate::curves::{CurveSet, Curves};
 use crate::description::{Controller, Delay, Experiment, Identify, OnCheckError};
 use crate::estimate::GENERATOR;
 use crate::finding::{Finding, Severity};
-use crate::log::{Channels, LogError, LogSource, check};
+use crate::log::{Channel, Channels, LogError, LogSource, Quantity, check};
 use crate::model::{Model, Theta};
 use crate::prepare::{Excerpt, as_given, excerpt, limit_by_rate, velocity_noise};
 use crate::progress::{Listener, Phase};
@@ -34,6 +34,8 @@ pub struct Validated {
 pub struct ChosenFor {
     /// Delays, s, by column.
     pub delays: BTreeMap<String, f64>,
+    /// Common delay of all motor torques, s. It is used if the experiment does not say when the torques act.
+    pub torques_delay: f64,
     /// Cut-off of the position filter, Hz. It is used if the experiment gives no cut-off.
     pub position_cutoff_hz: Option<f64>,
     /// Names of its logs.
@@ -104,7 +106,7 @@ pub fn validate(
             model,
             settings: &experiment.identify,
             channels: &channels,
-            delays: &channel_delays(&channels, &chosen.delays, identified.as_ref())?,
+            delays: &channel_delays(&channels, chosen, identified.as_ref())?,
             cutoff_hz: chosen.position_cutoff_hz,
             controller,
         };
@@ -283,22 +285,27 @@ impl Run<'_> {
 /// Returns the delay of every channel, s.
 fn channel_delays(
     channels: &Channels,
-    found: &BTreeMap<String, f64>,
+    chosen: &ChosenFor,
     identified: Option<&Channels>,
 ) -> Result<Vec<f64>, ValidateError> {
+    let is_torque = |channel: &Channel| channel.quantity == Quantity::MotorTorque;
+    let is_timing_given = channels.torque_hold.is_some()
+        || (channels.all.iter()).any(|channel| is_torque(channel) && channel.delay.is_some());
     (channels.all.iter())
         .map(|channel| match channel.delay {
+            None if is_torque(channel) && !is_timing_given => Ok(chosen.torques_delay),
             None => Ok(0.0),
             Some(Delay::Known(value)) => Ok(value),
             Some(Delay::Estimate) => {
                 let signal = channel.quantity.signal();
                 let same_channel = identified
                     .and_then(|log| Some(&log.all[log.telling(signal, channel.joint)?]))
-                    .and_then(|of_log| found.get(&of_log.column));
-                (same_channel.or_else(|| found.get(&channel.column)).copied()).ok_or_else(|| {
-                    ValidateError::UnknownDelay {
-                        column: channel.column.clone(),
-                    }
+                    .and_then(|of_log| chosen.delays.get(&of_log.column));
+                (same_channel
+                    .or_else(|| chosen.delays.get(&channel.column))
+                    .copied())
+                .ok_or_else(|| ValidateError::UnknownDelay {
+                    column: channel.column.clone(),
                 })
             }
         })

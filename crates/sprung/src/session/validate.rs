@@ -13,8 +13,8 @@ use sprung_robot::{Feature, Task, refuse};
 impl Session {
     /// Validates parameters on the logs of the experiment's `[[validate]]` runs.
     ///
-    /// If the parameters come from an identification, its delays, signs, gains and cut-off are used
-    /// where the description leaves them open.
+    /// If the parameters come from an identification, its delays, the timing of its torques, its signs, gains and cut-off
+    /// are used where the description leaves them open.
     ///
     /// # Errors
     ///
@@ -56,6 +56,8 @@ impl Session {
                 .flat_map(|found| &found.log.delay_s)
                 .map(|(column, delay)| (column.clone(), delay.value))
                 .collect(),
+            torques_delay: (found.and_then(|found| found.log.torques_delay_s))
+                .map_or(0.0, |delay| delay.value),
             position_cutoff_hz: found.map(|found| found.settings.position_cutoff_hz),
             logs: (found.iter())
                 .flat_map(|found| found.logs().map(LogInfo::name))

@@ -53,10 +53,7 @@ fn torque_timing(
     period: f64,
 ) -> Option<Applied> {
     let torques = retiming.torques?;
-    let found = (torques.delay, torques.standard_error);
-    let (delay, error) = refined
-        .and_then(|refinement| refinement.torques_delay_s)
-        .unwrap_or(found);
+    let (delay, error) = retiming.torques_delay(refined)?;
     let acts = 0.5 * period - delay;
     let when = if acts < 0.0 { "before" } else { "after" };
     Some(Applied {

@@ -61,6 +61,9 @@ pub struct LogInfo {
     /// Delays that were compensated, by column.
     #[serde(default)]
     pub delay_s: BTreeMap<String, DelayUsed>,
+    /// Common delay of all motor torques that the refinement found, against torques that are held until the next sample.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub torques_delay_s: Option<DelayUsed>,
     /// Signs that were estimated, by column.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub sign: BTreeMap<String, SignUsed>,

@@ -15,7 +15,7 @@ use crate::estimate::judge::{
     unpredicted, with_held_out_delay,
 };
 use crate::estimate::result::{
-    CutoffChoice, EstimateResult, GENERATOR, IDENTIFICATION_FORMAT, Identification, LogInfo,
+    CutoffChoice, DelayUsed, EstimateResult, GENERATOR, IDENTIFICATION_FORMAT, Identification,
     RigidJoint, SettingsUsed,
 };
 use crate::estimate::springs::{Undetermined, finding};
@@ -145,8 +145,6 @@ fn assemble(
     let (prepared, read) = (&basis.ready.prepared, basis.read);
     let reading = prepared.reading();
     let model = reading.model();
-    let with_choices = |info: &LogInfo| info.clone().with_choices(prepared);
-    let mut infos = read.infos.iter().map(with_choices);
     let robot = estimates.robot;
     let thetas = (robot.iter()).map(|(estimator, found)| (*estimator, &found.numbers.theta));
     let fit = fit_curves(model, thetas, judged.results.first(), &read.system);
@@ -160,6 +158,14 @@ fn assemble(
         Timing::Found(retiming) => Some(retiming),
         Timing::Open | Timing::Kept => None,
     };
+    let torques_delay_s = retiming
+        .and_then(|retiming| retiming.torques_delay(refined))
+        .map(|(value, standard_error)| DelayUsed {
+            value,
+            standard_error: Some(standard_error),
+        });
+    let mut infos =
+        (read.infos.iter()).map(|info| info.clone().with_choices(prepared, torques_delay_s));
     let period = prepared.excerpt().period();
     let payloads = estimates.payloads.into_iter();
     Ok(Identified {

@@ -74,6 +74,7 @@ impl LogInfo {
             frozen: timing.frozen.count,
             gaps: timing.gaps.count,
             delay_s: BTreeMap::new(),
+            torques_delay_s: None,
             sign: BTreeMap::new(),
             gain: BTreeMap::new(),
             torque_constant_side: None,
@@ -81,7 +82,13 @@ impl LogInfo {
     }
 
     /// Adds the delays, signs and gains, which hold for all logs.
-    pub(in crate::estimate) fn with_choices(self, prepared: &Prepared) -> Self {
+    ///
+    /// - `torques_delay_s`: common delay of all torques that the refinement found.
+    pub(in crate::estimate) fn with_choices(
+        self,
+        prepared: &Prepared,
+        torques_delay_s: Option<DelayUsed>,
+    ) -> Self {
         let (delays, factors) = (prepared.delays(), prepared.factors());
         let channels = prepared.reading().channels();
         let delay_s: BTreeMap<String, DelayUsed> = (channels.all.iter().enumerate())
@@ -97,6 +104,7 @@ impl LogInfo {
             .collect();
         Self {
             delay_s,
+            torques_delay_s,
             sign: (factors.signs.iter())
                 .map(|sign| {
                     let used = SignUsed {

@@ -8,6 +8,7 @@ use super::refined::Refined;
 use super::rung::Rung;
 use super::undeclared::Cause;
 use crate::description::{Delay, Experiment};
+use crate::estimate::result::Refinement;
 use crate::estimate::statistics::{CERTAIN_SIGMAS, MIN_DELAY_SAMPLES};
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, Quantity};
@@ -76,8 +77,8 @@ pub(in crate::estimate) struct TorquesDelay {
     /// Beyond the delay that the preparation has used, s.
     by: f64,
     /// The whole delay, s.
-    pub(in crate::estimate) delay: f64,
-    pub(in crate::estimate) standard_error: f64,
+    delay: f64,
+    standard_error: f64,
     /// Held-out errors of the equations without and with it.
     pub(in crate::estimate) gain: DelayGain,
 }
@@ -86,6 +87,18 @@ impl Retiming {
     /// Lets the second refinement start from least squares, because the model has other laws.
     pub(in crate::estimate) fn forget_end(&mut self) {
         self.end = None;
+    }
+
+    /// Returns the delay of all torques and its standard error, s; `None` if it stays.
+    ///
+    /// - `refined`: the refinement with this timing.
+    pub(in crate::estimate) fn torques_delay(
+        &self,
+        refined: Option<&Refinement>,
+    ) -> Option<(f64, f64)> {
+        let torques = self.torques?;
+        let refined = refined.and_then(|refinement| refinement.torques_delay_s);
+        Some(refined.unwrap_or((torques.delay, torques.standard_error)))
     }
 
     /// Returns the settings for reading the logs with the new timing.
