@@ -112,7 +112,7 @@ pub(crate) fn write_pages() -> Option<()> {
 
 /// Returns a number for the code that a part measures: it changes with each file of that code.
 fn fingerprint(part: &Part) -> Option<String> {
-    let files = git(&[&["ls-files", "--"], part.code].concat())?;
+    let files = git(&[&["ls-files", "--"], &part.code.concat()[..]].concat())?;
     let present: Vec<&str> = (files.lines())
         .filter(|file| root().join(file).exists())
         .collect();

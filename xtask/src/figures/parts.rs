@@ -13,13 +13,12 @@ use crate::{root, target};
 pub(super) struct Part {
     pub(super) name: &'static str,
     /// Folders whose code the figures measure, as path specifications of git.
-    pub(super) code: &'static [&'static str],
+    pub(super) code: &'static [&'static [&'static str]],
     /// What pip installs for it.
     packages: &'static [&'static str],
     run: fn(&Run) -> Option<()>,
 }
 
-/// Code of identifications.
 const METHOD: &str = "crates/sprung-method/src";
 const LOG: &str = "crates/sprung-log/src";
 /// Leaves out the readers of Arrow and Parquet, for parts whose logs are text.
@@ -28,17 +27,19 @@ const CORE: &str = "crates/sprung-core/src";
 const MODEL: &str = "crates/sprung-model/src";
 const ROBOT: &str = "crates/sprung-robot/src";
 
+/// Code of identifications.
+const IDENTIFICATION: &[&str] = &[METHOD, CORE, MODEL];
+/// Code that reads logs of text.
+const TEXT_LOGS: &[&str] = &[LOG, NO_ARROW];
+
 /// All parts, in the order of the documentation. A new part is a line here and its notes in a benchmark.
 pub(super) const PARTS: [Part; 22] = [
     Part {
         name: "twins",
         code: &[
-            METHOD,
-            CORE,
-            MODEL,
-            LOG,
-            NO_ARROW,
-            "crates/sprung/benches/accuracy",
+            IDENTIFICATION,
+            TEXT_LOGS,
+            &["crates/sprung/benches/accuracy"],
         ],
         packages: &["numpy==2.4.6", "mujoco==4.0.0"],
         run: |run| {
@@ -53,12 +54,9 @@ pub(super) const PARTS: [Part; 22] = [
     Part {
         name: "intervals",
         code: &[
-            METHOD,
-            CORE,
-            MODEL,
-            LOG,
-            NO_ARROW,
-            "crates/sprung/benches/accuracy",
+            IDENTIFICATION,
+            TEXT_LOGS,
+            &["crates/sprung/benches/accuracy"],
         ],
         packages: &[],
         run: |run| {
@@ -69,27 +67,16 @@ pub(super) const PARTS: [Part; 22] = [
     Part {
         name: "verdicts",
         code: &[
-            METHOD,
-            CORE,
-            MODEL,
-            LOG,
-            NO_ARROW,
-            "crates/sprung/benches/verdicts",
+            IDENTIFICATION,
+            TEXT_LOGS,
+            &["crates/sprung/benches/verdicts"],
         ],
         packages: &[],
         run: |run| run.bench("sprung", "verdicts", &["--cases", "30"]),
     },
     Part {
         name: "machines",
-        code: &[
-            METHOD,
-            CORE,
-            MODEL,
-            LOG,
-            NO_ARROW,
-            ROBOT,
-            "benches/machines",
-        ],
+        code: &[IDENTIFICATION, TEXT_LOGS, &[ROBOT, "benches/machines"]],
         packages: &[],
         run: |run| {
             let sprung = run.sprung()?;
@@ -106,7 +93,7 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "foreign",
-        code: &[METHOD, CORE, MODEL, LOG, NO_ARROW, "benches/foreign"],
+        code: &[IDENTIFICATION, TEXT_LOGS, &["benches/foreign"]],
         packages: &[
             "numpy==2.4.6",
             "numba==0.68.1",
@@ -135,7 +122,7 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "diagnoses",
-        code: &[METHOD, CORE, MODEL, LOG, NO_ARROW, "benches/diagnoses"],
+        code: &[IDENTIFICATION, TEXT_LOGS, &["benches/diagnoses"]],
         packages: &[
             "numpy==2.4.6",
             "numba==0.68.1",
@@ -161,13 +148,8 @@ pub(super) const PARTS: [Part; 22] = [
     Part {
         name: "arms",
         code: &[
-            METHOD,
-            CORE,
-            MODEL,
-            LOG,
-            ROBOT,
-            "crates/sprung/src",
-            "benches/arms",
+            IDENTIFICATION,
+            &[LOG, ROBOT, "crates/sprung/src", "benches/arms"],
         ],
         packages: &[
             "numpy==2.4.6",
@@ -184,11 +166,11 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "servo",
-        code: &[
+        code: &[&[
             "crates/sprung-servo/src",
             "crates/sprung/benches/servo",
             "benches/peers/servo_bam.py",
-        ],
+        ]],
         packages: &[
             // The package requires Python 3.12, and its models run on 3.11.
             "--ignore-requires-python",
@@ -209,11 +191,11 @@ pub(super) const PARTS: [Part; 22] = [
     Part {
         name: "springs",
         code: &[
-            METHOD,
-            CORE,
-            MODEL,
-            "crates/sprung/benches/springs",
-            "crates/sprung/benches/stiff",
+            IDENTIFICATION,
+            &[
+                "crates/sprung/benches/springs",
+                "crates/sprung/benches/stiff",
+            ],
         ],
         packages: &[],
         run: |run| {
@@ -224,11 +206,8 @@ pub(super) const PARTS: [Part; 22] = [
     Part {
         name: "design",
         code: &[
-            METHOD,
-            CORE,
-            MODEL,
-            "crates/sprung/src",
-            "crates/sprung/benches/excite",
+            IDENTIFICATION,
+            &["crates/sprung/src", "crates/sprung/benches/excite"],
         ],
         packages: &[],
         run: |run| {
@@ -241,14 +220,7 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "sensors",
-        code: &[
-            METHOD,
-            CORE,
-            MODEL,
-            LOG,
-            NO_ARROW,
-            "crates/sprung/tests/twin",
-        ],
+        code: &[IDENTIFICATION, TEXT_LOGS, &["crates/sprung/tests/twin"]],
         packages: &[],
         run: |run| {
             let names = [
@@ -261,13 +233,13 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "clocks",
-        code: &[LOG, NO_ARROW, "crates/sprung-log/tests/formats"],
+        code: &[TEXT_LOGS, &["crates/sprung-log/tests/formats"]],
         packages: &[],
         run: |run| run.test("sprung-log", "formats", &["resampling"]),
     },
     Part {
         name: "bodies",
-        code: &[METHOD, CORE, MODEL, "crates/sprung/benches/physical"],
+        code: &[IDENTIFICATION, &["crates/sprung/benches/physical"]],
         packages: &[],
         run: |run| {
             for (only, seeds) in [("bodies", "5"), ("bounds", "5"), ("payload", "2")] {
@@ -280,13 +252,12 @@ pub(super) const PARTS: [Part; 22] = [
     Part {
         name: "checks",
         code: &[
-            METHOD,
-            CORE,
-            MODEL,
-            LOG,
-            NO_ARROW,
-            "crates/sprung/benches/faults",
-            "crates/sprung/benches/delays",
+            IDENTIFICATION,
+            TEXT_LOGS,
+            &[
+                "crates/sprung/benches/faults",
+                "crates/sprung/benches/delays",
+            ],
         ],
         packages: &[],
         run: |run| {
@@ -299,12 +270,12 @@ pub(super) const PARTS: [Part; 22] = [
     Part {
         name: "control",
         code: &[
-            METHOD,
-            CORE,
-            MODEL,
-            "crates/sprung-export/src",
-            "benches/control",
-            "benches/export",
+            IDENTIFICATION,
+            &[
+                "crates/sprung-export/src",
+                "benches/control",
+                "benches/export",
+            ],
         ],
         packages: &["numpy==2.4.6", "mujoco==4.0.0"],
         run: |run| {
@@ -322,7 +293,7 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "drift",
-        code: &[METHOD, CORE, MODEL, "benches/drift"],
+        code: &[IDENTIFICATION, &["benches/drift"]],
         packages: &[],
         run: |run| {
             let (sprung, runs) = (run.sprung()?, target().join("figures/drift"));
@@ -334,7 +305,7 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "arm",
-        code: &["crates/sprung-export/src", CORE, "benches/arm"],
+        code: &[&["crates/sprung-export/src", CORE, "benches/arm"]],
         packages: &[],
         run: |run| {
             let program = std::env::current_exe().ok()?;
@@ -343,7 +314,7 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "fleet",
-        code: &["crates/sprung-python/python/sprung/fleet", "benches/fleet"],
+        code: &[&["crates/sprung-python/python/sprung/fleet", "benches/fleet"]],
         packages: &[
             wheel::MATURIN,
             "numpy==2.4.6",
@@ -362,13 +333,9 @@ pub(super) const PARTS: [Part; 22] = [
     Part {
         name: "speed",
         code: &[
-            METHOD,
-            CORE,
-            MODEL,
-            LOG,
-            NO_ARROW,
-            "crates/sprung-cli/src",
-            "benches/peers",
+            IDENTIFICATION,
+            TEXT_LOGS,
+            &["crates/sprung-cli/src", "benches/peers"],
         ],
         packages: &[],
         run: |run| {
@@ -385,7 +352,7 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "beside",
-        code: &[METHOD, CORE, MODEL, "benches/beside", "benches/peers"],
+        code: &[IDENTIFICATION, &["benches/beside", "benches/peers"]],
         packages: &[
             wheel::MATURIN,
             "numpy==2.4.6",
@@ -402,7 +369,7 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "python",
-        code: &["crates/sprung-python/src", "benches/python"],
+        code: &[&["crates/sprung-python/src", "benches/python"]],
         packages: &[wheel::MATURIN, "numpy==2.4.6"],
         run: |run| {
             wheel::install(&run.python, For::Figures)?;
@@ -411,7 +378,7 @@ pub(super) const PARTS: [Part; 22] = [
     },
     Part {
         name: "sizes",
-        code: &["crates", "Cargo.lock"],
+        code: &[&["crates", "Cargo.lock"]],
         packages: &[],
         run: |run| {
             let sprung = run.sprung()?;
