@@ -99,7 +99,7 @@ fn table(
     let has_peer = shown().any(|figure| figure.peer.is_some());
     let mut lines = vec![String::new(), String::new()];
     if has_peer {
-        lines.push("| case | sprung | other program | ratio |\n|---|---|---|---|".into());
+        lines.push("| case | sprung | compared with | ratio |\n|---|---|---|---|".into());
     } else {
         lines.push("| case | figure |\n|---|---|".into());
     }

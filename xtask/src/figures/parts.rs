@@ -33,7 +33,7 @@ const IDENTIFICATION: &[&str] = &[METHOD, CORE, MODEL];
 const TEXT_LOGS: &[&str] = &[LOG, NO_ARROW];
 
 /// All parts, in the order of the documentation. A new part is a line here and its notes in a benchmark.
-pub(super) const PARTS: [Part; 22] = [
+pub(super) const PARTS: [Part; 23] = [
     Part {
         name: "twins",
         code: &[
@@ -89,6 +89,36 @@ pub(super) const PARTS: [Part; 22] = [
                     &sprung,
                 ],
             )
+        },
+    },
+    Part {
+        name: "examples",
+        code: &[
+            IDENTIFICATION,
+            TEXT_LOGS,
+            &[
+                ROBOT,
+                "benches/examples",
+                "crates/sprung/tests/twin/seven.rs",
+            ],
+        ],
+        packages: &[],
+        run: |run| {
+            let sprung = run.sprung()?;
+            let words = [
+                Path::new("--data"),
+                &data()?,
+                Path::new("--binary"),
+                &sprung,
+            ];
+            run.python("benches/examples/run.py", &words)?;
+            let names = [
+                "exact_positions",
+                "encoders_and",
+                "refined_drives",
+                "offset_that",
+            ];
+            run.test("sprung", "twin", &names)
         },
     },
     Part {

@@ -15,6 +15,8 @@ use sprung_robot::{
     Simulate, no_files,
 };
 
+use sprung_testing::Figure;
+
 use crate::in_memory::with_source;
 
 pub(crate) const EXPERIMENT: &str =
@@ -129,6 +131,10 @@ fn known(model: &Model, values: &BTreeMap<String, f64>) -> BTreeMap<String, f64>
     values
 }
 
+fn note(key: &str, text: &str, percent: f64) {
+    Figure::lower(&format!("seven joints/{key}"), text, percent, "%").note();
+}
+
 fn exact(settings: &mut Simulate) {
     settings.link_encoder_counts_per_turn.clear();
     settings.motor_encoder_counts_per_turn.clear();
@@ -146,6 +152,7 @@ fn exact_positions_give_every_parameter_that_matters() {
         "{} parameters matter, worst error {worst:.3} %",
         errors.len()
     );
+    note("exact", "exact positions: largest error", worst);
     assert!(errors.len() > 55 && worst < 0.5, "{worst}");
 }
 
@@ -158,11 +165,22 @@ fn encoders_and_noise_leave_most_of_it() {
     errors.sort_by(|a, b| a.error.total_cmp(&b.error));
     let median = errors[errors.len() / 2].error;
     println!("median of {}: {median:.3} %", errors.len());
+    note("median", "encoders and noise: median error", median);
+    note(
+        "largest",
+        "encoders and noise: largest error",
+        errors.last().unwrap().error,
+    );
     assert!(median < 0.5, "{median}");
     for (joint, name) in arm.model.joints().iter().enumerate() {
         let stiffness = format!("{name}.stiffness");
         let error = errors.iter().find(|e| e.name == stiffness).unwrap().error;
         println!("{stiffness}: {error:.2} %");
+        note(
+            &stiffness,
+            &format!("encoders and noise: error of `{stiffness}`"),
+            error,
+        );
         assert!(
             error < if joint == 6 { 4.0 } else { 1.0 },
             "{stiffness}: {error}"
@@ -200,7 +218,7 @@ fn refined_drives_are_as_sure_as_they_say() {
         "{} runs",
         refinement.runs
     );
-    let mut squares = 0.0;
+    let (mut squares, mut largest) = (0.0, 0.0_f64);
     for (parameter, truth) in result.parameters.iter().zip(&arm.truth) {
         let vital =
             parameter.name.ends_with("rotor_inertia") || parameter.name.ends_with("stiffness");
@@ -214,8 +232,11 @@ fn refined_drives_are_as_sure_as_they_say() {
             parameter.name
         );
         squares += away * away / 14.0;
+        largest = error.abs().max(largest);
         assert!(away.abs() < 4.0, "{}: {away}", parameter.name);
     }
+    let text = "prediction error, 4 s: largest error of rotor inertias and stiffnesses";
+    note("refined", text, largest);
     assert!(squares.sqrt() < 1.6, "{}", squares.sqrt());
 }
 
@@ -227,6 +248,11 @@ fn an_offset_that_is_not_estimated_ruins_stiffnesses() {
     let stiffness = errors.iter().filter(|e| e.name.ends_with(".stiffness"));
     let worst = stiffness.map(|e| e.error).fold(0.0, f64::max);
     println!("worst stiffness without preload columns: {worst:.0} %");
+    note(
+        "no offset",
+        "`encoder_offset = \"none\"`: largest error of a stiffness",
+        worst,
+    );
     assert!(worst > 10.0, "{worst}");
 }
 
