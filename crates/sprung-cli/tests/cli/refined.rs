@@ -113,9 +113,14 @@ const BOTH: [&str; 2] = [
 
 #[test]
 fn the_linear_values_stand_where_the_log_is_wrong() {
-    let case = [1, 2, 3, 4].into_iter().fold(Case::new(), |case, column| {
-        case.column(column, f64::to_degrees)
+    let short = Case::new().log(|row, cells| {
+        if row > 4000 {
+            cells.clear();
+        }
     });
+    let case = [1, 2, 3, 4]
+        .into_iter()
+        .fold(short, |case, column| case.column(column, f64::to_degrees));
     let go_on = ["--set", "identify.on_check_error=go-on"];
     let (_, json) = case.results(&[&BOTH[..], &go_on].concat());
     stands_back(&json, "the log itself is wrong (looks-like-degrees)");
