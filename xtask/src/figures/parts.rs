@@ -27,8 +27,13 @@ const CORE: &str = "crates/sprung-core/src";
 const MODEL: &str = "crates/sprung-model/src";
 const ROBOT: &str = "crates/sprung-robot/src";
 
-/// Code of identifications.
-const IDENTIFICATION: &[&str] = &[METHOD, CORE, MODEL];
+/// Code of identifications; they design no motion.
+const IDENTIFICATION: &[&str] = &[
+    METHOD,
+    ":(exclude)crates/sprung-method/src/excite",
+    CORE,
+    MODEL,
+];
 /// Code that reads logs of text.
 const TEXT_LOGS: &[&str] = &[LOG, NO_ARROW];
 
@@ -235,10 +240,13 @@ pub(super) const PARTS: [Part; 23] = [
     },
     Part {
         name: "design",
-        code: &[
-            IDENTIFICATION,
-            &["crates/sprung/src", "crates/sprung/benches/excite"],
-        ],
+        code: &[&[
+            METHOD,
+            CORE,
+            MODEL,
+            "crates/sprung/src",
+            "crates/sprung/benches/excite",
+        ]],
         packages: &[],
         run: |run| {
             let cases = ["two-joints", "rounds", "seven-joints", "arms"];

@@ -11,7 +11,7 @@ use super::information_matrix::Information;
 use super::kinematics::Kinematics;
 use super::noise::{Errors, Fastest};
 use crate::description::{Controller, Excite};
-use crate::model::{Model, Parameter};
+use crate::model::{Model, Parameter, Theta};
 
 /// What is to be designed.
 #[derive(Clone, Debug)]
@@ -20,8 +20,8 @@ pub struct Task<'a> {
     pub model: &'a Model,
     /// Its values as far as they are known, \[p\].
     pub theta: &'a [f64],
-    /// Standard errors of these values, \[p\]; empty without any.
-    pub uncertainties: &'a [f64],
+    /// Other robots for which the motion must keep its limits, \[robots\]\[p\].
+    pub robots: &'a [Theta],
     /// Settings.
     pub settings: &'a Excite,
     /// Limits, without margins.
@@ -158,35 +158,12 @@ pub(super) fn draws(task: &Task<'_>) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// Standard errors by which a drawn value differs at most from the estimate, and the largest part of the value.
-const MOST_ERRORS: f64 = 2.0;
-const MOST_PART: f64 = 0.5;
-
-/// Returns the sets of values for which a motion must keep its limits: the given one and draws about it.
+/// Returns the sets of values for which a motion must keep its limits: the given one, draws about it, and the other robots.
 pub(super) fn possible_values(task: &Task<'_>) -> Vec<Vec<f64>> {
     let mut all = draws(task);
     if task.settings.value_error > 0.0 {
         all.insert(0, task.theta.to_vec());
     }
-    if task
-        .uncertainties
-        .iter()
-        .all(|uncertainty| *uncertainty == 0.0)
-    {
-        return all;
-    }
-    let mut rng = ChaCha8Rng::seed_from_u64(task.settings.seed ^ 0x5e5e);
-    for _ in 0..task.settings.draws {
-        let theta: Vec<f64> = (task.theta.iter().zip(task.uncertainties))
-            .map(|(value, error)| {
-                let most = (MOST_ERRORS * error).min(MOST_PART * value.abs());
-                value + most * rng.random_range(-1.0..=1.0)
-            })
-            .collect();
-        let model = task.model;
-        if model.check_inertias(&theta).is_ok() && model.check_stiffness(&theta).is_ok() {
-            all.push(theta);
-        }
-    }
+    all.extend_from_slice(task.robots);
     all
 }

@@ -46,7 +46,7 @@ fn with_task(more: &[&str], has_loop: bool, test: impl FnOnce(&Task<'_>, &Freque
     let (theta, errors, bounds) = (truth(&model), errors(), Bounds::new(&experiment));
     let task = Task {
         model: &model,
-        uncertainties: &[],
+        robots: &[],
         theta: &theta,
         settings: &experiment.excite,
         bounds: &bounds,

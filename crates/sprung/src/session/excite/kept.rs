@@ -83,7 +83,7 @@ impl Session {
                 why: format!("its values are not those of this robot: {error}"),
             })?;
         let parameters = Parameters::named("design", values);
-        let setup = Setup::new(experiment, model, Some(&parameters), false)?;
+        let setup = Setup::new(experiment, model, Some(&parameters), Vec::new(), false)?;
         let Some(information) = setup.information_of(sources)? else {
             return Ok(());
         };

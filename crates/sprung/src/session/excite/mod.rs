@@ -13,6 +13,7 @@ use std::f64::consts::TAU;
 use std::path::PathBuf;
 
 use sprung_base::progress::{Answer, Listener, Phase, Progress};
+use sprung_method::estimate::Samples;
 use sprung_method::excite::{Excited, Frequencies, MotionResult, Refused, Series, random};
 use sprung_robot::Task as Verb;
 
@@ -20,6 +21,7 @@ use super::error::SessionError;
 use super::excite_error::ExciteError;
 use super::load::Session;
 use super::parameters::Parameters;
+use super::sample::SampleRequest;
 pub(super) use assumed::{assumed_twin, completed};
 use judged::paper_reference;
 use task::Setup;
@@ -97,7 +99,15 @@ impl Session {
             Some(parameters) => self.described_by(parameters)?,
             None => (self.experiment().clone(), self.model().clone()),
         };
-        let setup = Setup::new(experiment, model, parameters, request.is_warm_up)?;
+        let (robots, without) = match parameters.map(|found| self.possible(found)) {
+            None | Some(Err(SessionError::NoPosterior)) => (Vec::new(), None),
+            Some(Ok(samples)) => (samples.theta, None),
+            Some(Err(error)) => (Vec::new(), Some(error)),
+        };
+        let mut setup = Setup::new(experiment, model, parameters, robots, request.is_warm_up)?;
+        setup.assumed.extend(without.map(|error| {
+            format!("the motion keeps its limits for the identified values only, because {error}")
+        }));
         let known = match &request.from_log {
             Some(file) => Some(self.information_of_log(&setup, file)?),
             None => None,
@@ -123,6 +133,18 @@ impl Session {
                 self.judged("random", &setup, &task, &series, progress)
             }
         }
+    }
+
+    /// Draws robots for which a motion with identified values must keep its limits, too.
+    fn possible(&self, parameters: &Parameters) -> Result<Samples, SessionError> {
+        let settings = &self.experiment().excite;
+        let request = SampleRequest {
+            count: settings.draws,
+            seed: settings.seed,
+            set: 0,
+            accept_unusable: true,
+        };
+        self.sample(parameters, &request)
     }
 }
 

@@ -11,7 +11,7 @@ use sprung_method::excite::{
     missing_limit,
 };
 use sprung_method::simulate::Disturbance;
-use sprung_model::{Model, ModelError};
+use sprung_model::{Model, ModelError, Theta};
 use sprung_robot::{ControllerKind, Experiment, Reference, Simulate};
 
 use super::assumed::{
@@ -26,14 +26,17 @@ const WARM_UP: f64 = 0.3;
 const WARM_UP_POSITION: f64 = 0.5;
 const WARM_UP_TORQUE: f64 = 0.6;
 
+/// Difference from the identified robot over that of a draw.
+const FARTHER: f64 = 2.0;
+
 /// The experiment of a design, complete.
 pub(super) struct Setup {
     /// The experiment with log, twin and controller.
     pub(super) experiment: Experiment,
     pub(super) model: Model,
     pub(super) theta: Vec<f64>,
-    /// Standard errors of the values; empty without an identification.
-    uncertainties: Vec<f64>,
+    /// Other robots that the log of the identification allows; empty without an identification.
+    robots: Vec<Theta>,
     pub(super) bounds: Bounds,
     pub(super) errors: Errors,
     pub(super) runs: Loop,
@@ -48,6 +51,7 @@ impl Setup {
         experiment: Experiment,
         model: Model,
         parameters: Option<&Parameters>,
+        robots: Vec<Theta>,
         is_warm_up: bool,
     ) -> Result<Self, SessionError> {
         let mut assumed = Vec::new();
@@ -96,12 +100,14 @@ impl Setup {
         }
         experiment.controller = Some(controller);
         experiment.simulate = Some(twin);
-        let uncertainties = uncertainties(&model, parameters);
-        if !uncertainties.is_empty() {
+        let robots: Vec<Theta> = (robots.into_iter())
+            .map(|robot| farther(&model, &theta, robot))
+            .collect();
+        if !robots.is_empty() {
             assumed.push(format!(
-                "the motion keeps its limits also for up to {} robots that can exist and whose values differ from the identified \
-                 ones by up to two standard errors",
-                experiment.excite.draws
+                "the motion keeps its limits also for {} robots that can exist and differ from the identified one by about two \
+                 standard errors",
+                robots.len()
             ));
         }
         assumed.push(
@@ -111,7 +117,7 @@ impl Setup {
             experiment,
             model,
             theta,
-            uncertainties,
+            robots,
             bounds,
             errors,
             runs,
@@ -158,7 +164,7 @@ impl Setup {
         Task {
             model: &self.model,
             theta: &self.theta,
-            uncertainties: &self.uncertainties,
+            robots: &self.robots,
             settings: &self.experiment.excite,
             bounds: &self.bounds,
             errors: &self.errors,
@@ -268,24 +274,14 @@ fn values(
     }
 }
 
-/// Returns the standard errors of identified values, zero for those without; empty without an identification.
-fn uncertainties(model: &Model, parameters: Option<&Parameters>) -> Vec<f64> {
-    let result = parameters.and_then(|parameters| {
-        let label = &parameters.sets.first()?.label;
-        let mut results = parameters.identification.as_ref()?.results.iter();
-        results.find(|result| result.estimator == *label)
-    });
-    let Some(result) = result else {
-        return Vec::new();
-    };
-    let error = |name: &str| result.parameter(name)?.standard_error;
-    (model.parameters().iter())
-        .map(|parameter| {
-            error(&parameter.name)
-                .filter(|error| error.is_finite())
-                .unwrap_or(0.0)
-        })
-        .collect()
+/// Returns a robot that differs from the identified one twice as much as a draw, as a few draws differ by about one standard
+/// error in the torques of a motion; the draw if such a robot cannot exist.
+fn farther(model: &Model, theta: &[f64], draw: Theta) -> Theta {
+    let twice: Theta = (draw.iter().zip(theta))
+        .map(|(drawn, value)| value + FARTHER * (drawn - value))
+        .collect();
+    let is_possible = model.check_inertias(&twice).is_ok() && model.check_stiffness(&twice).is_ok();
+    if is_possible { twice } else { draw }
 }
 
 /// Returns the limits; a first motion of an unknown robot uses a part of them.
