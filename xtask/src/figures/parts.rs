@@ -184,7 +184,11 @@ pub(super) const PARTS: [Part; 23] = [
         name: "arms",
         code: &[
             IDENTIFICATION,
-            &[LOG, ROBOT, "crates/sprung/src", "benches/arms"],
+            &[LOG, ROBOT, "benches/arms"],
+            &[
+                "crates/sprung/src",
+                ":(exclude)crates/sprung/src/session/excite",
+            ],
         ],
         packages: &[
             "numpy==2.4.6",
