@@ -347,6 +347,56 @@ fn a_recorded_log_counts_beside_the_new_motion() {
     }
 }
 
+/// A short log leaves much open: a motion that keeps the limits for the robots that it allows is smaller, so it promises
+/// larger errors than one for the identified robot alone.
+#[test]
+fn a_motion_for_identified_values_keeps_the_limits_for_the_robots_of_the_posterior() {
+    let case = Case::new().log(|row, cells| {
+        if row > 500 {
+            cells.clear();
+        }
+    });
+    let found = case.path("found");
+    let output = case.identify(&["--out", found.to_str().unwrap()]);
+    let file = found.join("identification.json");
+    let json: Value = serde_json::from_str(&fs::read_to_string(&file).expect("a result")).unwrap();
+    assert_eq!(
+        json["results"][0]["estimator"],
+        "least-squares",
+        "{}",
+        stderr(&output)
+    );
+    let values: String = (json["results"][0]["parameters"].as_array().unwrap().iter())
+        .map(|p| format!("{} = {}\n", p["name"], p["value"]))
+        .collect();
+    fs::write(case.path("values.toml"), values).unwrap();
+    let with = |parameters: &std::path::Path| {
+        let parameters = ["--parameters", parameters.to_str().unwrap()];
+        designed(&case, &[&TORQUES[..], &SHORT].concat(), &parameters)
+    };
+    let (margins, none) = (with(&file), with(&case.path("values.toml")));
+    let names_robots = |json: &Value| {
+        json["assumed"]
+            .to_string()
+            .contains("4 robots that can exist")
+    };
+    assert!(
+        names_robots(&margins) && !names_robots(&none),
+        "{}",
+        margins["assumed"]
+    );
+    let errors = |json: &Value| -> f64 {
+        let of = |promise: &Value| promise["standard_error"].as_f64().unwrap().ln();
+        json["promise"].as_array().unwrap().iter().map(of).sum()
+    };
+    assert!(
+        errors(&margins) > errors(&none),
+        "{} {}",
+        errors(&margins),
+        errors(&none)
+    );
+}
+
 #[test]
 fn a_first_motion_of_an_unknown_robot_needs_masses_and_limits_only() {
     let case = Case::new();
