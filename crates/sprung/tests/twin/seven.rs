@@ -248,11 +248,8 @@ fn an_offset_that_is_not_estimated_ruins_stiffnesses() {
     let stiffness = errors.iter().filter(|e| e.name.ends_with(".stiffness"));
     let worst = stiffness.map(|e| e.error).fold(0.0, f64::max);
     println!("worst stiffness without preload columns: {worst:.0} %");
-    note(
-        "no offset",
-        "`encoder_offset = \"none\"`: largest error of a stiffness",
-        worst,
-    );
+    let text = "`encoder_offset = \"none\"`: largest error of a stiffness";
+    Figure::neutral("seven joints/no offset", text, worst, "%").note();
     assert!(worst > 10.0, "{worst}");
 }
 
