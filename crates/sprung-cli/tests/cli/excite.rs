@@ -366,10 +366,10 @@ fn a_motion_for_identified_values_keeps_the_limits_for_the_robots_of_the_posteri
         "{}",
         stderr(&output)
     );
-    let values: String = (json["results"][0]["parameters"].as_array().unwrap().iter())
-        .map(|p| format!("{} = {}\n", p["name"], p["value"]))
+    let lines: Vec<String> = (json["results"][0]["parameters"].as_array().unwrap().iter())
+        .map(|parameter| format!("{} = {}\n", parameter["name"], parameter["value"]))
         .collect();
-    fs::write(case.path("values.toml"), values).unwrap();
+    fs::write(case.path("values.toml"), lines.concat()).unwrap();
     let with = |parameters: &std::path::Path| {
         let parameters = ["--parameters", parameters.to_str().unwrap()];
         designed(&case, &[&TORQUES[..], &SHORT].concat(), &parameters)
