@@ -364,7 +364,6 @@ fn industrial_arm_with_a_coupled_wrist() {
     let motor = |i: usize| value(&json, &format!("joint_{i}.motor_viscous"));
     let error = |name: &str| parameter(&json, name)["standard_error"].as_f64().unwrap();
     let of_motor = |i: usize| error(&format!("joint_{i}.motor_viscous"));
-    let mut worst = 0.0_f64;
     // Motor 6 turns with joints 5 and 6, so the published values of these joints include it.
     let link = "joint_6.link_viscous";
     for (what, found, error, published) in [
@@ -395,18 +394,7 @@ fn industrial_arm_with_a_coupled_wrist() {
             (found - published).abs() < 4.0 * error,
             "{what}: {found} ± {error}, published {published}"
         );
-        worst = worst.max(100.0 * off.abs());
     }
-    let page = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../docs/reference/benchmarks.md"
-    );
-    let page = std::fs::read_to_string(page).unwrap();
-    let stated = format!("viscous friction within {worst:.1} % of the published values");
-    assert!(
-        page.contains(&stated),
-        "docs/reference/benchmarks.md: {stated}"
-    );
     let result = &json["results"][0];
     let (mut residuals, mut torques) = (0.0, 0.0);
     for (row, rms) in result["residual_rms"].as_object().unwrap() {
