@@ -13,8 +13,17 @@ pub(super) const SHARPER: f64 = 2.0;
 /// Sharpness of a nuisance column of blunter friction relative to that of the model.
 pub(super) const BLUNTER: f64 = 0.5;
 
-/// Returns the columns of Coulomb friction of another sharpness, one group for each side of a joint with Coulomb friction.
-/// A group has one parameter.
+/// Column of Coulomb friction of another sharpness, of one side of a joint.
+pub(super) struct SharpnessColumn {
+    /// Index in theta of the Coulomb friction of this side.
+    pub(super) friction: usize,
+    /// Entries of the column in all rows.
+    pub(super) probes: Vec<Probe>,
+}
+
+/// Returns the columns of Coulomb friction of another sharpness, one for each side of a joint with Coulomb friction.
+///
+/// The friction at high velocities is the sum of a column's coefficient and of the parameter.
 ///
 /// - `terms`: of the rows; `ratio`: of the sharpness to that of the model.
 pub(super) fn sharpness_columns(
@@ -22,16 +31,17 @@ pub(super) fn sharpness_columns(
     joint: usize,
     terms: &[Term],
     ratio: f64,
-) -> Vec<Vec<Probe>> {
+) -> Vec<SharpnessColumn> {
     let shape = Shape {
         sharpness: ratio * model.sharpness(joint),
         ..*model.shape(joint)
     };
     let of_side = |side: Side| {
         let kind = JointParameter::Friction(side, Law::Coulomb);
-        model.index(kind, joint)?;
+        let friction = model.index(kind, joint)?;
         let of_kind = (terms.iter()).filter(|term| term.joint == joint && term.what == kind);
-        Some(of_kind.map(|term| Probe::Term(*term, shape)).collect())
+        let probes = of_kind.map(|term| Probe::Term(*term, shape)).collect();
+        Some(SharpnessColumn { friction, probes })
     };
     [Side::Motor, Side::Link]
         .into_iter()

@@ -232,9 +232,10 @@ impl Candidates {
             return;
         }
         let of = |ratio: f64| sharpness_columns(model, joint, terms, ratio);
-        for probes in [SHARPER, BLUNTER].into_iter().flat_map(of) {
+        for column in [SHARPER, BLUNTER].into_iter().flat_map(of) {
+            let probes = column.probes.into_iter();
             self.probes
-                .extend(probes.into_iter().map(|probe| (probe, self.unknowns)));
+                .extend(probes.map(|probe| (probe, self.unknowns)));
             self.nuisances.push(self.unknowns);
             self.unknowns += 1;
         }

@@ -42,15 +42,20 @@ pub(super) fn nuisances(prepared: &Prepared, weights: &[f64]) -> Option<Nuisance
     let with = columns.fit((model, &free), &whole, weights, true)?;
     let without = columns.fit((model, &free), &whole, weights, false)?;
     let theta = free.whole(&with, |known| known);
-    let changes: Vec<f64> = (with.iter().zip(&without))
+    let of_model = free.unknowns.len();
+    let mut changes: Vec<f64> = (with.iter().zip(&without))
         .map(|(with, without)| with - without)
         .collect();
+    // Friction of two sharpnesses is one friction: its Coulomb friction is the sum of both coefficients.
+    for &(at, friction) in &columns.sharper {
+        if let Ok(unknown) = free.unknowns.binary_search(&friction) {
+            changes[unknown] += with[of_model + at];
+        }
+    }
     Some(Nuisances {
         lacking: lacking(model, &columns.equations(model, &whole), &theta),
         changes: free.whole(&changes, |_| 0.0),
-        torques_delay: columns
-            .torques_delay
-            .map(|at| with[free.unknowns.len() + at]),
+        torques_delay: columns.torques_delay.map(|at| with[of_model + at]),
     })
 }
 
@@ -61,11 +66,13 @@ struct Columns {
     count: usize,
     /// Index of the delay of all torques, if it is open.
     torques_delay: Option<usize>,
+    /// Index of each nuisance parameter that is Coulomb friction of a sharper column, and in theta that of this friction.
+    sharper: Vec<(usize, usize)>,
 }
 
 impl Columns {
     fn new(model: &Model, channels: &Channels, is_coupled: bool) -> Self {
-        let (mut probes, mut count) = (Vec::new(), 0);
+        let (mut probes, mut count, mut sharper) = (Vec::new(), 0, Vec::new());
         let torques =
             (channels.all.iter()).filter(|channel| channel.quantity == Quantity::MotorTorque);
         let torques_delay = is_timing_open(channels).then_some(count);
@@ -84,12 +91,10 @@ impl Columns {
             }
         }
         for &joint in model.open_sharpness() {
-            for sharpness_probes in sharpness_columns(model, joint, model.robot().terms, SHARPER) {
-                probes.extend(
-                    sharpness_probes
-                        .into_iter()
-                        .map(|probe| (probe, Some(count))),
-                );
+            for column in sharpness_columns(model, joint, model.robot().terms, SHARPER) {
+                let column_probes = column.probes.into_iter();
+                probes.extend(column_probes.map(|probe| (probe, Some(count))));
+                sharper.push((count, column.friction));
                 count += 1;
             }
         }
@@ -101,6 +106,7 @@ impl Columns {
             probes,
             count,
             torques_delay,
+            sharper,
         }
     }
 
