@@ -6,9 +6,11 @@ use std::process::{Command, ExitCode};
 use super::python::Python;
 use super::pythons;
 use crate::dist::licences;
+use crate::install::hdf5;
 use crate::root;
 use crate::steps::succeeds;
 use crate::target;
+use crate::test::features;
 
 /// Packages to build the wheel.
 pub(crate) const MATURIN: &str = "maturin==1.16.0";
@@ -64,8 +66,11 @@ fn wheel(python: &Python, purpose: For) -> Option<PathBuf> {
     let build = ["build", "--profile", profile, "--locked", "--quiet"];
     let mut command = python.module("maturin", &build);
     if purpose == For::Tests {
-        // As `cargo xtask test`, whose crates serve again.
-        command.env("CARGO_INCREMENTAL", "0");
+        // As `cargo xtask test`, whose crates serve again. Arguments replace the features of `pyproject.toml`.
+        command
+            .env("CARGO_INCREMENTAL", "0")
+            .args(["--features=pyo3/extension-module", features(hdf5())])
+            .arg("--auditwheel=skip");
     }
     command
         .arg("--manifest-path")

@@ -15,17 +15,19 @@ const DURATION_S: f64 = 8.0;
 const FAR: f64 = 4.0;
 
 const SHARPNESS: &str = "coulomb_sharpness_s_per_rad = 100.0";
+const SHARPER: &str = "coulomb_sharpness_s_per_rad = 180.0";
+
+const BOTH: [Estimator; 2] = [Estimator::PredictionError, Estimator::LeastSquares];
 
 fn experiment(sharpness: &str) -> (Experiment, Model) {
     let text = demo::EXPERIMENT.replace(SHARPNESS, sharpness);
-    let mut experiment = description::read("experiment.toml", &text, &[], &mut no_files).unwrap();
-    experiment.identify.estimator = vec![Estimator::PredictionError, Estimator::LeastSquares];
+    let experiment = description::read("experiment.toml", &text, &[], &mut no_files).unwrap();
     let model = Model::new(&experiment).unwrap();
     (experiment, model)
 }
 
-/// Returns the result for every second row of a log, by a description without a sharpness.
-fn identified(true_sharpness: &str, keeps: usize) -> (Identification, Vec<f64>) {
+/// Returns every n-th row of a log of the demo's arm with this sharpness, and the true parameters.
+fn log(true_sharpness: &str, keeps: usize) -> (String, Vec<f64>) {
     let twin = Twin::new();
     let (truth, model) = experiment(true_sharpness);
     let mut settings = truth.simulate.clone().unwrap();
@@ -38,14 +40,21 @@ fn identified(true_sharpness: &str, keeps: usize) -> (Identification, Vec<f64>) 
     let log = String::from_utf8(twin.log(&settings)).unwrap();
     let mut lines = log.lines();
     let header = lines.next().unwrap();
-    let kept = lines.step_by(keeps);
-    let kept: Vec<&str> = std::iter::once(header).chain(kept).collect();
-    let log = kept.join("\n") + "\n";
-    let (unknown, model) = experiment("");
-    let found = with_sources(&[log.as_bytes()], |sources| {
-        identify(&unknown, &model, sources, &mut Unheard).unwrap()
-    });
-    (found.identification, twin.truth)
+    let kept: Vec<&str> = std::iter::once(header)
+        .chain(lines.step_by(keeps))
+        .collect();
+    (kept.join("\n") + "\n", twin.truth)
+}
+
+/// Returns the identification of a log by a description with this line for the sharpness.
+fn identified(log: &str, sharpness: &str, estimators: &[Estimator]) -> Identification {
+    let (mut experiment, model) = experiment(sharpness);
+    experiment.identify.estimator = estimators.to_vec();
+    with_sources(&[log.as_bytes()], |sources| {
+        identify(&experiment, &model, sources, &mut Unheard)
+            .unwrap()
+            .identification
+    })
 }
 
 fn assert_true(result: &EstimateResult, truth: &[f64]) {
@@ -65,7 +74,8 @@ fn codes(found: &Identification) -> Vec<&str> {
 
 #[test]
 fn a_torque_between_the_rows_of_a_log_and_a_sharp_transition_are_found() {
-    let (found, truth) = identified("coulomb_sharpness_s_per_rad = 180.0", 2);
+    let (log, truth) = log(SHARPER, 2);
+    let found = identified(&log, "", &BOTH);
     let result = &found.results[0];
     let refined = result.refined().unwrap();
     // A torque of the log acts for the first half of the two milliseconds between its rows.
@@ -97,7 +107,37 @@ fn a_torque_between_the_rows_of_a_log_and_a_sharp_transition_are_found() {
 
 #[test]
 fn a_log_that_fits_the_model_has_no_timing_of_its_own() {
-    let (found, truth) = identified(SHARPNESS, 1);
+    let (log, truth) = log(SHARPNESS, 1);
+    let found = identified(&log, "", &BOTH);
     assert_true(&found.results[0], &truth);
     assert_eq!(found.applied, []);
+}
+
+/// The bias of Coulomb friction by a sharpness that the description does not give is the change of the friction, not of the
+/// coefficient of one of two columns that share it.
+#[test]
+fn the_bias_by_an_unknown_sharpness_is_as_large_as_its_effect() {
+    let (log, _) = log(SHARPER, 1);
+    let least_squares = [Estimator::LeastSquares];
+    let open = identified(&log, "", &least_squares);
+    let declared = identified(&log, SHARPER, &least_squares);
+    let (open, declared) = (&open.results[0].parameters, &declared.results[0].parameters);
+    let pairs = open.iter().zip(declared);
+    let coulomb: Vec<_> = pairs
+        .filter(|(open, _)| open.name.ends_with("coulomb"))
+        .collect();
+    assert_eq!(coulomb.len(), 4);
+    for (open, declared) in coulomb {
+        let effect = (open.value.unwrap() - declared.value.unwrap()).abs();
+        let [with, without] = [open, declared].map(|of| of.error_parts.unwrap());
+        println!(
+            "{}: effect {effect:.2e}, bias {:.2e}, with the sharpness {:.2e}, sampling {:.2e}",
+            open.name, with.bias, without.bias, with.sampling
+        );
+        // The two columns have 100 and 200 s/rad: they are not exactly friction of 180 s/rad.
+        let limit = (3.0 * effect)
+            .hypot(without.bias)
+            .hypot(FAR * with.sampling);
+        assert!(with.bias < limit, "{}: {} {limit}", open.name, with.bias);
+    }
 }
