@@ -203,7 +203,7 @@ fn price(model: &Model, result: &EstimateResult, linear: &Linear<'_>) -> Option<
             String::new()
         } else {
             format!(
-                ", at this price in the error of the torque on held-out parts: {}",
+                ", and the error of the torque on held-out parts changes by: {}",
                 all.join(", ")
             )
         };

@@ -16,6 +16,9 @@ const LITTLE_TORQUE_OVER_RESIDUAL: f64 = 3.0;
 /// Condition number with scaled columns above which the collinear parameters are named.
 const COLLINEAR_CONDITION: f64 = 100.0;
 
+/// Relative error above which a message gives no number.
+const LARGEST_LISTED: f64 = 10.0;
+
 /// Maximum number of parameters that a message lists.
 const MAX_LISTED_PARAMETERS: usize = 8;
 
@@ -45,9 +48,7 @@ pub(super) fn weak(model: &Model, result: &EstimateResult, findings: &mut Vec<Fi
         if group.is_empty() {
             continue;
         }
-        let list = list(&group, |p| {
-            format!("{:.0} %", in_percent(share(p).unwrap_or(0.0)))
-        });
+        let list = list(&group, |p| relative(share(p).unwrap_or(0.0)));
         findings.push(
             Finding::new(
                 severity,
@@ -58,6 +59,15 @@ pub(super) fn weak(model: &Model, result: &EstimateResult, findings: &mut Vec<Fi
             )
             .about(group.iter().map(|p| p.name.clone())),
         );
+    }
+}
+
+/// Returns a relative error in percent; the error of a value that is nearly zero has no number.
+fn relative(error: f64) -> String {
+    if error > LARGEST_LISTED {
+        format!("more than {:.0} %", in_percent(LARGEST_LISTED))
+    } else {
+        format!("{:.0} %", in_percent(error))
     }
 }
 
@@ -152,4 +162,15 @@ pub(super) fn collinear(
         )
         .about(names),
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_relative_error_of_nearly_zero_has_no_number() {
+        assert_eq!(relative(0.354), "35 %");
+        assert_eq!(relative(1.0e10), "more than 1000 %");
+    }
 }
