@@ -69,17 +69,14 @@ impl Robot<'_> {
         self.check_entries(momentum, rest)?;
         let motor_velocity = workspace.parts().motors;
         self.motor_rates(state.dphi, motor_velocity);
-        let mut of_joint = None;
-        for term in self.terms {
-            let joint = term.joint;
-            // The terms of a joint follow one another.
-            let drive = match of_joint {
-                Some((same, drive)) if same == joint => drive,
-                _ => Drive::new(state, motor_velocity[joint], joint),
-            };
-            of_joint = Some((joint, drive));
-            momentum[term.entry] = term.momentum(motor_velocity[joint]);
-            rest[term.entry] = term.rest(&drive, &self.shapes[joint]);
+        // The terms of a joint follow one another.
+        for terms in self.terms.chunk_by(|one, next| one.joint == next.joint) {
+            let joint = terms[0].joint;
+            let drive = Drive::new(state, motor_velocity[joint], joint);
+            for term in terms {
+                momentum[term.entry] = term.momentum(motor_velocity[joint]);
+                rest[term.entry] = term.rest(&drive, &self.shapes[joint]);
+            }
         }
         Ok(())
     }
