@@ -10,7 +10,7 @@ pub enum Phase {
     /// choices.
     Preparing,
     /// Estimates delays by maximum likelihood; counted in runs of the filter.
-    FindingDelays,
+    FindingVelocities,
     /// Maximises the likelihood; counted in runs of the filter. The count restarts at 1 when an
     /// estimated delay has changed.
     Refining,
@@ -35,7 +35,7 @@ impl Phase {
         match self {
             Self::Reading => "reading",
             Self::Preparing => "preparing",
-            Self::FindingDelays => "finding delays",
+            Self::FindingVelocities => "finding velocities",
             Self::Refining => "refining",
             Self::FittingLoop => "fitting the simulated loop",
             Self::Examining => "examining",

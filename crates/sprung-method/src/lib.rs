@@ -15,6 +15,7 @@ pub mod prepare;
 pub mod preprocess;
 pub mod regression;
 pub mod simulate;
+pub mod unknowns;
 pub mod validate;
 
 use sprung_base::{curves, finding, named, numbers, progress, sha256, stopwatch};

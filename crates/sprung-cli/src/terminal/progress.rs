@@ -39,7 +39,7 @@ fn set_template(bar: &ProgressBar, template: &str) {
 /// Shows progress on a bar.
 pub(super) fn show(bar: &ProgressBar, progress: Progress) {
     match (progress.phase, progress.total) {
-        (Phase::FindingDelays | Phase::Refining, Some(most)) => {
+        (Phase::FindingVelocities | Phase::Refining, Some(most)) => {
             set_template(bar, FILTER_RUNS);
             bar.set_message(progress.phase.word());
             bar.set_length(most);

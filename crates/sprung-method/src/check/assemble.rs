@@ -10,12 +10,18 @@ use crate::finding::{Finding, GENERATOR, Severity};
 use crate::log::{Channels, Figures, Overview, Sampling};
 use crate::prepare::{Excerpt, Prepared, noise};
 use crate::regression::LogFigures;
+use crate::unknowns::UnknownResult;
 
 /// Samples that the report shows on each side of a place.
 const SAMPLES_EACH_SIDE: usize = 150;
 
 /// Assembles a report and its curves.
-pub(super) fn assemble(prepared: &Prepared, figures: &[LogFigures], found: Examination) -> Checked {
+pub(super) fn assemble(
+    prepared: &Prepared,
+    figures: &[LogFigures],
+    found: Examination,
+    unknowns: Vec<UnknownResult>,
+) -> Checked {
     let (experiment, channels) = (prepared.experiment(), prepared.reading().channels());
     let (names, excerpt) = (prepared.names(), prepared.excerpt());
     let logs = (figures.iter().zip(names).enumerate())
@@ -33,6 +39,7 @@ pub(super) fn assemble(prepared: &Prepared, figures: &[LogFigures], found: Exami
         robot: experiment.robot.name.clone(),
         logs,
         joints: found.joints,
+        unknowns,
         refused: (found.findings.iter()).any(|finding| finding.severity == Severity::Error),
         counts: BTreeMap::new(),
         findings: found.findings,

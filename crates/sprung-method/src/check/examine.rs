@@ -69,14 +69,15 @@ impl OfLog {
 /// Examines logs by their figures and the beginning of the first log.
 ///
 /// - `logs`: findings by the figures of each log.
+/// - `about_unknowns`: findings about the unknowns of the first log.
 #[must_use]
-pub fn examine(prepared: &Prepared, logs: &[OfLog]) -> Examination {
+pub fn examine(prepared: &Prepared, logs: &[OfLog], about_unknowns: &[Finding]) -> Examination {
     let (reading, excerpt) = (prepared.reading(), prepared.excerpt());
     let (model, channels) = (reading.model(), reading.channels());
     let mut findings: Vec<Finding> = (logs.iter())
         .flat_map(|log| log.findings.iter().cloned())
         .collect();
-    findings.extend(prepared.delays().findings(channels));
+    findings.extend(about_unknowns.iter().cloned());
     if let Some(name) = prepared.names().first() {
         findings.extend(inertial_findings(reading, excerpt, name));
     }

@@ -1,28 +1,17 @@
 //! Checks with the torque row of each joint: whether the torque explains the motion, and whether
 //! another meaning of the columns would explain it better.
 
-use super::channel_delays::{ChannelDelay, RelativeDelays, relative_delays};
 use super::context::CheckContext;
-use super::offset::Offset;
 use super::resolution::{UNEXPLAINED, beyond_resolution, transition_shares};
-use super::result::{DELAYED_CHANNEL, DelayFigures, JointFigures};
+use super::result::JointFigures;
 use super::rivals::{Meaning, Winner};
 use super::robot::{AboutRobot, WholeRobot};
 use super::scale::{Explanation, explanations};
 use crate::description::Experiment;
 use crate::finding::{Finding, Severity};
 use crate::log::{Quantity, rounded};
-use crate::prepare::{DelayGain, Excerpt, RowFit, fit_rows, independent};
+use crate::prepare::{Excerpt, RowFit, fit_rows, independent};
 use crate::regression::Reading;
-
-/// Conditions for a finding about a delay: smallest reduction of the torque's squared residual, and
-/// smallest distance of the delay from zero in standard errors.
-const MIN_DELAY_IMPROVEMENT: f64 = 0.15;
-const DELAY_SIGMAS: f64 = 3.0;
-
-/// Smallest residual over torque for a finding about a delay. Below it, the hold of the torque between two samples
-/// resembles a delay.
-const MIN_DELAY_RESIDUAL: f64 = 0.01;
 
 /// Ratio to the nominal parameters, for all of them in one direction, at which the scale of the
 /// torque is doubtful.
@@ -120,20 +109,6 @@ pub(super) fn joints(
             reported.push(joint);
         }
     }
-    let unreported: Vec<usize> = (weak.iter().copied())
-        .filter(|joint| !reported.contains(joint))
-        .collect();
-    let delays = relative_delays(excerpt, reading, &unreported);
-    for delay in &delays {
-        if moving.contains(&delay.joint) && !reported.contains(&delay.joint) {
-            let finding = context.delayed(delay);
-            let is_late = (finding.as_ref()).is_some_and(|found| found.code == DELAYED_CHANNEL);
-            if is_late && !unexplained(delay.joint, delay.residual[1]) {
-                reported.push(delay.joint);
-            }
-            findings.extend(finding);
-        }
-    }
     for &joint in moving {
         if !reported.contains(&joint) {
             let fit = &fits[joint];
@@ -148,42 +123,24 @@ pub(super) fn joints(
         }
     }
     let kinematics = whole.and_then(|whole| whole.other_kinematics());
-    let offsets = context.offsets();
-    for &joint in moving {
-        if !reported.contains(&joint)
-            && let Some(offset) = &offsets[joint]
-        {
-            findings.extend(context.offset(joint, offset, &fits[joint]));
-        }
-    }
     Some(Examined {
-        joints: figures(&context, &fits, &delays, &offsets),
+        joints: figures(&context, &fits),
         findings,
         kinematics,
     })
 }
 
 /// Returns the figures of the joints.
-fn figures(
-    context: &CheckContext<'_>,
-    fits: &[RowFit],
-    delays: &[RelativeDelays],
-    offsets: &[Option<Offset>],
-) -> Vec<JointFigures> {
+fn figures(context: &CheckContext<'_>, fits: &[RowFit]) -> Vec<JointFigures> {
     let model = context.reading.model();
     (fits.iter().enumerate())
         .map(|(joint, fit)| {
             let row = fit.short(model);
-            let delay = delays.iter().find(|delay| delay.joint == joint);
-            let offset = offsets[joint].as_ref();
             JointFigures {
                 joint: context.name(joint).to_owned(),
                 slope: None,
                 explained_percent: 100.0 * (1.0 - row.relative_residual.powi(2)),
                 stiffness: row.stiffness,
-                delay: delay.map(|delay| context.as_figures(&delay.likely)),
-                encoder_offset_rad: offset.map(|offset| offset.value),
-                encoder_offset_standard_error_rad: offset.map(|offset| offset.standard_error),
             }
         })
         .collect()
@@ -269,74 +226,6 @@ impl CheckContext<'_> {
                 self.other_scale(joint, ratio, &now, &before[joint])
             })
             .collect()
-    }
-
-    fn delayed(&self, found: &RelativeDelays) -> Option<Finding> {
-        let [without, with] = found.residual;
-        let ChannelDelay {
-            channel,
-            delay,
-            standard_error,
-        } = found.likely;
-        let sure = without > MIN_DELAY_RESIDUAL
-            && with.powi(2) < (1.0 - MIN_DELAY_IMPROVEMENT) * without.powi(2)
-            && delay.abs() > DELAY_SIGMAS * standard_error;
-        if !sure {
-            return None;
-        }
-        let column = &self.reading.channels().all[channel].column;
-        let gain = DelayGain::of(self.excerpt, self.reading, channel, delay);
-        if let Some(gain) = gain.filter(|gain| !gain.is_lower()) {
-            return Some(
-                Finding::new(
-                    Severity::Info,
-                    "delay-rejected",
-                    format!(
-                        "{}: a delay of \"{column}\" of {delay:.3} s (standard error \
-                         {standard_error:.3} s) would fit the motor row of the whole log better, but \
-                         the held-out error of the motor torques goes {}: it fits an error of the \
-                         model, so sprung does not recommend it",
-                        self.name(found.joint),
-                        gain.words()
-                    ),
-                    "nothing; a friction law may be missing",
-                )
-                .seen(self.file, column, delay, "s"),
-            );
-        }
-        // The fit of a short excerpt has no held-out error.
-        let severity = match gain {
-            Some(gain) if !gain.is_clear() => Severity::Info,
-            _ => Severity::Warning,
-        };
-        let gain = gain.map_or_else(String::new, |gain| {
-            format!(
-                ", and the held-out error of the motor torques falls {}",
-                gain.words()
-            )
-        });
-        let setting = format!("delay_s = {{ \"{column}\" = \"estimate\" }}");
-        Some(
-            Finding::new(
-                severity,
-                DELAYED_CHANNEL,
-                format!(
-                    "{}: if \"{column}\" was recorded {delay:.3} s late (standard error \
-                     {standard_error:.3} s), the motor row explains {:.1} % of the torque instead of \
-                     {:.1} %{gain}",
-                    self.name(found.joint),
-                    100.0 * (1.0 - with.powi(2)).max(0.0),
-                    100.0 * (1.0 - without.powi(2)).max(0.0)
-                ),
-                &format!(
-                    "set delay_s = {{ \"{column}\" = {delay:.3} }} in [log], or \"estimate\"; \
-                     sprung check --thorough finds it to a fraction of a sample"
-                ),
-            )
-            .about(self.about_stiffness(found.joint))
-            .seen(self.file, column, delay, "s")
-            .mended_by("[log]", &setting),
-        )
     }
 
     /// Finding: the motor torque does not explain the motion of the joint.
@@ -455,13 +344,5 @@ impl CheckContext<'_> {
                 "",
             ),
         )
-    }
-
-    fn as_figures(&self, delay: &ChannelDelay) -> DelayFigures {
-        DelayFigures {
-            column: self.reading.channels().all[delay.channel].column.clone(),
-            delay_s: delay.delay,
-            standard_error_s: delay.standard_error,
-        }
     }
 }

@@ -11,7 +11,6 @@
 
 mod assemble;
 mod bodies;
-mod channel_delays;
 mod columns;
 mod context;
 mod degrees;
@@ -21,7 +20,6 @@ mod frequencies;
 mod gears;
 mod joints;
 mod lines;
-mod offset;
 mod order;
 mod pass;
 mod refusal;
@@ -33,14 +31,14 @@ mod run;
 mod scale;
 mod torque_sensors;
 mod trial;
+mod zeros_apart;
 
 pub use columns::reversed_torque;
 pub use examine::{OfLog, examine};
 pub use refusal::Refusal;
 pub(crate) use resolution::{UNEXPLAINED, beyond_resolution};
-pub(crate) use result::DELAYED_CHANNEL;
 pub use result::{
-    CheckReport, Checked, CheckedLog, ColumnFigures, DelayFigures, JointFigures, LikelyDelay, Place,
+    CheckReport, Checked, CheckedLog, ColumnFigures, JointFigures, LikelyDelay, Place,
 };
 pub use run::check;
 

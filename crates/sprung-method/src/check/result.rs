@@ -7,6 +7,7 @@ use serde::Serialize;
 use crate::curves::Curves;
 use crate::description::Window;
 use crate::finding::{Finding, Severity};
+use crate::unknowns::UnknownResult;
 
 /// Code of the finding about a late channel.
 pub(crate) const DELAYED_CHANNEL: &str = "delayed-channel";
@@ -24,6 +25,8 @@ pub struct CheckReport {
     pub logs: Vec<CheckedLog>,
     /// Figures of the joints, from the beginning of the first log.
     pub joints: Vec<JointFigures>,
+    /// What differs from the description by a size that the beginning of the first log shows.
+    pub unknowns: Vec<UnknownResult>,
     /// Whether there is an error; `identify` refuses a log with an error.
     pub refused: bool,
     /// Number of findings of each severity.
@@ -177,12 +180,6 @@ pub struct JointFigures {
     pub explained_percent: f64,
     /// Stiffness from the motor row alone, N·m/rad (N/m).
     pub stiffness: Option<f64>,
-    /// The delay of a single channel that explains the log best, if delays were tested.
-    pub delay: Option<DelayFigures>,
-    /// Motor minus link position at zero spring torque.
-    pub encoder_offset_rad: Option<f64>,
-    /// Standard error of the encoder offset.
-    pub encoder_offset_standard_error_rad: Option<f64>,
 }
 
 /// A delay of a channel by the likelihood of the log.
@@ -215,17 +212,6 @@ impl LikelyDelay {
         .seen(file, &self.column, self.delay, "s")
         .mended_by("[log]", &setting)
     }
-}
-
-/// Estimate of a delay; it need not be significant.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct DelayFigures {
-    /// Name of the column.
-    pub column: String,
-    /// Delay of the column relative to the others of its joint.
-    pub delay_s: f64,
-    /// Standard error.
-    pub standard_error_s: f64,
 }
 
 /// Results of a check with curves for the report.

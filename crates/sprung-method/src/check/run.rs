@@ -12,6 +12,7 @@ use crate::model::Model;
 use crate::prepare::{PrepareError, Prepared, prepare};
 use crate::progress::Listener;
 use crate::regression::observed_signals;
+use crate::unknowns::{Settled, settled};
 
 /// Checks logs against their description, prepared as an identification prepares them.
 ///
@@ -31,16 +32,16 @@ pub fn check(
     sources: &mut [LogSource<'_>],
     progress: &mut dyn Listener,
 ) -> Result<Checked, PrepareError> {
-    let prepared = prepare(experiment, model, sources, progress)?;
+    let Settled { prepared, unknowns, findings } = settled(prepare(experiment, model, sources, progress)?, progress)?;
     let figures = read_all(prepared.reading(), sources, progress)?;
-    let mut found = examine(&prepared, &OfLog::of_each(&prepared, &figures));
+    let mut found = examine(&prepared, &OfLog::of_each(&prepared, &figures), &findings);
     for (joint, found_joint) in found.joints.iter_mut().enumerate() {
         let line = (figures.first()).and_then(|first| first.summary.line(joint));
         found_joint.slope = line.map(|line| line.slope);
     }
     found.findings.extend(prepared.findings());
     found.findings.extend(springs(&prepared));
-    Ok(assemble(&prepared, &figures, found))
+    Ok(assemble(&prepared, &figures, found, unknowns))
 }
 
 /// Returns findings about the springs from the motors that the settings request, by the beginning of the first log.

@@ -127,6 +127,38 @@ impl Excerpt {
         fewer
     }
 
+    /// Returns the same samples in one block for each segment without gap.
+    #[must_use]
+    pub(crate) fn in_segments(&self) -> Self {
+        let count = self.blocks.first().map_or(0, |block| block.values.len());
+        let mut segments: Vec<LogBlock> = Vec::new();
+        for block in &self.blocks {
+            let mut from = 0;
+            let ends = block.gaps.iter().copied().chain([block.len()]);
+            for (k, to) in ends.enumerate() {
+                if segments.is_empty() || k > 0 {
+                    let mut segment = LogBlock::new(count);
+                    if !segments.is_empty() {
+                        segment.gaps.push(0);
+                    }
+                    segments.push(segment);
+                }
+                if let Some(segment) = segments.last_mut() {
+                    segment.extend(block, from..to);
+                }
+                from = to;
+            }
+        }
+        segments.retain(|segment| !segment.is_empty());
+        self.replaced(segments)
+    }
+
+    /// Returns an excerpt of the same log with other blocks of as many samples.
+    #[must_use]
+    pub(crate) fn replaced(&self, blocks: Vec<LogBlock>) -> Self {
+        Self { blocks, ..*self }
+    }
+
     /// Returns the number of samples.
     #[must_use]
     pub fn samples(&self) -> usize {

@@ -3,7 +3,6 @@
 use std::borrow::Cow;
 
 use super::as_given::as_given;
-use super::delays::{DelayError, Delays};
 use super::estimated_columns::{FoundGain, FoundSide, FoundSign};
 use super::excerpt::{Excerpt, excerpt};
 use super::gain::gain;
@@ -25,9 +24,6 @@ pub enum FactorError {
     /// The description of the log is not complete.
     #[error(transparent)]
     Channel(#[from] ChannelError),
-    /// A delay cannot be estimated.
-    #[error(transparent)]
-    Delay(#[from] DelayError),
     /// The log cannot be read.
     #[error(transparent)]
     Log(#[from] LogError),
@@ -156,7 +152,7 @@ pub fn find_factors<'a>(
     let channels = Channels::new(&now.robot, log)?;
     let beginning = excerpt(&channels, first)?;
     if channels.all.iter().any(|channel| channel.open_sign) {
-        let reading = reading_while_open(&now, model, &channels, &beginning, &file)?;
+        let reading = reading_while_open(&now, model, &channels, &beginning);
         found.signs = signs(&reading, &beginning, &file).map_err(FactorError::NotTold)?;
         found.write_into(&mut now);
     }
@@ -175,7 +171,7 @@ pub fn find_factors<'a>(
         .filter(|&i| settled.all[i].open_gain)
         .collect();
     if !open.is_empty() {
-        let reading = reading_while_open(&now, model, &settled, &beginning, &file)?;
+        let reading = reading_while_open(&now, model, &settled, &beginning);
         for channel in open {
             let gain = gain(&now, &reading, &beginning, channel);
             found.gains.push(gain.map_err(FactorError::NotTold)?);
@@ -194,19 +190,6 @@ fn is_side_open(experiment: &Experiment) -> bool {
 }
 
 /// Returns the settings for reading the beginning of a log while signs or gains are open.
-fn reading_while_open(
-    experiment: &Experiment,
-    model: &Model,
-    channels: &Channels,
-    excerpt: &Excerpt,
-    file: &str,
-) -> Result<Reading, FactorError> {
-    let (reading, _) = as_given(model, &experiment.identify, channels, excerpt);
-    // A delay depends on the sign, so each sign is tried with its own delay. Gains need the delays, because a delay may
-    // change a gain.
-    if channels.all.iter().any(|channel| channel.open_sign) {
-        return Ok(reading);
-    }
-    let delays = Delays::new(&reading, excerpt, file)?;
-    Ok(reading.with_delays(&delays.values))
+fn reading_while_open(experiment: &Experiment, model: &Model, channels: &Channels, excerpt: &Excerpt) -> Reading {
+    as_given(model, &experiment.identify, channels, excerpt).0
 }

@@ -1,5 +1,5 @@
 //! Makes all choices for an estimate from the beginning of the first log: the cut-off of the
-//! position filter, signs and gains, delays by least squares, Stribeck velocities and weights of
+//! position filter, signs and gains, Stribeck velocities and weights of
 //! samples.
 
 // The compiler names each place that must handle a new law, parameter, quantity or format.
@@ -9,7 +9,6 @@ mod as_given;
 mod busiest;
 mod cutoff;
 mod delay;
-mod delays;
 mod estimated_columns;
 mod excerpt;
 mod factors;
@@ -29,13 +28,12 @@ mod stribeck;
 mod sweep;
 mod thinned;
 mod torque_side;
+mod velocity_by_likelihood;
 mod weights;
 
 pub(crate) use as_given::as_given;
 pub(crate) use cutoff::{choose_cutoff, limit_by_rate};
 pub(crate) use delay::{DelayEstimate, estimate_delays};
-pub(crate) use delays::{DelayByLikelihood, Likely, VelocityByLikelihood};
-pub use delays::{DelayError, Delays};
 pub(crate) use excerpt::Excerpt;
 pub use excerpt::excerpt;
 pub use factors::{FactorError, Factors, find_factors};
@@ -47,10 +45,11 @@ pub(crate) use noise::{velocity_noise, white_noise};
 pub(crate) use prepared::Prepared;
 pub use prepared::{PrepareError, prepare};
 pub(crate) use row::{MotorRowFit, fit_motor_rows};
-pub(crate) use smoothed::CUTOFF_STEP;
+pub(crate) use smoothed::{CUTOFF_STEP, Smoothed};
 pub(crate) use springs::OPEN_STIFFNESS;
 pub(crate) use stribeck::rms_speeds;
 pub(crate) use sweep::Sweep;
+pub(crate) use velocity_by_likelihood::VelocityByLikelihood;
 
 pub(crate) use noise::velocity_per_position;
 pub(crate) use row::{OfRow, RowFit, fit_rows, independent};

@@ -1,17 +1,16 @@
 //! Logs that are ready for an identification.
 
 use super::as_given::as_given;
-use super::delays::{DelayError, Delays, Likely, VelocityByLikelihood};
 use super::excerpt::{Excerpt, excerpt};
 use super::factors::{FactorError, Factors, find_factors};
 use super::held_out::held_out;
 use super::inertial_findings::about_stiffnesses;
-use super::mounting_by_equations::with_mountings;
 use super::springs::find_springs;
 use super::stribeck::{by_likelihood, find_stribeck, with_residual_velocities};
 use super::sweep::{Sweep, sweep};
+use super::velocity_by_likelihood::VelocityByLikelihood;
 use super::weights::find_weights;
-use crate::description::{Delay, Experiment, Weights};
+use crate::description::{Experiment, Weights};
 use crate::finding::{Finding, Severity};
 use crate::fit::over_reference;
 use crate::log::{ChannelError, Channels, LogError, LogSource, time_unit};
@@ -23,8 +22,8 @@ use crate::regression::Reading;
 /// search by least squares.
 const MAX_ERROR_RATIO: f64 = 1.05;
 
-/// Number of choices for the progress: cut-off, delays, Stribeck velocities, weights.
-const CHOICES: u64 = 4;
+/// Number of choices for the progress: cut-off, Stribeck velocities, weights.
+const CHOICES: u64 = 3;
 
 /// Errors of a preparation.
 #[derive(Debug, thiserror::Error)]
@@ -36,9 +35,6 @@ pub enum PrepareError {
     /// The description of the log is not complete.
     #[error(transparent)]
     Channel(#[from] ChannelError),
-    /// A delay cannot be estimated.
-    #[error(transparent)]
-    Delay(#[from] DelayError),
     /// A sign or a gain cannot be estimated.
     #[error(transparent)]
     Factor(FactorError),
@@ -71,7 +67,6 @@ pub struct Prepared {
     noise_cutoff_hz: f64,
     sweep: Option<Sweep>,
     factors: Factors,
-    delays: Delays,
     excerpt: Excerpt,
     // Joints and findings about their Stribeck velocities.
     about_stribeck: Vec<(usize, Finding)>,
@@ -80,9 +75,7 @@ pub struct Prepared {
 }
 
 /// Prepares logs: finds open signs and gains, keeps the beginning of the first log, chooses the
-/// cut-off from it, and estimates delays by least squares and Stribeck velocities.
-///
-/// If the time of the log has another unit, no filter fits the log, so delays are not estimated.
+/// cut-off from it, and estimates Stribeck velocities.
 ///
 /// - `sources`: the logs, all with the same columns.
 /// - `progress`: receives each choice.
@@ -140,17 +133,6 @@ fn choose(
     let mut choosing = |choice| progress.tell(Phase::Preparing, choice, Some(CHOICES));
     let (reading, cutoff_reason) = as_given(model, &experiment.identify, channels, &excerpt);
     choosing(2)?;
-    let delays = if wrong_time_unit.is_some() {
-        Delays::given(&reading)
-    } else {
-        Delays::new(&reading, &excerpt, &names.join(", "))?
-    };
-    choosing(3)?;
-    let are_other = delays.values != reading.delays();
-    let mut reading = reading.with_delays(&delays.values);
-    if are_other {
-        reading = with_mountings(&reading, &excerpt);
-    }
     let (reading, about_stribeck) = with_stribeck_velocities(reading, &excerpt);
     let (reading, mut about_springs) = find_springs(&reading, &excerpt);
     about_springs.extend(about_stiffnesses(&reading, &excerpt));
@@ -162,7 +144,6 @@ fn choose(
         cutoff_reason,
         sweep: None,
         factors,
-        delays,
         excerpt,
         about_stribeck,
         about_springs,
@@ -270,12 +251,6 @@ impl Prepared {
         &self.factors
     }
 
-    /// Returns the delays in use.
-    #[must_use]
-    pub fn delays(&self) -> &Delays {
-        &self.delays
-    }
-
     /// Returns the beginning of the first log.
     #[must_use]
     pub fn excerpt(&self) -> &Excerpt {
@@ -302,25 +277,10 @@ impl Prepared {
         self.wrong_time_unit.as_ref()
     }
 
-    /// Adds the delays by likelihood to those by least squares, and uses those that cross-validation accepts. Uses the
-    /// Stribeck velocities by likelihood, unless they raise this error.
-    #[must_use]
-    pub(crate) fn with_likely(mut self, likely: &Likely) -> Self {
-        self = self.with_velocities(&likely.velocities);
-        self.delays
-            .refine(&likely.delays, &self.reading, &self.excerpt);
-        let mut channels = self.reading.channels().clone();
-        for channel in self.delays.rejected() {
-            channels.all[channel].delay = Some(Delay::Known(self.delays.values[channel]));
-        }
-        self.reading = (self.reading.with_channels(channels)).with_delays(&self.delays.values);
-        self
-    }
-
     /// Replaces Stribeck velocities and the findings about them, unless the new velocities raise the
     /// held-out error of the motor torques.
     #[must_use]
-    fn with_velocities(mut self, velocities: &[VelocityByLikelihood]) -> Self {
+    pub(crate) fn with_velocities(mut self, velocities: &[VelocityByLikelihood]) -> Self {
         if velocities.is_empty() {
             return self;
         }

@@ -28,8 +28,13 @@ impl Smoothed {
         Self { period, segments }
     }
 
+    /// Returns the sampling period, s.
+    pub(crate) fn period(&self) -> f64 {
+        self.period
+    }
+
     /// Returns the signals of each segment without gap.
-    pub(super) fn segments(&self) -> &[SignalBlock] {
+    pub(crate) fn segments(&self) -> &[SignalBlock] {
         &self.segments
     }
 

@@ -291,23 +291,24 @@ fn channel_delays(
     let is_torque = |channel: &Channel| channel.quantity == Quantity::MotorTorque;
     let is_timing_given = channels.torque_hold.is_some()
         || (channels.all.iter()).any(|channel| is_torque(channel) && channel.delay.is_some());
+    // Delays belong to the recorder of a channel, so those of the identification hold here.
+    let found = |channel: &Channel| {
+        let signal = channel.quantity.signal();
+        let same_channel = identified
+            .and_then(|log| Some(&log.all[log.telling(signal, channel.joint)?]))
+            .and_then(|of_log| chosen.delays.get(&of_log.column));
+        same_channel.or_else(|| chosen.delays.get(&channel.column)).copied()
+    };
     (channels.all.iter())
         .map(|channel| match channel.delay {
-            None if is_torque(channel) && !is_timing_given => Ok(chosen.torques_delay),
-            None => Ok(0.0),
-            Some(Delay::Known(value)) => Ok(value),
-            Some(Delay::Estimate) => {
-                let signal = channel.quantity.signal();
-                let same_channel = identified
-                    .and_then(|log| Some(&log.all[log.telling(signal, channel.joint)?]))
-                    .and_then(|of_log| chosen.delays.get(&of_log.column));
-                (same_channel
-                    .or_else(|| chosen.delays.get(&channel.column))
-                    .copied())
-                .ok_or_else(|| ValidateError::UnknownDelay {
-                    column: channel.column.clone(),
-                })
+            None if is_torque(channel) && !is_timing_given => {
+                Ok(found(channel).unwrap_or(chosen.torques_delay))
             }
+            None => Ok(found(channel).unwrap_or_default()),
+            Some(Delay::Known(value)) => Ok(value),
+            Some(Delay::Estimate) => found(channel).ok_or_else(|| ValidateError::UnknownDelay {
+                column: channel.column.clone(),
+            }),
         })
         .collect()
 }

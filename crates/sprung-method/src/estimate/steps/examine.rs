@@ -8,7 +8,6 @@ use crate::estimate::errors::IdentifyError;
 use crate::estimate::judge::at_rest;
 use crate::estimate::laws::LAWS_MISSING;
 use crate::finding::{Finding, Severity};
-use crate::prepare::Prepared;
 
 /// Returns all findings about the logs.
 ///
@@ -20,7 +19,7 @@ pub(in crate::estimate) fn examine(
     read: &ReadLogs,
 ) -> Result<Vec<Finding>, IdentifyError> {
     let prepared = &ready.prepared;
-    let mut about_logs = examine_or_refuse(prepared, read)?;
+    let mut about_logs = examine_or_refuse(ready, read)?;
     // A faulty log resembles missing laws.
     let is_faulty = (about_logs.iter()).any(|finding| finding.severity > Severity::Info);
     let about_laws = (ready.laws.as_ref()).and_then(|chosen| chosen.finding.clone());
@@ -30,8 +29,9 @@ pub(in crate::estimate) fn examine(
 }
 
 /// Returns the findings about the logs. Refuses logs that contradict the experiment file.
-fn examine_or_refuse(prepared: &Prepared, read: &ReadLogs) -> Result<Vec<Finding>, IdentifyError> {
-    let examined = check::examine(prepared, &read.examined);
+fn examine_or_refuse(ready: &Ready, read: &ReadLogs) -> Result<Vec<Finding>, IdentifyError> {
+    let prepared = &ready.prepared;
+    let examined = check::examine(prepared, &read.examined, &ready.about_unknowns);
     refuse(prepared.reading().settings(), &examined.findings)?;
     let mut findings = prepared.findings();
     findings.extend(examined.findings);

@@ -10,6 +10,7 @@ use crate::numbers::in_percent;
 use crate::prepare::Prepared;
 use crate::regression::LogFigures;
 use crate::sha256::sha256;
+use crate::unknowns::UnknownResult;
 
 /// Times that are dates, s since 1970: from 2000 to 2100. A clock that starts with the robot does not run for thirty
 /// years.
@@ -86,25 +87,35 @@ impl LogInfo {
     /// - `torques_delay_s`: common delay of all torques that the refinement found.
     pub(in crate::estimate) fn with_choices(
         self,
-        prepared: &Prepared,
+        (prepared, unknowns): (&Prepared, &[UnknownResult]),
         torques_delay_s: Option<DelayUsed>,
     ) -> Self {
-        let (delays, factors) = (prepared.delays(), prepared.factors());
+        let factors = prepared.factors();
+        let found = |kind: &str, column: &str| {
+            let is_of = |unknown: &&UnknownResult| {
+                unknown.kind == kind && unknown.place.split(", ").any(|place| place == column)
+            };
+            unknowns.iter().find(is_of)
+        };
         let channels = prepared.reading().channels();
         let delay_s: BTreeMap<String, DelayUsed> = (channels.all.iter().enumerate())
             .filter(|(_, channel)| channel.delay.is_some())
             .map(|(i, channel)| {
-                let (value, standard_error) = delays.used(i);
+                let found = found("delay", &channel.column);
                 let used = DelayUsed {
-                    value,
-                    standard_error,
+                    value: prepared.reading().delays()[i],
+                    standard_error: found.map(|found| found.standard_error),
                 };
                 (channel.column.clone(), used)
             })
             .collect();
+        let timing = unknowns.iter().find(|unknown| unknown.kind == "timing");
         Self {
             delay_s,
-            torques_delay_s,
+            torques_delay_s: torques_delay_s.or(timing.map(|timing| DelayUsed {
+                value: timing.value,
+                standard_error: Some(timing.standard_error),
+            })),
             sign: (factors.signs.iter())
                 .map(|sign| {
                     let used = SignUsed {

@@ -2,16 +2,18 @@
 
 use super::inputs::EstimatorInputs;
 use super::refuse::refuse;
-use crate::description::{Experiment, Laws};
+use crate::description::Experiment;
 use crate::estimate::errors::IdentifyError;
 use crate::estimate::estimators::prediction_error::{Retiming, likely};
-use crate::estimate::laws::{Chosen, FoundVelocity, choose_laws, laws_of};
+use crate::estimate::laws::{Chosen, FoundVelocity, choose_laws};
 use crate::estimate::result::RigidJoint;
 use crate::estimate::springs::{RigidByLog, with_joints_rigid_by_log};
+use crate::finding::Finding;
 use crate::log::LogSource;
 use crate::model::Model;
 use crate::prepare::{Prepared, prepare};
 use crate::progress::Listener;
+use crate::unknowns::{Settled, UnknownResult, settled};
 use sprung_core::friction::Scale;
 
 /// Logs of one robot that are ready for the pass.
@@ -24,6 +26,9 @@ pub(in crate::estimate) struct Ready {
     declared: Option<Prepared>,
     /// Joints that are rigid by the beginning of the first log; they are rigid in the choices.
     pub(in crate::estimate) rigid: Vec<RigidJoint>,
+    /// What the first log shows beyond the description, with findings.
+    pub(in crate::estimate) unknowns: Vec<UnknownResult>,
+    pub(in crate::estimate) about_unknowns: Vec<Finding>,
     pub(in crate::estimate) inputs: EstimatorInputs,
 }
 
@@ -64,6 +69,8 @@ impl Ready {
             laws,
             declared,
             rigid: self.rigid.clone(),
+            unknowns: self.unknowns.clone(),
+            about_unknowns: self.about_unknowns.clone(),
         };
         Ok((changed, false))
     }
@@ -80,6 +87,8 @@ impl Ready {
             laws: self.laws.clone(),
             declared: self.declared.clone(),
             rigid: self.rigid.clone(),
+            unknowns: self.unknowns.clone(),
+            about_unknowns: self.about_unknowns.clone(),
             inputs,
         })
     }
@@ -99,7 +108,16 @@ pub(in crate::estimate) fn make_ready(
 ) -> Result<Ready, IdentifyError> {
     // A missing input is reported before a log is read.
     EstimatorInputs::new(experiment, model)?;
-    let (with_laws, rigid) = with_laws(experiment, model, sources, progress)?;
+    let Settled {
+        prepared,
+        unknowns,
+        findings: about_unknowns,
+    } = {
+        let prepared = prepare(experiment, model, sources, progress)?;
+        refuse(prepared.reading().settings(), prepared.wrong_time_unit())?;
+        settled(prepared, progress)?
+    };
+    let (with_laws, rigid) = with_laws(prepared, sources, progress)?;
     let WithLaws {
         prepared,
         laws,
@@ -111,42 +129,22 @@ pub(in crate::estimate) fn make_ready(
         laws,
         declared,
         rigid,
+        unknowns,
+        about_unknowns,
         inputs,
     })
 }
 
-/// Prepares the logs for a refinement, with the laws that the settings request to select by
-/// cross-validation.
-pub(in crate::estimate) fn prepare_with_laws(
-    experiment: &Experiment,
-    model: &Model,
-    sources: &mut [LogSource<'_>],
-    progress: &mut dyn Listener,
-) -> Result<Prepared, IdentifyError> {
-    let auto = (0..model.joint_count()).any(|joint| laws_of(experiment, joint) == Laws::Auto);
-    if !auto {
-        let prepared = prepare(experiment, model, sources, progress)?;
-        let prepared = with_joints_rigid_by_log(prepared, progress)?.prepared;
-        return Ok(prepared.weighted(progress)?);
-    }
-    Ok(with_laws(experiment, model, sources, progress)?.0.prepared)
-}
-
-/// Prepares the logs as a check does, takes joints as rigid whose springs the logs do not show, estimates the requested
-/// delays and open Stribeck velocities by likelihood, determines the weights of the samples, and chooses the laws by
-/// hold-out.
+/// Takes joints as rigid whose springs the logs do not show, estimates open Stribeck velocities by likelihood, determines the weights
+/// of the samples, and chooses the laws by hold-out.
 fn with_laws(
-    experiment: &Experiment,
-    model: &Model,
+    prepared: Prepared,
     sources: &mut [LogSource<'_>],
     progress: &mut dyn Listener,
 ) -> Result<(WithLaws, Vec<RigidJoint>), IdentifyError> {
-    let prepared = prepare(experiment, model, sources, progress)?;
-    let settings = prepared.reading().settings();
-    refuse(settings, prepared.wrong_time_unit())?;
     let RigidByLog { prepared, joints } = with_joints_rigid_by_log(prepared, progress)?;
-    let likely = likely(prepared.reading(), sources, prepared.excerpt(), progress)?;
-    let declared = prepared.with_likely(&likely).weighted(progress)?;
+    let velocities = likely(prepared.reading(), sources, prepared.excerpt(), progress)?;
+    let declared = prepared.with_velocities(&velocities).weighted(progress)?;
     let laws = choose_laws(&declared);
     Ok((WithLaws::new(declared, laws, sources, progress)?, joints))
 }
@@ -209,11 +207,11 @@ fn add_laws(
     let reading = prepared.reading().with_delays(before.delays());
     let prepared = prepared.with_reading(reading);
     let likely = likely(prepared.reading(), sources, prepared.excerpt(), progress)?;
-    let prepared = prepared.with_likely(&likely);
+    let prepared = prepared.with_velocities(&likely);
     let reading = prepared.reading().with_delays(before.delays());
     let prepared = prepared.with_reading(reading);
     let joints = model.joints();
-    let velocities = (likely.velocities.iter()).filter(|velocity| prepared.uses(velocity));
+    let velocities = (likely.iter()).filter(|velocity| prepared.uses(velocity));
     chosen.set_velocities(velocities.map(|velocity| FoundVelocity {
         joint: joints[velocity.joint].as_str(),
         velocity: velocity.velocity,

@@ -1,0 +1,389 @@
+//! Normal equations of consecutive parts of a log, with columns for parameters and unknowns.
+
+use faer::Mat;
+use sprung_core::linear::{factor, solve};
+
+use super::rows::Row;
+
+/// Number of consecutive parts; each is predicted by a fit of the others.
+pub(super) const PARTS: usize = 8;
+
+/// Ridge of unit columns, which keeps collinear columns solvable.
+const RIDGE: f64 = 1e-9;
+
+/// Products of the columns of one row, part by part.
+struct RowProducts {
+    joint: usize,
+    columns: Vec<usize>,
+    /// \[(columns + 1) × (columns + 1)\] of each part.
+    parts: Vec<Mat<f64>>,
+}
+
+/// What a set of columns explains.
+pub(super) struct HeldOut {
+    /// Squared residual of each row in each part, \[parts\]\[rows\].
+    pub(super) squares: Vec<Vec<f64>>,
+    /// Values without each part, \[parts\]\[columns\].
+    pub(super) values: Vec<Vec<f64>>,
+}
+
+impl HeldOut {
+    /// Returns the squares of some rows in some parts.
+    pub(super) fn sum(&self, rows: &[usize], parts: &[usize]) -> f64 {
+        parts.iter().map(|&part| rows.iter().map(|&row| self.squares[part][row]).sum::<f64>()).sum()
+    }
+
+    /// Returns mean and jackknife standard error of a value over some parts.
+    pub(super) fn mean_and_error(&self, column: usize, parts: &[usize]) -> (f64, f64) {
+        let count = parts.len() as f64;
+        let mean = parts.iter().map(|&part| self.values[part][column]).sum::<f64>() / count;
+        let squares: f64 = parts.iter().map(|&part| (self.values[part][column] - mean).powi(2)).sum();
+        (mean, ((count - 1.0) / count * squares).sqrt())
+    }
+}
+
+/// The normal equations.
+pub(super) struct Evidence {
+    rows: Vec<RowProducts>,
+    pub(super) free: usize,
+    pub(super) columns: usize,
+    /// Sums over all rows, of each part and of all, \[(columns + 1)²\].
+    parts: Vec<Mat<f64>>,
+    all: Mat<f64>,
+    /// Sums of all parts but one.
+    others: Vec<Mat<f64>>,
+    /// Length of each column.
+    lengths: Vec<f64>,
+    /// Weight of each row, and what its prior adds to the diagonal and, with a size that is applied, to the right-hand side.
+    pub(super) weights: Vec<f64>,
+    ridge: Vec<f64>,
+    pull: Vec<f64>,
+    /// Whether a column's value must not be negative.
+    positive: Vec<bool>,
+}
+
+/// Prior of an unknown.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Prior {
+    /// Standard deviation of its size.
+    pub(super) scale: f64,
+    /// Size that is applied already; the column's value is added to it.
+    pub(super) applied: f64,
+    pub(super) is_positive: bool,
+}
+
+fn products(row: &Row) -> RowProducts {
+    let samples = row.values.nrows();
+    let width = row.values.ncols();
+    let weighted = Mat::from_fn(samples, width, |i, j| row.reliable[i] * row.values[(i, j)]);
+    let parts = (0..PARTS)
+        .map(|part| {
+            let (from, to) = (part * samples / PARTS, (part + 1) * samples / PARTS);
+            let block = weighted.as_ref().subrows(from, to - from);
+            block.transpose() * block
+        })
+        .collect();
+    RowProducts { joint: row.joint, columns: row.columns.clone(), parts }
+}
+
+impl Evidence {
+    /// - `free`: number of free parameters; `positive`: which of them must not be negative.
+    /// - `priors`: of the unknowns.
+    /// - `weights`: of the rows; `None` to take them from what remains when everything acts.
+    /// - `repeats`: number of neighbouring samples that say the same.
+    pub(super) fn new(
+        rows: &[Row],
+        (free, positive): (usize, &[bool]),
+        priors: &[Prior],
+        weights: Option<Vec<f64>>,
+        repeats: f64,
+    ) -> Self {
+        let products: Vec<RowProducts> = rows.iter().map(products).collect();
+        let columns = free + priors.len();
+        let mut all_positive = positive.to_vec();
+        all_positive.extend(priors.iter().map(|prior| prior.is_positive));
+        let mut evidence = Self {
+            free,
+            columns,
+            parts: Vec::new(),
+            all: Mat::zeros(columns + 1, columns + 1),
+            others: Vec::new(),
+            lengths: Vec::new(),
+            weights: Vec::new(),
+            ridge: vec![0.0; columns],
+            pull: vec![0.0; columns],
+            positive: all_positive,
+            rows: products,
+        };
+        let given = weights.unwrap_or_else(|| {
+            let torque: Vec<f64> = rows.iter().map(|row| row_rms(row)).collect();
+            evidence.weigh(torque.iter().map(|rms| rms.recip()).collect());
+            evidence.set_priors(priors, 0.01 * repeats);
+            let everything: Vec<usize> = (0..columns).collect();
+            let x = evidence.solve(&evidence.all, &everything, None);
+            let left = |(r, row): (usize, &RowProducts)| {
+                let all = (row.parts.iter()).fold(0.0, |sum, part| sum + quadratic(part, &row.columns, &x));
+                let count: f64 = rows[r].reliable.iter().map(|w| w * w).sum();
+                (all.max(0.0) / count.max(1.0)).sqrt().max(LEAST_RESIDUAL * torque[r]).recip()
+            };
+            evidence.rows.iter().enumerate().map(left).collect()
+        });
+        evidence.weigh(given);
+        evidence.set_priors(priors, repeats);
+        evidence
+    }
+
+    fn weigh(&mut self, weights: Vec<f64>) {
+        let size = self.columns + 1;
+        self.parts = (0..PARTS).map(|_| Mat::zeros(size, size)).collect();
+        for (row, weight) in self.rows.iter().zip(&weights) {
+            let places: Vec<usize> = row.columns.iter().copied().chain([self.columns]).collect();
+            for (sum, part) in self.parts.iter_mut().zip(&row.parts) {
+                for (j, &column) in places.iter().enumerate() {
+                    for (i, &other) in places.iter().enumerate() {
+                        sum[(other, column)] += weight * weight * part[(i, j)];
+                    }
+                }
+            }
+        }
+        self.all = Mat::zeros(size, size);
+        for part in &self.parts {
+            self.all += part;
+        }
+        self.others = self.parts.iter().map(|part| &self.all - part).collect();
+        let rhs = self.all[(self.columns, self.columns)].sqrt();
+        self.lengths = (0..self.columns).map(|i| self.all[(i, i)].max(0.0).sqrt() + 1e-12 * rhs).collect();
+        self.weights = weights;
+    }
+
+    fn set_priors(&mut self, priors: &[Prior], repeats: f64) {
+        for (k, prior) in priors.iter().enumerate() {
+            let at = self.free + k;
+            self.ridge[at] = repeats / (prior.scale * prior.scale);
+            self.pull[at] = prior.applied * self.ridge[at];
+        }
+    }
+
+    /// Least squares with priors of some columns; the others are zero or fixed. Values that must not be negative are not.
+    fn solve(&self, normal: &Mat<f64>, chosen: &[usize], fixed: Option<(usize, f64)>) -> Vec<f64> {
+        let mut chosen = chosen.to_vec();
+        let mut x = vec![0.0; self.columns];
+        if let Some((at, value)) = fixed {
+            x[at] = value;
+        }
+        loop {
+            let n = chosen.len();
+            let mut matrix = vec![0.0; n * n];
+            let mut rhs = vec![0.0; n];
+            for (i, &row) in chosen.iter().enumerate() {
+                let scale = self.lengths[row];
+                for (j, &column) in chosen[..=i].iter().enumerate() {
+                    matrix[i * n + j] = normal[(row, column)] / (scale * self.lengths[column]);
+                }
+                matrix[i * n + i] += RIDGE + self.ridge[row] / (scale * scale);
+                let known = fixed.map_or(0.0, |(at, value)| normal[(row, at)] * value);
+                rhs[i] = (normal[(row, self.columns)] - known - self.pull[row]) / scale;
+            }
+            if !factor(&mut matrix, n) {
+                return x;
+            }
+            solve(&matrix, &mut rhs);
+            let worst = (chosen.iter().enumerate())
+                .filter(|(i, column)| self.positive[**column] && rhs[*i] < 0.0 && self.pull[**column] == 0.0)
+                .min_by(|a, b| rhs[a.0].total_cmp(&rhs[b.0]))
+                .map(|(i, _)| i);
+            match worst {
+                Some(i) => {
+                    chosen.remove(i);
+                }
+                None => {
+                    for (value, &column) in rhs.iter().zip(&chosen) {
+                        x[column] = value / self.lengths[column];
+                    }
+                    return x;
+                }
+            }
+        }
+    }
+
+    /// Returns the fit of all parts.
+    pub(super) fn fit(&self, chosen: &[usize]) -> Vec<f64> {
+        self.solve(&self.all, chosen, None)
+    }
+
+    /// Returns the fits without each part and what they leave of it.
+    pub(super) fn held_out(&self, chosen: &[usize], fixed: Option<(usize, f64)>) -> HeldOut {
+        let (mut squares, mut values) = (Vec::new(), Vec::new());
+        for (k, others) in self.others.iter().enumerate() {
+            let x = self.solve(others, chosen, fixed);
+            squares.push(self.left(k, &x));
+            values.push(x);
+        }
+        HeldOut { squares, values }
+    }
+
+    /// Returns the weighted squared residual of each row in a part.
+    fn left(&self, part: usize, x: &[f64]) -> Vec<f64> {
+        (self.rows.iter().zip(&self.weights))
+            .map(|(row, weight)| weight * weight * quadratic(&row.parts[part], &row.columns, x).max(0.0))
+            .collect()
+    }
+
+    /// Returns the fits of a set of columns, to which single columns can be added quickly.
+    pub(super) fn fits(&self, chosen: &[usize]) -> Fits<'_> {
+        let of = |normal: &Mat<f64>| {
+            let x = self.solve(normal, chosen, None);
+            let active: Vec<usize> = chosen.iter().copied().filter(|&i| x[i] != 0.0 || !self.positive[i]).collect();
+            let factors = self.factored(normal, &active, true);
+            Fit { x: active.iter().map(|&i| x[i] * self.lengths[i]).collect(), active, factors }
+        };
+        Fits {
+            evidence: self,
+            without: self.others.iter().map(of).collect(),
+            whole: Directions { columns: chosen.to_vec(), factors: self.factored(&self.all, chosen, false) },
+        }
+    }
+
+    /// Returns the factors of the normal equations of some unit columns.
+    fn factored(&self, normal: &Mat<f64>, chosen: &[usize], with_priors: bool) -> Option<Vec<f64>> {
+        let n = chosen.len();
+        let mut matrix = vec![0.0; n * n];
+        for (i, &row) in chosen.iter().enumerate() {
+            for (j, &other) in chosen[..=i].iter().enumerate() {
+                matrix[i * n + j] = normal[(row, other)] / (self.lengths[row] * self.lengths[other]);
+            }
+            matrix[i * n + i] += RIDGE;
+            if with_priors {
+                matrix[i * n + i] += self.ridge[row] / (self.lengths[row] * self.lengths[row]);
+            }
+        }
+        factor(&mut matrix, n).then_some(matrix)
+    }
+
+    /// Returns the products of some unit columns with another.
+    fn against(&self, normal: &Mat<f64>, columns: &[usize], other: usize) -> Vec<f64> {
+        let length = if other == self.columns { 1.0 } else { self.lengths[other] };
+        columns.iter().map(|&i| normal[(i, other)] / (self.lengths[i] * length)).collect()
+    }
+
+    /// Returns what single columns have beyond some columns.
+    pub(super) fn directions(&self, columns: &[usize]) -> Directions {
+        Directions { columns: columns.to_vec(), factors: self.factored(&self.all, columns, false) }
+    }
+
+    /// Returns the rows of a joint.
+    pub(super) fn rows_of(&self, joint: usize) -> Vec<usize> {
+        (0..self.rows.len()).filter(|&row| self.rows[row].joint == joint).collect()
+    }
+
+    pub(super) fn row_count(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Returns whether a column is too short to matter.
+    pub(super) fn is_empty(&self, column: usize, scale: f64) -> bool {
+        let length = self.all[(column, column)].max(0.0).sqrt();
+        length * scale.min(1e12) < 1e-6 * self.all[(self.columns, self.columns)].sqrt() || length == 0.0
+    }
+
+}
+
+/// The fit of all parts but one.
+struct Fit {
+    active: Vec<usize>,
+    /// Values for unit columns.
+    x: Vec<f64>,
+    factors: Option<Vec<f64>>,
+}
+
+/// Fits of a set of columns.
+pub(super) struct Fits<'e> {
+    evidence: &'e Evidence,
+    without: Vec<Fit>,
+    pub(super) whole: Directions,
+}
+
+impl Fits<'_> {
+    /// Returns the held-out residuals after one column is added. Columns that get a forbidden sign keep it, so this is no exact fit.
+    pub(super) fn with(&self, column: usize) -> Option<HeldOut> {
+        let evidence = self.evidence;
+        let (mut squares, mut values) = (Vec::new(), Vec::new());
+        for (k, (fit, normal)) in self.without.iter().zip(&evidence.others).enumerate() {
+            let length = evidence.lengths[column];
+            let a = evidence.against(normal, &fit.active, column);
+            let mut z = a.clone();
+            solve(fit.factors.as_ref()?, &mut z);
+            let product = |x: &[f64], y: &[f64]| -> f64 { x.iter().zip(y).map(|(x, y)| x * y).sum() };
+            let schur = (normal[(column, column)] + evidence.ridge[column]) / (length * length) + RIDGE - product(&a, &z);
+            let rhs = (normal[(column, evidence.columns)] - evidence.pull[column]) / length - product(&a, &fit.x);
+            let mut value = rhs / schur.max(RIDGE);
+            if evidence.positive[column] && evidence.pull[column] == 0.0 {
+                value = value.max(0.0);
+            }
+            let mut x = vec![0.0; evidence.columns];
+            for ((&i, fitted), z) in fit.active.iter().zip(&fit.x).zip(&z) {
+                x[i] = (fitted - z * value) / evidence.lengths[i];
+            }
+            x[column] = value / length;
+            squares.push(evidence.left(k, &x));
+            values.push(x);
+        }
+        Some(HeldOut { squares, values })
+    }
+}
+
+/// A set of columns, beyond which others are judged.
+pub(super) struct Directions {
+    columns: Vec<usize>,
+    factors: Option<Vec<f64>>,
+}
+
+impl Directions {
+    /// Returns the product of two columns without the part that the set explains, and the length of the first.
+    fn product(&self, evidence: &Evidence, one: usize, two: usize) -> f64 {
+        let Some(factors) = &self.factors else { return 0.0 };
+        let a = evidence.against(&evidence.all, &self.columns, one);
+        let mut b = evidence.against(&evidence.all, &self.columns, two);
+        solve(factors, &mut b);
+        let explained: f64 = a.iter().zip(&b).map(|(a, b)| a * b).sum();
+        evidence.all[(one, two)] - explained * evidence.lengths[one] * evidence.lengths[two]
+    }
+
+    /// Returns the part of a column's length that the set cannot mimic.
+    pub(super) fn own(&self, evidence: &Evidence, column: usize) -> f64 {
+        let length = evidence.all[(column, column)].max(f64::MIN_POSITIVE);
+        (self.product(evidence, column, column).max(0.0) / length).sqrt()
+    }
+
+    /// Returns the correlation of two columns beyond the set.
+    pub(super) fn correlation(&self, evidence: &Evidence, one: usize, two: usize) -> f64 {
+        let length = |column: usize| self.product(evidence, column, column).max(f64::MIN_POSITIVE).sqrt();
+        self.product(evidence, one, two) / (length(one) * length(two))
+    }
+}
+
+/// Smallest residual of a row that counts, relative to its torque.
+const LEAST_RESIDUAL: f64 = 1e-4;
+
+fn row_rms(row: &Row) -> f64 {
+    let last = row.values.ncols() - 1;
+    let squares: f64 = (0..row.values.nrows()).map(|i| row.values[(i, last)].powi(2)).sum();
+    (squares / row.values.nrows().max(1) as f64).sqrt().max(1e-12)
+}
+
+/// Returns the squared residual of a row.
+fn quadratic(products: &Mat<f64>, columns: &[usize], x: &[f64]) -> f64 {
+    let last = columns.len();
+    let value = |i: usize| if i == last { -1.0 } else { x[columns[i]] };
+    let mut sum = 0.0;
+    for j in 0..=last {
+        let vj = value(j);
+        if vj == 0.0 {
+            continue;
+        }
+        let column = products.col(j);
+        let inner: f64 = (0..=last).map(|i| value(i) * column[i]).sum();
+        sum += vj * inner;
+    }
+    sum
+}

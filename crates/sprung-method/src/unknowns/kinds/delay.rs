@@ -1,0 +1,119 @@
+//! A channel, or one signal of all joints, that is recorded late.
+
+use std::sync::Arc;
+
+use super::{Catalogued, falls, or_else};
+use crate::description::Delay as Given;
+use crate::log::Signal;
+use crate::finding::{Finding, Severity};
+use crate::numbers::in_ms;
+use crate::unknowns::settled::Telling;
+use crate::unknowns::unknown::{ChannelEffect, Effect, Place, Samples, Unknown};
+
+/// Usual delay, s.
+const USUAL_S: f64 = 0.010;
+
+#[derive(Debug)]
+struct Delay;
+
+impl ChannelEffect for Delay {
+    /// Reads the channel later by the delay, by a cubic through four samples.
+    fn perturb(&self, samples: &Samples<'_>, size: f64) -> Vec<f64> {
+        let x = samples.values;
+        let last = x.len().saturating_sub(1);
+        let shift = size / samples.period;
+        let whole = shift.floor();
+        let f = shift - whole;
+        let weights = [
+            -f * (f - 1.0) * (f - 2.0) / 6.0,
+            (f + 1.0) * (f - 1.0) * (f - 2.0) / 2.0,
+            -(f + 1.0) * f * (f - 2.0) / 2.0,
+            (f + 1.0) * f * (f - 1.0) / 6.0,
+        ];
+        let at = |k: i64| x[k.clamp(0, last as i64) as usize];
+        (0..x.len() as i64)
+            .map(|k| {
+                let first = k + whole as i64 - 1;
+                (weights.iter().zip(first..)).map(|(weight, k)| weight * at(k)).sum()
+            })
+            .collect()
+    }
+}
+
+pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
+    let unknown = |id: String, place: Place, channels: Vec<usize>| Unknown {
+        id,
+        kind: "delay",
+        place,
+        scale: USUAL_S,
+        is_positive: false,
+        unit: "s",
+        effect: Effect::Channels(channels, Arc::new(Delay)),
+    };
+    let open = |channel: &usize| !matches!(of.channels.all[*channel].delay, Some(Given::Known(_)));
+    let is_only_torque = |channel: &usize| {
+        of.channels.all[*channel].quantity.signal() == Signal::Torque && of.of_signals(&[Signal::Torque]).count() == 1
+    };
+    let mut all: Vec<Unknown> = (of.of_signals(&[Signal::Link, Signal::Motor, Signal::Torque]))
+        .filter(|channel| open(channel) && !is_only_torque(channel))
+        .map(|channel| {
+            let column = &of.channels.all[channel].column;
+            unknown(format!("delay {column}"), Place::Channel(channel), vec![channel])
+        })
+        .collect();
+    for (signal, name) in [(Signal::Link, "link positions"), (Signal::Motor, "motor positions"), (Signal::Torque, "torques")] {
+        let channels: Vec<usize> = of.of_signals(&[signal]).collect();
+        // The delay of the only torque is the timing of all torques.
+        let is_common = channels.len() > 1 || signal == Signal::Torque && channels.len() == 1;
+        if is_common && channels.iter().all(open) {
+            all.push(unknown(format!("delay all {name}"), Place::All(signal), channels));
+        }
+    }
+    all
+}
+
+/// Finding: a channel is late.
+pub(super) fn finding(of: &Telling<'_>) -> Finding {
+    let (value, error) = (of.found.value, of.found.standard_error);
+    let when = if value < 0.0 { "early" } else { "late" };
+    let columns: Vec<String> = of.columns.iter().map(|column| format!("\"{column}\"")).collect();
+    let settings: Vec<String> = of.columns.iter().map(|column| format!("\"{column}\" = {value:.6}")).collect();
+    let setting = format!("delay_s = {{ {} }}", settings.join(", "));
+    Finding::new(
+        Severity::Info,
+        "delayed-channel",
+        format!(
+            "{} {} recorded {:.3} ms {when} (standard error {:.3} ms): with this delay {}. sprung uses it{}",
+            columns.join(", "),
+            if columns.len() == 1 { "was" } else { "were" },
+            in_ms(value.abs()),
+            in_ms(error),
+            falls(of),
+            or_else(of)
+        ),
+        "give the delay as a number to keep it fixed, or mend the recorder",
+    )
+    .seen(of.file, of.columns.first().copied().unwrap_or_default(), value, "s")
+    .mended_by("[log]", &setting)
+}
+
+/// Finding: all torques act at another time than their stamps.
+pub(super) fn timing(of: &Telling<'_>) -> Finding {
+    let (value, error) = (of.found.value, of.found.standard_error);
+    let when = if value < 0.0 { "earlier" } else { "later" };
+    Finding::new(
+        Severity::Info,
+        "torque-timing",
+        format!(
+            "the torques act {:.3} ms {when} (standard error {:.3} ms, {:.2} samples) than torques that are held from their time \
+             stamp to the next one: {}. sprung uses this timing{}",
+            in_ms(value.abs()),
+            in_ms(error),
+            value.abs() / of.period,
+            falls(of),
+            or_else(of)
+        ),
+        "nothing; torque and controller_period_s in [log] say the same if they are known",
+    )
+    .seen(of.file, of.columns.first().copied().unwrap_or_default(), value, "s")
+}

@@ -1,0 +1,62 @@
+//! An encoder whose error repeats with each turn.
+
+use std::sync::Arc;
+
+use super::{Catalogued, falls, or_else};
+use crate::log::Signal;
+use crate::finding::{Finding, Severity};
+use crate::unknowns::settled::Telling;
+use crate::unknowns::unknown::{ChannelEffect, Effect, Place, Samples, Unknown};
+
+/// Usual amplitude, in root mean squares of the deflection.
+const USUAL_DEFLECTIONS: f64 = 0.2;
+
+#[derive(Debug)]
+struct Eccentricity {
+    is_cosine: bool,
+}
+
+impl ChannelEffect for Eccentricity {
+    fn perturb(&self, samples: &Samples<'_>, size: f64) -> Vec<f64> {
+        let wave = |x: f64| if self.is_cosine { x.cos() - 1.0 } else { x.sin() };
+        samples.values.iter().map(|x| x + size * wave(*x)).collect()
+    }
+}
+
+pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
+    let mut all = Vec::new();
+    for channel in of.of_signals(&[Signal::Link]).filter(|&channel| of.turns(channel)) {
+        for (name, is_cosine) in [("sine", false), ("cosine", true)] {
+            let Some(deflection) = of.deflection(channel) else { continue };
+            all.push(Unknown {
+                id: format!("eccentricity {} {name}", of.channels.all[channel].column),
+                kind: "eccentricity",
+                place: Place::Channel(channel),
+                scale: USUAL_DEFLECTIONS * deflection,
+                is_positive: false,
+                unit: "rad",
+                effect: Effect::Channels(vec![channel], Arc::new(Eccentricity { is_cosine })),
+            });
+        }
+    }
+    all
+}
+
+/// Finding: the error of an encoder repeats with each turn.
+pub(super) fn finding(of: &Telling<'_>) -> Finding {
+    let column = of.columns.first().copied().unwrap_or_default();
+    let value = of.found.value.abs();
+    Finding::new(
+        Severity::Warning,
+        "eccentric-encoder",
+        format!(
+            "{}: \"{column}\" has an error of {value:.2e} rad (standard error {:.1e} rad) that repeats with each turn: without it {}{}",
+            of.joint,
+            of.found.standard_error,
+            falls(of),
+            or_else(of)
+        ),
+        "check how the encoder is centred, or use two reading heads",
+    )
+    .seen(of.file, column, value, "rad")
+}

@@ -1,0 +1,66 @@
+//! A channel that reads a constant factor too much or too little.
+
+use std::sync::Arc;
+
+use super::{Catalogued, falls, or_else};
+use crate::log::Signal;
+use crate::finding::{Finding, Severity};
+use crate::unknowns::settled::Telling;
+use crate::unknowns::unknown::{ChannelEffect, Effect, Place, Samples, Unknown};
+
+/// Usual error, relative.
+const USUAL: f64 = 0.05;
+
+#[derive(Debug)]
+struct Gain;
+
+impl ChannelEffect for Gain {
+    fn perturb(&self, samples: &Samples<'_>, size: f64) -> Vec<f64> {
+        samples.values.iter().map(|x| (1.0 + size) * x).collect()
+    }
+}
+
+pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
+    // A common factor of all torques is a factor of all parameters.
+    let signals: &[Signal] = if of.joints > 1 {
+        &[Signal::Link, Signal::Motor, Signal::Torque]
+    } else {
+        &[Signal::Link, Signal::Motor]
+    };
+    of.of_signals(signals)
+        .filter(|channel| of.is_measured_twice(*channel))
+        .map(|channel| Unknown {
+            id: format!("gain {}", of.channels.all[channel].column),
+            kind: "gain",
+            place: Place::Channel(channel),
+            scale: USUAL,
+            is_positive: false,
+            unit: "",
+            effect: Effect::Channels(vec![channel], Arc::new(Gain)),
+        })
+        .collect()
+}
+
+/// Finding: a channel reads too much or too little.
+pub(super) fn finding(of: &Telling<'_>) -> Finding {
+    let column = of.columns.first().copied().unwrap_or_default();
+    let (value, error) = (of.found.value, of.found.standard_error);
+    let setting = format!("gain = {{ \"{column}\" = {:.6} }}", 1.0 + value);
+    Finding::new(
+        Severity::Warning,
+        "channel-gain",
+        format!(
+            "{}: \"{column}\" reads {:.2} % too {} (standard error {:.2} %): multiplied by {:.4}, {}{}",
+            of.joint,
+            100.0 * value.abs(),
+            if value < 0.0 { "much" } else { "little" },
+            100.0 * error,
+            1.0 + value,
+            falls(of),
+            or_else(of)
+        ),
+        "check counts per turn, gear ratio and unit of the column, or set its gain",
+    )
+    .seen(of.file, column, 1.0 + value, "")
+    .mended_by("[log]", &setting)
+}

@@ -1,0 +1,59 @@
+//! A link encoder whose zero is not that of the motor's.
+
+use std::sync::Arc;
+
+use super::{Catalogued, falls, or_else};
+use crate::log::Signal;
+use crate::finding::{Finding, Severity};
+use crate::unknowns::settled::Telling;
+use crate::unknowns::unknown::{ChannelEffect, Effect, Place, Samples, Unknown};
+
+/// Usual offset, in root mean squares of the deflection.
+const USUAL_DEFLECTIONS: f64 = 1.0;
+
+#[derive(Debug)]
+struct Offset;
+
+impl ChannelEffect for Offset {
+    fn perturb(&self, samples: &Samples<'_>, size: f64) -> Vec<f64> {
+        samples.values.iter().map(|x| x + size).collect()
+    }
+}
+
+pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
+    of.of_signals(&[Signal::Link])
+        .filter(|&channel| !of.has_preload(of.channels.all[channel].joint))
+        .filter_map(|channel| {
+            Some(Unknown {
+                id: format!("offset {}", of.channels.all[channel].column),
+                kind: "offset",
+                place: Place::Channel(channel),
+                scale: USUAL_DEFLECTIONS * of.deflection(channel)?,
+                is_positive: false,
+                unit: of.unit_of_position(channel),
+                effect: Effect::Channels(vec![channel], Arc::new(Offset)),
+            })
+        })
+        .collect()
+}
+
+/// Finding: the zeros of two encoders differ.
+pub(super) fn finding(of: &Telling<'_>) -> Finding {
+    let column = of.columns.first().copied().unwrap_or_default();
+    let (value, unit) = (-of.found.value, of.found.unit);
+    Finding::new(
+        Severity::Info,
+        "encoder-offset",
+        format!(
+            "{}: \"{column}\" is {value:.3e} {unit} (standard error {:.1e} {unit}) from the zero of the motor's encoder: without this \
+             offset {}. sprung estimates it{}",
+            of.joint,
+            of.found.standard_error,
+            falls(of),
+            or_else(of)
+        ),
+        "set encoder_offset = \"estimate\" in [identify], so that the file says the same",
+    )
+    .seen(of.file, column, value, unit)
+    .mended_by("[identify]", "encoder_offset = \"estimate\"")
+}

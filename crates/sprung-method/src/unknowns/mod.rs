@@ -1,0 +1,19 @@
+//! What a log does not say of itself: channels that are late, scaled, shifted or drifting, and laws that the description lacks.
+//!
+//! An unknown has one definition: what the samples would be without it, if it had a size. The derivative by the size is its column
+//! in one regression, which has the columns of all unknowns; its correction is the same function at the size that was found.
+//! [`settle`] regresses, selects the unknown that best explains parts of the log which the fit has not seen, applies it, and repeats
+//! this until nothing is left. All causes compete.
+
+mod evidence;
+mod gauge;
+mod kinds;
+mod result;
+mod rows;
+mod select;
+mod settle;
+mod settled;
+mod unknown;
+
+pub use result::{CompetingUnknown, UnknownResult, UnknownStatus};
+pub(crate) use settled::{Settled, settled};

@@ -1,0 +1,66 @@
+//! The list of what was found, as files contain it.
+
+use serde::{Deserialize, Serialize};
+
+/// What sprung did with an unknown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum UnknownStatus {
+    /// The experiment file gives it.
+    Given,
+    /// The experiment file asks for it, and it was estimated.
+    Estimated,
+    /// The log shows it, and all results use it.
+    Applied,
+    /// The log shows it, and the results do not use it.
+    Found,
+}
+
+impl UnknownStatus {
+    /// Returns the word for tables.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Given => "given",
+            Self::Estimated => "estimated",
+            Self::Applied => "applied",
+            Self::Found => "found",
+        }
+    }
+}
+
+/// An unknown that may stand for another one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CompetingUnknown {
+    /// Its name.
+    pub id: String,
+    /// Correlation of both effects beyond those of parameters and other unknowns.
+    pub correlation: f64,
+}
+
+/// An unknown of a log: what differs from the description by a size that the log shows.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct UnknownResult {
+    /// Stable name, as in `delay q1_rad`.
+    pub id: String,
+    /// Kind: `delay`, `timing`, `offset`, `gain`, `drift`, `lost-counts` or `eccentricity`.
+    pub kind: String,
+    /// Column or joint; the columns of one signal of all joints are separated by commas.
+    pub place: String,
+    /// Size, in `unit`. A correction subtracts it.
+    pub value: f64,
+    /// Standard error, in `unit`.
+    pub standard_error: f64,
+    /// Unit; empty for ratios.
+    pub unit: String,
+    /// Time at which it begins, s; absent if it acts during the whole log.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub begins_s: Option<f64>,
+    /// What sprung did with it.
+    pub status: UnknownStatus,
+    /// Other unknowns that explain the log nearly as well.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub competing: Vec<CompetingUnknown>,
+    /// Fall of the squared error of the torques on held-out parts of the log, relative to it.
+    pub effect: f64,
+}

@@ -1,0 +1,472 @@
+//! The rows of the regression with a column for each unknown.
+//!
+//! A flexible joint has two rows, both with the motor torque on the right: the equation of the motor, and the sum of the equations
+//! of motor and link. The equation of the link alone has no right-hand side, so a fault could shrink all its parameters.
+
+use std::collections::BTreeMap;
+
+use faer::Mat;
+use rayon::prelude::*;
+use sprung_core::covariate::Covariate;
+use sprung_core::drives::State;
+use sprung_core::filter::{Discretization, FilterBank, FilterPair, FilterState, bank_len};
+use sprung_core::parameters::JointParameter;
+
+use super::unknown::{Effect, JointSample, JointScales, Unknown};
+use crate::description::RightHandSide;
+use crate::model::{Model, Scratch};
+use crate::preprocess::SignalBlock;
+use crate::regression::Reading;
+
+/// Relative weight of a sample whose filtered Coulomb friction passes a reversal: the filter of the positions smears it.
+const REVERSAL_WEIGHT: f64 = 0.05;
+
+/// Largest part of a row's samples at reversals at which their weight is reduced.
+const MAX_REVERSALS: f64 = 0.8;
+
+/// Argument of `tanh(beta v)` up to which a sample belongs to a reversal.
+const REVERSAL_ARGUMENT: f64 = 3.0;
+
+/// Step of a state for its derivative, relative to the root mean square of the state.
+const STATE_STEP: f64 = 1e-5;
+
+/// One row, and the rows of the model of which it is the sum.
+#[derive(Clone, Debug)]
+pub(super) struct RowOf {
+    pub(super) joint: usize,
+    of_model: Vec<usize>,
+    /// Joint of the motor torque on its right-hand side, and of the torque sensor with its sign.
+    motor: Option<usize>,
+    spring: Option<(usize, f64)>,
+    /// Whether it contains the torque between motor and link.
+    pub(super) has_spring: bool,
+    /// Whether it contains the link.
+    has_link: bool,
+    /// Free parameters, as indices in theta.
+    pub(super) columns: Vec<usize>,
+}
+
+impl RowOf {
+    /// Returns the rows of a model.
+    pub(super) fn all(model: &Model) -> Vec<Self> {
+        let mut all = Vec::new();
+        for joint in 0..model.joint_count() {
+            let torque = model.torque_row(joint);
+            if model.is_flexible(joint) {
+                all.push(Self::new(model, joint, vec![torque]));
+                if model.right_hand_side(joint) == RightHandSide::Zero {
+                    all.push(Self::new(model, joint, vec![joint, torque]));
+                } else {
+                    all.push(Self::new(model, joint, vec![joint]));
+                }
+            } else {
+                all.push(Self::new(model, joint, vec![joint]));
+            }
+        }
+        all
+    }
+
+    fn new(model: &Model, joint: usize, of_model: Vec<usize>) -> Self {
+        let is_sum = of_model.len() > 1;
+        let mut columns: Vec<usize> = of_model.iter().flat_map(|&row| model.row_columns(row)).copied().collect();
+        columns.sort_unstable();
+        columns.dedup();
+        let is_of_spring = |column: usize| model.parameters()[column].joint.is_some_and(|(kind, _)| kind.is_of_spring());
+        columns.retain(|&column| model.known(column).is_none() && !(is_sum && is_of_spring(column)));
+        let torques = of_model.iter().map(|&row| model.right_hand_side(row).torques());
+        let (mut motor, mut spring) = (None, None);
+        for [of_motor, of_spring] in torques {
+            motor = motor.or(of_motor);
+            spring = spring.or(of_spring.map(|joint| (joint, if of_motor.is_some() { -1.0 } else { 1.0 })));
+        }
+        Self {
+            joint,
+            has_spring: !is_sum && model.is_flexible(joint) && spring.is_none(),
+            has_link: of_model.contains(&joint),
+            of_model,
+            motor,
+            spring,
+            columns,
+        }
+    }
+}
+
+/// Signals of an unknown per unit of its size, segment by segment.
+pub(super) struct Direction {
+    /// Index of the unknown.
+    pub(super) unknown: usize,
+    /// Joints whose signals it changes.
+    pub(super) joints: Vec<usize>,
+    /// Changes of the signals, one block for each segment; `is_smooth` without those of the velocities.
+    pub(super) segments: Vec<SignalBlock>,
+    pub(super) has_rate: bool,
+}
+
+/// A row with the columns of parameters and unknowns, sample by sample.
+pub(super) struct Row {
+    pub(super) joint: usize,
+    /// Index of each column: parameters by their place among the free ones, unknowns behind them.
+    pub(super) columns: Vec<usize>,
+    /// Columns and right-hand side, \[samples × (columns + 1)\].
+    pub(super) values: Mat<f64>,
+    /// Relative weights of samples.
+    pub(super) reliable: Vec<f64>,
+}
+
+/// What forms the rows of one state of a log.
+pub(super) struct Rows<'a> {
+    pub(super) model: &'a Model,
+    pub(super) reading: &'a Reading,
+    pub(super) period: f64,
+    pub(super) rows: &'a [RowOf],
+    /// Place of each parameter among the free ones.
+    pub(super) places: &'a BTreeMap<usize, usize>,
+    /// Samples at the ends of segments that are left out.
+    pub(super) edge: usize,
+}
+
+/// Derivatives of a row by the position and velocity of links and motors at one sample.
+struct Slopes {
+    // [model rows × 4 n], of momentum and rest; then momentum and rest of each row.
+    momentum: Vec<f64>,
+    rest: Vec<f64>,
+}
+
+impl Rows<'_> {
+    /// Forms all rows.
+    ///
+    /// - `theta`: present parameters, \[p\].
+    pub(super) fn form(
+        &self,
+        segments: &[SignalBlock],
+        theta: &[f64],
+        unknowns: &[Unknown],
+        directions: &[Direction],
+    ) -> Option<Vec<Row>> {
+        let settings = self.reading.settings();
+        let torque = FilterPair::new(settings.filter_cutoff_rad_per_s, self.period, Discretization::ZeroOrderHold).ok()?;
+        let entries = FilterPair::new(settings.filter_cutoff_rad_per_s, self.period, Discretization::Tustin).ok()?;
+        let scales = self.scales(segments);
+        let steps = self.steps(segments);
+        let parts: Vec<Vec<(Vec<usize>, Vec<f64>, Vec<f64>)>> = (segments.iter().enumerate())
+            .map(|(s, signals)| {
+                let sampled = self.sampled(signals, theta, &steps, !directions.is_empty());
+                (self.rows.par_iter())
+                    .map(|row| {
+                        self.form_row(row, (s, signals), &sampled, theta, (unknowns, directions), &scales, [&entries, &torque])
+                    })
+                    .collect()
+            })
+            .collect();
+        let rows = (self.rows.iter().enumerate()).map(|(r, row)| {
+            let columns = parts.first()?[r].0.clone();
+            let width = columns.len() + 1;
+            let values: Vec<f64> = parts.iter().flat_map(|segment| segment[r].1.iter().copied()).collect();
+            let reliable: Vec<f64> = parts.iter().flat_map(|segment| segment[r].2.iter().copied()).collect();
+            let samples = values.len() / width;
+            let few = reliable.iter().filter(|weight| **weight < 1.0).count() as f64;
+            let reliable = if few > MAX_REVERSALS * samples as f64 { vec![1.0; samples] } else { reliable };
+            Some(Row {
+                joint: row.joint,
+                columns,
+                values: Mat::from_fn(samples, width, |i, j| values[i * width + j]),
+                reliable,
+            })
+        });
+        rows.collect()
+    }
+
+    /// Returns the scales of all joints.
+    pub(super) fn scales(&self, segments: &[SignalBlock]) -> Vec<(JointScales, f64)> {
+        let rms = |of: &dyn Fn(&SignalBlock, usize) -> f64, mean: f64| {
+            let all = segments.iter().flat_map(|s| (0..s.len()).map(move |k| (s, k)));
+            let (mut sum, mut count) = (0.0, 0.0);
+            for (s, k) in all {
+                sum += (of(s, k) - mean).powi(2);
+                count += 1.0;
+            }
+            f64::sqrt(sum / f64::max(count, 1.0)).max(f64::MIN_POSITIVE.sqrt())
+        };
+        (0..self.model.joint_count())
+            .map(|j| {
+                let deflection = |s: &SignalBlock, k: usize| s.phi[j][k] - s.q[j][k];
+                let all: f64 = segments.iter().map(|s| (0..s.len()).map(|k| deflection(s, k)).sum::<f64>()).sum();
+                let mean = all / segments.iter().map(SignalBlock::len).sum::<usize>().max(1) as f64;
+                let scales = JointScales {
+                    sharpness: self.model.sharpness(j),
+                    velocity: rms(&|s, k| s.dphi[j][k], 0.0),
+                    deflection: rms(&deflection, mean),
+                    torque: rms(&|s, k| s.tau[j][k], 0.0),
+                };
+                (scales, mean)
+            })
+            .collect()
+    }
+
+    /// Returns the steps of states for derivatives, \[4 n\].
+    fn steps(&self, segments: &[SignalBlock]) -> Vec<f64> {
+        let n = self.model.joint_count();
+        let rms = |of: &dyn Fn(&SignalBlock) -> Vec<f64>| {
+            let all: Vec<f64> = segments.iter().flat_map(|s| of(s)).collect();
+            (all.iter().map(|x| x * x).sum::<f64>() / all.len().max(1) as f64).sqrt()
+        };
+        (0..4 * n)
+            .map(|at| {
+                let joint = at % n;
+                let size = rms(&|s| {
+                    [&s.q, &s.dq, &s.phi, &s.dphi][at / n][joint].clone()
+                });
+                STATE_STEP * size.max(1e-3)
+            })
+            .collect()
+    }
+
+    /// Returns the regressor and the slopes of all samples of a segment.
+    fn sampled(&self, signals: &SignalBlock, theta: &[f64], steps: &[f64], with_slopes: bool) -> Vec<(Vec<f64>, Vec<f64>, Slopes)> {
+        let n = self.model.joint_count();
+        let count = self.model.entries();
+        (0..signals.len())
+            .into_par_iter()
+            .map_init(
+                || (Scratch::new(n), vec![0.0; count], vec![0.0; count]),
+                |(scratch, moved, moved_rest), k| {
+                    let mut state = state_at(signals, k, n);
+                    let rows = self.model.rows();
+                    let (mut momentum, mut rest) = (vec![0.0; count], vec![0.0; count]);
+                    self.entries(&state, scratch, &mut momentum, &mut rest);
+                    let mut slopes = Slopes { momentum: Vec::new(), rest: Vec::new() };
+                    if with_slopes {
+                        slopes.momentum.resize(rows * 4 * n, 0.0);
+                        slopes.rest.resize(rows * 4 * n, 0.0);
+                        let before: Vec<[f64; 2]> = (0..rows).map(|row| self.sums(row, theta, &momentum, &rest)).collect();
+                        for at in 0..4 * n {
+                            let kept = state[at];
+                            state[at] += steps[at];
+                            self.entries(&state, scratch, moved, moved_rest);
+                            state[at] = kept;
+                            for (row, before) in before.iter().enumerate() {
+                                let after = self.sums(row, theta, moved, moved_rest);
+                                slopes.momentum[row * 4 * n + at] = (after[0] - before[0]) / steps[at];
+                                slopes.rest[row * 4 * n + at] = (after[1] - before[1]) / steps[at];
+                            }
+                        }
+                    }
+                    (momentum, rest, slopes)
+                },
+            )
+            .collect()
+    }
+
+    /// Writes the regressor of a state.
+    fn entries(&self, state: &[f64], scratch: &mut Scratch, momentum: &mut [f64], rest: &mut [f64]) {
+        let n = self.model.joint_count();
+        let (link, behind) = state.split_at(2 * n);
+        let state = State {
+            q: &link[..n],
+            dq: &link[n..],
+            phi: &behind[..n],
+            dphi: &behind[n..2 * n],
+            excess: &behind[2 * n..],
+        };
+        let written = self.model.regressor().regressor(&state, &mut scratch.workspace(), momentum, rest);
+        if written.is_err() {
+            momentum.fill(f64::NAN);
+        }
+    }
+
+    /// Returns the momentum and the rest of a row of the model.
+    fn sums(&self, row: usize, theta: &[f64], momentum: &[f64], rest: &[f64]) -> [f64; 2] {
+        let range = self.model.row_entries(row);
+        let columns = self.model.row_columns(row);
+        [momentum, rest].map(|all| (all[range.clone()].iter().zip(columns)).map(|(entry, &column)| entry * theta[column]).sum())
+    }
+
+    /// Forms one row of a segment; returns its columns, its values and the reliability of its samples.
+    #[expect(clippy::too_many_arguments, reason = "a private function that two lines call")]
+    fn form_row(
+        &self,
+        row: &RowOf,
+        (segment, signals): (usize, &SignalBlock),
+        sampled: &[(Vec<f64>, Vec<f64>, Slopes)],
+        theta: &[f64],
+        (unknowns, directions): (&[Unknown], &[Direction]),
+        scales: &[(JointScales, f64)],
+        [entries, torque]: [&FilterPair; 2],
+    ) -> (Vec<usize>, Vec<f64>, Vec<f64>) {
+        let n = self.model.joint_count();
+        let base = row.columns.len();
+        let acting: Vec<&Direction> = directions
+            .iter()
+            .filter(|direction| self.acts(row, direction))
+            .collect();
+        let laws: Vec<(usize, &Unknown)> = if directions.is_empty() {
+            Vec::new()
+        } else {
+            (unknowns.iter().enumerate()).filter(|(_, unknown)| self.is_law_of(row, unknown)).collect()
+        };
+        let width = base + acting.len() + laws.len();
+        let mut columns: Vec<usize> = row.columns.iter().map(|column| self.places[column]).collect();
+        let free = self.places.len();
+        columns.extend(acting.iter().map(|direction| free + direction.unknown));
+        columns.extend(laws.iter().map(|(unknown, _)| free + unknown));
+        let mut bank = FilterBank::new(vec![0.0; bank_len(width)]);
+        let mut torques = vec![FilterState::default(); acting.len()];
+        let (mut rhs_memory, mut spring_memory, mut known_memory) = (FilterState::default(), FilterState::default(), FilterState::default());
+        let (mut momentum, mut rest) = (vec![0.0; width], vec![0.0; width]);
+        let samples = signals.len();
+        let mut values = Vec::with_capacity((width + 1) * samples);
+        let mut kept = Vec::new();
+        for k in 0..samples {
+            let (all_momentum, all_rest, slopes) = &sampled[k];
+            momentum.fill(0.0);
+            rest.fill(0.0);
+            let mut known = [0.0; 2];
+            for &of in &row.of_model {
+                let range = self.model.row_entries(of);
+                for (entry, &column) in range.zip(self.model.row_columns(of)) {
+                    match row.columns.binary_search(&column) {
+                        Ok(at) => {
+                            momentum[at] += all_momentum[entry];
+                            rest[at] += all_rest[entry];
+                        }
+                        Err(_) => {
+                            if self.model.known(column).is_some() {
+                                known[0] += theta[column] * all_momentum[entry];
+                                known[1] += theta[column] * all_rest[entry];
+                            }
+                        }
+                    }
+                }
+            }
+            for (i, direction) in acting.iter().enumerate() {
+                let change = &direction.segments[segment];
+                let (mut m, mut r) = (0.0, 0.0);
+                for &j in &direction.joints {
+                    let changes = [
+                        change.q[j][k],
+                        if direction.has_rate { change.dq[j][k] } else { 0.0 },
+                        change.phi[j][k],
+                        if direction.has_rate { change.dphi[j][k] } else { 0.0 },
+                    ];
+                    for &of in &row.of_model {
+                        for (c, by) in changes.iter().enumerate().filter(|(_, by)| **by != 0.0) {
+                            let at = of * 4 * n + c * n + j;
+                            m += slopes.momentum[at] * by;
+                            r += slopes.rest[at] * by;
+                        }
+                    }
+                }
+                momentum[base + i] = if direction.has_rate { m } else { 0.0 };
+                rest[base + i] = r;
+            }
+            if !laws.is_empty() {
+                let (scales, mean) = &scales[row.joint];
+                let at = self.joint_sample(signals, k, row.joint, theta, *mean);
+                for (i, (_, unknown)) in laws.iter().enumerate() {
+                    if let Effect::Law { torque, .. } = &unknown.effect {
+                        rest[base + acting.len() + i] = torque(&at, scales);
+                    }
+                }
+            }
+            let filtered = bank.process(entries, &momentum, &rest);
+            let is_kept = k >= self.edge && k + self.edge < samples;
+            let from = values.len();
+            if is_kept {
+                values.extend_from_slice(filtered);
+            }
+            for (i, direction) in acting.iter().enumerate() {
+                let change = &direction.segments[segment];
+                if let Some(motor) = row.motor.filter(|_| !change.tau.is_empty()) {
+                    let by = torque.process(&mut torques[i], 0.0, change.tau[motor].get(k).copied().unwrap_or_default());
+                    if is_kept {
+                        values[from + base + i] -= by;
+                    }
+                }
+            }
+            let mut rhs = 0.0;
+            if let Some(motor) = row.motor {
+                rhs += torque.process(&mut rhs_memory, 0.0, signals.tau[motor][k]);
+            }
+            if let Some((joint, sign)) = row.spring {
+                let measured = signals.spring[joint].get(k).copied().unwrap_or_default();
+                rhs += sign * entries.process(&mut spring_memory, 0.0, measured);
+            }
+            rhs -= entries.process(&mut known_memory, known[0], known[1]);
+            if is_kept {
+                values.push(rhs);
+                kept.push(k);
+            }
+        }
+        let reliable = self.reliable(row, signals, &kept);
+        (columns, values, reliable)
+    }
+
+    fn acts(&self, row: &RowOf, direction: &Direction) -> bool {
+        let is_torque = direction.segments.iter().any(|segment| segment.tau.iter().any(|column| column.iter().any(|x| *x != 0.0)));
+        if is_torque {
+            return row.motor.is_some_and(|motor| direction.joints.contains(&motor));
+        }
+        direction.joints.contains(&row.joint) || row.has_link || self.model.robot().coupling.is_some()
+    }
+
+    fn is_law_of(&self, row: &RowOf, unknown: &Unknown) -> bool {
+        let super::unknown::Place::Joint(joint) = unknown.place else {
+            return false;
+        };
+        match &unknown.effect {
+            Effect::Law { is_of_spring, .. } => {
+                joint == row.joint && row.motor.is_some() && (!is_of_spring || row.has_spring)
+            }
+            Effect::Channels(..) => false,
+        }
+    }
+
+    fn joint_sample(&self, signals: &SignalBlock, k: usize, j: usize, theta: &[f64], mean: f64) -> JointSample {
+        let deflection = signals.phi[j][k] - signals.q[j][k] - mean;
+        let stiffness = self.model.index(JointParameter::Stiffness, j).map(|at| theta[at]);
+        JointSample {
+            velocities: [signals.dphi[j][k], signals.dq[j][k]],
+            deflection,
+            torque: signals.tau[j][k],
+            load: match stiffness {
+                Some(stiffness) => stiffness * (signals.phi[j][k] - signals.q[j][k]),
+                None => signals.tau[j][k],
+            },
+        }
+    }
+
+    /// Returns the relative weights of some samples: small near reversals of a velocity in the row.
+    fn reliable(&self, row: &RowOf, signals: &SignalBlock, kept: &[usize]) -> Vec<f64> {
+        let half = 1.0 / self.reading.position_cutoff_hz();
+        let before = (half / self.period).ceil() as usize;
+        let behind = ((half + self.reading.settings().filter_cutoff_rad_per_s.recip()) / self.period).ceil() as usize;
+        let mut near = vec![false; signals.len()];
+        let mut mark = |velocity: &[f64]| {
+            let rms = (velocity.iter().map(|v| v * v).sum::<f64>() / velocity.len().max(1) as f64).sqrt();
+            let sharpness = self.model.sharpness(row.joint);
+            for k in 0..velocity.len() {
+                let reverses = k > 0 && velocity[k] * velocity[k - 1] < 0.0;
+                let is_slow = sharpness * rms > REVERSAL_ARGUMENT && sharpness * velocity[k].abs() < REVERSAL_ARGUMENT;
+                if reverses || is_slow {
+                    let to = (k + behind + 1).min(near.len());
+                    near[k.saturating_sub(before)..to].fill(true);
+                }
+            }
+        };
+        mark(&signals.dphi[row.joint]);
+        if row.has_link {
+            mark(&signals.dq[row.joint]);
+        }
+        kept.iter().map(|&k| if near[k] { REVERSAL_WEIGHT } else { 1.0 }).collect()
+    }
+}
+
+/// Returns positions, velocities and covariates of one sample.
+fn state_at(signals: &SignalBlock, k: usize, n: usize) -> Vec<f64> {
+    let mut state = Vec::with_capacity((4 + Covariate::COUNT) * n);
+    for columns in [&signals.q, &signals.dq, &signals.phi, &signals.dphi] {
+        state.extend(columns.iter().map(|column| column[k]));
+    }
+    state.extend(signals.excess.iter().map(|column| column.get(k).copied().unwrap_or_default()));
+    state
+}

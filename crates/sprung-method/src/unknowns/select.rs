@@ -1,0 +1,216 @@
+//! Forward selection of unknowns by held-out gain.
+
+use rayon::prelude::*;
+
+use super::evidence::{Evidence, HeldOut, PARTS};
+use super::unknown::{Place, Unknown};
+
+/// Least size in jackknife standard errors over the parts: Student's t with 7 degrees of freedom, p = 0.0016, for about 100
+/// candidates.
+const SIGNIFICANT: f64 = 5.0;
+
+/// Least relative fall of the held-out squares: smoothing and noise fake up to 5 %.
+const LEAST_GAIN: f64 = 0.08;
+
+/// Least part of a column that unknowns found before must leave. Below it the unknown is another name for them.
+const LEAST_OWN: f64 = 0.1;
+
+/// Part of a column that no parameter mimics, below which the unknown must explain more, in proportion.
+const CLEAR_OWN: f64 = 0.3;
+
+/// A rival has at least this correlation with an unknown.
+const RIVAL_CORRELATION: f64 = 0.7;
+
+/// Candidates that are fitted exactly at a time, the likeliest first.
+const EXACT: usize = 8;
+
+/// Largest size in usual sizes.
+const LARGEST: f64 = 5.0;
+
+/// A candidate that explains parts which the fit has not seen.
+#[derive(Clone, Debug)]
+pub(super) struct Chosen {
+    pub(super) unknown: usize,
+    /// Relative fall of the held-out squares of its rows.
+    pub(super) gain: f64,
+}
+
+/// A rival of an unknown.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Competing {
+    /// Id of the rival.
+    pub(crate) id: String,
+    /// Correlation of both columns without what parameters and other unknowns explain.
+    pub(crate) correlation: f64,
+}
+
+/// Data of a selection.
+pub(super) struct Selection<'a> {
+    pub(super) evidence: &'a Evidence,
+    pub(super) unknowns: &'a [Unknown],
+    /// Usual size of each unknown, with those of laws.
+    pub(super) scales: &'a [f64],
+    /// Part of the log in which each unknown begins, if it does.
+    pub(super) begins: &'a [Option<usize>],
+}
+
+impl Selection<'_> {
+    pub(super) fn column(&self, unknown: usize) -> usize {
+        self.evidence.free + unknown
+    }
+
+    pub(super) fn columns(&self, chosen: &[usize]) -> Vec<usize> {
+        (0..self.evidence.free).chain(chosen.iter().map(|&unknown| self.column(unknown))).collect()
+    }
+
+    /// Returns the rows by which an unknown is judged.
+    fn rows(&self, unknown: usize, joint_of: impl Fn(usize) -> usize) -> Vec<usize> {
+        match self.unknowns[unknown].place {
+            Place::Channel(channel) => self.evidence.rows_of(joint_of(channel)),
+            Place::Joint(joint) => self.evidence.rows_of(joint),
+            Place::All(_) => (0..self.evidence.row_count()).collect(),
+        }
+    }
+
+    /// Returns the parts by which an unknown is judged: the others cannot foretell the part in which it begins.
+    fn parts(&self, unknown: usize) -> Vec<usize> {
+        (0..PARTS).filter(|part| self.begins[unknown] != Some(*part)).collect()
+    }
+
+    /// Returns the best further unknown, if one explains enough.
+    ///
+    /// - `joint_of`: joint of a channel.
+    pub(super) fn best(&self, chosen: &[usize], joint_of: &(dyn Fn(usize) -> usize + Sync)) -> Option<Chosen> {
+        let columns = self.columns(chosen);
+        let before = self.evidence.held_out(&columns, None);
+        let fits = self.evidence.fits(&columns);
+        let parameters: Vec<usize> = (0..self.evidence.free).collect();
+        let alone = self.evidence.directions(&parameters);
+        let is_open = |unknown: usize| {
+            let column = self.column(unknown);
+            let is_new = !chosen.contains(&unknown) && !self.is_taken(unknown, chosen);
+            is_new
+                && !self.evidence.is_empty(column, self.scales[unknown])
+                && (chosen.is_empty()
+                    || fits.whole.own(self.evidence, column) >= LEAST_OWN * alone.own(self.evidence, column))
+        };
+        let mut screened: Vec<(f64, usize)> = (0..self.unknowns.len())
+            .into_par_iter()
+            .filter(|&unknown| is_open(unknown))
+            .filter_map(|unknown| {
+                let after = fits.with(self.column(unknown))?;
+                Some((self.gain(unknown, (&before, &after), joint_of)?.0, unknown))
+            })
+            .filter(|(fall, _)| *fall > 0.0)
+            .collect();
+        screened.sort_by(|a, b| b.0.total_cmp(&a.0));
+        for likeliest in screened.chunks(EXACT) {
+            let judged: Vec<Option<(f64, Chosen)>> =
+                likeliest.par_iter().map(|(_, unknown)| self.judged(*unknown, &columns, &before, joint_of)).collect();
+            let best = judged.into_iter().flatten().max_by(|a, b| a.0.total_cmp(&b.0));
+            if best.is_some() {
+                return best.map(|(_, chosen)| chosen);
+            }
+        }
+        None
+    }
+
+    /// Returns the fall of the held-out squares of an unknown's rows and this fall relative to them; `None` if the squares of
+    /// all rows rise.
+    fn gain(
+        &self,
+        unknown: usize,
+        (before, after): (&HeldOut, &HeldOut),
+        joint_of: &dyn Fn(usize) -> usize,
+    ) -> Option<(f64, f64)> {
+        let (rows, parts) = (self.rows(unknown, joint_of), self.parts(unknown));
+        let all: Vec<usize> = (0..self.evidence.row_count()).collect();
+        let first = before.sum(&rows, &parts);
+        let fall = first - after.sum(&rows, &parts);
+        let falls = after.sum(&all, &parts) < before.sum(&all, &parts);
+        falls.then_some((fall, fall / first.max(f64::MIN_POSITIVE)))
+    }
+
+    /// Returns the fall of the held-out squares of an unknown, if it explains enough.
+    fn judged(
+        &self,
+        unknown: usize,
+        columns: &[usize],
+        before: &HeldOut,
+        joint_of: &dyn Fn(usize) -> usize,
+    ) -> Option<(f64, Chosen)> {
+        let (column, scale) = (self.column(unknown), self.scales[unknown]);
+        let with: Vec<usize> = columns.iter().copied().chain([column]).collect();
+        let after = self.evidence.held_out(&with, None);
+        let (fall, gain) = self.gain(unknown, (before, &after), joint_of)?;
+        let (mean, error) = after.mean_and_error(column, &self.parts(unknown));
+        let significance = mean.abs() / error.max(1e-3 * scale);
+        if gain <= LEAST_GAIN || significance <= SIGNIFICANT || mean.abs() >= LARGEST * scale {
+            return None;
+        }
+        // Parameters at their bounds mimic nothing.
+        let used = |column: &usize| after.values.iter().any(|values| values[*column] != 0.0);
+        let free: Vec<usize> = columns.iter().copied().filter(used).collect();
+        let own = self.evidence.directions(&free).own(self.evidence, column);
+        let needed = (LEAST_GAIN * (CLEAR_OWN / (own + 1e-9)).max(1.0)).min(0.5);
+        (gain > needed).then_some((fall, Chosen { unknown, gain }))
+    }
+
+    /// Returns whether a chosen unknown is of the same kind and channel, at another time.
+    fn is_taken(&self, unknown: usize, chosen: &[usize]) -> bool {
+        let this = &self.unknowns[unknown];
+        this.kind == "lost-counts"
+            && chosen.iter().any(|&other| self.unknowns[other].kind == this.kind && self.unknowns[other].place == this.place)
+    }
+
+    /// Returns a chosen unknown whose removal costs little, because a later one explains the log better.
+    ///
+    /// - `sizes`: applied sizes of all unknowns.
+    pub(super) fn superfluous(&self, chosen: &[usize], sizes: &[f64]) -> Option<usize> {
+        if chosen.len() < 2 {
+            return None;
+        }
+        let columns = self.columns(chosen);
+        let before = self.evidence.held_out(&columns, None);
+        let all: Vec<usize> = (0..self.evidence.row_count()).collect();
+        let parts: Vec<usize> = (0..PARTS).collect();
+        let with = before.sum(&all, &parts);
+        chosen.iter().copied().find(|&unknown| {
+            let column = self.column(unknown);
+            let rest: Vec<usize> = columns.iter().copied().filter(|c| *c != column).collect();
+            let without = self.evidence.held_out(&rest, Some((column, -sizes[unknown])));
+            (without.sum(&all, &parts) - with) / with < 0.5 * LEAST_GAIN
+        })
+    }
+
+    /// Returns the unknowns that may stand for a chosen one.
+    pub(super) fn rivals(&self, unknown: usize, chosen: &[usize], sizes: &[f64]) -> Vec<(usize, f64)> {
+        let rest: Vec<usize> = chosen.iter().copied().filter(|other| *other != unknown).collect();
+        let others = self.columns(&rest);
+        let column = self.column(unknown);
+        let beyond = self.evidence.directions(&others);
+        let all_rows: Vec<usize> = (0..self.evidence.row_count()).collect();
+        let parts: Vec<usize> = (0..PARTS).collect();
+        let present = self.evidence.held_out(&self.columns(chosen), None).sum(&all_rows, &parts);
+        let mut rivals: Vec<(usize, f64)> = (0..self.unknowns.len())
+            .into_par_iter()
+            .filter(|other| !chosen.contains(other))
+            .filter_map(|other| {
+                let rival = self.column(other);
+                if self.evidence.is_empty(rival, self.scales[other]) {
+                    return None;
+                }
+                let correlation = beyond.correlation(self.evidence, column, rival);
+                if correlation.abs() < RIVAL_CORRELATION {
+                    return None;
+                }
+                let with: Vec<usize> = others.iter().copied().chain([rival]).collect();
+                let fixed = Some((column, -sizes[unknown]));
+                let left = self.evidence.held_out(&with, fixed).sum(&all_rows, &parts);
+                (left < (1.0 + 2.0 * LEAST_GAIN) * present).then_some((other, correlation))
+            })
+            .collect();
+        rivals.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+        rivals
+    }
+}

@@ -1,0 +1,166 @@
+//! Applies what was found to the preparation of an identification or a check.
+
+use super::gauge::sparsest;
+use super::kinds::finding;
+use super::result::{CompetingUnknown, UnknownResult, UnknownStatus};
+use super::settle::{Found, settle};
+use super::unknown::Place;
+use crate::description::{Delay, EncoderOffset};
+use crate::finding::Finding;
+use crate::log::{Channels, Signal};
+use crate::model::Model;
+use crate::prepare::{PrepareError, Prepared};
+use crate::progress::Listener;
+
+/// Prepared logs with what was found in the first of them.
+#[derive(Clone, Debug)]
+pub(crate) struct Settled {
+    pub(crate) prepared: Prepared,
+    pub(crate) unknowns: Vec<UnknownResult>,
+    pub(crate) findings: Vec<Finding>,
+}
+
+/// What a finding says of.
+pub(super) struct Telling<'a> {
+    pub(super) found: &'a Found,
+    /// Its columns.
+    pub(super) columns: Vec<&'a str>,
+    /// Name of its joint; empty for all joints.
+    pub(super) joint: &'a str,
+    pub(super) file: &'a str,
+    pub(super) status: UnknownStatus,
+    /// Sampling period, s.
+    pub(super) period: f64,
+}
+
+/// Finds the unknowns of the first log and applies those that need no decision of the user: delays, and the zero between two
+/// encoders.
+///
+/// # Errors
+///
+/// As of [`prepare`](crate::prepare::prepare), but for those of reading.
+pub(crate) fn settled(prepared: Prepared, progress: &mut dyn Listener) -> Result<Settled, PrepareError> {
+    let nothing = |prepared: Prepared| Settled { prepared, unknowns: Vec::new(), findings: Vec::new() };
+    if prepared.wrong_time_unit().is_some() {
+        return Ok(nothing(prepared));
+    }
+    let Some(found) = settle(&prepared.examined(), prepared.excerpt()) else {
+        return Ok(nothing(prepared));
+    };
+    let channels = prepared.reading().channels().clone();
+    let period = prepared.excerpt().period();
+    let found: Vec<Found> = sparsest(found, &channels, period).into_iter().filter(|found| found.kind != "law").collect();
+    let file = prepared.names().first().cloned().unwrap_or_default();
+    let names = prepared.reading().model().joints().to_vec();
+    let (mut unknowns, mut findings) = (Vec::new(), Vec::new());
+    for one in &found {
+        let telling = Telling {
+            found: one,
+            columns: columns(one.place, &channels),
+            joint: joint(one.place, &channels).map_or("", |joint| &names[joint]),
+            file: &file,
+            status: status(one, &channels),
+            period,
+        };
+        unknowns.push(result(&telling));
+        findings.push(finding(&telling));
+    }
+    let prepared = applied(prepared, &found, progress)?;
+    Ok(Settled { prepared, unknowns, findings })
+}
+
+/// Returns the columns of a place.
+fn columns(place: Place, channels: &Channels) -> Vec<&str> {
+    let all = channels.all.iter().enumerate().filter(|(i, channel)| match place {
+        Place::Channel(at) => *i == at,
+        Place::All(signal) => channel.quantity.signal() == signal,
+        Place::Joint(_) => false,
+    });
+    all.map(|(_, channel)| channel.column.as_str()).collect()
+}
+
+fn joint(place: Place, channels: &Channels) -> Option<usize> {
+    match place {
+        Place::Channel(at) => Some(channels.all[at].joint),
+        Place::Joint(joint) => Some(joint),
+        Place::All(_) => None,
+    }
+}
+
+fn status(found: &Found, channels: &Channels) -> UnknownStatus {
+    let is_asked = match found.place {
+        Place::Channel(at) => channels.all[at].delay == Some(Delay::Estimate),
+        Place::All(_) | Place::Joint(_) => false,
+    };
+    match found.kind {
+        "delay" if is_asked => UnknownStatus::Estimated,
+        "delay" | "timing" | "offset" => UnknownStatus::Applied,
+        _ => UnknownStatus::Found,
+    }
+}
+
+fn result(of: &Telling<'_>) -> UnknownResult {
+    let found = of.found;
+    UnknownResult {
+        id: found.id.clone(),
+        kind: found.kind.to_owned(),
+        place: of.columns.join(", "),
+        value: found.value,
+        standard_error: found.standard_error,
+        unit: found.unit.to_owned(),
+        begins_s: found.begins,
+        status: of.status,
+        competing: (found.competing.iter())
+            .map(|rival| CompetingUnknown { id: rival.id.clone(), correlation: rival.correlation })
+            .collect(),
+        effect: found.gain,
+    }
+}
+
+/// Returns the preparation with the delays that were found, and with the zero between two encoders as a parameter.
+fn applied(prepared: Prepared, found: &[Found], progress: &mut dyn Listener) -> Result<Prepared, PrepareError> {
+    let mut delays = prepared.reading().delays().to_vec();
+    let channels = prepared.reading().channels().clone();
+    let mut experiment = prepared.experiment().clone();
+    for one in found {
+        let late = one.kind == "delay";
+        if !late && one.kind != "timing" {
+            continue;
+        }
+        for (i, delay) in delays.iter_mut().enumerate() {
+            let is_of = match one.place {
+                Place::Channel(at) => at == i,
+                Place::All(signal) => channels.all[i].quantity.signal() == signal,
+                Place::Joint(_) => false,
+            };
+            if !is_of {
+                continue;
+            }
+            *delay += one.value;
+            // The refinement estimates the delay of a channel again, and the timing of all torques by itself.
+            if late
+                && channels.all[i].delay.is_none()
+                && let Some(log) = &mut experiment.log
+            {
+                log.delay_s.insert(channels.all[i].column.clone(), Delay::Estimate);
+            }
+        }
+    }
+    let needs_offset = found.iter().any(|one| one.kind == "offset");
+    if needs_offset {
+        experiment.identify.encoder_offset = Some(EncoderOffset::Estimate);
+    }
+    if delays == prepared.reading().delays() && !needs_offset {
+        return Ok(prepared);
+    }
+    let model = if needs_offset { Model::new(&experiment).ok() } else { None };
+    let model = model.unwrap_or_else(|| prepared.reading().model().clone());
+    let again = prepared.again(&experiment, &model, progress)?;
+    let reading = again.reading().with_delays(&delays);
+    Ok(again.with_reading(reading))
+}
+
+/// Returns whether a channel may be late against the others of its joint.
+pub(super) fn is_position_or_torque(signal: Signal) -> bool {
+    matches!(signal, Signal::Link | Signal::Motor | Signal::Torque)
+}

@@ -1,0 +1,129 @@
+//! An unknown of a log: what may differ from the description by an unknown size.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use crate::log::Signal;
+
+/// Where an unknown acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Place {
+    /// A channel, by its index in [`Channels::all`](crate::log::Channels::all).
+    Channel(usize),
+    /// The channels of one signal of all joints.
+    All(Signal),
+    /// A joint.
+    Joint(usize),
+}
+
+/// Samples of one channel without a gap.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Samples<'s> {
+    /// Time, s.
+    pub(crate) time: &'s [f64],
+    /// Values, rad (m) or N·m (N).
+    pub(crate) values: &'s [f64],
+    /// Sampling period, s.
+    pub(crate) period: f64,
+    /// First time of the log and the duration of what is examined, s.
+    pub(crate) span: [f64; 2],
+}
+
+/// Effect of an unknown on the samples of one channel.
+pub(crate) trait ChannelEffect: Debug + Send + Sync {
+    /// Returns the samples as they would be without the unknown, if it has the given size. This is the only definition of the
+    /// effect: its column is the derivative by the size, its correction is this function at the size that was found.
+    fn perturb(&self, samples: &Samples<'_>, size: f64) -> Vec<f64>;
+
+    /// Returns whether a derivative of the samples by time is known as well. An error that begins at a time which is only
+    /// near has none.
+    fn has_rate(&self) -> bool {
+        true
+    }
+
+    /// Returns the time at which it begins, s; `None` for an effect on all samples.
+    fn begins(&self) -> Option<f64> {
+        None
+    }
+}
+
+/// Filtered signals of a joint at one sample.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct JointSample {
+    /// Motor velocity and velocity of the link, rad/s (m/s).
+    pub(crate) velocities: [f64; 2],
+    /// Motor minus link position less its mean, rad (m).
+    pub(crate) deflection: f64,
+    /// Torque of the motor, N·m (N).
+    pub(crate) torque: f64,
+    /// Torque of the spring by the present estimate; of the motor for a rigid joint, N·m (N).
+    pub(crate) load: f64,
+}
+
+/// Figures of a joint that give a law its scales.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct JointScales {
+    /// Sharpness of Coulomb friction, s/rad (s/m).
+    pub(crate) sharpness: f64,
+    /// Root mean squares of the motor velocity, of the deflection and of the torque.
+    pub(crate) velocity: f64,
+    pub(crate) deflection: f64,
+    pub(crate) torque: f64,
+}
+
+/// Torque of a law with one coefficient, N·m (N) for a coefficient of 1.
+pub(crate) type Law = fn(&JointSample, &JointScales) -> f64;
+
+/// How an unknown enters the equations.
+#[derive(Clone, Debug)]
+pub(crate) enum Effect {
+    /// It changes the samples of channels.
+    Channels(Vec<usize>, Arc<dyn ChannelEffect>),
+    /// It is a torque of a joint: in the equation of the motor, and in the sum with the link if it is no torque between them.
+    Law {
+        torque: Law,
+        is_of_spring: bool,
+    },
+}
+
+/// An unknown.
+#[derive(Clone, Debug)]
+pub(crate) struct Unknown {
+    /// Stable name, as in `delay q1_rad`.
+    pub(crate) id: String,
+    /// Kind, as in `delay`.
+    pub(crate) kind: &'static str,
+    pub(crate) place: Place,
+    /// Size that is usual, one standard deviation, in `unit`; infinite for the coefficient of a law.
+    pub(crate) scale: f64,
+    /// Whether only positive sizes exist.
+    pub(crate) is_positive: bool,
+    pub(crate) unit: &'static str,
+    pub(crate) effect: Effect,
+}
+
+impl Unknown {
+    /// Returns the channels that it changes.
+    pub(crate) fn channels(&self) -> &[usize] {
+        match &self.effect {
+            Effect::Channels(channels, _) => channels,
+            Effect::Law { .. } => &[],
+        }
+    }
+
+    /// Returns whether a derivative by time of its effect is known.
+    pub(crate) fn has_rate(&self) -> bool {
+        match &self.effect {
+            Effect::Channels(_, effect) => effect.has_rate(),
+            Effect::Law { .. } => true,
+        }
+    }
+
+    /// Returns the time at which it begins, s; `None` for an effect on all samples.
+    pub(crate) fn begins(&self) -> Option<f64> {
+        match &self.effect {
+            Effect::Channels(_, effect) => effect.begins(),
+            Effect::Law { .. } => None,
+        }
+    }
+}
