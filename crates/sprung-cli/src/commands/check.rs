@@ -3,7 +3,7 @@
 use sprung::check::{CheckReport, CheckedLog};
 use sprung::finding::Severity;
 use sprung::report::{compose_check, significant};
-use sprung::session::{Depth, Session, Usability};
+use sprung::session::{Session, Usability};
 
 use super::servo;
 use crate::args::Check;
@@ -24,17 +24,12 @@ pub(crate) fn run(args: &Check) -> Result<ExitCode, Failure> {
     if session.is_servo() {
         return servo::check(&session, common);
     }
-    let depth = if args.thorough {
-        Depth::Likelihood
-    } else {
-        Depth::OnePass
-    };
     let folder = Folder::new(
         &results_folder(&session, common),
         session.inputs(),
         &[CHECK_FILE, CHECK_REPORT_FILE],
     )?;
-    let checked = terminal.follow("checking", |progress| session.check(depth, progress))?;
+    let checked = terminal.follow("checking", |progress| session.check(progress))?;
 
     let mut output = folder.output()?;
     write_json(&mut output, CHECK_FILE, &checked.report)?;
