@@ -329,8 +329,7 @@ impl CheckContext<'_> {
                     100.0 * (1.0 - without.powi(2)).max(0.0)
                 ),
                 &format!(
-                    "set delay_s = {{ \"{column}\" = {delay:.3} }} in [log], or \"estimate\"; \
-                     sprung check --thorough finds it to a fraction of a sample"
+                    "set delay_s = {{ \"{column}\" = {delay:.3} }} in [log], or \"estimate\""
                 ),
             )
             .about(self.about_stiffness(found.joint))

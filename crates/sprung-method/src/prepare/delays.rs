@@ -186,7 +186,7 @@ impl Estimated {
                      the delay is short or zero; identify estimates it from the likelihood of the \
                      whole robot{others}"
                 ),
-                "run sprung identify, or sprung check --thorough, which tries every channel",
+                "run sprung identify",
             ),
             (_, None) if !others.is_empty() => Finding::new(
                 Severity::Info,
