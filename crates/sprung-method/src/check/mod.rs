@@ -40,7 +40,7 @@ pub use refusal::Refusal;
 pub(crate) use resolution::{UNEXPLAINED, beyond_resolution};
 pub(crate) use result::DELAYED_CHANNEL;
 pub use result::{
-    CheckReport, Checked, CheckedLog, ColumnFigures, DelayFigures, JointFigures, LikelyDelay, Place,
+    CheckReport, Checked, CheckedLog, ColumnFigures, DelayFigures, JointFigures, Place,
 };
 pub use run::check;
 

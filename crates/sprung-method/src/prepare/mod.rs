@@ -6,7 +6,6 @@
 #![warn(clippy::wildcard_enum_match_arm)]
 
 mod as_given;
-mod busiest;
 mod cutoff;
 mod delay;
 mod delays;

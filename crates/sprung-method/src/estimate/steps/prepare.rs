@@ -2,10 +2,10 @@
 
 use super::inputs::EstimatorInputs;
 use super::refuse::refuse;
-use crate::description::{Experiment, Laws};
+use crate::description::Experiment;
 use crate::estimate::errors::IdentifyError;
 use crate::estimate::estimators::prediction_error::{Retiming, likely};
-use crate::estimate::laws::{Chosen, FoundVelocity, choose_laws, laws_of};
+use crate::estimate::laws::{Chosen, FoundVelocity, choose_laws};
 use crate::estimate::result::RigidJoint;
 use crate::estimate::springs::{RigidByLog, with_joints_rigid_by_log};
 use crate::log::LogSource;
@@ -113,23 +113,6 @@ pub(in crate::estimate) fn make_ready(
         rigid,
         inputs,
     })
-}
-
-/// Prepares the logs for a refinement, with the laws that the settings request to select by
-/// cross-validation.
-pub(in crate::estimate) fn prepare_with_laws(
-    experiment: &Experiment,
-    model: &Model,
-    sources: &mut [LogSource<'_>],
-    progress: &mut dyn Listener,
-) -> Result<Prepared, IdentifyError> {
-    let auto = (0..model.joint_count()).any(|joint| laws_of(experiment, joint) == Laws::Auto);
-    if !auto {
-        let prepared = prepare(experiment, model, sources, progress)?;
-        let prepared = with_joints_rigid_by_log(prepared, progress)?.prepared;
-        return Ok(prepared.weighted(progress)?);
-    }
-    Ok(with_laws(experiment, model, sources, progress)?.0.prepared)
 }
 
 /// Prepares the logs as a check does, takes joints as rigid whose springs the logs do not show, estimates the requested
