@@ -228,16 +228,14 @@ def refinements(it, demo):
 
 
 def checks(it):
-    """Checks of a log of seven joints."""
+    """A check of a log of seven joints."""
     print("\ncheck of 20 s of seven joints")
     log = it.simulate(SEVEN, "seven-20", 20)
-    for name, options in (("sprung check", []), ("sprung check --thorough", ["--thorough"])):
-        options = [*options, "--threads", "1", "--out", it.folder / "found"]
-        run = it.run("check", SEVEN, "--set", f"log.file={log}", *options)
-        say(name, run)
-        text = f"`{name.removeprefix('sprung ')}` of 20 s of seven joints"
-        it.processor(name, text, run)
-        it.memory(name, text, run)
+    name, text = "sprung check", "`check` of 20 s of seven joints"
+    run = it.run("check", SEVEN, "--set", f"log.file={log}", "--threads", "1", "--out", it.folder / "found")
+    say(name, run)
+    it.processor(name, text, run)
+    it.memory(name, text, run)
 
 
 def mujoco(it):

@@ -216,9 +216,6 @@ pub(crate) struct New {
 pub(crate) struct Check {
     /// Experiment file, or the folder that holds experiment.toml.
     pub(crate) experiment: PathBuf,
-    /// Estimate delays to a fraction of a sample by maximum likelihood; this takes seconds.
-    #[arg(long)]
-    pub(crate) thorough: bool,
     #[command(flatten)]
     pub(crate) common: Common,
 }

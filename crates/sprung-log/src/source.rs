@@ -84,27 +84,6 @@ impl<'a> LogSource<'a> {
         (self.payload.as_ref()).is_some_and(|payload| payload.known().is_none())
     }
 
-    /// Returns a narrower window of the log.
-    ///
-    /// - `from_s`, `to_s`: times of its beginning and its end, as in [`Window`].
-    #[must_use]
-    pub fn narrowed(&mut self, from_s: Option<f64>, to_s: f64) -> LogSource<'_> {
-        let window = Window {
-            from_s: from_s.or(self.window.from_s),
-            to_s: Some(self.window.to_s.map_or(to_s, |end| end.min(to_s))),
-            ..self.window
-        };
-        LogSource {
-            name: self.name.clone(),
-            holds: match &mut self.holds {
-                Holds::Files(opener) => Holds::Files(&mut **opener),
-                Holds::Memory(arrays) => Holds::Memory(arrays.clone()),
-            },
-            window,
-            payload: self.payload.clone(),
-        }
-    }
-
     /// Returns its window.
     #[must_use]
     pub fn window(&self) -> Window {

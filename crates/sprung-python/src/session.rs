@@ -11,8 +11,8 @@ use pyo3::types::PyDict;
 use sprung::export::{Form, Format};
 use sprung::log::{Arrays, Input, LogSource};
 use sprung::session::{
-    Depth, Disk, ExciteRequest, ExportRequest, Files, Parameters, QuantityArrays,
-    ReadIdentification, SampleRequest, SessionError,
+    Disk, ExciteRequest, ExportRequest, Files, Parameters, QuantityArrays, ReadIdentification,
+    SampleRequest, SessionError,
 };
 
 use crate::arrays;
@@ -289,29 +289,16 @@ impl Session {
     }
 
     /// Checks the logs of the experiment, or arrays.
-    fn check(
-        &self,
-        py: Python<'_>,
-        logs: Option<Vec<Named<'_>>>,
-        thorough: bool,
-        run: Run,
-    ) -> PyResult<Checked> {
-        let depth = if thorough {
-            Depth::Likelihood
-        } else {
-            Depth::OnePass
-        };
+    fn check(&self, py: Python<'_>, logs: Option<Vec<Named<'_>>>, run: Run) -> PyResult<Checked> {
         let text = self.inner.text().to_owned();
         let checked = match logs {
             None => {
                 let session = Arc::clone(&self.inner);
-                run.work(py, move |progress| session.check(depth, progress))
+                run.work(py, move |progress| session.check(progress))
             }
             Some(logs) => {
                 let (session, mut logs) = self.loaded(py, logs)?;
-                run.work(py, move |progress| {
-                    session.check_with(&mut logs, depth, progress)
-                })
+                run.work(py, move |progress| session.check_with(&mut logs, progress))
             }
         };
         Ok(Checked::new(checked?, text))

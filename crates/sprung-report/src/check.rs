@@ -176,13 +176,6 @@ fn joints(report: &CheckReport) -> Table {
             significant(joint.explained_percent, 4),
             or_dash(joint.slope, 4),
             or_dash(joint.stiffness, 4),
-            (joint.delay.as_ref()).map_or_else(|| "–".to_owned(), |delay| delay.column.clone()),
-            or_dash(joint.delay.as_ref().map(|delay| 1e3 * delay.delay_s), 3),
-            or_dash(
-                (joint.delay.as_ref()).map(|delay| 1e3 * delay.standard_error_s),
-                2,
-            ),
-            or_dash(joint.encoder_offset_rad, 3),
         ],
         tone: Tone::Neutral,
     });
@@ -193,10 +186,6 @@ fn joints(report: &CheckReport) -> Table {
             ("torque explained [%]", true),
             ("motor over link", true),
             ("stiffness, motor row alone [N·m/rad]", true),
-            ("latest channel", false),
-            ("delay [ms]", true),
-            ("± s.e. [ms]", true),
-            ("encoder offset [rad]", true),
         ]),
         rows: rows.collect(),
         ..Table::default()

@@ -303,9 +303,9 @@ pub(super) const PARTS: [Part; 23] = [
         ],
         packages: &[],
         run: |run| {
-            let faults = ["--seeds", "4", "--late", "1", "--delays", "0"];
+            let faults = ["--seeds", "4"];
             run.bench("sprung", "faults", &faults)?;
-            let delays = ["--seeds", "1", "--sizes", "0,2,20", "--told"];
+            let delays = ["--seeds", "1", "--sizes", "0,2,20"];
             run.bench("sprung", "delays", &delays)
         },
     },

@@ -3,7 +3,7 @@
 use sprung::check::{CheckReport, CheckedLog};
 use sprung::finding::Severity;
 use sprung::report::{compose_check, significant};
-use sprung::session::{Depth, Session, Usability};
+use sprung::session::{Session, Usability};
 
 use super::servo;
 use crate::args::Check;
@@ -24,17 +24,12 @@ pub(crate) fn run(args: &Check) -> Result<ExitCode, Failure> {
     if session.is_servo() {
         return servo::check(&session, common);
     }
-    let depth = if args.thorough {
-        Depth::Likelihood
-    } else {
-        Depth::OnePass
-    };
     let folder = Folder::new(
         &results_folder(&session, common),
         session.inputs(),
         &[CHECK_FILE, CHECK_REPORT_FILE],
     )?;
-    let checked = terminal.follow("checking", |progress| session.check(depth, progress))?;
+    let checked = terminal.follow("checking", |progress| session.check(progress))?;
 
     let mut output = folder.output()?;
     write_json(&mut output, CHECK_FILE, &checked.report)?;
@@ -122,24 +117,13 @@ fn column_table(log: &CheckedLog) -> Grid {
 }
 
 fn joint_table(report: &CheckReport) -> Grid {
-    let header = [
-        "joint",
-        "explained %",
-        "motor/link",
-        "likely late",
-        "by ms",
-        "± s.e.",
-    ];
-    let mut table = Grid::new(header.map(str::to_owned).to_vec(), 1).divided(1, 5);
+    let header = ["joint", "explained %", "motor/link"];
+    let mut table = Grid::new(header.map(str::to_owned).to_vec(), 1).divided(1, 2);
     for joint in &report.joints {
-        let delay = joint.delay.as_ref();
         table.add_row([
             joint.joint.clone(),
             significant(joint.explained_percent, 4),
             dash(joint.slope, 4),
-            delay.map_or_else(|| "-".to_owned(), |delay| delay.column.clone()),
-            dash(delay.map(|delay| 1e3 * delay.delay_s), 3),
-            dash(delay.map(|delay| 1e3 * delay.standard_error_s), 2),
         ]);
     }
     table

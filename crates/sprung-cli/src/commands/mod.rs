@@ -18,13 +18,20 @@ mod validate;
 use std::ffi::OsString;
 
 use clap::Parser;
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 use crate::args::{Cli, Verb, Work};
 use crate::command_line::{remember, words};
 use crate::exit_code::{ExitCode, Failure};
 use crate::hide_caught_panics;
 use crate::terminal::{self, complain, complain_json};
+
+/// Flags of earlier versions: verb, flag, and what replaces it.
+const REMOVED: [(&str, &str, &str); 1] = [(
+    "check",
+    "--thorough",
+    "the check now tries every channel by default; remove the flag",
+)];
 
 /// Runs a command and returns its exit code.
 ///
@@ -35,7 +42,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
     remember(words.clone());
     let cli = match Cli::try_parse_from(words) {
         Ok(cli) => cli,
-        Err(error) => return refused(&error) as u8,
+        Err(error) => return refused(error) as u8,
     };
     let json = cli.verb.wants_json();
     let outcome = match cli.verb {
@@ -72,7 +79,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
 }
 
 /// Prints help or the error of a command line.
-fn refused(error: &clap::Error) -> ExitCode {
+fn refused(mut error: clap::Error) -> ExitCode {
     let is_help = matches!(
         error.kind(),
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion
@@ -81,9 +88,15 @@ fn refused(error: &clap::Error) -> ExitCode {
         let message = error.to_string();
         let cause = message.split("\n\n").next().unwrap_or_default();
         let cause = cause.trim_start_matches("error: ").replace('\n', " ");
-        let message = format!("{}; try sprung --help", cause.trim());
+        let remedy = successor(&error).unwrap_or("try sprung --help");
+        let message = format!("{}; {remedy}", cause.trim());
         complain_json(&Failure::new(ExitCode::Usage, message).described());
     } else {
+        if let Some(successor) = successor(&error) {
+            error.remove(ContextKind::SuggestedArg);
+            let tip = ContextValue::StyledStrs(vec![successor.into()]);
+            error.insert(ContextKind::Suggested, tip);
+        }
         let _ = error.print();
     }
     if is_help {
@@ -91,6 +104,17 @@ fn refused(error: &clap::Error) -> ExitCode {
     } else {
         ExitCode::Usage
     }
+}
+
+/// Returns what replaces the flag of an earlier version that an error names.
+fn successor(error: &clap::Error) -> Option<&'static str> {
+    let Some(ContextValue::String(unknown)) = error.get(ContextKind::InvalidArg) else {
+        return None;
+    };
+    let typed = words();
+    let removed = (REMOVED.iter())
+        .find(|(verb, flag, _)| typed.get(1).is_some_and(|word| word == verb) && unknown == flag);
+    removed.map(|(.., instead)| *instead)
 }
 
 /// Runs a command with the requested number of threads.

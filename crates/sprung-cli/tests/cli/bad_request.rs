@@ -72,6 +72,8 @@ const WRONG_COMMANDS: &[(&str, i32)] = &[
     ("identfy @experiment.toml", 2),
     ("identify @experiment.toml @experiment.toml", 2),
     ("identify @experiment.toml --threads 0", 2),
+    ("check @experiment.toml --thorough", 2),
+    ("check @experiment.toml --thorough --json", 2),
     ("identify @experiment.toml --set", 2),
     ("identify @empty.toml", 2),
     ("identify @empty", 4),

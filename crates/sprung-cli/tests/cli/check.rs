@@ -103,26 +103,3 @@ fn a_joint_that_stands_still_is_unusable_and_short_logs_are_said() {
     assert_eq!(code, Some(2), "{err}");
     assert!(err.contains("go-on"), "{err}");
 }
-
-#[test]
-fn a_thorough_check_finds_a_delay_to_a_fraction_of_a_sample() {
-    let mut past = std::collections::VecDeque::new();
-    let case = Case::new().log(|row, cells| {
-        if row > 0 {
-            past.push_back(cells[Q1].clone());
-            if past.len() > 4 {
-                past.pop_front();
-            }
-            cells[Q1].clone_from(&past[0]);
-        }
-    });
-    let Ran { code, out, err } = check(&case, &["--json", "--thorough"]);
-    assert_eq!(code, Some(0), "{err}");
-    let json: Value = serde_json::from_str(&out).unwrap();
-    let finding = &json["findings"][0];
-    assert_eq!(finding["code"], "delayed-channel", "{json:#}");
-    assert_eq!(finding["evidence"]["column"], "q1_rad");
-    // The promise: a fifth of a sample.
-    let delay = finding["evidence"]["value"].as_f64().unwrap();
-    assert!((delay - 3e-3).abs() < 2e-4, "{delay}");
-}

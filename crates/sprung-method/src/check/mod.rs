@@ -38,7 +38,7 @@ pub use examine::{OfLog, examine};
 pub use refusal::Refusal;
 pub(crate) use resolution::{UNEXPLAINED, beyond_resolution};
 pub use result::{
-    CheckReport, Checked, CheckedLog, ColumnFigures, JointFigures, LikelyDelay, Place,
+    CheckReport, Checked, CheckedLog, ColumnFigures, JointFigures, Place,
 };
 pub use run::check;
 

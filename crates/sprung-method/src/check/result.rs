@@ -9,9 +9,6 @@ use crate::description::Window;
 use crate::finding::{Finding, Severity};
 use crate::unknowns::UnknownResult;
 
-/// Code of the finding about a late channel.
-pub(crate) const DELAYED_CHANNEL: &str = "delayed-channel";
-
 /// Figures and findings of a check.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CheckReport {
@@ -36,34 +33,6 @@ pub struct CheckReport {
 }
 
 impl CheckReport {
-    /// Replaces findings about delays by least squares with those by likelihood.
-    fn with_delays(&mut self, found: &[LikelyDelay]) {
-        let joint_of = |column: &str| {
-            let log = self.logs.first()?;
-            let known = log.columns.iter().find(|one| one.column == column)?;
-            Some(known.joint.clone())
-        };
-        let file = self.logs.first().map_or_else(String::new, CheckedLog::name);
-        let by_likelihood: Vec<(Option<String>, Finding)> = (found.iter())
-            .map(|delay| (joint_of(&delay.column), delay.finding(&file)))
-            .collect();
-        let joints: Vec<Option<String>> = (self.findings.iter())
-            .map(|finding| joint_of(finding.evidence.as_ref()?.column.as_ref()?))
-            .collect();
-        let mut joints = joints.into_iter();
-        self.findings.retain(|finding| {
-            let joint = joints.next().flatten();
-            finding.code != DELAYED_CHANNEL
-                || joint.is_none()
-                || !by_likelihood.iter().any(|(other, _)| *other == joint)
-        });
-        self.findings
-            .extend(by_likelihood.into_iter().map(|(_, finding)| finding));
-        self.findings
-            .sort_by_key(|finding| std::cmp::Reverse(finding.severity));
-        self.count();
-    }
-
     /// Counts the findings of each severity.
     pub(super) fn count(&mut self) {
         self.counts.clear();
@@ -182,38 +151,6 @@ pub struct JointFigures {
     pub stiffness: Option<f64>,
 }
 
-/// A delay of a channel by the likelihood of the log.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LikelyDelay {
-    /// Name of the column.
-    pub column: String,
-    /// Delay of the channel relative to the others, s.
-    pub delay: f64,
-    /// Standard error, s.
-    pub standard_error: f64,
-}
-
-impl LikelyDelay {
-    fn finding(&self, file: &str) -> Finding {
-        let when = if self.delay < 0.0 { "early" } else { "late" };
-        let setting = format!("delay_s = {{ \"{}\" = {:.6} }}", self.column, self.delay);
-        Finding::new(
-            Severity::Warning,
-            DELAYED_CHANNEL,
-            format!(
-                "by the likelihood, \"{}\" was recorded {:.6} s {when} (standard error {:.6} s); with this \
-                 delay no other channel of its joint is late or early",
-                self.column,
-                self.delay.abs(),
-                self.standard_error
-            ),
-            &format!("set {setting} in [log]"),
-        )
-        .seen(file, &self.column, self.delay, "s")
-        .mended_by("[log]", &setting)
-    }
-}
-
 /// Results of a check with curves for the report.
 #[derive(Clone, Debug)]
 pub struct Checked {
@@ -223,19 +160,6 @@ pub struct Checked {
     pub overview: Curves,
     /// Samples around the places of findings, one entry per finding with a place in the excerpt.
     pub places: Vec<Place>,
-}
-
-impl Checked {
-    /// Replaces findings about delays by least squares with those by likelihood.
-    pub fn with_delays(&mut self, found: &[LikelyDelay]) {
-        let before: Vec<Finding> = self.report.findings.clone();
-        self.report.with_delays(found);
-        for place in &mut self.places {
-            let finding = before.get(place.finding);
-            let now = (self.report.findings.iter()).position(|other| Some(other) == finding);
-            place.finding = now.unwrap_or(usize::MAX);
-        }
-    }
 }
 
 /// Samples around the place of a finding.

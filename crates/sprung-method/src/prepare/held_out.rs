@@ -1,7 +1,7 @@
 //! Accepts delays by blocked hold-out.
 
 use super::excerpt::Excerpt;
-use crate::fit::{HoldOut, is_clearly_below};
+use crate::fit::HoldOut;
 use crate::regression::Reading;
 
 /// Number of consecutive parts of the excerpt; each is predicted by a fit of the others.
@@ -20,12 +20,6 @@ pub(crate) struct DelayGain {
 }
 
 impl DelayGain {
-    /// Returns whether the error falls by more than the accuracy of the filtered regression, which
-    /// alone can act like a delay of a sample.
-    pub(crate) fn is_clear(self) -> bool {
-        is_clearly_below(self.with, self.without)
-    }
-
     /// Returns the gain of one delay over that of `reading`, which has the other delays; `None` if
     /// the excerpt is too short.
     ///
@@ -48,11 +42,6 @@ impl DelayGain {
             without: held_out(excerpt, reading)?,
             with: held_out(excerpt, &reading.with_delays(delays))?,
         })
-    }
-
-    /// Returns whether the delay lowers the held-out error.
-    pub(crate) fn is_lower(&self) -> bool {
-        self.with < self.without
     }
 
     /// Returns whether the delay raises the held-out error by more than a tie.

@@ -6,7 +6,6 @@
 #![warn(clippy::wildcard_enum_match_arm)]
 
 mod as_given;
-mod busiest;
 mod cutoff;
 mod delay;
 mod estimated_columns;
@@ -44,7 +43,7 @@ pub use noise::noise;
 pub(crate) use noise::{velocity_noise, white_noise};
 pub(crate) use prepared::Prepared;
 pub use prepared::{PrepareError, prepare};
-pub(crate) use row::{MotorRowFit, fit_motor_rows};
+pub(crate) use row::MotorRowFit;
 pub(crate) use smoothed::{CUTOFF_STEP, Smoothed};
 pub(crate) use springs::OPEN_STIFFNESS;
 pub(crate) use stribeck::rms_speeds;

@@ -162,16 +162,6 @@ pub(crate) fn fit_rows(
         .collect()
 }
 
-/// Fits the torque row of each joint of an excerpt alone.
-///
-/// Returns `None` if the excerpt is too short for the filters or the filters do not fit its period.
-#[must_use]
-pub(crate) fn fit_motor_rows(excerpt: &Excerpt, reading: &Reading) -> Option<Vec<MotorRowFit>> {
-    let joints: Vec<usize> = (0..reading.model().joint_count()).collect();
-    let fits = fit_rows(excerpt, reading, &joints)?;
-    Some(fits.iter().map(|fit| fit.short(reading.model())).collect())
-}
-
 /// Returns the number of independent filtered residuals of an excerpt: residuals are correlated
 /// over about 2/λ.
 pub(crate) fn independent(excerpt: &Excerpt, reading: &Reading) -> f64 {

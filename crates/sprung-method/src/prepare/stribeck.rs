@@ -3,7 +3,7 @@
 use sprung_core::friction::Law;
 use sprung_core::parameters::{JointParameter, Side};
 
-use super::delays::VelocityByLikelihood;
+use super::velocity_by_likelihood::VelocityByLikelihood;
 use super::excerpt::Excerpt;
 use crate::finding::{Finding, Severity};
 use crate::model::Model;

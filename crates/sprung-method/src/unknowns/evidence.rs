@@ -276,6 +276,13 @@ impl Evidence {
         (0..self.rows.len()).filter(|&row| self.rows[row].joint == joint).collect()
     }
 
+    /// Returns the weighted squares of a row's torque.
+    pub(super) fn torque_squares(&self, row: usize) -> f64 {
+        let last = self.rows[row].columns.len();
+        let squares: f64 = self.rows[row].parts.iter().map(|part| part[(last, last)]).sum();
+        self.weights[row] * self.weights[row] * squares
+    }
+
     pub(super) fn row_count(&self) -> usize {
         self.rows.len()
     }

@@ -10,6 +10,7 @@ use super::kinds::{Catalogued, catalogue, lost_counts};
 use super::rows::{Direction, Row, RowOf, Rows};
 use super::select::{Chosen, Competing, Selection};
 use super::unknown::{Effect, Place, Samples, Unknown};
+use crate::description::Delay;
 use crate::log::{Channels, LogBlock, Signal};
 use crate::model::Model;
 use crate::prepare::{Excerpt, Smoothed};
@@ -25,6 +26,12 @@ const MAX_UNKNOWNS: usize = 8;
 
 /// Step of a size for its column, in usual sizes.
 const STEP: f64 = 0.05;
+
+/// Sizes of a delay, s, at which a search far from zero starts; part of the squared torque that a joint leaves unexplained for such a
+/// search; and part of this that the start must leave at most.
+const FAR_S: [f64; 13] = [-0.04, -0.02, 0.01, 0.02, 0.035, 0.05, 0.075, 0.1, 0.13, 0.16, 0.2, 0.3, 0.45];
+const UNEXPLAINED: f64 = 0.04;
+const FAR_SHARE: f64 = 0.5;
 
 /// A rival takes the place of an unknown if it leaves less than this part of the held-out squares.
 const REPLACES: f64 = 0.97;
@@ -88,6 +95,8 @@ struct Court<'a> {
     places: BTreeMap<usize, usize>,
     positive: Vec<bool>,
     catalogued: Catalogued<'a>,
+    /// Unknowns that the description asks for.
+    asked: Vec<usize>,
 }
 
 /// Finds the unknowns of the beginning of a log.
@@ -111,9 +120,15 @@ impl<'a> Court<'a> {
             .map(|&i| model.parameters()[i].joint.is_some_and(|(kind, _)| kind.is_vital() || kind.is_friction()))
             .collect();
         let catalogued = Catalogued::new(channels, model, excerpt);
+        let unknowns = catalogue(&catalogued);
+        let is_asked = |unknown: &Unknown| {
+            unknown.kind == "delay"
+                && matches!(unknown.channels(), [channel] if channels.all[*channel].delay == Some(Delay::Estimate))
+        };
         Self {
             span: catalogued.span,
-            unknowns: catalogue(&catalogued),
+            asked: (0..unknowns.len()).filter(|&k| is_asked(&unknowns[k])).collect(),
+            unknowns,
             rows: RowOf::all(model),
             places: free.iter().enumerate().map(|(place, &column)| (column, place)).collect(),
             free,
@@ -133,6 +148,8 @@ impl<'a> Court<'a> {
             gains: vec![0.0; self.unknowns.len()],
             ..State::default()
         };
+        state.chosen = self.asked.clone();
+        self.start_far(&mut state)?;
         let mut round = None;
         for _ in 0..MAX_ROUNDS {
             let now = self.round(&mut state, true)?;
@@ -147,6 +164,67 @@ impl<'a> Court<'a> {
         }
         let (state, round) = self.exchanged(state, round?)?;
         Some(self.described(&state, &round))
+    }
+
+    /// Starts delays that are asked for, and those of joints whose equations explain little, at the best of a few sizes. Tangents
+    /// find delays of a few hundredths of a second only.
+    fn start_far(&mut self, state: &mut State) -> Option<()> {
+        let left = self.left_by_joint(&state.sizes)?;
+        for signal in [Signal::Link, Signal::Motor, Signal::Torque] {
+            let is_of = |unknown: &Unknown| match (unknown.kind, unknown.channels()) {
+                ("delay", [channel]) => self.channels.all[*channel].quantity.signal() == signal,
+                _ => false,
+            };
+            let joint_of = |unknown: usize| self.channels.all[self.unknowns[unknown].channels()[0]].joint;
+            let tried: Vec<usize> = (0..self.unknowns.len())
+                .filter(|&k| is_of(&self.unknowns[k]))
+                .filter(|&k| self.asked.contains(&k) || self.asked.is_empty() && left[joint_of(k)] > UNEXPLAINED)
+                .collect();
+            if tried.is_empty() {
+                continue;
+            }
+            let mut best: Vec<(f64, f64)> = tried.iter().map(|&k| (left[joint_of(k)], 0.0)).collect();
+            for size in FAR_S {
+                let mut sizes = state.sizes.clone();
+                tried.iter().for_each(|&k| sizes[k] = size);
+                let Some(now) = self.left_by_joint(&sizes) else { continue };
+                for ((least, at), &k) in best.iter_mut().zip(&tried) {
+                    if now[joint_of(k)] < *least {
+                        (*least, *at) = (now[joint_of(k)], size);
+                    }
+                }
+            }
+            for ((least, at), &k) in best.iter().zip(&tried) {
+                let joint = joint_of(k);
+                let others: Vec<usize> = state.chosen.iter().copied().filter(|&other| joint_of(other) == joint && state.sizes[other] != 0.0).collect();
+                if *at == 0.0 || *least > FAR_SHARE * left[joint] || !others.is_empty() {
+                    continue;
+                }
+                state.sizes[k] = *at;
+                if !state.chosen.contains(&k) {
+                    state.chosen.push(k);
+                    state.gains[k] = 1.0 - least / left[joint];
+                }
+            }
+        }
+        Some(())
+    }
+
+    /// Returns the held-out squares of each joint's rows over those of their torques, with some sizes applied.
+    fn left_by_joint(&self, sizes: &[f64]) -> Option<Vec<f64>> {
+        let smoothed = self.corrected(sizes).smoothed(&self.reading)?.thinned(&self.reading);
+        let theta: Vec<f64> = (0..self.model.parameters().len()).map(|i| self.model.known(i).unwrap_or_default()).collect();
+        let rows = self.former(smoothed.period()).form(smoothed.segments(), &theta, &self.unknowns, &[])?;
+        let evidence = Evidence::new(&rows, (self.free.len(), &self.positive), &[], None, 1.0);
+        let held_out = evidence.held_out(&(0..self.free.len()).collect::<Vec<usize>>(), None);
+        let all: Vec<usize> = (0..PARTS).collect();
+        Some((0..self.model.joint_count())
+            .map(|joint| {
+                let rows = evidence.rows_of(joint);
+                let torque: f64 = rows.iter().map(|&row| evidence.torque_squares(row)).sum();
+                held_out.sum(&rows, &all) / torque.max(f64::MIN_POSITIVE)
+            })
+            .collect())
     }
 
     /// Regresses once with all columns and changes the selection.
@@ -172,7 +250,7 @@ impl<'a> Court<'a> {
         let mut added = false;
         if grows {
             let selection = Selection { evidence: &evidence, unknowns: &self.unknowns, scales: &scales, begins: &begins };
-            if let Some(unknown) = selection.superfluous(&state.chosen, &applied) {
+            if let Some(unknown) = selection.superfluous(&state.chosen, &applied).filter(|unknown| !self.asked.contains(unknown)) {
                 state.chosen.retain(|other| *other != unknown);
                 state.sizes[unknown] = 0.0;
                 return Some(Round { evidence, scales, begins, changed: true });
@@ -469,7 +547,7 @@ impl<'a> Court<'a> {
         let weights = round.evidence.weights.clone();
         let (mut best, mut present) = (self.left(&state, &weights)?, (state, round));
         for unknown in present.0.chosen.clone() {
-            if !present.0.chosen.contains(&unknown) {
+            if !present.0.chosen.contains(&unknown) || self.asked.contains(&unknown) {
                 continue;
             }
             let selection = Selection {

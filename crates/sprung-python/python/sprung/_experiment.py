@@ -247,7 +247,6 @@ class Experiment:
         self,
         log: Log | None = None,
         *,
-        thorough: bool = False,
         threads: int = 0,
         progress: Progress = None,
     ) -> Check:
@@ -255,7 +254,6 @@ class Experiment:
 
         Args:
             log: as for `identify`.
-            thorough: whether to estimate delays to a fraction of a sample by likelihood.
             threads: number of threads; 0 for one per processor.
             progress: callback, or whether to show a bar.
 
@@ -264,7 +262,7 @@ class Experiment:
         """
         session, logs = self._given(log)
         with heard(progress, "checking") as callback:
-            return Check(session.check(logs, thorough, run_of(threads, callback)))
+            return Check(session.check(logs, run_of(threads, callback)))
 
     def identify(
         self,

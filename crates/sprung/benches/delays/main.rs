@@ -1,7 +1,7 @@
 //! Measures the accuracy of estimated delays on logs of the demo's twin.
 //!
-//! `cargo bench -p sprung --bench delays -- --seeds 2` runs `identify` with `delay_s = { column = "estimate" }`, and
-//! the thorough check without any setting, for every channel and for delays from 0 to 20 ms.
+//! `cargo bench -p sprung --bench delays -- --seeds 2` runs `identify` with `delay_s = { column = "estimate" }` for every
+//! channel and for delays from 0 to 20 ms.
 #![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
 #![expect(clippy::expect_used, reason = "a benchmark may panic")]
 
@@ -14,7 +14,7 @@ mod twin;
 use in_memory::with_source;
 use rayon::prelude::*;
 use sprung_base::progress::Unheard;
-use sprung_method::estimate::{identify, late_channels};
+use sprung_method::estimate::identify;
 use sprung_model::Model;
 use sprung_robot::{Delay, Estimator};
 use sprung_testing::Figure;
@@ -29,11 +29,8 @@ const SIZES: [usize; 6] = [0, 1, 2, 5, 10, 20];
 
 struct Arguments {
     seeds: u64,
-    none: u64,
     columns: Vec<usize>,
     sizes: Vec<usize>,
-    told: bool,
-    untold: bool,
 }
 
 impl Arguments {
@@ -41,11 +38,8 @@ impl Arguments {
     fn new() -> Option<Self> {
         let mut found = Self {
             seeds: 2,
-            none: 20,
             columns: (0..COLUMNS.len()).collect(),
             sizes: SIZES.to_vec(),
-            told: true,
-            untold: true,
         };
         let mut bench = false;
         let mut words = std::env::args().skip(1);
@@ -54,11 +48,8 @@ impl Arguments {
             match word.as_str() {
                 "--bench" => bench = true,
                 "--seeds" => found.seeds = value().parse().expect("--seeds is a number"),
-                "--none" => found.none = value().parse().expect("--none is a number"),
                 "--columns" => found.columns = numbers(&value()),
                 "--sizes" => found.sizes = numbers(&value()),
-                "--told" => found.untold = false,
-                "--untold" => found.told = false,
                 other => panic!("no argument {other}"),
             }
         }
@@ -78,29 +69,9 @@ fn main() {
         return;
     };
     let demo = Demo::new();
-    if arguments.told {
-        table("identify, told which channel", &arguments, |log, column| {
-            told(&demo, log, column)
-        });
-    }
-    if arguments.untold {
-        let none: usize = (0..arguments.none)
-            .into_par_iter()
-            .map(|seed| untold(&demo, &demo.table(2000 + seed, 1.0)).len())
-            .sum();
-        println!(
-            "thorough check: {none} delays in {} logs without",
-            arguments.none
-        );
-        table("thorough check, told nothing", &arguments, |log, column| {
-            let found = untold(&demo, log);
-            match &found[..] {
-                [] => Ok(0.0),
-                [(name, delay)] if name == COLUMNS[column] => Ok(*delay),
-                others => Err(format!("{others:?}")),
-            }
-        });
-    }
+    table("identify, told which channel", &arguments, |log, column| {
+        told(&demo, log, column)
+    });
 }
 
 /// Prints the largest error for each channel and delay, in ms.
@@ -179,16 +150,4 @@ fn told(demo: &Demo, log: &Table, column: usize) -> Result<f64, String> {
     found
         .map(|delay| delay.delay_s)
         .ok_or_else(|| format!("{codes:?}"))
-}
-
-/// Returns the columns and delays, s, that a thorough check finds.
-fn untold(demo: &Demo, log: &Table) -> Vec<(String, f64)> {
-    let model = Model::new(&demo.experiment).expect("the twin has a model");
-    with_source(&log.csv(), |source| {
-        late_channels(&demo.experiment, &model, &mut [source], &mut Unheard)
-    })
-    .expect("the log can be identified")
-    .into_iter()
-    .map(|delay| (delay.column, delay.delay))
-    .collect()
 }

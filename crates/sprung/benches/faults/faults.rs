@@ -49,11 +49,6 @@ const TAU: usize = 4;
 const NO_SIZE: [f64; 5] = [1.0, 2.0, 3.0, 1.0, 2.0];
 
 impl Kind {
-    /// Returns whether the fault is a delay, which the thorough check finds.
-    pub(crate) fn is_delay(&self) -> bool {
-        self.codes.contains(&"delayed-channel")
-    }
-
     pub(crate) fn inject(&self, demo: &Demo, size: f64, seed: u64) -> Fault {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let table = match self.name {

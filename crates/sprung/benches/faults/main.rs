@@ -6,9 +6,6 @@
 //! - `--seeds 10`: number of logs per fault and size.
 //! - `--clean 100`: number of logs without fault, with the demo's encoders and with coarser
 //!   encoders.
-//! - `--delays 2`: number of logs per delay estimated by maximum likelihood; ten times this number
-//!   of logs without delay are added.
-//! - `--late 10`: maximum number of logs per fault that is a delay, found by maximum likelihood.
 //! - `--kinds saturated,spike`: only faults whose names contain one of these words.
 #![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
 
@@ -24,22 +21,14 @@ use in_memory::with_source;
 use rayon::prelude::*;
 use sprung_base::finding::Severity;
 use sprung_base::progress::Unheard;
-use sprung_method::check::{CheckReport, LikelyDelay, check};
-use sprung_method::estimate::late_channels;
+use sprung_method::check::{CheckReport, check};
 use sprung_model::Model;
 use sprung_testing::Figure;
 use twin::{Demo, Table};
 
-/// Columns of the log, except the time.
-const COLUMNS: [&str; 6] = [
-    "q1_rad", "q2_rad", "phi1_rad", "phi2_rad", "tau1_nm", "tau2_nm",
-];
-
 struct Arguments {
     seeds: u64,
     clean: u64,
-    delays: u64,
-    late: u64,
     kinds: Vec<String>,
 }
 
@@ -53,8 +42,6 @@ impl Arguments {
         let mut found = Self {
             seeds: 10,
             clean: 100,
-            delays: 2,
-            late: 10,
             kinds: vec![String::new()],
         };
         let mut bench = false;
@@ -65,8 +52,6 @@ impl Arguments {
                 "--bench" => bench = true,
                 "--seeds" => found.seeds = value().parse().expect("--seeds is a number"),
                 "--clean" => found.clean = value().parse().expect("--clean is a number"),
-                "--delays" => found.delays = value().parse().expect("--delays is a number"),
-                "--late" => found.late = value().parse().expect("--late is a number"),
                 "--kinds" => found.kinds = value().split(',').map(str::to_owned).collect(),
                 other => panic!("no argument {other}"),
             }
@@ -86,24 +71,18 @@ fn main() {
             demo.with_counts(seed, 4096)
         });
     }
-    if arguments.delays > 0 {
-        delays(&demo, arguments.delays);
-    }
     faults(&demo, &arguments);
 }
 
-/// Returns the report of a check. The thorough check is for faults that are delays.
-fn report(demo: &Demo, fault: &Fault, thorough: bool) -> CheckReport {
+/// Returns the report of a check.
+fn report(demo: &Demo, fault: &Fault) -> CheckReport {
     let experiment = fault.experiment(&demo.experiment);
     let model = Model::new(&experiment).expect("the twin has a model");
     let log = fault.table.csv();
-    let mut checked = with_source(&log, |source| {
+    let checked = with_source(&log, |source| {
         check(&experiment, &model, &mut [source], &mut Unheard)
     })
     .expect("the log can be read");
-    if thorough && !checked.report.refused {
-        checked.with_delays(&late(demo, &fault.table));
-    }
     checked.report
 }
 
@@ -121,7 +100,7 @@ fn clean(name: &str, demo: &Demo, logs: u64, table: impl Fn(u64) -> Table + Sync
         .into_par_iter()
         .map(|seed| {
             let fault = Fault::none(table(1000 + seed));
-            alarms(&report(demo, &fault, false))
+            alarms(&report(demo, &fault))
         })
         .collect();
     let wrong = all.iter().filter(|codes| !codes.is_empty()).count();
@@ -137,61 +116,13 @@ fn clean(name: &str, demo: &Demo, logs: u64, table: impl Fn(u64) -> Table + Sync
     }
 }
 
-/// Prints delays estimated by maximum likelihood, for logs without delay and with a delay of each
-/// channel.
-fn delays(demo: &Demo, seeds: u64) {
-    let none: usize = (0..10 * seeds)
-        .into_par_iter()
-        .map(|seed| late(demo, &demo.table(2000 + seed, 1.0)).len())
-        .sum();
-    println!(
-        "\ndelays by the likelihood: {none} in {} logs without",
-        10 * seeds
-    );
-    println!(
-        "  channel, delay: largest error in ms, times that it and another was named in {seeds} logs"
-    );
-    for (column, name) in COLUMNS.into_iter().enumerate() {
-        for samples in [1, 5, 20] {
-            let found: Vec<Vec<LikelyDelay>> = (0..seeds)
-                .into_par_iter()
-                .map(|seed| late(demo, &demo.table(2000 + seed, 1.0).delayed(column, samples)))
-                .collect();
-            let of_column = || found.iter().flatten().filter(|delay| delay.column == name);
-            let errors = of_column().map(|delay| (1e3 * delay.delay - samples as f64).abs());
-            println!(
-                "  {name:8} {samples:2} ms: error {:.4}, named {}, another {}",
-                errors.fold(0.0, f64::max),
-                of_column().count(),
-                found.iter().flatten().count() - of_column().count()
-            );
-        }
-    }
-}
-
-fn late(demo: &Demo, table: &Table) -> Vec<LikelyDelay> {
-    let model = Model::new(&demo.experiment).expect("the twin has a model");
-    with_source(&table.csv(), |source| {
-        late_channels(&demo.experiment, &model, &mut [source], &mut Unheard)
-    })
-    .expect("the log can be identified")
-}
-
 fn faults(demo: &Demo, arguments: &Arguments) {
-    println!(
-        "\nfaults: part found at five sizes, {} logs each",
-        arguments.seeds
-    );
+    let seeds = arguments.seeds;
+    println!("\nfaults: part found at five sizes, {seeds} logs each");
     let wanted =
         |kind: &&Kind| (arguments.kinds.iter()).any(|word| kind.name.contains(word.as_str()));
     let (mut found, mut all) = (0, 0);
     for kind in KINDS.iter().filter(wanted) {
-        // Fewer logs, because a refinement takes seconds.
-        let seeds = if kind.is_delay() {
-            arguments.seeds.min(arguments.late)
-        } else {
-            arguments.seeds
-        };
         let found_before = found as u32;
         let mut cells = Vec::new();
         let mut missed: BTreeMap<String, usize> = BTreeMap::new();
@@ -200,7 +131,7 @@ fn faults(demo: &Demo, arguments: &Arguments) {
                 .into_par_iter()
                 .map(|seed| {
                     let fault = kind.inject(demo, size, seed);
-                    let report = report(demo, &fault, kind.is_delay());
+                    let report = report(demo, &fault);
                     let hit = (report.findings.iter())
                         .any(|finding| kind.codes.contains(&finding.code.as_str()));
                     if hit {

@@ -5,19 +5,7 @@ use super::load::Session;
 use sprung_base::progress::Listener;
 use sprung_log::LogSource;
 use sprung_method::check::{Checked, check};
-use sprung_method::estimate::late_channels;
 use sprung_robot::Task;
-
-/// Depth of a check.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Depth {
-    /// One pass over the logs.
-    #[default]
-    OnePass,
-    /// In addition, estimates delays to a fraction of a sample by maximum likelihood, on a segment of the first log. It
-    /// is skipped for a refused log.
-    Likelihood,
-}
 
 impl Session {
     /// Checks the logs that the experiment names.
@@ -26,13 +14,9 @@ impl Session {
     ///
     /// [`SessionError`] if a log cannot be read or its description is wrong. A faulty log is not an
     /// error: the report contains findings about it.
-    pub fn check(
-        &self,
-        depth: Depth,
-        progress: &mut dyn Listener,
-    ) -> Result<Checked, SessionError> {
+    pub fn check(&self, progress: &mut dyn Listener) -> Result<Checked, SessionError> {
         let mut logs = self.logs(None)?;
-        self.check_with(&mut logs.sources(), depth, progress)
+        self.check_with(&mut logs.sources(), progress)
     }
 
     /// Checks other logs with the same columns.
@@ -43,15 +27,11 @@ impl Session {
     pub fn check_with(
         &self,
         sources: &mut [LogSource<'_>],
-        depth: Depth,
         progress: &mut dyn Listener,
     ) -> Result<Checked, SessionError> {
         self.no_servo(Task::Check)?;
         let (experiment, model) = (self.experiment(), self.model());
         let mut checked = check(experiment, model, sources, progress)?;
-        if depth == Depth::Likelihood && !checked.report.refused {
-            checked.with_delays(&late_channels(experiment, model, sources, progress)?);
-        }
         self.check_design(sources, &mut checked)?;
         Ok(checked)
     }

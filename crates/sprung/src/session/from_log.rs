@@ -3,7 +3,6 @@
 use std::io::Result as IoResult;
 use std::path::{Component, Path, PathBuf};
 
-use super::check::Depth;
 use super::error::SessionError;
 use super::files::{Disk, Files};
 use super::load::Session;
@@ -256,7 +255,7 @@ fn check(
         Disk.open(&without_parents(&folder.join(path)))
     };
     let session = Session::read("experiment.toml", &new.text, &[], open);
-    match session.and_then(|session| session.check(Depth::OnePass, progress)) {
+    match session.and_then(|session| session.check(progress)) {
         Ok(checked) => {
             new.findings = (checked.report.findings.into_iter())
                 .filter(|finding| {

@@ -42,7 +42,6 @@ mod usability;
 mod validate;
 
 pub use arrays::QuantityArrays;
-pub use check::Depth;
 pub use compare::{ComparedFiles, compare_files};
 pub use control::controller_toml;
 pub use control_code::read_control;

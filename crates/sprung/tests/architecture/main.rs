@@ -46,7 +46,7 @@ const ORDER: [&str; 28] = [
 const LEAVES: [&str; 1] = ["demo"];
 
 /// Folders and files of `estimate` in order. Each uses only those before it.
-const ESTIMATE: [&str; 16] = [
+const ESTIMATE: [&str; 15] = [
     "errors",
     "result",
     "statistics",
@@ -62,7 +62,6 @@ const ESTIMATE: [&str; 16] = [
     "steps",
     "identify",
     "many_logs",
-    "late_channels",
 ];
 
 /// Modules whose folders use each other in a circle.

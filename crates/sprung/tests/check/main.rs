@@ -148,7 +148,9 @@ fn going_on(experiment: &Experiment) -> Experiment {
 #[test]
 fn every_fault_is_found() {
     let mut codes = BTreeSet::new();
-    for Checked { kind, report, .. } in faults().iter().filter(|fault| !fault.kind.is_delay()) {
+    // Least squares do not show every delay of this size.
+    let is_delay = |fault: &Checked| fault.kind.codes.contains(&"delayed-channel");
+    for Checked { kind, report, .. } in faults().iter().filter(|fault| !is_delay(fault)) {
         let found =
             (report.findings.iter()).find(|finding| kind.codes.contains(&finding.code.as_str()));
         let Some(found) = found else {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use sprung::session::{Depth, ErrorKind, Parameters, Session, SessionError};
+use sprung::session::{ErrorKind, Parameters, Session, SessionError};
 use sprung_base::demo;
 use sprung_base::progress::Unheard;
 use sprung_log::{Arrays, LogSource};
@@ -34,10 +34,7 @@ fn files_and_logs_that_are_missing_or_wrong() {
     ] {
         let session = of_memory(files, &[]);
         let message = said(session.identify(&mut Unheard), kind);
-        assert_eq!(
-            message,
-            said(session.check(Depth::OnePass, &mut Unheard), kind)
-        );
+        assert_eq!(message, said(session.check(&mut Unheard), kind));
         messages.note(name, &message);
     }
     let missing = Session::open(Path::new("nowhere/experiment.toml"), &[]);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use sprung::session::{
-    Depth, ErrorKind, Parameters, Session, SessionError, compare_files, read_identification,
+    ErrorKind, Parameters, Session, SessionError, compare_files, read_identification,
 };
 use sprung_base::progress::{Answer, Listener, Phase, Progress, Stopped, Unheard};
 
@@ -57,9 +57,8 @@ fn stops<T>(
 #[test]
 fn a_check_stops() {
     let session = session(&[]);
-    stops(Phase::Reading, 0, |p| session.check(Depth::OnePass, p));
-    stops(Phase::Reading, 1, |p| session.check(Depth::OnePass, p));
-    stops(Phase::Refining, 0, |p| session.check(Depth::Likelihood, p));
+    stops(Phase::Reading, 0, |p| session.check(p));
+    stops(Phase::Reading, 1, |p| session.check(p));
 }
 
 #[test]
@@ -157,7 +156,7 @@ fn results_on_disk_are_whole_after_a_stop() {
     }
     let before = bytes(&folder);
     let parameters = Parameters::open(&file).unwrap();
-    stops(Phase::Reading, 1, |p| session.check(Depth::OnePass, p));
+    stops(Phase::Reading, 1, |p| session.check(p));
     stops(Phase::Preparing, 1, |p| session.identify(p));
     stops(Phase::Reading, 1, |p| session.identify(p));
     stops(Phase::Examining, 1, |p| session.identify(p));

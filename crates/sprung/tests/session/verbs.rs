@@ -1,7 +1,7 @@
 //! Every verb to its end.
 
 use sprung::session::{
-    Depth, Parameters, Session, Usability, compare_files, find_identification, read_identification,
+    Parameters, Session, Usability, compare_files, find_identification, read_identification,
 };
 use sprung_base::progress::Unheard;
 
@@ -10,7 +10,7 @@ use crate::support::{SHORT, folder, owned, session, told};
 #[test]
 fn every_verb_runs_without_terminal_and_disk() {
     let session = session(&[]);
-    let checked = session.check(Depth::OnePass, &mut Unheard).unwrap();
+    let checked = session.check(&mut Unheard).unwrap();
     assert!(!checked.report.refused);
     assert_ne!(Usability::from(&checked.report), Usability::WrongLog);
 
@@ -46,7 +46,7 @@ fn windows_of_logs_reach_every_verb() {
                  { path = \"identification.csv\", from_s = 1.5, to_s = 2.5 }]";
     let predicted = "validate.prediction.log.file={ path = \"validation.csv\", to_index = 2000 }";
     let session = session(&[parts, predicted]);
-    let checked = session.check(Depth::OnePass, &mut Unheard).unwrap();
+    let checked = session.check(&mut Unheard).unwrap();
     let logs: Vec<(String, u64)> = (checked.report.logs.iter())
         .map(|log| (log.name(), log.samples))
         .collect();
@@ -126,6 +126,6 @@ fn an_experiment_opened_twice_and_a_session_used_twice_say_the_same() {
     let (one, other) = (session(&[]), session(&[]));
     let first = told(&one.identify(&mut Unheard).unwrap());
     assert_eq!(first, told(&other.identify(&mut Unheard).unwrap()));
-    one.check(Depth::OnePass, &mut Unheard).unwrap();
+    one.check(&mut Unheard).unwrap();
     assert_eq!(first, told(&one.identify(&mut Unheard).unwrap()));
 }

@@ -4,9 +4,7 @@ use std::collections::BTreeMap;
 use std::io::{Cursor, Error, ErrorKind, Result as IoResult};
 use std::path::Path;
 
-use sprung::session::{
-    Depth, ExportRequest, Parameters, Session, SessionError, read_identification,
-};
+use sprung::session::{ExportRequest, Parameters, Session, SessionError, read_identification};
 use sprung_base::progress::Unheard;
 use sprung_export::{Form, Format};
 use sprung_log::Input;
@@ -250,7 +248,7 @@ impl Case {
                 session.check_servo(&mut Unheard)?;
             }
             "`check`" => {
-                session.check(Depth::OnePass, &mut Unheard)?;
+                session.check(&mut Unheard)?;
             }
             "`least-squares`" | "`lsff`" | "`output-error`" | "`prediction-error`" => {
                 if session.is_servo() {

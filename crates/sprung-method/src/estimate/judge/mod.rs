@@ -26,7 +26,7 @@ pub(super) use at_rest::at_rest;
 pub(super) use decide::decide;
 pub(super) use delay_hold_out::with_held_out_delay;
 pub(crate) use gravity::{tilt_is_possible, tilted};
-pub(super) use measured_effects::{DelayOfTorques, after_estimation};
+pub(super) use measured_effects::after_estimation;
 pub(super) use promise::promise;
 pub use promise::{percent, predictions};
 pub(super) use unpredicted::unpredicted;

@@ -33,7 +33,7 @@ impl Chosen {
 }
 
 /// Returns the setting of the laws for a joint.
-pub(in crate::estimate) fn laws_of(experiment: &Experiment, joint: usize) -> Laws {
+pub(super) fn laws_of(experiment: &Experiment, joint: usize) -> Laws {
     experiment.robot.joint[joint]
         .laws
         .unwrap_or(experiment.identify.laws)

@@ -12,12 +12,12 @@ use crate::estimate::statistics::{LARGE_SHARE, NEGLIGIBLE_SHARE, SMALL_SHARE};
 use crate::numbers::in_percent;
 use candidates::{Candidate, Candidates, Change, Tier, changed};
 use ladder::{Ladder, Rung};
-use law_set::{names, words};
+use law_set::{laws_of, names, words};
 use normal::Normal;
 
 pub(super) use by_likelihood::FoundVelocity;
 pub(super) use dependence::dependence;
-pub(super) use law_set::{Chosen, laws_of};
+pub(super) use law_set::Chosen;
 pub(super) use tested::{Tested, with_tested_laws};
 
 use crate::description::{Experiment, Laws, SpringTerm};

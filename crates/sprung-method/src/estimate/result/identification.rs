@@ -18,6 +18,7 @@ use crate::finding::Finding;
 use crate::frequency::{FrequencyResponse, SpringFromMotor};
 use crate::model::{residual_name, sharpness_name, stribeck_name};
 use crate::named::Named;
+use crate::unknowns::UnknownResult;
 
 pub(crate) use crate::finding::GENERATOR;
 
@@ -53,6 +54,9 @@ pub struct Identification {
     /// Joints whose spring the logs do not determine; they are taken as rigid.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rigid_joints: Vec<RigidJoint>,
+    /// What differs from the description by a size that the log shows.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unknowns: Vec<UnknownResult>,
     /// Payloads that some logs carried.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub payloads: Vec<PayloadResult>,

@@ -7,6 +7,9 @@ pub(in crate::estimate) const SIGNIFICANT_SIGMAS: f64 = 3.0;
 /// not exceed it in practice; standard errors may be too small by a half.
 pub(in crate::estimate) const CERTAIN_SIGMAS: f64 = 5.0;
 
+/// Least significant delay, as a fraction of the sampling period.
+pub(in crate::estimate) const MIN_DELAY_SAMPLES: f64 = 0.05;
+
 /// Probability of a false alarm of a test, before it is divided by the number of tests.
 pub(in crate::estimate) const FALSE_ALARM_PROBABILITY: f64 = 0.01;
 

@@ -11,7 +11,7 @@ use crate::estimate::estimators::Found;
 use crate::estimate::estimators::least_squares::cutoff_choice;
 use crate::estimate::estimators::prediction_error::Timing;
 use crate::estimate::judge::{
-    DelayOfTorques, after_estimation, applied, decide, judge, tilt_is_possible, tilted,
+    after_estimation, applied, decide, judge, tilt_is_possible, tilted,
     unpredicted, with_held_out_delay,
 };
 use crate::estimate::result::{
@@ -54,14 +54,7 @@ pub(in crate::estimate) fn describe(
     let file = names.first().map_or("", String::as_str);
     let lacking = nuisances.iter().flat_map(|nuisances| &nuisances.lacking);
     findings.extend(lacking.filter_map(|effect| effect.finding(file, reading.channels())));
-    let of_torques = nuisances
-        .and_then(|nuisances| nuisances.torques_delay)
-        .map(|later| DelayOfTorques {
-            delay: -later,
-            period: basis.ready.prepared.excerpt().period(),
-            channels: reading.channels(),
-        });
-    after_estimation(&mut findings, &results, of_torques.as_ref());
+    after_estimation(&mut findings);
     let response = in_frequency(basis, &estimates.robot, &mut results);
     let (springs, about_springs) = springs_of_motors(basis);
     findings.extend(about_springs);
@@ -165,7 +158,9 @@ fn assemble(
             standard_error: Some(standard_error),
         });
     let mut infos =
-        (read.infos.iter()).map(|info| info.clone().with_choices(prepared, torques_delay_s));
+        (read.infos.iter()).map(|info| {
+            info.clone().with_choices((prepared, &basis.ready.unknowns), torques_delay_s)
+        });
     let period = prepared.excerpt().period();
     let payloads = estimates.payloads.into_iter();
     Ok(Identified {
@@ -189,6 +184,7 @@ fn assemble(
             frequency_response: judged.response,
             springs_from_motor: judged.springs,
             rigid_joints: judged.rigid_joints,
+            unknowns: basis.ready.unknowns.clone(),
             payloads: payloads.map(|(payload, _)| payload).collect(),
             findings: judged.findings,
             results: judged.results,

@@ -22,5 +22,5 @@ pub(super) use examine::examine;
 pub(super) use fit::fit;
 pub use identified::Identified;
 pub(super) use pass::{ReadLogs, pass, reduce};
-pub(super) use prepare::{Ready, make_ready, prepare_with_laws};
+pub(super) use prepare::{Ready, make_ready};
 pub(super) use refine::{Refined, refine};

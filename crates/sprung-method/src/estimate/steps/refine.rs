@@ -77,7 +77,6 @@ fn run(
                 experiment: prepared.experiment(),
                 excerpt,
                 system: &basis.read.system,
-                search: None,
                 fitted,
                 possible: basis.linear.possible.as_ref(),
                 nominal: basis.ready.inputs.nominal.as_deref(),

@@ -13,6 +13,9 @@ use crate::unknowns::unknown::{ChannelEffect, Effect, Place, Samples, Unknown};
 /// Usual delay, s.
 const USUAL_S: f64 = 0.010;
 
+/// Usual delay if the description asks for it, s. Sensors with a filter of their own are late by its lag.
+const ASKED_S: f64 = 0.1;
+
 #[derive(Debug)]
 struct Delay;
 
@@ -41,11 +44,11 @@ impl ChannelEffect for Delay {
 }
 
 pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
-    let unknown = |id: String, place: Place, channels: Vec<usize>| Unknown {
+    let unknown = |id: String, place: Place, channels: Vec<usize>, scale: f64| Unknown {
         id,
         kind: "delay",
         place,
-        scale: USUAL_S,
+        scale,
         is_positive: false,
         unit: "s",
         effect: Effect::Channels(channels, Arc::new(Delay)),
@@ -58,7 +61,9 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
         .filter(|channel| open(channel) && !is_only_torque(channel))
         .map(|channel| {
             let column = &of.channels.all[channel].column;
-            unknown(format!("delay {column}"), Place::Channel(channel), vec![channel])
+            let is_asked = of.channels.all[channel].delay == Some(Given::Estimate);
+            let scale = if is_asked { ASKED_S } else { USUAL_S };
+            unknown(format!("delay {column}"), Place::Channel(channel), vec![channel], scale)
         })
         .collect();
     for (signal, name) in [(Signal::Link, "link positions"), (Signal::Motor, "motor positions"), (Signal::Torque, "torques")] {
@@ -66,7 +71,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
         // The delay of the only torque is the timing of all torques.
         let is_common = channels.len() > 1 || signal == Signal::Torque && channels.len() == 1;
         if is_common && channels.iter().all(open) {
-            all.push(unknown(format!("delay all {name}"), Place::All(signal), channels));
+            all.push(unknown(format!("delay all {name}"), Place::All(signal), channels, USUAL_S));
         }
     }
     all

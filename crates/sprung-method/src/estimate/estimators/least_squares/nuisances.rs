@@ -15,8 +15,6 @@ pub(in crate::estimate) struct Nuisances {
     pub(in crate::estimate) lacking: Vec<Lacking>,
     /// Change of each parameter if they are estimated with it, \[p\].
     pub(super) changes: Theta,
-    /// Delay of all torques beyond that of the regression, s; `None` if the description gives it.
-    pub(in crate::estimate) torques_delay: Option<f64>,
 }
 
 /// Estimates the nuisance parameters with the others from the beginning of the first log; `None` if there are
@@ -55,7 +53,6 @@ pub(super) fn nuisances(prepared: &Prepared, weights: &[f64]) -> Option<Nuisance
     Some(Nuisances {
         lacking: lacking(model, &columns.equations(model, &whole), &theta),
         changes: free.whole(&changes, |_| 0.0),
-        torques_delay: columns.torques_delay.map(|at| with[of_model + at]),
     })
 }
 

@@ -71,7 +71,7 @@ pub(super) fn climb(
     let is_auto = refinery.reading.settings().laws == Laws::Auto;
     let is_open = is_auto && matches!(before.timing, Timing::Open);
     let mut folds: Option<Folds<'_>> = None;
-    for rung in Rung::ALL.into_iter().take(before.rungs()) {
+    for rung in Rung::ALL {
         // A rung that predicts badly is a bad start.
         let from = (tried.last())
             .filter(|last| last.passed().is_some())
@@ -87,12 +87,10 @@ pub(super) fn climb(
                 retiming.with(end, refinery.reading),
             )));
         }
-        if let Some(end) = &end {
-            let again = before.reduced_again(refinery.reading, &end.delays);
-            if folds.is_none() || again.is_some() {
-                let system = again.as_ref().unwrap_or(before.system);
-                folds = Folds::new(model, system, &end.refined, refinery.possible);
-            }
+        if folds.is_none()
+            && let Some(end) = &end
+        {
+            folds = Folds::new(model, before.system, &end.refined, refinery.possible);
         }
         let held_out =
             (folds.as_ref().zip(end.as_ref())).map(|(folds, end)| folds.compare(&end.refined));

@@ -60,7 +60,7 @@ use crate::prepare::OPEN_STIFFNESS;
 use crate::progress::{Listener, Phase};
 use crate::regression::{PassError, Reading};
 use crate::stopwatch::Stopwatch;
-pub(in crate::estimate) use before::{Before, DelaySearch};
+pub(in crate::estimate) use before::Before;
 pub use bound::{Bound, KnownNoise, KnownTruth, information_bound};
 use describe::describe;
 use effects::TorquesTiming;
