@@ -1,8 +1,7 @@
-//! Delays are relative: if all channels of a joint are late by the same time, its equations hardly change. Of all delays that
-//! explain the log, those of the fewest channels are named, and late ones before early ones.
+//! Delays are relative: if all channels of a joint are late by the same time, its equations hardly change. The earliest channel of a
+//! joint is the reference, so no channel is early; channels of one signal that are equally late are one cause.
 
 use super::settle::Found;
-use super::settled::is_position_or_torque;
 use super::unknown::Place;
 use crate::log::{Channels, Signal};
 
@@ -12,67 +11,81 @@ const SAME_SHARE: f64 = 0.05;
 /// Longest common delay of all torques that controller and recorder cause, in samples.
 const TIMING_SAMPLES: f64 = 1.5;
 
-/// Returns the same unknowns with the fewest late channels.
-pub(super) fn sparsest(found: Vec<Found>, channels: &Channels, period: f64) -> Vec<Found> {
-    let (delays, mut others): (Vec<Found>, Vec<Found>) = found.into_iter().partition(|one| one.kind == "delay");
-    let (timing, delays): (Vec<Found>, Vec<Found>) = (delays.into_iter())
-        .partition(|one| one.place == Place::All(Signal::Torque) && one.value.abs() <= TIMING_SAMPLES * period);
-    others.extend(timing.into_iter().map(|one| Found { kind: "timing", id: "timing of the torques".to_owned(), ..one }));
-    let joints = channels.instruments.joint_count();
-    let is_sparse = |one: &Found| one.value > 0.0 && is_alone(one, &delays, channels);
-    if delays.iter().all(is_sparse) {
-        others.extend(delays);
-        return others;
-    }
-    for joint in 0..joints {
-        let of_joint: Vec<usize> = (0..channels.all.len())
+/// Delay of a channel, s, with an unknown that causes a part of it.
+#[derive(Clone, Copy)]
+struct Late<'f> {
+    channel: usize,
+    delay: f64,
+    cause: Option<&'f Found>,
+}
+
+/// Returns the same unknowns with delays against the earliest channel of each joint.
+pub(super) fn relative(found: Vec<Found>, channels: &Channels, period: f64) -> Vec<Found> {
+    let (delays, mut all): (Vec<Found>, Vec<Found>) = found.into_iter().partition(|one| one.kind == "delay");
+    let Some(pattern) = delays.first() else { return all };
+    let error = delays.iter().fold(0.0, |most: f64, one| most.max(one.standard_error));
+    let timing: f64 = (delays.iter())
+        .filter(|one| one.place == Place::All(Signal::Torque) && one.value.abs() <= TIMING_SAMPLES * period)
+        .map(|one| one.value)
+        .sum();
+    let mut late: Vec<Late<'_>> = Vec::new();
+    for joint in 0..channels.instruments.joint_count() {
+        let of_joint: Vec<Late<'_>> = (0..channels.all.len())
             .filter(|&i| channels.all[i].joint == joint && is_position_or_torque(channels.all[i].quantity.signal()))
+            .map(|channel| total(channel, &delays, channels))
+            .map(|late| if is_torque(late.channel, channels) { Late { delay: late.delay - timing, ..late } } else { late })
             .collect();
-        let values: Vec<(f64, Option<&Found>)> = of_joint.iter().map(|&i| total(i, &delays, channels)).collect();
-        let largest = values.iter().fold(0.0, |most: f64, (value, _)| most.max(value.abs()));
-        let errors = values.iter().filter_map(|(_, found)| Some(found.as_ref()?.standard_error)).fold(0.0, f64::max);
-        let same = (SAME_SHARE * largest).max(2.0 * errors);
-        let count = |reference: f64| {
-            let late = values.iter().filter(|(value, _)| (value - reference).abs() > same).count();
-            let early = values.iter().filter(|(value, _)| value - reference < -same).count();
-            (late, early)
-        };
-        let references = std::iter::once(0.0).chain(values.iter().map(|(value, _)| *value));
-        let Some(reference) = references.min_by_key(|reference| count(*reference)) else { continue };
-        let Some(pattern) = values.iter().find_map(|(_, found)| *found) else { continue };
-        for (&channel, (value, of)) in of_joint.iter().zip(&values) {
-            if (value - reference).abs() > same {
-                let column = &channels.all[channel].column;
-                others.push(Found {
-                    id: format!("delay {column}"),
-                    place: Place::Channel(channel),
-                    value: value - reference,
-                    standard_error: errors,
-                    ..of.unwrap_or(pattern).clone()
-                });
-            }
+        let earliest = of_joint.iter().map(|late| late.delay).fold(f64::INFINITY, f64::min);
+        late.extend(of_joint.iter().map(|one| Late { delay: one.delay - earliest, ..*one }));
+    }
+    let largest = late.iter().fold(0.0, |most: f64, late| most.max(late.delay));
+    let same = (SAME_SHARE * largest).max(2.0 * error);
+    let found = |late: &[Late<'_>], delay: f64| {
+        let cause = late.iter().find_map(|late| late.cause).unwrap_or(pattern);
+        Found { value: delay, standard_error: late.iter().filter_map(|late| Some(late.cause?.standard_error)).fold(cause.standard_error, f64::max), ..cause.clone() }
+    };
+    let mut of_torques = timing;
+    for (signal, name) in [(Signal::Link, "link positions"), (Signal::Motor, "motor positions"), (Signal::Torque, "torques")] {
+        let of_signal: Vec<Late<'_>> =
+            late.iter().copied().filter(|late| channels.all[late.channel].quantity.signal() == signal).collect();
+        let mean = of_signal.iter().map(|late| late.delay).sum::<f64>() / of_signal.len().max(1) as f64;
+        let are_equal = of_signal.len() > 1 && of_signal.iter().all(|late| (late.delay - mean).abs() <= same);
+        if signal == Signal::Torque && (are_equal || of_signal.len() == 1) && (mean + of_torques).abs() <= TIMING_SAMPLES * period {
+            of_torques += mean;
+            continue;
+        }
+        if are_equal && mean > same {
+            all.push(Found { id: format!("delay all {name}"), place: Place::All(signal), ..found(&of_signal, mean) });
+            continue;
+        }
+        for late in of_signal.iter().filter(|late| late.delay > same) {
+            let column = &channels.all[late.channel].column;
+            all.push(Found { id: format!("delay {column}"), place: Place::Channel(late.channel), ..found(&[*late], late.delay) });
         }
     }
-    others
+    if of_torques.abs() > 2.0 * error {
+        let torques: Vec<Late<'_>> = late.iter().copied().filter(|late| is_torque(late.channel, channels)).collect();
+        let place = Place::All(Signal::Torque);
+        all.push(Found { id: "timing of the torques".to_owned(), kind: "timing", place, ..found(&torques, of_torques) });
+    }
+    all
 }
 
-/// Returns whether no other delay concerns the joint of one.
-fn is_alone(one: &Found, delays: &[Found], channels: &Channels) -> bool {
-    let joint = |found: &Found| match found.place {
-        Place::Channel(at) => Some(channels.all[at].joint),
-        Place::All(_) | Place::Joint(_) => None,
-    };
-    let with = delays.iter().filter(|other| joint(one).is_none() || joint(other).is_none() || joint(one) == joint(other));
-    with.count() == 1
+fn is_torque(channel: usize, channels: &Channels) -> bool {
+    channels.all[channel].quantity.signal() == Signal::Torque
 }
 
-/// Returns the delay of a channel by all unknowns, s, and one of them.
-fn total<'f>(channel: usize, delays: &'f [Found], channels: &Channels) -> (f64, Option<&'f Found>) {
+fn is_position_or_torque(signal: Signal) -> bool {
+    matches!(signal, Signal::Link | Signal::Motor | Signal::Torque)
+}
+
+/// Returns the delay of a channel by all unknowns.
+fn total<'f>(channel: usize, delays: &'f [Found], channels: &Channels) -> Late<'f> {
     let is_of = |found: &&Found| match found.place {
         Place::Channel(at) => at == channel,
         Place::All(signal) => channels.all[channel].quantity.signal() == signal,
         Place::Joint(_) => false,
     };
     let all: Vec<&Found> = delays.iter().filter(is_of).collect();
-    (all.iter().map(|found| found.value).sum(), all.first().copied())
+    Late { channel, delay: all.iter().map(|found| found.value).sum(), cause: all.first().copied() }
 }

@@ -1,13 +1,13 @@
 //! Applies what was found to the preparation of an identification or a check.
 
-use super::gauge::sparsest;
+use super::gauge::relative;
 use super::kinds::finding;
 use super::result::{CompetingUnknown, UnknownResult, UnknownStatus};
 use super::settle::{Found, settle};
 use super::unknown::Place;
 use crate::description::{Delay, EncoderOffset};
 use crate::finding::Finding;
-use crate::log::{Channels, Signal};
+use crate::log::Channels;
 use crate::model::Model;
 use crate::prepare::{PrepareError, Prepared};
 use crate::progress::Listener;
@@ -49,7 +49,7 @@ pub(crate) fn settled(prepared: Prepared, progress: &mut dyn Listener) -> Result
     };
     let channels = prepared.reading().channels().clone();
     let period = prepared.excerpt().period();
-    let found: Vec<Found> = sparsest(found, &channels, period).into_iter().filter(|found| found.kind != "law").collect();
+    let found: Vec<Found> = relative(found, &channels, period).into_iter().filter(|found| found.kind != "law").collect();
     let file = prepared.names().first().cloned().unwrap_or_default();
     let names = prepared.reading().model().joints().to_vec();
     let (mut unknowns, mut findings) = (Vec::new(), Vec::new());
@@ -158,9 +158,4 @@ fn applied(prepared: Prepared, found: &[Found], progress: &mut dyn Listener) -> 
     let again = prepared.again(&experiment, &model, progress)?;
     let reading = again.reading().with_delays(&delays);
     Ok(again.with_reading(reading))
-}
-
-/// Returns whether a channel may be late against the others of its joint.
-pub(super) fn is_position_or_torque(signal: Signal) -> bool {
-    matches!(signal, Signal::Link | Signal::Motor | Signal::Torque)
 }

@@ -105,7 +105,7 @@ pub(super) fn finding(of: &Telling<'_>) -> Finding {
 /// Finding: all torques act at another time than their stamps.
 pub(super) fn timing(of: &Telling<'_>) -> Finding {
     let (value, error) = (of.found.value, of.found.standard_error);
-    let when = if value < 0.0 { "earlier" } else { "later" };
+    let when = if value < 0.0 { "later" } else { "earlier" };
     Finding::new(
         Severity::Info,
         "torque-timing",
