@@ -38,6 +38,11 @@ impl Smoothed {
         &self.segments
     }
 
+    /// Returns the signals of each segment without gap.
+    pub(crate) fn segments_mut(&mut self) -> &mut [SignalBlock] {
+        &mut self.segments
+    }
+
     /// Returns the regression, without samples for plots; `None` if there are no samples or the
     /// filter pair does not fit the period.
     pub(crate) fn reduce(&self, reading: &Reading) -> Option<System> {

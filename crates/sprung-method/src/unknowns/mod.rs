@@ -8,6 +8,7 @@
 mod evidence;
 mod gauge;
 mod kinds;
+mod meanings;
 mod result;
 mod rows;
 mod select;

@@ -30,6 +30,15 @@ const REVERSAL_ARGUMENT: f64 = 3.0;
 /// Step of a state for its derivative, relative to the root mean square of the state.
 const STATE_STEP: f64 = 1e-5;
 
+/// Time constants of the filter of rows after which a reversal has no effect.
+const TAIL: f64 = 3.0;
+
+/// Returns the cut-off of the filter of rows, rad/s: that of the positions and torques, which removes the noise. A slower filter would
+/// carry the error of a reversal over more samples.
+pub(super) fn row_cutoff(reading: &Reading) -> f64 {
+    std::f64::consts::TAU * reading.position_cutoff_hz()
+}
+
 /// One row, and the rows of the model of which it is the sum.
 #[derive(Clone, Debug)]
 pub(super) struct RowOf {
@@ -100,6 +109,8 @@ pub(super) struct Direction {
     /// Changes of the signals, one block for each segment; `is_smooth` without those of the velocities.
     pub(super) segments: Vec<SignalBlock>,
     pub(super) has_rate: bool,
+    /// Whether it is the factor of a torque.
+    pub(super) scales_torque: bool,
 }
 
 /// A row with the columns of parameters and unknowns, sample by sample.
@@ -143,9 +154,9 @@ impl Rows<'_> {
         unknowns: &[Unknown],
         directions: &[Direction],
     ) -> Option<Vec<Row>> {
-        let settings = self.reading.settings();
-        let torque = FilterPair::new(settings.filter_cutoff_rad_per_s, self.period, Discretization::ZeroOrderHold).ok()?;
-        let entries = FilterPair::new(settings.filter_cutoff_rad_per_s, self.period, Discretization::Tustin).ok()?;
+        let cutoff = row_cutoff(self.reading);
+        let torque = FilterPair::new(cutoff, self.period, Discretization::ZeroOrderHold).ok()?;
+        let entries = FilterPair::new(cutoff, self.period, Discretization::Tustin).ok()?;
         let scales = self.scales(segments);
         let steps = self.steps(segments);
         let parts: Vec<Vec<(Vec<usize>, Vec<f64>, Vec<f64>)>> = (segments.iter().enumerate())
@@ -374,7 +385,14 @@ impl Rows<'_> {
             if is_kept {
                 values.extend_from_slice(filtered);
             }
-            for (i, direction) in acting.iter().enumerate() {
+            if is_kept {
+                // The factor of a torque is judged by what the model says of it: its readings would vanish with their errors.
+                let predicted: f64 = row.columns.iter().zip(&values[from..]).map(|(&column, entry)| theta[column] * entry).sum();
+                for i in (0..acting.len()).filter(|&i| acting[i].scales_torque) {
+                    values[from + base + i] = -predicted;
+                }
+            }
+            for (i, direction) in acting.iter().enumerate().filter(|(_, direction)| !direction.scales_torque) {
                 let change = &direction.segments[segment];
                 if let Some(motor) = row.motor.filter(|_| !change.tau.is_empty()) {
                     let by = torque.process(&mut torques[i], 0.0, change.tau[motor].get(k).copied().unwrap_or_default());
@@ -439,7 +457,7 @@ impl Rows<'_> {
     fn reliable(&self, row: &RowOf, signals: &SignalBlock, kept: &[usize]) -> Vec<f64> {
         let half = 1.0 / self.reading.position_cutoff_hz();
         let before = (half / self.period).ceil() as usize;
-        let behind = ((half + self.reading.settings().filter_cutoff_rad_per_s.recip()) / self.period).ceil() as usize;
+        let behind = ((half + TAIL / row_cutoff(self.reading)) / self.period).ceil() as usize;
         let mut near = vec![false; signals.len()];
         let mut mark = |velocity: &[f64]| {
             let rms = (velocity.iter().map(|v| v * v).sum::<f64>() / velocity.len().max(1) as f64).sqrt();

@@ -7,15 +7,19 @@ use sprung_core::parameters::JointParameter;
 
 use super::evidence::{Evidence, PARTS, Prior};
 use super::kinds::{Catalogued, catalogue, lost_counts};
-use super::rows::{Direction, Row, RowOf, Rows};
+use super::meanings::Meaning;
+use super::rows::{Direction, Row, RowOf, Rows, row_cutoff};
 use super::select::{Chosen, Competing, Selection};
 use super::unknown::{Effect, Place, Samples, Unknown};
 use crate::description::Delay;
 use crate::log::{Channels, LogBlock, Signal};
 use crate::model::Model;
 use crate::prepare::{Excerpt, Smoothed};
-use crate::preprocess::SignalBlock;
+use crate::preprocess::{Butterworth, SignalBlock, ZeroPhase};
 use crate::regression::Reading;
+
+/// Largest cut-off of positions and torques, Hz. Delays, gains and zeros show in slow motion, and the noise is fast.
+const CUTOFF_HZ: f64 = 15.0;
 
 /// Most rounds, and most unknowns that a round adds: columns move with the state.
 const MAX_ROUNDS: usize = 10;
@@ -32,6 +36,9 @@ const STEP: f64 = 0.05;
 const FAR_S: [f64; 13] = [-0.04, -0.02, 0.01, 0.02, 0.035, 0.05, 0.075, 0.1, 0.13, 0.16, 0.2, 0.3, 0.45];
 const UNEXPLAINED: f64 = 0.04;
 const FAR_SHARE: f64 = 0.5;
+
+/// Another meaning of the columns leaves less than this part of the squares: a delay or a law is rarely cured by a sign.
+const OTHER_MEANING: f64 = 0.25;
 
 /// A rival takes the place of an unknown if it leaves less than this part of the held-out squares.
 const REPLACES: f64 = 0.97;
@@ -103,7 +110,8 @@ struct Court<'a> {
 ///
 /// Returns `None` if the log is too short for the filters, or its robot has link positions without an encoder.
 pub(crate) fn settle(reading: &Reading, excerpt: &Excerpt) -> Option<Vec<Found>> {
-    let reading = reading.without_weights();
+    let cutoff = reading.position_cutoff_hz().min(CUTOFF_HZ);
+    let reading = reading.without_weights().with_position_cutoff(cutoff);
     let (model, channels) = (reading.model().clone(), reading.channels().clone());
     if channels.inertial.is_some() || !model.joints_without_link().is_empty() {
         return None;
@@ -150,6 +158,9 @@ impl<'a> Court<'a> {
         };
         state.chosen = self.asked.clone();
         self.start_far(&mut state)?;
+        if self.has_other_meaning(&state)? {
+            return None;
+        }
         let mut round = None;
         for _ in 0..MAX_ROUNDS {
             let now = self.round(&mut state, true)?;
@@ -170,6 +181,9 @@ impl<'a> Court<'a> {
     /// find delays of a few hundredths of a second only.
     fn start_far(&mut self, state: &mut State) -> Option<()> {
         let left = self.left_by_joint(&state.sizes)?;
+        if self.asked.is_empty() && left.iter().all(|left| *left <= UNEXPLAINED) {
+            return Some(());
+        }
         for signal in [Signal::Link, Signal::Motor, Signal::Torque] {
             let is_of = |unknown: &Unknown| match (unknown.kind, unknown.channels()) {
                 ("delay", [channel]) => self.channels.all[*channel].quantity.signal() == signal,
@@ -210,9 +224,29 @@ impl<'a> Court<'a> {
         Some(())
     }
 
+    /// Returns whether another meaning of the columns explains the log much better than its delays. Then sizes mean nothing.
+    fn has_other_meaning(&self, state: &State) -> Option<bool> {
+        let left = self.left_by_joint(&vec![0.0; self.unknowns.len()])?;
+        let late = self.left_by_joint(&state.sizes)?;
+        let weak: Vec<usize> = (0..left.len()).filter(|&joint| left[joint] > UNEXPLAINED).collect();
+        let (before, with_delays) = (left.iter().sum::<f64>(), late.iter().sum::<f64>());
+        let meanings = Meaning::all(self.channels, &weak);
+        let best = meanings.into_par_iter().filter_map(|meaning| {
+            let mut blocks = self.excerpt.blocks().to_vec();
+            blocks.iter_mut().for_each(|block| meaning.apply(block));
+            Some(self.left_of(&self.excerpt.replaced(blocks))?.iter().sum::<f64>())
+        });
+        let best = best.reduce(|| f64::INFINITY, f64::min);
+        Some(best < OTHER_MEANING * before && best < with_delays)
+    }
+
     /// Returns the held-out squares of each joint's rows over those of their torques, with some sizes applied.
     fn left_by_joint(&self, sizes: &[f64]) -> Option<Vec<f64>> {
-        let smoothed = self.corrected(sizes).smoothed(&self.reading)?.thinned(&self.reading);
+        self.left_of(&self.corrected(sizes))
+    }
+
+    fn left_of(&self, corrected: &Excerpt) -> Option<Vec<f64>> {
+        let smoothed = self.signals(&corrected)?;
         let theta: Vec<f64> = (0..self.model.parameters().len()).map(|i| self.model.known(i).unwrap_or_default()).collect();
         let rows = self.former(smoothed.period()).form(smoothed.segments(), &theta, &self.unknowns, &[])?;
         let evidence = Evidence::new(&rows, (self.free.len(), &self.positive), &[], None, 1.0);
@@ -232,9 +266,9 @@ impl<'a> Court<'a> {
     /// - `grows`: whether unknowns are added and dropped.
     fn round(&mut self, state: &mut State, grows: bool) -> Option<Round> {
         let corrected = self.corrected(&state.sizes);
-        let smoothed = corrected.smoothed(&self.reading)?.thinned(&self.reading);
+        let smoothed = self.signals(&corrected)?;
         let period = smoothed.period();
-        let repeats = (2.0 / self.reading.settings().filter_cutoff_rad_per_s / period).max(1.0);
+        let repeats = (2.0 / row_cutoff(&self.reading) / period).max(1.0);
         if state.theta.is_empty() {
             state.theta = self.first_theta(&smoothed, repeats)?;
         }
@@ -344,6 +378,25 @@ impl<'a> Court<'a> {
         }
     }
 
+    /// Returns positions, velocities and torques after the same filter without phase shift, with as few samples as it allows.
+    fn signals(&self, excerpt: &Excerpt) -> Option<Smoothed> {
+        let order = self.reading.settings().position_filter_order;
+        let filter = Butterworth::new(order, self.reading.position_cutoff_hz(), excerpt.period()).ok()?;
+        let mut smoothed = excerpt.smoothed(&self.reading)?;
+        for segment in smoothed.segments_mut() {
+            for column in segment.tau.iter_mut().chain(&mut segment.spring).filter(|column| !column.is_empty()) {
+                let mut running = ZeroPhase::new(filter.clone());
+                let mut filtered = Vec::with_capacity(column.len());
+                running.push(column, &mut filtered);
+                if !running.finish(&mut filtered) {
+                    return None;
+                }
+                *column = filtered;
+            }
+        }
+        Some(smoothed.thinned(&self.reading))
+    }
+
     /// Returns the signals of a log whose channels are all zero.
     fn zero(&self, corrected: &Excerpt) -> Option<Smoothed> {
         let blocks = (corrected.blocks().iter())
@@ -352,7 +405,7 @@ impl<'a> Court<'a> {
                 ..block.clone()
             })
             .collect();
-        Some(corrected.replaced(blocks).smoothed(&self.reading)?.thinned(&self.reading))
+        self.signals(&corrected.replaced(blocks))
     }
 
     /// Returns the directions of all unknowns of channels. Those of one kind and signal are formed together, joint by joint.
@@ -410,7 +463,7 @@ impl<'a> Court<'a> {
                 LogBlock { values, ..block.clone() }
             })
             .collect();
-        let smoothed = corrected.replaced(blocks).smoothed(&self.reading)?.thinned(&self.reading);
+        let smoothed = self.signals(&corrected.replaced(blocks))?;
         let n = self.model.joint_count();
         let directions = unknowns.iter().map(|&unknown| {
             let channel = self.unknowns[unknown].channels()[0];
@@ -420,7 +473,13 @@ impl<'a> Court<'a> {
             let segments = (smoothed.segments().iter().zip(zero.segments()))
                 .map(|(signals, zero)| difference(signals, zero, &joints, is_torque))
                 .collect();
-            Direction { unknown, joints, segments, has_rate: self.unknowns[unknown].has_rate() }
+            Direction {
+                unknown,
+                joints,
+                segments,
+                has_rate: self.unknowns[unknown].has_rate(),
+                scales_torque: is_torque && self.unknowns[unknown].kind == "gain",
+            }
         });
         Some(directions.collect())
     }
@@ -432,7 +491,7 @@ impl<'a> Court<'a> {
             period,
             rows: &self.rows,
             places: &self.places,
-            edge: (1.0 / self.reading.position_cutoff_hz() / period).ceil() as usize,
+            edge: (2.0 / self.reading.position_cutoff_hz() / period).ceil() as usize,
         }
     }
 
@@ -579,11 +638,11 @@ impl<'a> Court<'a> {
     /// Returns the held-out squares with everything found applied, without tangents.
     fn left(&self, state: &State, weights: &[f64]) -> Option<f64> {
         let corrected = self.corrected(&state.sizes);
-        let smoothed = corrected.smoothed(&self.reading)?.thinned(&self.reading);
+        let smoothed = self.signals(&corrected)?;
         let period = smoothed.period();
         let theta = self.floored(&state.theta, smoothed.segments(), period);
         let laws: Vec<usize> = (state.chosen.iter().copied()).filter(|&unknown| self.unknowns[unknown].channels().is_empty()).collect();
-        let zero = Direction { unknown: 0, joints: Vec::new(), segments: smoothed.segments().iter().map(|_| SignalBlock::new(0)).collect(), has_rate: false };
+        let zero = Direction { unknown: 0, joints: Vec::new(), segments: smoothed.segments().iter().map(|_| SignalBlock::new(0)).collect(), has_rate: false, scales_torque: false };
         let with_laws = if laws.is_empty() { Vec::new() } else { vec![zero] };
         let rows = self.former(period).form(smoothed.segments(), &theta, &self.unknowns, &with_laws)?;
         let scales = vec![1e9; self.unknowns.len()];
@@ -708,5 +767,5 @@ fn sum_of(unknown: usize, members: &[&Direction], segments: &[SignalBlock]) -> O
             sum
         })
         .collect();
-    Some(Direction { unknown, joints, segments: summed, has_rate: first.has_rate })
+    Some(Direction { unknown, joints, segments: summed, has_rate: first.has_rate, scales_torque: false })
 }

@@ -8,8 +8,9 @@ use crate::finding::{Finding, Severity};
 use crate::unknowns::settled::Telling;
 use crate::unknowns::unknown::{ChannelEffect, Effect, Place, Samples, Unknown};
 
-/// Usual error, relative.
-const USUAL: f64 = 0.05;
+/// Usual errors, relative: of a position that another one confirms, and of a torque, whose constant is often a guess.
+const USUAL_OF_POSITION: f64 = 0.05;
+const USUAL_OF_TORQUE: f64 = 0.2;
 
 #[derive(Debug)]
 struct Gain;
@@ -33,7 +34,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
             id: format!("gain {}", of.channels.all[channel].column),
             kind: "gain",
             place: Place::Channel(channel),
-            scale: USUAL,
+            scale: if of.channels.all[channel].quantity.signal() == Signal::Torque { USUAL_OF_TORQUE } else { USUAL_OF_POSITION },
             is_positive: false,
             unit: "",
             effect: Effect::Channels(vec![channel], Arc::new(Gain)),

@@ -1,0 +1,54 @@
+//! Other meanings of columns: a sign, a unit, or two columns exchanged. They are no unknowns of a size, so a refit tells them.
+
+use crate::log::{Channels, LogBlock, Signal};
+
+/// A change of the meaning of columns.
+#[derive(Clone, Debug)]
+pub(super) enum Meaning {
+    /// A channel has another factor.
+    Factor(usize, f64),
+    /// Two channels are exchanged.
+    Exchanged(usize, usize),
+    /// All channels of two joints are exchanged.
+    Joints(Vec<(usize, usize)>),
+}
+
+impl Meaning {
+    /// Applies it to samples.
+    pub(super) fn apply(&self, block: &mut LogBlock) {
+        match self {
+            Self::Factor(channel, factor) => block.values[*channel].iter_mut().for_each(|value| *value *= factor),
+            Self::Exchanged(one, two) => block.values.swap(*one, *two),
+            Self::Joints(pairs) => pairs.iter().for_each(|(one, two)| block.values.swap(*one, *two)),
+        }
+    }
+
+    /// Returns all other meanings of the columns of some joints.
+    pub(super) fn all(channels: &Channels, joints: &[usize]) -> Vec<Self> {
+        let signals = [Signal::Link, Signal::Motor, Signal::Torque];
+        let mut all = Vec::new();
+        for (k, &joint) in joints.iter().enumerate() {
+            for signal in signals {
+                let Some(channel) = channels.telling(signal, joint) else { continue };
+                all.push(Self::Factor(channel, -1.0));
+                if signal == Signal::Torque {
+                    all.extend([1e3, 1e-3].map(|factor| Self::Factor(channel, factor)));
+                } else if channels.turns[joint] {
+                    let degree = 1_f64.to_radians();
+                    all.extend([degree, degree.recip()].map(|factor| Self::Factor(channel, factor)));
+                }
+            }
+            let telling = |signal: Signal, joint: usize| channels.telling(signal, joint);
+            if let (Some(link), Some(motor)) = (telling(Signal::Link, joint), telling(Signal::Motor, joint)) {
+                all.push(Self::Exchanged(link, motor));
+            }
+            for &other in &joints[k + 1..] {
+                let pairs: Vec<(usize, usize)> =
+                    signals.iter().filter_map(|&signal| Some((telling(signal, joint)?, telling(signal, other)?))).collect();
+                all.extend(pairs.iter().map(|&(one, two)| Self::Exchanged(one, two)));
+                all.push(Self::Joints(pairs));
+            }
+        }
+        all
+    }
+}
