@@ -44,9 +44,9 @@ impl DelayGain {
         })
     }
 
-    /// Returns whether the delay raises the held-out error by more than a tie.
-    pub(crate) fn is_higher(&self) -> bool {
-        self.with > (1.0 + TIE_SHARE) * self.without
+    /// Returns whether the delay lowers the held-out error by more than a tie.
+    pub(crate) fn is_lower(&self) -> bool {
+        self.with < (1.0 - TIE_SHARE) * self.without
     }
 
     /// Returns both errors in words: `from 12.3 % to 8.1 %`.

@@ -1,6 +1,6 @@
 //! The signals of an excerpt with one cut-off of the position filter.
 
-use crate::preprocess::SignalBlock;
+use crate::preprocess::{Butterworth, SignalBlock, ZeroPhase};
 use crate::regression::{Reading, Reduction, System, reduce_signals};
 
 /// Ratio of neighbouring cut-offs in a sweep.
@@ -38,9 +38,29 @@ impl Smoothed {
         &self.segments
     }
 
-    /// Returns the signals of each segment without gap.
-    pub(crate) fn segments_mut(&mut self) -> &mut [SignalBlock] {
-        &mut self.segments
+    /// Returns every n-th sample, with torques that pass the filter of the positions and are continuous instead of held; `None` if a
+    /// segment is too short for the filter.
+    pub(crate) fn continuous(mut self, filter: &Butterworth, every: usize) -> Option<Self> {
+        for segment in &mut self.segments {
+            for column in segment.tau.iter_mut().chain(&mut segment.spring).filter(|column| !column.is_empty()) {
+                let mut running = ZeroPhase::new(filter.clone());
+                let mut filtered = Vec::with_capacity(column.len());
+                running.push(column, &mut filtered);
+                if !running.finish(&mut filtered) {
+                    return None;
+                }
+                *column = filtered;
+            }
+            // A held torque has the mean of two values at the time stamp between them.
+            for column in &mut segment.tau {
+                for k in (1..column.len()).rev() {
+                    column[k] = 0.5 * (column[k] + column[k - 1]);
+                }
+            }
+            *segment = segment.picked(every);
+        }
+        self.period *= every as f64;
+        Some(self)
     }
 
     /// Returns the regression, without samples for plots; `None` if there are no samples or the

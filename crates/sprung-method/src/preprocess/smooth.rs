@@ -99,6 +99,16 @@ impl SignalBlock {
         }
     }
 
+    /// Returns the first of every `count` samples.
+    #[must_use]
+    pub(crate) fn picked(&self, count: usize) -> Self {
+        let mut picked = self.clone();
+        for column in picked.columns() {
+            *column = column.iter().copied().step_by(count).collect();
+        }
+        picked
+    }
+
     /// Returns all columns.
     fn columns(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
         let groups = (self.q.iter_mut())

@@ -30,14 +30,24 @@ pub(super) struct HeldOut {
 impl HeldOut {
     /// Returns the squares of some rows in some parts.
     pub(super) fn sum(&self, rows: &[usize], parts: &[usize]) -> f64 {
-        parts.iter().map(|&part| rows.iter().map(|&row| self.squares[part][row]).sum::<f64>()).sum()
+        parts
+            .iter()
+            .map(|&part| rows.iter().map(|&row| self.squares[part][row]).sum::<f64>())
+            .sum()
     }
 
     /// Returns mean and jackknife standard error of a value over some parts.
     pub(super) fn mean_and_error(&self, column: usize, parts: &[usize]) -> (f64, f64) {
         let count = parts.len() as f64;
-        let mean = parts.iter().map(|&part| self.values[part][column]).sum::<f64>() / count;
-        let squares: f64 = parts.iter().map(|&part| (self.values[part][column] - mean).powi(2)).sum();
+        let mean = parts
+            .iter()
+            .map(|&part| self.values[part][column])
+            .sum::<f64>()
+            / count;
+        let squares: f64 = parts
+            .iter()
+            .map(|&part| (self.values[part][column] - mean).powi(2))
+            .sum();
         (mean, ((count - 1.0) / count * squares).sqrt())
     }
 }
@@ -83,7 +93,11 @@ fn products(row: &Row) -> RowProducts {
             block.transpose() * block
         })
         .collect();
-    RowProducts { joint: row.joint, columns: row.columns.clone(), parts }
+    RowProducts {
+        joint: row.joint,
+        columns: row.columns.clone(),
+        parts,
+    }
 }
 
 impl Evidence {
@@ -122,9 +136,13 @@ impl Evidence {
             let everything: Vec<usize> = (0..columns).collect();
             let x = evidence.solve(&evidence.all, &everything, None);
             let left = |(r, row): (usize, &RowProducts)| {
-                let all = (row.parts.iter()).fold(0.0, |sum, part| sum + quadratic(part, &row.columns, &x));
+                let all = (row.parts.iter())
+                    .fold(0.0, |sum, part| sum + quadratic(part, &row.columns, &x));
                 let count: f64 = rows[r].reliable.iter().map(|w| w * w).sum();
-                (all.max(0.0) / count.max(1.0)).sqrt().max(LEAST_RESIDUAL * torque[r]).recip()
+                (all.max(0.0) / count.max(1.0))
+                    .sqrt()
+                    .max(LEAST_RESIDUAL * torque[r])
+                    .recip()
             };
             evidence.rows.iter().enumerate().map(left).collect()
         });
@@ -152,7 +170,9 @@ impl Evidence {
         }
         self.others = self.parts.iter().map(|part| &self.all - part).collect();
         let rhs = self.all[(self.columns, self.columns)].sqrt();
-        self.lengths = (0..self.columns).map(|i| self.all[(i, i)].max(0.0).sqrt() + 1e-12 * rhs).collect();
+        self.lengths = (0..self.columns)
+            .map(|i| self.all[(i, i)].max(0.0).sqrt() + 1e-12 * rhs)
+            .collect();
         self.weights = weights;
     }
 
@@ -189,7 +209,9 @@ impl Evidence {
             }
             solve(&matrix, &mut rhs);
             let worst = (chosen.iter().enumerate())
-                .filter(|(i, column)| self.positive[**column] && rhs[*i] < 0.0 && self.pull[**column] == 0.0)
+                .filter(|(i, column)| {
+                    self.positive[**column] && rhs[*i] < 0.0 && self.pull[**column] == 0.0
+                })
                 .min_by(|a, b| rhs[a.0].total_cmp(&rhs[b.0]))
                 .map(|(i, _)| i);
             match worst {
@@ -225,7 +247,9 @@ impl Evidence {
     /// Returns the weighted squared residual of each row in a part.
     fn left(&self, part: usize, x: &[f64]) -> Vec<f64> {
         (self.rows.iter().zip(&self.weights))
-            .map(|(row, weight)| weight * weight * quadratic(&row.parts[part], &row.columns, x).max(0.0))
+            .map(|(row, weight)| {
+                weight * weight * quadratic(&row.parts[part], &row.columns, x).max(0.0)
+            })
             .collect()
     }
 
@@ -233,14 +257,25 @@ impl Evidence {
     pub(super) fn fits(&self, chosen: &[usize]) -> Fits<'_> {
         let of = |normal: &Mat<f64>| {
             let x = self.solve(normal, chosen, None);
-            let active: Vec<usize> = chosen.iter().copied().filter(|&i| x[i] != 0.0 || !self.positive[i]).collect();
+            let active: Vec<usize> = chosen
+                .iter()
+                .copied()
+                .filter(|&i| x[i] != 0.0 || !self.positive[i])
+                .collect();
             let factors = self.factored(normal, &active, true);
-            Fit { x: active.iter().map(|&i| x[i] * self.lengths[i]).collect(), active, factors }
+            Fit {
+                x: active.iter().map(|&i| x[i] * self.lengths[i]).collect(),
+                active,
+                factors,
+            }
         };
         Fits {
             evidence: self,
             without: self.others.iter().map(of).collect(),
-            whole: Directions { columns: chosen.to_vec(), factors: self.factored(&self.all, chosen, false) },
+            whole: Directions {
+                columns: chosen.to_vec(),
+                factors: self.factored(&self.all, chosen, false),
+            },
         }
     }
 
@@ -250,7 +285,8 @@ impl Evidence {
         let mut matrix = vec![0.0; n * n];
         for (i, &row) in chosen.iter().enumerate() {
             for (j, &other) in chosen[..=i].iter().enumerate() {
-                matrix[i * n + j] = normal[(row, other)] / (self.lengths[row] * self.lengths[other]);
+                matrix[i * n + j] =
+                    normal[(row, other)] / (self.lengths[row] * self.lengths[other]);
             }
             matrix[i * n + i] += RIDGE;
             if with_priors {
@@ -262,24 +298,53 @@ impl Evidence {
 
     /// Returns the products of some unit columns with another.
     fn against(&self, normal: &Mat<f64>, columns: &[usize], other: usize) -> Vec<f64> {
-        let length = if other == self.columns { 1.0 } else { self.lengths[other] };
-        columns.iter().map(|&i| normal[(i, other)] / (self.lengths[i] * length)).collect()
+        let length = if other == self.columns {
+            1.0
+        } else {
+            self.lengths[other]
+        };
+        columns
+            .iter()
+            .map(|&i| normal[(i, other)] / (self.lengths[i] * length))
+            .collect()
     }
 
     /// Returns what single columns have beyond some columns.
     pub(super) fn directions(&self, columns: &[usize]) -> Directions {
-        Directions { columns: columns.to_vec(), factors: self.factored(&self.all, columns, false) }
+        Directions {
+            columns: columns.to_vec(),
+            factors: self.factored(&self.all, columns, false),
+        }
+    }
+
+    /// Returns the fall of the held-out squares by one of some columns, relative to them.
+    pub(super) fn gain_of(
+        &self,
+        column: usize,
+        columns: &[usize],
+        (with, parts): (&HeldOut, &[usize]),
+    ) -> f64 {
+        let rest: Vec<usize> = columns.iter().copied().filter(|c| *c != column).collect();
+        let rows: Vec<usize> = (0..self.rows.len()).collect();
+        let before = self.held_out(&rest, None).sum(&rows, parts);
+        ((before - with.sum(&rows, parts)) / before.max(f64::MIN_POSITIVE)).max(0.0)
     }
 
     /// Returns the rows of a joint.
     pub(super) fn rows_of(&self, joint: usize) -> Vec<usize> {
-        (0..self.rows.len()).filter(|&row| self.rows[row].joint == joint).collect()
+        (0..self.rows.len())
+            .filter(|&row| self.rows[row].joint == joint)
+            .collect()
     }
 
     /// Returns the weighted squares of a row's torque.
     pub(super) fn torque_squares(&self, row: usize) -> f64 {
         let last = self.rows[row].columns.len();
-        let squares: f64 = self.rows[row].parts.iter().map(|part| part[(last, last)]).sum();
+        let squares: f64 = self.rows[row]
+            .parts
+            .iter()
+            .map(|part| part[(last, last)])
+            .sum();
         self.weights[row] * self.weights[row] * squares
     }
 
@@ -290,9 +355,9 @@ impl Evidence {
     /// Returns whether a column is too short to matter.
     pub(super) fn is_empty(&self, column: usize, scale: f64) -> bool {
         let length = self.all[(column, column)].max(0.0).sqrt();
-        length * scale.min(1e12) < 1e-6 * self.all[(self.columns, self.columns)].sqrt() || length == 0.0
+        length * scale.min(1e12) < 1e-6 * self.all[(self.columns, self.columns)].sqrt()
+            || length == 0.0
     }
-
 }
 
 /// The fit of all parts but one.
@@ -320,9 +385,13 @@ impl Fits<'_> {
             let a = evidence.against(normal, &fit.active, column);
             let mut z = a.clone();
             solve(fit.factors.as_ref()?, &mut z);
-            let product = |x: &[f64], y: &[f64]| -> f64 { x.iter().zip(y).map(|(x, y)| x * y).sum() };
-            let schur = (normal[(column, column)] + evidence.ridge[column]) / (length * length) + RIDGE - product(&a, &z);
-            let rhs = (normal[(column, evidence.columns)] - evidence.pull[column]) / length - product(&a, &fit.x);
+            let product =
+                |x: &[f64], y: &[f64]| -> f64 { x.iter().zip(y).map(|(x, y)| x * y).sum() };
+            let schur = (normal[(column, column)] + evidence.ridge[column]) / (length * length)
+                + RIDGE
+                - product(&a, &z);
+            let rhs = (normal[(column, evidence.columns)] - evidence.pull[column]) / length
+                - product(&a, &fit.x);
             let mut value = rhs / schur.max(RIDGE);
             if evidence.positive[column] && evidence.pull[column] == 0.0 {
                 value = value.max(0.0);
@@ -348,7 +417,9 @@ pub(super) struct Directions {
 impl Directions {
     /// Returns the product of two columns without the part that the set explains, and the length of the first.
     fn product(&self, evidence: &Evidence, one: usize, two: usize) -> f64 {
-        let Some(factors) = &self.factors else { return 0.0 };
+        let Some(factors) = &self.factors else {
+            return 0.0;
+        };
         let a = evidence.against(&evidence.all, &self.columns, one);
         let mut b = evidence.against(&evidence.all, &self.columns, two);
         solve(factors, &mut b);
@@ -364,7 +435,11 @@ impl Directions {
 
     /// Returns the correlation of two columns beyond the set.
     pub(super) fn correlation(&self, evidence: &Evidence, one: usize, two: usize) -> f64 {
-        let length = |column: usize| self.product(evidence, column, column).max(f64::MIN_POSITIVE).sqrt();
+        let length = |column: usize| {
+            self.product(evidence, column, column)
+                .max(f64::MIN_POSITIVE)
+                .sqrt()
+        };
         self.product(evidence, one, two) / (length(one) * length(two))
     }
 }
@@ -374,8 +449,12 @@ const LEAST_RESIDUAL: f64 = 1e-4;
 
 fn row_rms(row: &Row) -> f64 {
     let last = row.values.ncols() - 1;
-    let squares: f64 = (0..row.values.nrows()).map(|i| row.values[(i, last)].powi(2)).sum();
-    (squares / row.values.nrows().max(1) as f64).sqrt().max(1e-12)
+    let squares: f64 = (0..row.values.nrows())
+        .map(|i| row.values[(i, last)].powi(2))
+        .sum();
+    (squares / row.values.nrows().max(1) as f64)
+        .sqrt()
+        .max(1e-12)
 }
 
 /// Returns the squared residual of a row.

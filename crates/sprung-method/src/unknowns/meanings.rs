@@ -17,9 +17,13 @@ impl Meaning {
     /// Applies it to samples.
     pub(super) fn apply(&self, block: &mut LogBlock) {
         match self {
-            Self::Factor(channel, factor) => block.values[*channel].iter_mut().for_each(|value| *value *= factor),
+            Self::Factor(channel, factor) => block.values[*channel]
+                .iter_mut()
+                .for_each(|value| *value *= factor),
             Self::Exchanged(one, two) => block.values.swap(*one, *two),
-            Self::Joints(pairs) => pairs.iter().for_each(|(one, two)| block.values.swap(*one, *two)),
+            Self::Joints(pairs) => pairs
+                .iter()
+                .for_each(|(one, two)| block.values.swap(*one, *two)),
         }
     }
 
@@ -29,22 +33,30 @@ impl Meaning {
         let mut all = Vec::new();
         for (k, &joint) in joints.iter().enumerate() {
             for signal in signals {
-                let Some(channel) = channels.telling(signal, joint) else { continue };
+                let Some(channel) = channels.telling(signal, joint) else {
+                    continue;
+                };
                 all.push(Self::Factor(channel, -1.0));
                 if signal == Signal::Torque {
                     all.extend([1e3, 1e-3].map(|factor| Self::Factor(channel, factor)));
                 } else if channels.turns[joint] {
                     let degree = 1_f64.to_radians();
-                    all.extend([degree, degree.recip()].map(|factor| Self::Factor(channel, factor)));
+                    all.extend(
+                        [degree, degree.recip()].map(|factor| Self::Factor(channel, factor)),
+                    );
                 }
             }
             let telling = |signal: Signal, joint: usize| channels.telling(signal, joint);
-            if let (Some(link), Some(motor)) = (telling(Signal::Link, joint), telling(Signal::Motor, joint)) {
+            if let (Some(link), Some(motor)) =
+                (telling(Signal::Link, joint), telling(Signal::Motor, joint))
+            {
                 all.push(Self::Exchanged(link, motor));
             }
             for &other in &joints[k + 1..] {
-                let pairs: Vec<(usize, usize)> =
-                    signals.iter().filter_map(|&signal| Some((telling(signal, joint)?, telling(signal, other)?))).collect();
+                let pairs: Vec<(usize, usize)> = signals
+                    .iter()
+                    .filter_map(|&signal| Some((telling(signal, joint)?, telling(signal, other)?)))
+                    .collect();
                 all.extend(pairs.iter().map(|&(one, two)| Self::Exchanged(one, two)));
                 all.push(Self::Joints(pairs));
             }

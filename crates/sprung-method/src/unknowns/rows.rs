@@ -77,16 +77,28 @@ impl RowOf {
 
     fn new(model: &Model, joint: usize, of_model: Vec<usize>) -> Self {
         let is_sum = of_model.len() > 1;
-        let mut columns: Vec<usize> = of_model.iter().flat_map(|&row| model.row_columns(row)).copied().collect();
+        let mut columns: Vec<usize> = of_model
+            .iter()
+            .flat_map(|&row| model.row_columns(row))
+            .copied()
+            .collect();
         columns.sort_unstable();
         columns.dedup();
-        let is_of_spring = |column: usize| model.parameters()[column].joint.is_some_and(|(kind, _)| kind.is_of_spring());
-        columns.retain(|&column| model.known(column).is_none() && !(is_sum && is_of_spring(column)));
-        let torques = of_model.iter().map(|&row| model.right_hand_side(row).torques());
+        let is_of_spring = |column: usize| {
+            model.parameters()[column]
+                .joint
+                .is_some_and(|(kind, _)| kind.is_of_spring())
+        };
+        columns
+            .retain(|&column| model.known(column).is_none() && !(is_sum && is_of_spring(column)));
+        let torques = of_model
+            .iter()
+            .map(|&row| model.right_hand_side(row).torques());
         let (mut motor, mut spring) = (None, None);
         for [of_motor, of_spring] in torques {
             motor = motor.or(of_motor);
-            spring = spring.or(of_spring.map(|joint| (joint, if of_motor.is_some() { -1.0 } else { 1.0 })));
+            spring = spring
+                .or(of_spring.map(|joint| (joint, if of_motor.is_some() { -1.0 } else { 1.0 })));
         }
         Self {
             joint,
@@ -155,7 +167,6 @@ impl Rows<'_> {
         directions: &[Direction],
     ) -> Option<Vec<Row>> {
         let cutoff = row_cutoff(self.reading);
-        let torque = FilterPair::new(cutoff, self.period, Discretization::ZeroOrderHold).ok()?;
         let entries = FilterPair::new(cutoff, self.period, Discretization::Tustin).ok()?;
         let scales = self.scales(segments);
         let steps = self.steps(segments);
@@ -164,7 +175,15 @@ impl Rows<'_> {
                 let sampled = self.sampled(signals, theta, &steps, !directions.is_empty());
                 (self.rows.par_iter())
                     .map(|row| {
-                        self.form_row(row, (s, signals), &sampled, theta, (unknowns, directions), &scales, [&entries, &torque])
+                        self.form_row(
+                            row,
+                            (s, signals),
+                            &sampled,
+                            theta,
+                            (unknowns, directions),
+                            &scales,
+                            &entries,
+                        )
                     })
                     .collect()
             })
@@ -172,11 +191,21 @@ impl Rows<'_> {
         let rows = (self.rows.iter().enumerate()).map(|(r, row)| {
             let columns = parts.first()?[r].0.clone();
             let width = columns.len() + 1;
-            let values: Vec<f64> = parts.iter().flat_map(|segment| segment[r].1.iter().copied()).collect();
-            let reliable: Vec<f64> = parts.iter().flat_map(|segment| segment[r].2.iter().copied()).collect();
+            let values: Vec<f64> = parts
+                .iter()
+                .flat_map(|segment| segment[r].1.iter().copied())
+                .collect();
+            let reliable: Vec<f64> = parts
+                .iter()
+                .flat_map(|segment| segment[r].2.iter().copied())
+                .collect();
             let samples = values.len() / width;
             let few = reliable.iter().filter(|weight| **weight < 1.0).count() as f64;
-            let reliable = if few > MAX_REVERSALS * samples as f64 { vec![1.0; samples] } else { reliable };
+            let reliable = if few > MAX_REVERSALS * samples as f64 {
+                vec![1.0; samples]
+            } else {
+                reliable
+            };
             Some(Row {
                 joint: row.joint,
                 columns,
@@ -190,7 +219,9 @@ impl Rows<'_> {
     /// Returns the scales of all joints.
     pub(super) fn scales(&self, segments: &[SignalBlock]) -> Vec<(JointScales, f64)> {
         let rms = |of: &dyn Fn(&SignalBlock, usize) -> f64, mean: f64| {
-            let all = segments.iter().flat_map(|s| (0..s.len()).map(move |k| (s, k)));
+            let all = segments
+                .iter()
+                .flat_map(|s| (0..s.len()).map(move |k| (s, k)));
             let (mut sum, mut count) = (0.0, 0.0);
             for (s, k) in all {
                 sum += (of(s, k) - mean).powi(2);
@@ -201,7 +232,10 @@ impl Rows<'_> {
         (0..self.model.joint_count())
             .map(|j| {
                 let deflection = |s: &SignalBlock, k: usize| s.phi[j][k] - s.q[j][k];
-                let all: f64 = segments.iter().map(|s| (0..s.len()).map(|k| deflection(s, k)).sum::<f64>()).sum();
+                let all: f64 = segments
+                    .iter()
+                    .map(|s| (0..s.len()).map(|k| deflection(s, k)).sum::<f64>())
+                    .sum();
                 let mean = all / segments.iter().map(SignalBlock::len).sum::<usize>().max(1) as f64;
                 let scales = JointScales {
                     sharpness: self.model.sharpness(j),
@@ -224,16 +258,20 @@ impl Rows<'_> {
         (0..4 * n)
             .map(|at| {
                 let joint = at % n;
-                let size = rms(&|s| {
-                    [&s.q, &s.dq, &s.phi, &s.dphi][at / n][joint].clone()
-                });
+                let size = rms(&|s| [&s.q, &s.dq, &s.phi, &s.dphi][at / n][joint].clone());
                 STATE_STEP * size.max(1e-3)
             })
             .collect()
     }
 
     /// Returns the regressor and the slopes of all samples of a segment.
-    fn sampled(&self, signals: &SignalBlock, theta: &[f64], steps: &[f64], with_slopes: bool) -> Vec<(Vec<f64>, Vec<f64>, Slopes)> {
+    fn sampled(
+        &self,
+        signals: &SignalBlock,
+        theta: &[f64],
+        steps: &[f64],
+        with_slopes: bool,
+    ) -> Vec<(Vec<f64>, Vec<f64>, Slopes)> {
         let n = self.model.joint_count();
         let count = self.model.entries();
         (0..signals.len())
@@ -245,11 +283,16 @@ impl Rows<'_> {
                     let rows = self.model.rows();
                     let (mut momentum, mut rest) = (vec![0.0; count], vec![0.0; count]);
                     self.entries(&state, scratch, &mut momentum, &mut rest);
-                    let mut slopes = Slopes { momentum: Vec::new(), rest: Vec::new() };
+                    let mut slopes = Slopes {
+                        momentum: Vec::new(),
+                        rest: Vec::new(),
+                    };
                     if with_slopes {
                         slopes.momentum.resize(rows * 4 * n, 0.0);
                         slopes.rest.resize(rows * 4 * n, 0.0);
-                        let before: Vec<[f64; 2]> = (0..rows).map(|row| self.sums(row, theta, &momentum, &rest)).collect();
+                        let before: Vec<[f64; 2]> = (0..rows)
+                            .map(|row| self.sums(row, theta, &momentum, &rest))
+                            .collect();
                         for at in 0..4 * n {
                             let kept = state[at];
                             state[at] += steps[at];
@@ -257,7 +300,8 @@ impl Rows<'_> {
                             state[at] = kept;
                             for (row, before) in before.iter().enumerate() {
                                 let after = self.sums(row, theta, moved, moved_rest);
-                                slopes.momentum[row * 4 * n + at] = (after[0] - before[0]) / steps[at];
+                                slopes.momentum[row * 4 * n + at] =
+                                    (after[0] - before[0]) / steps[at];
                                 slopes.rest[row * 4 * n + at] = (after[1] - before[1]) / steps[at];
                             }
                         }
@@ -269,7 +313,13 @@ impl Rows<'_> {
     }
 
     /// Writes the regressor of a state.
-    fn entries(&self, state: &[f64], scratch: &mut Scratch, momentum: &mut [f64], rest: &mut [f64]) {
+    fn entries(
+        &self,
+        state: &[f64],
+        scratch: &mut Scratch,
+        momentum: &mut [f64],
+        rest: &mut [f64],
+    ) {
         let n = self.model.joint_count();
         let (link, behind) = state.split_at(2 * n);
         let state = State {
@@ -279,7 +329,10 @@ impl Rows<'_> {
             dphi: &behind[n..2 * n],
             excess: &behind[2 * n..],
         };
-        let written = self.model.regressor().regressor(&state, &mut scratch.workspace(), momentum, rest);
+        let written =
+            self.model
+                .regressor()
+                .regressor(&state, &mut scratch.workspace(), momentum, rest);
         if written.is_err() {
             momentum.fill(f64::NAN);
         }
@@ -289,11 +342,18 @@ impl Rows<'_> {
     fn sums(&self, row: usize, theta: &[f64], momentum: &[f64], rest: &[f64]) -> [f64; 2] {
         let range = self.model.row_entries(row);
         let columns = self.model.row_columns(row);
-        [momentum, rest].map(|all| (all[range.clone()].iter().zip(columns)).map(|(entry, &column)| entry * theta[column]).sum())
+        [momentum, rest].map(|all| {
+            (all[range.clone()].iter().zip(columns))
+                .map(|(entry, &column)| entry * theta[column])
+                .sum()
+        })
     }
 
     /// Forms one row of a segment; returns its columns, its values and the reliability of its samples.
-    #[expect(clippy::too_many_arguments, reason = "a private function that two lines call")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "a private function that two lines call"
+    )]
     fn form_row(
         &self,
         row: &RowOf,
@@ -302,7 +362,7 @@ impl Rows<'_> {
         theta: &[f64],
         (unknowns, directions): (&[Unknown], &[Direction]),
         scales: &[(JointScales, f64)],
-        [entries, torque]: [&FilterPair; 2],
+        entries: &FilterPair,
     ) -> (Vec<usize>, Vec<f64>, Vec<f64>) {
         let n = self.model.joint_count();
         let base = row.columns.len();
@@ -313,16 +373,26 @@ impl Rows<'_> {
         let laws: Vec<(usize, &Unknown)> = if directions.is_empty() {
             Vec::new()
         } else {
-            (unknowns.iter().enumerate()).filter(|(_, unknown)| self.is_law_of(row, unknown)).collect()
+            (unknowns.iter().enumerate())
+                .filter(|(_, unknown)| self.is_law_of(row, unknown))
+                .collect()
         };
         let width = base + acting.len() + laws.len();
-        let mut columns: Vec<usize> = row.columns.iter().map(|column| self.places[column]).collect();
+        let mut columns: Vec<usize> = row
+            .columns
+            .iter()
+            .map(|column| self.places[column])
+            .collect();
         let free = self.places.len();
         columns.extend(acting.iter().map(|direction| free + direction.unknown));
         columns.extend(laws.iter().map(|(unknown, _)| free + unknown));
         let mut bank = FilterBank::new(vec![0.0; bank_len(width)]);
         let mut torques = vec![FilterState::default(); acting.len()];
-        let (mut rhs_memory, mut spring_memory, mut known_memory) = (FilterState::default(), FilterState::default(), FilterState::default());
+        let (mut rhs_memory, mut spring_memory, mut known_memory) = (
+            FilterState::default(),
+            FilterState::default(),
+            FilterState::default(),
+        );
         let (mut momentum, mut rest) = (vec![0.0; width], vec![0.0; width]);
         let samples = signals.len();
         let mut values = Vec::with_capacity((width + 1) * samples);
@@ -355,9 +425,17 @@ impl Rows<'_> {
                 for &j in &direction.joints {
                     let changes = [
                         change.q[j][k],
-                        if direction.has_rate { change.dq[j][k] } else { 0.0 },
+                        if direction.has_rate {
+                            change.dq[j][k]
+                        } else {
+                            0.0
+                        },
                         change.phi[j][k],
-                        if direction.has_rate { change.dphi[j][k] } else { 0.0 },
+                        if direction.has_rate {
+                            change.dphi[j][k]
+                        } else {
+                            0.0
+                        },
                     ];
                     for &of in &row.of_model {
                         for (c, by) in changes.iter().enumerate().filter(|(_, by)| **by != 0.0) {
@@ -387,15 +465,28 @@ impl Rows<'_> {
             }
             if is_kept {
                 // The factor of a torque is judged by what the model says of it: its readings would vanish with their errors.
-                let predicted: f64 = row.columns.iter().zip(&values[from..]).map(|(&column, entry)| theta[column] * entry).sum();
+                let predicted: f64 = row
+                    .columns
+                    .iter()
+                    .zip(&values[from..])
+                    .map(|(&column, entry)| theta[column] * entry)
+                    .sum();
                 for i in (0..acting.len()).filter(|&i| acting[i].scales_torque) {
                     values[from + base + i] = -predicted;
                 }
             }
-            for (i, direction) in acting.iter().enumerate().filter(|(_, direction)| !direction.scales_torque) {
+            for (i, direction) in acting
+                .iter()
+                .enumerate()
+                .filter(|(_, direction)| !direction.scales_torque)
+            {
                 let change = &direction.segments[segment];
                 if let Some(motor) = row.motor.filter(|_| !change.tau.is_empty()) {
-                    let by = torque.process(&mut torques[i], 0.0, change.tau[motor].get(k).copied().unwrap_or_default());
+                    let by = entries.process(
+                        &mut torques[i],
+                        0.0,
+                        change.tau[motor].get(k).copied().unwrap_or_default(),
+                    );
                     if is_kept {
                         values[from + base + i] -= by;
                     }
@@ -403,7 +494,7 @@ impl Rows<'_> {
             }
             let mut rhs = 0.0;
             if let Some(motor) = row.motor {
-                rhs += torque.process(&mut rhs_memory, 0.0, signals.tau[motor][k]);
+                rhs += entries.process(&mut rhs_memory, 0.0, signals.tau[motor][k]);
             }
             if let Some((joint, sign)) = row.spring {
                 let measured = signals.spring[joint].get(k).copied().unwrap_or_default();
@@ -420,11 +511,20 @@ impl Rows<'_> {
     }
 
     fn acts(&self, row: &RowOf, direction: &Direction) -> bool {
-        let is_torque = direction.segments.iter().any(|segment| segment.tau.iter().any(|column| column.iter().any(|x| *x != 0.0)));
+        let is_torque = direction.segments.iter().any(|segment| {
+            segment
+                .tau
+                .iter()
+                .any(|column| column.iter().any(|x| *x != 0.0))
+        });
         if is_torque {
-            return row.motor.is_some_and(|motor| direction.joints.contains(&motor));
+            return row
+                .motor
+                .is_some_and(|motor| direction.joints.contains(&motor));
         }
-        direction.joints.contains(&row.joint) || row.has_link || self.model.robot().coupling.is_some()
+        direction.joints.contains(&row.joint)
+            || row.has_link
+            || self.model.robot().coupling.is_some()
     }
 
     fn is_law_of(&self, row: &RowOf, unknown: &Unknown) -> bool {
@@ -439,9 +539,19 @@ impl Rows<'_> {
         }
     }
 
-    fn joint_sample(&self, signals: &SignalBlock, k: usize, j: usize, theta: &[f64], mean: f64) -> JointSample {
+    fn joint_sample(
+        &self,
+        signals: &SignalBlock,
+        k: usize,
+        j: usize,
+        theta: &[f64],
+        mean: f64,
+    ) -> JointSample {
         let deflection = signals.phi[j][k] - signals.q[j][k] - mean;
-        let stiffness = self.model.index(JointParameter::Stiffness, j).map(|at| theta[at]);
+        let stiffness = self
+            .model
+            .index(JointParameter::Stiffness, j)
+            .map(|at| theta[at]);
         JointSample {
             velocities: [signals.dphi[j][k], signals.dq[j][k]],
             deflection,
@@ -460,11 +570,13 @@ impl Rows<'_> {
         let behind = ((half + TAIL / row_cutoff(self.reading)) / self.period).ceil() as usize;
         let mut near = vec![false; signals.len()];
         let mut mark = |velocity: &[f64]| {
-            let rms = (velocity.iter().map(|v| v * v).sum::<f64>() / velocity.len().max(1) as f64).sqrt();
+            let rms =
+                (velocity.iter().map(|v| v * v).sum::<f64>() / velocity.len().max(1) as f64).sqrt();
             let sharpness = self.model.sharpness(row.joint);
             for k in 0..velocity.len() {
                 let reverses = k > 0 && velocity[k] * velocity[k - 1] < 0.0;
-                let is_slow = sharpness * rms > REVERSAL_ARGUMENT && sharpness * velocity[k].abs() < REVERSAL_ARGUMENT;
+                let is_slow = sharpness * rms > REVERSAL_ARGUMENT
+                    && sharpness * velocity[k].abs() < REVERSAL_ARGUMENT;
                 if reverses || is_slow {
                     let to = (k + behind + 1).min(near.len());
                     near[k.saturating_sub(before)..to].fill(true);
@@ -475,7 +587,9 @@ impl Rows<'_> {
         if row.has_link {
             mark(&signals.dq[row.joint]);
         }
-        kept.iter().map(|&k| if near[k] { REVERSAL_WEIGHT } else { 1.0 }).collect()
+        kept.iter()
+            .map(|&k| if near[k] { REVERSAL_WEIGHT } else { 1.0 })
+            .collect()
     }
 }
 
@@ -485,6 +599,11 @@ fn state_at(signals: &SignalBlock, k: usize, n: usize) -> Vec<f64> {
     for columns in [&signals.q, &signals.dq, &signals.phi, &signals.dphi] {
         state.extend(columns.iter().map(|column| column[k]));
     }
-    state.extend(signals.excess.iter().map(|column| column.get(k).copied().unwrap_or_default()));
+    state.extend(
+        signals
+            .excess
+            .iter()
+            .map(|column| column.get(k).copied().unwrap_or_default()),
+    );
     state
 }

@@ -7,7 +7,7 @@ use super::unknown::{Place, Unknown};
 
 /// Least size in jackknife standard errors over the parts: Student's t with 7 degrees of freedom, p = 0.0016, for about 100
 /// candidates.
-const SIGNIFICANT: f64 = 5.0;
+pub(super) const SIGNIFICANT: f64 = 5.0;
 
 /// Least relative fall of the held-out squares: smoothing and noise fake up to 1 %.
 const LEAST_GAIN: f64 = 0.03;
@@ -25,7 +25,7 @@ const RIVAL_CORRELATION: f64 = 0.7;
 const EXACT: usize = 8;
 
 /// Part of the largest fall of the held-out squares that counts as as much.
-const AS_MUCH: f64 = 0.97;
+const AS_MUCH: f64 = 0.9;
 
 /// Largest size in usual sizes.
 const LARGEST: f64 = 5.0;
@@ -36,6 +36,8 @@ pub(super) struct Chosen {
     pub(super) unknown: usize,
     /// Relative fall of the held-out squares of its rows.
     pub(super) gain: f64,
+    /// Its size.
+    size: f64,
 }
 
 /// A rival of an unknown.
@@ -63,7 +65,9 @@ impl Selection<'_> {
     }
 
     pub(super) fn columns(&self, chosen: &[usize]) -> Vec<usize> {
-        (0..self.evidence.free).chain(chosen.iter().map(|&unknown| self.column(unknown))).collect()
+        (0..self.evidence.free)
+            .chain(chosen.iter().map(|&unknown| self.column(unknown)))
+            .collect()
     }
 
     /// Returns the rows by which an unknown is judged.
@@ -77,13 +81,19 @@ impl Selection<'_> {
 
     /// Returns the parts by which an unknown is judged: the others cannot foretell the part in which it begins.
     fn parts(&self, unknown: usize) -> Vec<usize> {
-        (0..PARTS).filter(|part| self.begins[unknown] != Some(*part)).collect()
+        (0..PARTS)
+            .filter(|part| self.begins[unknown] != Some(*part))
+            .collect()
     }
 
     /// Returns the best further unknown, if one explains enough.
     ///
     /// - `joint_of`: joint of a channel.
-    pub(super) fn best(&self, chosen: &[usize], joint_of: &(dyn Fn(usize) -> usize + Sync)) -> Option<Chosen> {
+    pub(super) fn best(
+        &self,
+        chosen: &[usize],
+        joint_of: &(dyn Fn(usize) -> usize + Sync),
+    ) -> Option<Chosen> {
         let columns = self.columns(chosen);
         let before = self.evidence.held_out(&columns, None);
         let fits = self.evidence.fits(&columns);
@@ -95,7 +105,8 @@ impl Selection<'_> {
             is_new
                 && !self.evidence.is_empty(column, self.scales[unknown])
                 && (chosen.is_empty()
-                    || fits.whole.own(self.evidence, column) >= LEAST_OWN * alone.own(self.evidence, column))
+                    || fits.whole.own(self.evidence, column)
+                        >= LEAST_OWN * alone.own(self.evidence, column))
         };
         let mut screened: Vec<(f64, usize)> = (0..self.unknowns.len())
             .into_par_iter()
@@ -107,26 +118,24 @@ impl Selection<'_> {
             .filter(|(fall, _)| *fall > 0.0)
             .collect();
         screened.sort_by(|a, b| b.0.total_cmp(&a.0));
-        if std::env::var_os("SPRUNG_DEBUG").is_some() {
-            eprintln!("chosen {:?}", chosen.iter().map(|&u| self.unknowns[u].id.clone()).collect::<Vec<_>>());
-            for (fall, unknown) in screened.iter().take(8) {
-                let column = self.column(*unknown);
-                let with: Vec<usize> = columns.iter().copied().chain([column]).collect();
-                let after = self.evidence.held_out(&with, None);
-                let (f, gain) = self.gain(*unknown, (&before, &after), joint_of).unwrap_or((0.0, 0.0));
-                let (mean, error) = after.mean_and_error(column, &self.parts(*unknown));
-                let own = fits.whole.own(self.evidence, column);
-                eprintln!("  {} screened {fall:.1} exact {f:.1} gain {gain:.3} mean {mean:.5} ± {error:.5} own {own:.3} scale {}", self.unknowns[*unknown].id, self.scales[*unknown]);
-            }
-        }
         for likeliest in screened.chunks(EXACT) {
-            let judged: Vec<Option<(f64, Chosen)>> =
-                likeliest.par_iter().map(|(_, unknown)| self.judged(*unknown, &columns, &before, joint_of)).collect();
+            let judged: Vec<Option<(f64, Chosen)>> = likeliest
+                .par_iter()
+                .map(|(_, unknown)| self.judged(*unknown, &columns, &before, joint_of))
+                .collect();
             let judged: Vec<(f64, Chosen)> = judged.into_iter().flatten().collect();
             let most = judged.iter().map(|(fall, _)| *fall).fold(0.0, f64::max);
-            // Of unknowns that explain as much, the first of the catalogue: an eccentric encoder over a short arc has a wrong gain.
-            let alike = judged.into_iter().filter(|(fall, _)| *fall >= AS_MUCH * most);
-            if let Some((_, first)) = alike.min_by_key(|(_, chosen)| chosen.unknown) {
+            // Of unknowns that explain as much, no early channel, and the first of the catalogue: an eccentric encoder over a short
+            // arc has a wrong gain.
+            let alike = judged
+                .into_iter()
+                .filter(|(fall, _)| *fall >= AS_MUCH * most);
+            let is_early = |chosen: &Chosen| {
+                self.unknowns[chosen.unknown].kind == "delay" && chosen.size < 0.0
+            };
+            if let Some((_, first)) =
+                alike.min_by_key(|(_, chosen)| (is_early(chosen), chosen.unknown))
+            {
                 return Some(first);
             }
         }
@@ -163,7 +172,21 @@ impl Selection<'_> {
         let (fall, gain) = self.gain(unknown, (before, &after), joint_of)?;
         let (mean, error) = after.mean_and_error(column, &self.parts(unknown));
         let significance = mean.abs() / error.max(1e-3 * scale);
-        if gain <= LEAST_GAIN || significance <= SIGNIFICANT || mean.abs() >= LARGEST * scale {
+        let is_expected = mean.abs() <= self.unknowns[unknown].expected;
+        if significance <= SIGNIFICANT || mean.abs() >= LARGEST * scale {
+            return None;
+        }
+        if is_expected {
+            return Some((
+                fall,
+                Chosen {
+                    unknown,
+                    gain,
+                    size: mean,
+                },
+            ));
+        }
+        if gain <= LEAST_GAIN {
             return None;
         }
         // Parameters at their bounds mimic nothing.
@@ -171,14 +194,23 @@ impl Selection<'_> {
         let free: Vec<usize> = columns.iter().copied().filter(used).collect();
         let own = self.evidence.directions(&free).own(self.evidence, column);
         let needed = (LEAST_GAIN * (CLEAR_OWN / (own + 1e-9)).max(1.0)).min(0.5);
-        (gain > needed).then_some((fall, Chosen { unknown, gain }))
+        (gain > needed).then_some((
+            fall,
+            Chosen {
+                unknown,
+                gain,
+                size: mean,
+            },
+        ))
     }
 
     /// Returns whether a chosen unknown is of the same kind and channel, at another time.
     fn is_taken(&self, unknown: usize, chosen: &[usize]) -> bool {
         let this = &self.unknowns[unknown];
         this.kind == "lost-counts"
-            && chosen.iter().any(|&other| self.unknowns[other].kind == this.kind && self.unknowns[other].place == this.place)
+            && chosen.iter().any(|&other| {
+                self.unknowns[other].kind == this.kind && self.unknowns[other].place == this.place
+            })
     }
 
     /// Returns a chosen unknown whose removal costs little, because a later one explains the log better.
@@ -194,22 +226,39 @@ impl Selection<'_> {
         let parts: Vec<usize> = (0..PARTS).collect();
         let with = before.sum(&all, &parts);
         chosen.iter().copied().find(|&unknown| {
+            if sizes[unknown].abs() <= self.unknowns[unknown].expected {
+                return false;
+            }
             let column = self.column(unknown);
             let rest: Vec<usize> = columns.iter().copied().filter(|c| *c != column).collect();
-            let without = self.evidence.held_out(&rest, Some((column, -sizes[unknown])));
+            let without = self
+                .evidence
+                .held_out(&rest, Some((column, -sizes[unknown])));
             (without.sum(&all, &parts) - with) / with < 0.5 * LEAST_GAIN
         })
     }
 
     /// Returns the unknowns that may stand for a chosen one.
-    pub(super) fn rivals(&self, unknown: usize, chosen: &[usize], sizes: &[f64]) -> Vec<(usize, f64)> {
-        let rest: Vec<usize> = chosen.iter().copied().filter(|other| *other != unknown).collect();
+    pub(super) fn rivals(
+        &self,
+        unknown: usize,
+        chosen: &[usize],
+        sizes: &[f64],
+    ) -> Vec<(usize, f64)> {
+        let rest: Vec<usize> = chosen
+            .iter()
+            .copied()
+            .filter(|other| *other != unknown)
+            .collect();
         let others = self.columns(&rest);
         let column = self.column(unknown);
         let beyond = self.evidence.directions(&others);
         let all_rows: Vec<usize> = (0..self.evidence.row_count()).collect();
         let parts: Vec<usize> = (0..PARTS).collect();
-        let present = self.evidence.held_out(&self.columns(chosen), None).sum(&all_rows, &parts);
+        let present = self
+            .evidence
+            .held_out(&self.columns(chosen), None)
+            .sum(&all_rows, &parts);
         let mut rivals: Vec<(usize, f64)> = (0..self.unknowns.len())
             .into_par_iter()
             .filter(|other| !chosen.contains(other))

@@ -9,17 +9,20 @@ use super::evidence::{Evidence, PARTS, Prior};
 use super::kinds::{Catalogued, catalogue, lost_counts};
 use super::meanings::Meaning;
 use super::rows::{Direction, Row, RowOf, Rows, row_cutoff};
-use super::select::{Chosen, Competing, Selection};
+use super::select::{Chosen, Competing, SIGNIFICANT, Selection};
 use super::unknown::{Effect, Place, Samples, Unknown};
 use crate::description::Delay;
 use crate::log::{Channels, LogBlock, Signal};
 use crate::model::Model;
 use crate::prepare::{Excerpt, Smoothed};
-use crate::preprocess::{Butterworth, SignalBlock, ZeroPhase};
+use crate::preprocess::{Butterworth, SignalBlock};
 use crate::regression::Reading;
 
 /// Largest cut-off of positions and torques, Hz. Delays, gains and zeros show in slow motion, and the noise is fast.
 const CUTOFF_HZ: f64 = 15.0;
+
+/// Rate of the filtered signals, Hz.
+const RATE_HZ: f64 = 200.0;
 
 /// Most rounds, and most unknowns that a round adds: columns move with the state.
 const MAX_ROUNDS: usize = 10;
@@ -33,7 +36,9 @@ const STEP: f64 = 0.05;
 
 /// Sizes of a delay, s, at which a search far from zero starts; part of the squared torque that a joint leaves unexplained for such a
 /// search; and part of this that the start must leave at most.
-const FAR_S: [f64; 13] = [-0.04, -0.02, 0.01, 0.02, 0.035, 0.05, 0.075, 0.1, 0.13, 0.16, 0.2, 0.3, 0.45];
+const FAR_S: [f64; 13] = [
+    -0.04, -0.02, 0.01, 0.02, 0.035, 0.05, 0.075, 0.1, 0.13, 0.16, 0.2, 0.3, 0.45,
+];
 const UNEXPLAINED: f64 = 0.04;
 const FAR_SHARE: f64 = 0.5;
 
@@ -42,6 +47,9 @@ const OTHER_MEANING: f64 = 0.25;
 
 /// A rival takes the place of an unknown if it leaves less than this part of the held-out squares.
 const REPLACES: f64 = 0.97;
+
+/// The same for a late channel in the place of an early one.
+const LATE_FOR_EARLY: f64 = 1.05;
 
 /// Rivals of an unknown that are applied in earnest.
 const RIVALS: usize = 3;
@@ -122,10 +130,21 @@ pub(crate) fn settle(reading: &Reading, excerpt: &Excerpt) -> Option<Vec<Found>>
 }
 
 impl<'a> Court<'a> {
-    fn new(reading: &Reading, channels: &'a Channels, model: &'a Model, excerpt: &'a Excerpt) -> Self {
-        let free: Vec<usize> = (0..model.parameters().len()).filter(|&i| model.known(i).is_none()).collect();
+    fn new(
+        reading: &Reading,
+        channels: &'a Channels,
+        model: &'a Model,
+        excerpt: &'a Excerpt,
+    ) -> Self {
+        let free: Vec<usize> = (0..model.parameters().len())
+            .filter(|&i| model.known(i).is_none())
+            .collect();
         let positive = (free.iter())
-            .map(|&i| model.parameters()[i].joint.is_some_and(|(kind, _)| kind.is_vital() || kind.is_friction()))
+            .map(|&i| {
+                model.parameters()[i]
+                    .joint
+                    .is_some_and(|(kind, _)| kind.is_vital() || kind.is_friction())
+            })
             .collect();
         let catalogued = Catalogued::new(channels, model, excerpt);
         let unknowns = catalogue(&catalogued);
@@ -135,10 +154,16 @@ impl<'a> Court<'a> {
         };
         Self {
             span: catalogued.span,
-            asked: (0..unknowns.len()).filter(|&k| is_asked(&unknowns[k])).collect(),
+            asked: (0..unknowns.len())
+                .filter(|&k| is_asked(&unknowns[k]))
+                .collect(),
             unknowns,
             rows: RowOf::all(model),
-            places: free.iter().enumerate().map(|(place, &column)| (column, place)).collect(),
+            places: free
+                .iter()
+                .enumerate()
+                .map(|(place, &column)| (column, place))
+                .collect(),
             free,
             positive,
             reading: reading.clone(),
@@ -170,11 +195,13 @@ impl<'a> Court<'a> {
                 break;
             }
         }
-        if state.chosen.is_empty() {
-            return Some(Vec::new());
+        let mut round = round?;
+        if !state.chosen.is_empty() {
+            (state, round) = self.exchanged(state, round)?;
         }
-        let (state, round) = self.exchanged(state, round?)?;
-        Some(self.described(&state, &round))
+        let mut found = self.described(&state, &round);
+        found.extend(self.preloads(&state, &round));
+        Some(found)
     }
 
     /// Starts delays that are asked for, and those of joints whose equations explain little, at the best of a few sizes. Tangents
@@ -189,19 +216,26 @@ impl<'a> Court<'a> {
                 ("delay", [channel]) => self.channels.all[*channel].quantity.signal() == signal,
                 _ => false,
             };
-            let joint_of = |unknown: usize| self.channels.all[self.unknowns[unknown].channels()[0]].joint;
+            let joint_of =
+                |unknown: usize| self.channels.all[self.unknowns[unknown].channels()[0]].joint;
             let tried: Vec<usize> = (0..self.unknowns.len())
                 .filter(|&k| is_of(&self.unknowns[k]))
-                .filter(|&k| self.asked.contains(&k) || self.asked.is_empty() && left[joint_of(k)] > UNEXPLAINED)
+                .filter(|&k| {
+                    self.asked.contains(&k)
+                        || self.asked.is_empty() && left[joint_of(k)] > UNEXPLAINED
+                })
                 .collect();
             if tried.is_empty() {
                 continue;
             }
-            let mut best: Vec<(f64, f64)> = tried.iter().map(|&k| (left[joint_of(k)], 0.0)).collect();
+            let mut best: Vec<(f64, f64)> =
+                tried.iter().map(|&k| (left[joint_of(k)], 0.0)).collect();
             for size in FAR_S {
                 let mut sizes = state.sizes.clone();
                 tried.iter().for_each(|&k| sizes[k] = size);
-                let Some(now) = self.left_by_joint(&sizes) else { continue };
+                let Some(now) = self.left_by_joint(&sizes) else {
+                    continue;
+                };
                 for ((least, at), &k) in best.iter_mut().zip(&tried) {
                     if now[joint_of(k)] < *least {
                         (*least, *at) = (now[joint_of(k)], size);
@@ -210,7 +244,12 @@ impl<'a> Court<'a> {
             }
             for ((least, at), &k) in best.iter().zip(&tried) {
                 let joint = joint_of(k);
-                let others: Vec<usize> = state.chosen.iter().copied().filter(|&other| joint_of(other) == joint && state.sizes[other] != 0.0).collect();
+                let others: Vec<usize> = state
+                    .chosen
+                    .iter()
+                    .copied()
+                    .filter(|&other| joint_of(other) == joint && state.sizes[other] != 0.0)
+                    .collect();
                 if *at == 0.0 || *least > FAR_SHARE * left[joint] || !others.is_empty() {
                     continue;
                 }
@@ -228,13 +267,19 @@ impl<'a> Court<'a> {
     fn has_other_meaning(&self, state: &State) -> Option<bool> {
         let left = self.left_by_joint(&vec![0.0; self.unknowns.len()])?;
         let late = self.left_by_joint(&state.sizes)?;
-        let weak: Vec<usize> = (0..left.len()).filter(|&joint| left[joint] > UNEXPLAINED).collect();
+        let weak: Vec<usize> = (0..left.len())
+            .filter(|&joint| left[joint] > UNEXPLAINED)
+            .collect();
         let (before, with_delays) = (left.iter().sum::<f64>(), late.iter().sum::<f64>());
         let meanings = Meaning::all(self.channels, &weak);
         let best = meanings.into_par_iter().filter_map(|meaning| {
             let mut blocks = self.excerpt.blocks().to_vec();
             blocks.iter_mut().for_each(|block| meaning.apply(block));
-            Some(self.left_of(&self.excerpt.replaced(blocks))?.iter().sum::<f64>())
+            Some(
+                self.left_of(&self.excerpt.replaced(blocks))?
+                    .iter()
+                    .sum::<f64>(),
+            )
         });
         let best = best.reduce(|| f64::INFINITY, f64::min);
         Some(best < OTHER_MEANING * before && best < with_delays)
@@ -247,18 +292,27 @@ impl<'a> Court<'a> {
 
     fn left_of(&self, corrected: &Excerpt) -> Option<Vec<f64>> {
         let smoothed = self.signals(&corrected)?;
-        let theta: Vec<f64> = (0..self.model.parameters().len()).map(|i| self.model.known(i).unwrap_or_default()).collect();
-        let rows = self.former(smoothed.period()).form(smoothed.segments(), &theta, &self.unknowns, &[])?;
+        let theta: Vec<f64> = (0..self.model.parameters().len())
+            .map(|i| self.model.known(i).unwrap_or_default())
+            .collect();
+        let rows = self.former(smoothed.period()).form(
+            smoothed.segments(),
+            &theta,
+            &self.unknowns,
+            &[],
+        )?;
         let evidence = Evidence::new(&rows, (self.free.len(), &self.positive), &[], None, 1.0);
         let held_out = evidence.held_out(&(0..self.free.len()).collect::<Vec<usize>>(), None);
         let all: Vec<usize> = (0..PARTS).collect();
-        Some((0..self.model.joint_count())
-            .map(|joint| {
-                let rows = evidence.rows_of(joint);
-                let torque: f64 = rows.iter().map(|&row| evidence.torque_squares(row)).sum();
-                held_out.sum(&rows, &all) / torque.max(f64::MIN_POSITIVE)
-            })
-            .collect())
+        Some(
+            (0..self.model.joint_count())
+                .map(|joint| {
+                    let rows = evidence.rows_of(joint);
+                    let torque: f64 = rows.iter().map(|&row| evidence.torque_squares(row)).sum();
+                    held_out.sum(&rows, &all) / torque.max(f64::MIN_POSITIVE)
+                })
+                .collect(),
+        )
     }
 
     /// Regresses once with all columns and changes the selection.
@@ -275,31 +329,62 @@ impl<'a> Court<'a> {
         let theta = self.floored(&state.theta, smoothed.segments(), period);
         let zero = self.zero(&corrected)?;
         let directions = self.directions(&corrected, &zero)?;
-        let mut rows = self.former(period).form(smoothed.segments(), &theta, &self.unknowns, &directions)?;
+        let mut rows =
+            self.former(period)
+                .form(smoothed.segments(), &theta, &self.unknowns, &directions)?;
         let scales = self.scales(&rows);
-        let begins: Vec<Option<usize>> = (0..self.unknowns.len()).map(|unknown| self.begins(unknown)).collect();
+        let begins: Vec<Option<usize>> = (0..self.unknowns.len())
+            .map(|unknown| self.begins(unknown))
+            .collect();
         let mut evidence = self.evidence(&rows, (state, &scales), None, repeats);
         let applied = self.applied_sizes(state);
         let joint_of = |channel: usize| self.channels.all[channel].joint;
         let mut added = false;
         if grows {
-            let selection = Selection { evidence: &evidence, unknowns: &self.unknowns, scales: &scales, begins: &begins };
-            if let Some(unknown) = selection.superfluous(&state.chosen, &applied).filter(|unknown| !self.asked.contains(unknown)) {
+            let selection = Selection {
+                evidence: &evidence,
+                unknowns: &self.unknowns,
+                scales: &scales,
+                begins: &begins,
+            };
+            if let Some(unknown) = selection
+                .superfluous(&state.chosen, &applied)
+                .filter(|unknown| !self.asked.contains(unknown))
+            {
                 state.chosen.retain(|other| *other != unknown);
                 state.sizes[unknown] = 0.0;
-                return Some(Round { evidence, scales, begins, changed: true });
+                return Some(Round {
+                    evidence,
+                    scales,
+                    begins,
+                    changed: true,
+                });
             }
             for _ in 0..ADDED_IN_A_ROUND {
                 if state.chosen.len() >= MAX_UNKNOWNS {
                     break;
                 }
-                let selection = Selection { evidence: &evidence, unknowns: &self.unknowns, scales: &scales, begins: &begins };
-                let Some(Chosen { unknown, gain }) = selection.best(&state.chosen, &joint_of) else {
+                let selection = Selection {
+                    evidence: &evidence,
+                    unknowns: &self.unknowns,
+                    scales: &scales,
+                    begins: &begins,
+                };
+                let Some(Chosen { unknown, gain, .. }) = selection.best(&state.chosen, &joint_of)
+                else {
                     break;
                 };
-                if self.unknowns[unknown].kind == "lost-counts" && !self.unknowns[unknown].has_rate() {
+                if self.unknowns[unknown].kind == "lost-counts"
+                    && !self.unknowns[unknown].has_rate()
+                {
                     let weights = evidence.weights.clone();
-                    self.meet_the_time(unknown, (state, &scales), (&corrected, &zero), (&mut rows, &theta, &smoothed), (&weights, repeats))?;
+                    self.meet_the_time(
+                        unknown,
+                        (state, &scales),
+                        (&corrected, &zero),
+                        (&mut rows, &theta, &smoothed),
+                        (&weights, repeats),
+                    )?;
                     evidence = self.evidence(&rows, (state, &scales), Some(weights), repeats);
                 }
                 state.chosen.push(unknown);
@@ -307,7 +392,12 @@ impl<'a> Court<'a> {
                 added = true;
             }
         }
-        let selection = Selection { evidence: &evidence, unknowns: &self.unknowns, scales: &scales, begins: &begins };
+        let selection = Selection {
+            evidence: &evidence,
+            unknowns: &self.unknowns,
+            scales: &scales,
+            begins: &begins,
+        };
         let columns = selection.columns(&state.chosen);
         let x = evidence.fit(&columns);
         let held_out = evidence.held_out(&columns, None);
@@ -333,22 +423,49 @@ impl<'a> Court<'a> {
         }
         state.theta = next;
         let changed = added || moved > 0.5;
-        Some(Round { evidence, scales, begins, changed })
+        Some(Round {
+            evidence,
+            scales,
+            begins,
+            changed,
+        })
     }
 
     /// Returns the sizes that the samples already contain, which are those of channels.
     fn applied_sizes(&self, state: &State) -> Vec<f64> {
         (self.unknowns.iter().zip(&state.sizes))
-            .map(|(unknown, size)| if unknown.channels().is_empty() { 0.0 } else { *size })
+            .map(|(unknown, size)| {
+                if unknown.channels().is_empty() {
+                    0.0
+                } else {
+                    *size
+                }
+            })
             .collect()
     }
 
-    fn evidence(&self, rows: &[Row], (state, scales): (&State, &[f64]), weights: Option<Vec<f64>>, repeats: f64) -> Evidence {
+    fn evidence(
+        &self,
+        rows: &[Row],
+        (state, scales): (&State, &[f64]),
+        weights: Option<Vec<f64>>,
+        repeats: f64,
+    ) -> Evidence {
         let applied = self.applied_sizes(state);
         let priors: Vec<Prior> = (self.unknowns.iter().zip(scales).zip(&applied))
-            .map(|((unknown, &scale), &applied)| Prior { scale, applied, is_positive: unknown.is_positive })
+            .map(|((unknown, &scale), &applied)| Prior {
+                scale,
+                applied,
+                is_positive: unknown.is_positive,
+            })
             .collect();
-        Evidence::new(rows, (self.free.len(), &self.positive), &priors, weights, repeats)
+        Evidence::new(
+            rows,
+            (self.free.len(), &self.positive),
+            &priors,
+            weights,
+            repeats,
+        )
     }
 
     /// Returns the excerpt with the corrections of some sizes.
@@ -358,7 +475,9 @@ impl<'a> Court<'a> {
             if size == 0.0 {
                 continue;
             }
-            let Effect::Channels(channels, effect) = &unknown.effect else { continue };
+            let Effect::Channels(channels, effect) = &unknown.effect else {
+                continue;
+            };
             for block in &mut blocks {
                 for &channel in channels {
                     let samples = self.samples(block, channel);
@@ -381,20 +500,11 @@ impl<'a> Court<'a> {
     /// Returns positions, velocities and torques after the same filter without phase shift, with as few samples as it allows.
     fn signals(&self, excerpt: &Excerpt) -> Option<Smoothed> {
         let order = self.reading.settings().position_filter_order;
-        let filter = Butterworth::new(order, self.reading.position_cutoff_hz(), excerpt.period()).ok()?;
-        let mut smoothed = excerpt.smoothed(&self.reading)?;
-        for segment in smoothed.segments_mut() {
-            for column in segment.tau.iter_mut().chain(&mut segment.spring).filter(|column| !column.is_empty()) {
-                let mut running = ZeroPhase::new(filter.clone());
-                let mut filtered = Vec::with_capacity(column.len());
-                running.push(column, &mut filtered);
-                if !running.finish(&mut filtered) {
-                    return None;
-                }
-                *column = filtered;
-            }
-        }
-        Some(smoothed.thinned(&self.reading))
+        let filter =
+            Butterworth::new(order, self.reading.position_cutoff_hz(), excerpt.period()).ok()?;
+        // A period that is a whole fraction up to rounding counts as one.
+        let every = ((1.0 / (RATE_HZ * excerpt.period()) + 1e-6) as usize).max(1);
+        excerpt.smoothed(&self.reading)?.continuous(&filter, every)
     }
 
     /// Returns the signals of a log whose channels are all zero.
@@ -413,7 +523,9 @@ impl<'a> Court<'a> {
         let mut passes: BTreeMap<(String, usize), Vec<usize>> = BTreeMap::new();
         let is_coupled = self.channels.position_mix.is_some() || self.channels.torque_mix.is_some();
         for (k, unknown) in self.unknowns.iter().enumerate() {
-            let [channel] = unknown.channels() else { continue };
+            let [channel] = unknown.channels() else {
+                continue;
+            };
             let of = &self.channels.all[*channel];
             let signal = match of.quantity.signal() {
                 Signal::Link => 0,
@@ -421,12 +533,18 @@ impl<'a> Court<'a> {
                 _ => 2,
             };
             let key = unknown.id.replace(&of.column, "");
-            let alone = if is_coupled { format!("{key} {k}") } else { key };
+            let alone = if is_coupled {
+                format!("{key} {k}")
+            } else {
+                key
+            };
             passes.entry((alone, signal)).or_default().push(k);
         }
         let passes: Vec<Vec<usize>> = passes.into_values().collect();
-        let found: Option<Vec<Vec<Direction>>> =
-            passes.par_iter().map(|pass| self.pass(pass, (corrected, zero), is_coupled)).collect();
+        let found: Option<Vec<Vec<Direction>>> = passes
+            .par_iter()
+            .map(|pass| self.pass(pass, (corrected, zero), is_coupled))
+            .collect();
         let mut directions: Vec<Direction> = found?.into_iter().flatten().collect();
         directions.sort_by_key(|direction| direction.unknown);
         for (k, unknown) in self.unknowns.iter().enumerate() {
@@ -435,32 +553,50 @@ impl<'a> Court<'a> {
             }
             let single = |direction: &&Direction| {
                 let other = &self.unknowns[direction.unknown];
-                other.kind == unknown.kind && matches!(other.channels(), [channel] if unknown.channels().contains(channel))
+                other.kind == unknown.kind
+                    && matches!(other.channels(), [channel] if unknown.channels().contains(channel))
             };
             let members: Vec<&Direction> = directions.iter().filter(single).collect();
-            let Some(sum) = sum_of(k, &members, zero.segments()) else { continue };
+            let Some(sum) = sum_of(k, &members, zero.segments()) else {
+                continue;
+            };
             directions.push(sum);
         }
         Some(directions)
     }
 
     /// Returns the directions of unknowns of different joints.
-    fn pass(&self, unknowns: &[usize], (corrected, zero): (&Excerpt, &Smoothed), is_coupled: bool) -> Option<Vec<Direction>> {
+    fn pass(
+        &self,
+        unknowns: &[usize],
+        (corrected, zero): (&Excerpt, &Smoothed),
+        is_coupled: bool,
+    ) -> Option<Vec<Direction>> {
         let blocks = (corrected.blocks().iter())
             .map(|block| {
                 let mut values = vec![vec![0.0; block.len()]; block.values.len()];
                 for &unknown in unknowns {
-                    let Effect::Channels(channels, effect) = &self.unknowns[unknown].effect else { continue };
+                    let Effect::Channels(channels, effect) = &self.unknowns[unknown].effect else {
+                        continue;
+                    };
                     let step = STEP * self.unknowns[unknown].scale;
                     for &channel in channels {
                         let samples = self.samples(block, channel);
-                        let (more, less) = (effect.perturb(&samples, step), effect.perturb(&samples, -step));
-                        for (value, (more, less)) in values[channel].iter_mut().zip(more.iter().zip(&less)) {
+                        let (more, less) = (
+                            effect.perturb(&samples, step),
+                            effect.perturb(&samples, -step),
+                        );
+                        for (value, (more, less)) in
+                            values[channel].iter_mut().zip(more.iter().zip(&less))
+                        {
                             *value = (more - less) / (2.0 * step);
                         }
                     }
                 }
-                LogBlock { values, ..block.clone() }
+                LogBlock {
+                    values,
+                    ..block.clone()
+                }
             })
             .collect();
         let smoothed = self.signals(&corrected.replaced(blocks))?;
@@ -468,7 +604,11 @@ impl<'a> Court<'a> {
         let directions = unknowns.iter().map(|&unknown| {
             let channel = self.unknowns[unknown].channels()[0];
             let of = &self.channels.all[channel];
-            let joints: Vec<usize> = if is_coupled { (0..n).collect() } else { vec![of.joint] };
+            let joints: Vec<usize> = if is_coupled {
+                (0..n).collect()
+            } else {
+                vec![of.joint]
+            };
             let is_torque = of.quantity.signal() == Signal::Torque;
             let segments = (smoothed.segments().iter().zip(zero.segments()))
                 .map(|(signals, zero)| difference(signals, zero, &joints, is_torque))
@@ -496,8 +636,15 @@ impl<'a> Court<'a> {
     }
 
     fn first_theta(&self, smoothed: &Smoothed, repeats: f64) -> Option<Vec<f64>> {
-        let mut theta: Vec<f64> = (0..self.model.parameters().len()).map(|i| self.model.known(i).unwrap_or_default()).collect();
-        let rows = self.former(smoothed.period()).form(smoothed.segments(), &theta, &self.unknowns, &[])?;
+        let mut theta: Vec<f64> = (0..self.model.parameters().len())
+            .map(|i| self.model.known(i).unwrap_or_default())
+            .collect();
+        let rows = self.former(smoothed.period()).form(
+            smoothed.segments(),
+            &theta,
+            &self.unknowns,
+            &[],
+        )?;
         let evidence = Evidence::new(&rows, (self.free.len(), &self.positive), &[], None, repeats);
         let chosen: Vec<usize> = (0..self.free.len()).collect();
         for (&column, value) in self.free.iter().zip(evidence.fit(&chosen)) {
@@ -523,14 +670,18 @@ impl<'a> Court<'a> {
 
     /// Returns the factor by which a size is wrong because its column used another stiffness than the fit gives.
     fn rescale(&self, unknown: usize, theta: &[f64], x: &[f64]) -> f64 {
-        let Place::Channel(channel) = self.unknowns[unknown].place else { return 1.0 };
+        let Place::Channel(channel) = self.unknowns[unknown].place else {
+            return 1.0;
+        };
         let of = &self.channels.all[channel];
         if !matches!(of.quantity.signal(), Signal::Link | Signal::Motor) {
             return 1.0;
         }
         let stiffness = self.model.index(JointParameter::Stiffness, of.joint);
         let place = stiffness.and_then(|at| Some((at, *self.places.get(&at)?)));
-        place.map_or(1.0, |(at, place)| (theta[at] / x[place].max(1e-9)).clamp(0.2, 3.0))
+        place.map_or(1.0, |(at, place)| {
+            (theta[at] / x[place].max(1e-9)).clamp(0.2, 3.0)
+        })
     }
 
     /// Returns the usual size of each unknown; of a law the coefficient that makes its torque as large as the row's.
@@ -541,10 +692,16 @@ impl<'a> Court<'a> {
                     return unknown.scale;
                 }
                 let of_row = |row: &Row| {
-                    let at = row.columns.iter().position(|column| *column == self.free.len() + k)?;
+                    let at = row
+                        .columns
+                        .iter()
+                        .position(|column| *column == self.free.len() + k)?;
                     let last = row.values.ncols() - 1;
                     let rms = |column: usize| -> f64 {
-                        (0..row.values.nrows()).map(|i| row.values[(i, column)].powi(2)).sum::<f64>().sqrt()
+                        (0..row.values.nrows())
+                            .map(|i| row.values[(i, column)].powi(2))
+                            .sum::<f64>()
+                            .sqrt()
                     };
                     let length = rms(at);
                     (length > 0.0).then(|| rms(last) / length)
@@ -570,7 +727,9 @@ impl<'a> Court<'a> {
         (rows, theta, smoothed): (&mut Vec<Row>, &[f64], &Smoothed),
         (weights, repeats): (&[f64], f64),
     ) -> Option<()> {
-        let [channel] = *self.unknowns[unknown].channels() else { return None };
+        let [channel] = *self.unknowns[unknown].channels() else {
+            return None;
+        };
         let id = self.unknowns[unknown].id.clone();
         let mut best = self.unknowns[unknown].begins()?;
         let knot = self.span[1] / KNOTS_OF_TIME;
@@ -581,22 +740,45 @@ impl<'a> Court<'a> {
             let centre = best;
             for k in -TIMES..=TIMES {
                 let at = centre + reach * f64::from(k) / f64::from(TIMES);
-                self.unknowns[unknown] = Unknown { id: id.clone(), ..lost_counts::at(&self.catalogued, channel, at, is_sharp)? };
+                self.unknowns[unknown] = Unknown {
+                    id: id.clone(),
+                    ..lost_counts::at(&self.catalogued, channel, at, is_sharp)?
+                };
                 let direction = self.pass(&[unknown], (corrected, zero), false)?;
-                let formed = self.former(smoothed.period()).form(smoothed.segments(), theta, &self.unknowns, &direction)?;
+                let formed = self.former(smoothed.period()).form(
+                    smoothed.segments(),
+                    theta,
+                    &self.unknowns,
+                    &direction,
+                )?;
                 let merged = with_column(rows, &formed, self.free.len() + unknown);
-                let evidence = self.evidence(&merged, (state, scales), Some(weights.to_vec()), repeats);
+                let evidence =
+                    self.evidence(&merged, (state, scales), Some(weights.to_vec()), repeats);
                 let mut columns: Vec<usize> = (0..self.free.len()).collect();
-                columns.extend(state.chosen.iter().chain([&unknown]).map(|other| self.free.len() + other));
+                columns.extend(
+                    state
+                        .chosen
+                        .iter()
+                        .chain([&unknown])
+                        .map(|other| self.free.len() + other),
+                );
                 let left = evidence.held_out(&columns, None).sum(&all_rows, &all);
                 if left < least {
                     (least, best) = (left, at);
                 }
             }
         }
-        self.unknowns[unknown] = Unknown { id, ..lost_counts::at(&self.catalogued, channel, best, true)? };
+        self.unknowns[unknown] = Unknown {
+            id,
+            ..lost_counts::at(&self.catalogued, channel, best, true)?
+        };
         let direction = self.pass(&[unknown], (corrected, zero), false)?;
-        let formed = self.former(smoothed.period()).form(smoothed.segments(), theta, &self.unknowns, &direction)?;
+        let formed = self.former(smoothed.period()).form(
+            smoothed.segments(),
+            theta,
+            &self.unknowns,
+            &direction,
+        )?;
         *rows = with_column(rows, &formed, self.free.len() + unknown);
         Some(())
     }
@@ -615,7 +797,8 @@ impl<'a> Court<'a> {
                 scales: &present.1.scales,
                 begins: &present.1.begins,
             };
-            let rivals = selection.rivals(unknown, &present.0.chosen, &self.applied_sizes(&present.0));
+            let rivals =
+                selection.rivals(unknown, &present.0.chosen, &self.applied_sizes(&present.0));
             for (rival, _) in rivals.into_iter().take(RIVALS) {
                 let mut trial = present.0.clone();
                 trial.chosen.retain(|other| *other != unknown);
@@ -625,7 +808,16 @@ impl<'a> Court<'a> {
                 self.round(&mut trial, false)?;
                 let tried = self.round(&mut trial, false)?;
                 let left = self.left(&trial, &weights)?;
-                if left < REPLACES * best {
+                // No channel is early, so a late one may predict a little less well.
+                let is_early = |state: &State, unknown: usize| {
+                    self.unknowns[unknown].kind == "delay" && state.sizes[unknown] < 0.0
+                };
+                let needed = if is_early(&present.0, unknown) && !is_early(&trial, rival) {
+                    LATE_FOR_EARLY
+                } else {
+                    REPLACES
+                };
+                if left < needed * best {
                     best = left;
                     present = (trial, tried);
                     break;
@@ -641,36 +833,114 @@ impl<'a> Court<'a> {
         let smoothed = self.signals(&corrected)?;
         let period = smoothed.period();
         let theta = self.floored(&state.theta, smoothed.segments(), period);
-        let laws: Vec<usize> = (state.chosen.iter().copied()).filter(|&unknown| self.unknowns[unknown].channels().is_empty()).collect();
-        let zero = Direction { unknown: 0, joints: Vec::new(), segments: smoothed.segments().iter().map(|_| SignalBlock::new(0)).collect(), has_rate: false, scales_torque: false };
-        let with_laws = if laws.is_empty() { Vec::new() } else { vec![zero] };
-        let rows = self.former(period).form(smoothed.segments(), &theta, &self.unknowns, &with_laws)?;
+        let laws: Vec<usize> = (state.chosen.iter().copied())
+            .filter(|&unknown| self.unknowns[unknown].channels().is_empty())
+            .collect();
+        let zero = Direction {
+            unknown: 0,
+            joints: Vec::new(),
+            segments: smoothed
+                .segments()
+                .iter()
+                .map(|_| SignalBlock::new(0))
+                .collect(),
+            has_rate: false,
+            scales_torque: false,
+        };
+        let with_laws = if laws.is_empty() {
+            Vec::new()
+        } else {
+            vec![zero]
+        };
+        let rows =
+            self.former(period)
+                .form(smoothed.segments(), &theta, &self.unknowns, &with_laws)?;
         let scales = vec![1e9; self.unknowns.len()];
-        let untouched = State { sizes: vec![0.0; self.unknowns.len()], ..state.clone() };
+        let untouched = State {
+            sizes: vec![0.0; self.unknowns.len()],
+            ..state.clone()
+        };
         let evidence = self.evidence(&rows, (&untouched, &scales), Some(weights.to_vec()), 1.0);
-        let columns: Vec<usize> = (0..self.free.len()).chain(laws.iter().map(|unknown| self.free.len() + unknown)).collect();
+        let columns: Vec<usize> = (0..self.free.len())
+            .chain(laws.iter().map(|unknown| self.free.len() + unknown))
+            .collect();
         let all_rows: Vec<usize> = (0..self.rows.len()).collect();
         let all: Vec<usize> = (0..PARTS).collect();
         Some(evidence.held_out(&columns, None).sum(&all_rows, &all))
     }
 
+    /// Returns the zeros between encoders that the description estimates with the parameters.
+    fn preloads(&self, state: &State, round: &Round) -> Vec<Found> {
+        let columns: Vec<usize> = (0..self.free.len())
+            .chain(state.chosen.iter().map(|k| self.free.len() + k))
+            .collect();
+        let held_out = round.evidence.held_out(&columns, None);
+        let all: Vec<usize> = (0..PARTS).collect();
+        let of_joint = |joint: usize| {
+            let at = |kind| self.places.get(&self.model.index(kind, joint)?).copied();
+            let (stiffness, preload) =
+                (at(JointParameter::Stiffness)?, at(JointParameter::Preload)?);
+            let channel = self.channels.telling(Signal::Link, joint)?;
+            let offsets: Vec<f64> = (held_out.values.iter())
+                .map(|values| values[preload] / values[stiffness])
+                .collect();
+            let mean = offsets.iter().sum::<f64>() / PARTS as f64;
+            let squares: f64 = offsets.iter().map(|offset| (offset - mean).powi(2)).sum();
+            let error = ((PARTS as f64 - 1.0) / PARTS as f64 * squares).sqrt();
+            (mean.is_finite() && mean.abs() > SIGNIFICANT * error && error > 0.0).then(|| Found {
+                id: format!("offset {}", self.channels.all[channel].column),
+                kind: "offset",
+                place: Place::Channel(channel),
+                value: mean,
+                standard_error: error,
+                unit: if self.channels.turns[joint] {
+                    "rad"
+                } else {
+                    "m"
+                },
+                begins: None,
+                gain: round.evidence.gain_of(preload, &columns, (&held_out, &all)),
+                own: 1.0,
+                mimic: None,
+                competing: Vec::new(),
+            })
+        };
+        (0..self.model.joint_count()).filter_map(of_joint).collect()
+    }
+
     fn described(&self, state: &State, round: &Round) -> Vec<Found> {
-        let selection = Selection { evidence: &round.evidence, unknowns: &self.unknowns, scales: &round.scales, begins: &round.begins };
+        let selection = Selection {
+            evidence: &round.evidence,
+            unknowns: &self.unknowns,
+            scales: &round.scales,
+            begins: &round.begins,
+        };
         let applied = self.applied_sizes(state);
         (state.chosen.iter())
             .map(|&k| {
                 let unknown = &self.unknowns[k];
-                let rest: Vec<usize> = state.chosen.iter().copied().filter(|other| *other != k).collect();
+                let rest: Vec<usize> = state
+                    .chosen
+                    .iter()
+                    .copied()
+                    .filter(|other| *other != k)
+                    .collect();
                 let others = selection.columns(&rest);
                 let column = selection.column(k);
                 let mimic = (0..self.free.len())
                     .map(|parameter| {
-                        let rest: Vec<usize> = others.iter().copied().filter(|c| *c != parameter).collect();
+                        let rest: Vec<usize> =
+                            others.iter().copied().filter(|c| *c != parameter).collect();
                         let beyond = round.evidence.directions(&rest);
-                        (parameter, beyond.correlation(&round.evidence, column, parameter).abs())
+                        (
+                            parameter,
+                            beyond.correlation(&round.evidence, column, parameter).abs(),
+                        )
                     })
                     .max_by(|a, b| a.1.total_cmp(&b.1))
-                    .map(|(parameter, _)| self.model.parameters()[self.free[parameter]].name.clone());
+                    .map(|(parameter, _)| {
+                        self.model.parameters()[self.free[parameter]].name.clone()
+                    });
                 Found {
                     id: unknown.id.clone(),
                     kind: unknown.kind,
@@ -680,10 +950,16 @@ impl<'a> Court<'a> {
                     unit: unknown.unit,
                     begins: unknown.begins(),
                     gain: state.gains[k],
-                    own: round.evidence.directions(&others).own(&round.evidence, column),
+                    own: round
+                        .evidence
+                        .directions(&others)
+                        .own(&round.evidence, column),
                     mimic,
                     competing: (selection.rivals(k, &state.chosen, &applied).into_iter())
-                        .map(|(rival, correlation)| Competing { id: self.unknowns[rival].id.clone(), correlation })
+                        .map(|(rival, correlation)| Competing {
+                            id: self.unknowns[rival].id.clone(),
+                            correlation,
+                        })
                         .collect(),
                 }
             })
@@ -707,16 +983,27 @@ fn with_column(rows: &[Row], formed: &[Row], column: usize) -> Vec<Row> {
                     values[(i, place)] = new.values[(i, from)];
                 }
             }
-            Row { joint: row.joint, columns: row.columns.clone(), values, reliable: row.reliable.clone() }
+            Row {
+                joint: row.joint,
+                columns: row.columns.clone(),
+                values,
+                reliable: row.reliable.clone(),
+            }
         })
         .collect()
 }
 
 /// Returns the change of the signals of some joints.
-fn difference(signals: &SignalBlock, zero: &SignalBlock, joints: &[usize], is_torque: bool) -> SignalBlock {
+fn difference(
+    signals: &SignalBlock,
+    zero: &SignalBlock,
+    joints: &[usize],
+    is_torque: bool,
+) -> SignalBlock {
     let n = signals.q.len();
     let mut change = SignalBlock::new(n);
-    let minus = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
+    let minus =
+        |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
     for &j in joints {
         if is_torque {
             change.tau[j] = minus(&signals.tau[j], &zero.tau[j]);
@@ -731,7 +1018,12 @@ fn difference(signals: &SignalBlock, zero: &SignalBlock, joints: &[usize], is_to
         for j in (0..n).filter(|j| !joints.contains(j)) {
             change.tau[j] = vec![0.0; signals.len()];
         }
-        for columns in [&mut change.q, &mut change.dq, &mut change.phi, &mut change.dphi] {
+        for columns in [
+            &mut change.q,
+            &mut change.dq,
+            &mut change.phi,
+            &mut change.dphi,
+        ] {
             for column in columns.iter_mut() {
                 *column = vec![0.0; signals.len()];
             }
@@ -746,16 +1038,28 @@ fn difference(signals: &SignalBlock, zero: &SignalBlock, joints: &[usize], is_to
 fn sum_of(unknown: usize, members: &[&Direction], segments: &[SignalBlock]) -> Option<Direction> {
     let first = members.first()?;
     let n = segments.first()?.q.len();
-    let joints: Vec<usize> = (0..n).filter(|j| members.iter().any(|member| member.joints.contains(j))).collect();
+    let joints: Vec<usize> = (0..n)
+        .filter(|j| members.iter().any(|member| member.joints.contains(j)))
+        .collect();
     let summed = (segments.iter().enumerate())
         .map(|(s, segment)| {
             let zero = || vec![vec![0.0; segment.len()]; n];
             let mut sum = SignalBlock::new(n);
             (sum.q, sum.dq, sum.phi, sum.dphi) = (zero(), zero(), zero(), zero());
-            sum.tau = if first.segments[s].tau.is_empty() { Vec::new() } else { zero() };
+            sum.tau = if first.segments[s].tau.is_empty() {
+                Vec::new()
+            } else {
+                zero()
+            };
             for member in members {
                 let of = &member.segments[s];
-                let pairs = [(&mut sum.q, &of.q), (&mut sum.dq, &of.dq), (&mut sum.phi, &of.phi), (&mut sum.dphi, &of.dphi), (&mut sum.tau, &of.tau)];
+                let pairs = [
+                    (&mut sum.q, &of.q),
+                    (&mut sum.dq, &of.dq),
+                    (&mut sum.phi, &of.phi),
+                    (&mut sum.dphi, &of.dphi),
+                    (&mut sum.tau, &of.tau),
+                ];
                 for (to, from) in pairs {
                     for (to, from) in to.iter_mut().zip(from) {
                         for (to, from) in to.iter_mut().zip(from) {
@@ -767,5 +1071,11 @@ fn sum_of(unknown: usize, members: &[&Direction], segments: &[SignalBlock]) -> O
             sum
         })
         .collect();
-    Some(Direction { unknown, joints, segments: summed, has_rate: first.has_rate, scales_torque: false })
+    Some(Direction {
+        unknown,
+        joints,
+        segments: summed,
+        has_rate: first.has_rate,
+        scales_torque: false,
+    })
 }

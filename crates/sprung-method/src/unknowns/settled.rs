@@ -11,6 +11,8 @@ use crate::log::Channels;
 use crate::model::Model;
 use crate::prepare::{PrepareError, Prepared};
 use crate::progress::Listener;
+use crate::regression::Reading;
+use sprung_core::parameters::JointParameter;
 
 /// Prepared logs with what was found in the first of them.
 #[derive(Clone, Debug)]
@@ -39,8 +41,15 @@ pub(super) struct Telling<'a> {
 /// # Errors
 ///
 /// As of [`prepare`](crate::prepare::prepare), but for those of reading.
-pub(crate) fn settled(prepared: Prepared, progress: &mut dyn Listener) -> Result<Settled, PrepareError> {
-    let nothing = |prepared: Prepared| Settled { prepared, unknowns: Vec::new(), findings: Vec::new() };
+pub(crate) fn settled(
+    prepared: Prepared,
+    progress: &mut dyn Listener,
+) -> Result<Settled, PrepareError> {
+    let nothing = |prepared: Prepared| Settled {
+        prepared,
+        unknowns: Vec::new(),
+        findings: Vec::new(),
+    };
     if prepared.wrong_time_unit().is_some() {
         return Ok(nothing(prepared));
     }
@@ -49,7 +58,10 @@ pub(crate) fn settled(prepared: Prepared, progress: &mut dyn Listener) -> Result
     };
     let channels = prepared.reading().channels().clone();
     let period = prepared.excerpt().period();
-    let found: Vec<Found> = relative(found, &channels, period).into_iter().filter(|found| found.kind != "law").collect();
+    let found: Vec<Found> = relative(found, &channels, period)
+        .into_iter()
+        .filter(|found| found.kind != "law")
+        .collect();
     let file = prepared.names().first().cloned().unwrap_or_default();
     let names = prepared.reading().model().joints().to_vec();
     let (mut unknowns, mut findings) = (Vec::new(), Vec::new());
@@ -59,23 +71,34 @@ pub(crate) fn settled(prepared: Prepared, progress: &mut dyn Listener) -> Result
             columns: columns(one.place, &channels),
             joint: joint(one.place, &channels).map_or("", |joint| &names[joint]),
             file: &file,
-            status: status(one, &channels),
+            status: status(one, prepared.reading()),
             period,
         };
         unknowns.push(result(&telling));
-        findings.push(finding(&telling));
+        // An offset that the description estimates needs no finding.
+        if telling.status != UnknownStatus::Estimated || one.kind != "offset" {
+            findings.push(finding(&telling));
+        }
     }
     let prepared = applied(prepared, &found, progress)?;
-    Ok(Settled { prepared, unknowns, findings })
+    Ok(Settled {
+        prepared,
+        unknowns,
+        findings,
+    })
 }
 
 /// Returns the columns of a place.
 fn columns(place: Place, channels: &Channels) -> Vec<&str> {
-    let all = channels.all.iter().enumerate().filter(|(i, channel)| match place {
-        Place::Channel(at) => *i == at,
-        Place::All(signal) => channel.quantity.signal() == signal,
-        Place::Joint(_) => false,
-    });
+    let all = channels
+        .all
+        .iter()
+        .enumerate()
+        .filter(|(i, channel)| match place {
+            Place::Channel(at) => *i == at,
+            Place::All(signal) => channel.quantity.signal() == signal,
+            Place::Joint(_) => false,
+        });
     all.map(|(_, channel)| channel.column.as_str()).collect()
 }
 
@@ -87,13 +110,20 @@ fn joint(place: Place, channels: &Channels) -> Option<usize> {
     }
 }
 
-fn status(found: &Found, channels: &Channels) -> UnknownStatus {
-    let is_asked = match found.place {
-        Place::Channel(at) => channels.all[at].delay == Some(Delay::Estimate),
-        Place::All(_) | Place::Joint(_) => false,
+fn status(found: &Found, reading: &Reading) -> UnknownStatus {
+    let (is_asked, has_preload) = match found.place {
+        Place::Channel(at) => {
+            let channel = &reading.channels().all[at];
+            let preload = reading
+                .model()
+                .index(JointParameter::Preload, channel.joint);
+            (channel.delay == Some(Delay::Estimate), preload.is_some())
+        }
+        Place::All(_) | Place::Joint(_) => (false, false),
     };
     match found.kind {
         "delay" if is_asked => UnknownStatus::Estimated,
+        "offset" if has_preload => UnknownStatus::Estimated,
         "delay" | "timing" | "offset" => UnknownStatus::Applied,
         _ => UnknownStatus::Found,
     }
@@ -111,14 +141,21 @@ fn result(of: &Telling<'_>) -> UnknownResult {
         begins_s: found.begins,
         status: of.status,
         competing: (found.competing.iter())
-            .map(|rival| CompetingUnknown { id: rival.id.clone(), correlation: rival.correlation })
+            .map(|rival| CompetingUnknown {
+                id: rival.id.clone(),
+                correlation: rival.correlation,
+            })
             .collect(),
         effect: found.gain,
     }
 }
 
 /// Returns the preparation with the delays that were found, and with the zero between two encoders as a parameter.
-fn applied(prepared: Prepared, found: &[Found], progress: &mut dyn Listener) -> Result<Prepared, PrepareError> {
+fn applied(
+    prepared: Prepared,
+    found: &[Found],
+    progress: &mut dyn Listener,
+) -> Result<Prepared, PrepareError> {
     let mut delays = prepared.reading().delays().to_vec();
     let channels = prepared.reading().channels().clone();
     let mut experiment = prepared.experiment().clone();
@@ -142,18 +179,25 @@ fn applied(prepared: Prepared, found: &[Found], progress: &mut dyn Listener) -> 
                 && channels.all[i].delay.is_none()
                 && let Some(log) = &mut experiment.log
             {
-                log.delay_s.insert(channels.all[i].column.clone(), Delay::Estimate);
+                log.delay_s
+                    .insert(channels.all[i].column.clone(), Delay::Estimate);
             }
         }
     }
-    let needs_offset = found.iter().any(|one| one.kind == "offset");
+    let needs_offset = found.iter().any(|one| {
+        one.kind == "offset" && status(one, prepared.reading()) == UnknownStatus::Applied
+    });
     if needs_offset {
         experiment.identify.encoder_offset = Some(EncoderOffset::Estimate);
     }
     if delays == prepared.reading().delays() && !needs_offset {
         return Ok(prepared);
     }
-    let model = if needs_offset { Model::new(&experiment).ok() } else { None };
+    let model = if needs_offset {
+        Model::new(&experiment).ok()
+    } else {
+        None
+    };
     let model = model.unwrap_or_else(|| prepared.reading().model().clone());
     let again = prepared.again(&experiment, &model, progress)?;
     let reading = again.reading().with_delays(&delays);

@@ -80,10 +80,7 @@ pub(crate) enum Effect {
     /// It changes the samples of channels.
     Channels(Vec<usize>, Arc<dyn ChannelEffect>),
     /// It is a torque of a joint: in the equation of the motor, and in the sum with the link if it is no torque between them.
-    Law {
-        torque: Law,
-        is_of_spring: bool,
-    },
+    Law { torque: Law, is_of_spring: bool },
 }
 
 /// An unknown.
@@ -96,6 +93,8 @@ pub(crate) struct Unknown {
     pub(crate) place: Place,
     /// Size that is usual, one standard deviation, in `unit`; infinite for the coefficient of a law.
     pub(crate) scale: f64,
+    /// Size up to which any log may have it, so that significance alone decides; zero for a cause that must explain enough.
+    pub(crate) expected: f64,
     /// Whether only positive sizes exist.
     pub(crate) is_positive: bool,
     pub(crate) unit: &'static str,

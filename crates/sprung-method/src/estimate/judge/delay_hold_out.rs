@@ -4,7 +4,7 @@ use crate::finding::{Finding, Severity};
 use crate::prepare::{DelayGain, Prepared};
 
 /// Returns a finding about a late channel with the effect of its delay on the held-out error of the
-/// motor torques. A delay that raises this error is not recommended. Other findings stay.
+/// motor torques. A delay that does not lower this error is not recommended. Other findings stay.
 pub(in crate::estimate) fn with_held_out_delay(
     mut finding: Finding,
     prepared: &Prepared,
@@ -19,12 +19,13 @@ pub(in crate::estimate) fn with_held_out_delay(
         return finding;
     };
     let words = gain.words();
-    if gain.is_higher() {
+    if !gain.is_lower() {
         "delay-rejected".clone_into(&mut finding.code);
         finding.severity = Severity::Info;
+        finding.setting = None;
         finding.text = format!(
-            "{}; but with this delay the held-out error of the motor torques rises {words}, so sprung \
-             does not recommend it",
+            "{}; but with this delay the held-out error of the motor torques goes {words}, so sprung \
+             does not recommend it. The confidence intervals contain its effect",
             finding.text
         );
         "nothing; a friction law or another effect may be missing in the model"

@@ -4,14 +4,17 @@ use std::sync::Arc;
 
 use super::{Catalogued, falls, or_else};
 use crate::description::Delay as Given;
-use crate::log::Signal;
 use crate::finding::{Finding, Severity};
+use crate::log::Signal;
 use crate::numbers::in_ms;
 use crate::unknowns::settled::Telling;
 use crate::unknowns::unknown::{ChannelEffect, Effect, Place, Samples, Unknown};
 
 /// Usual delay, s.
 const USUAL_S: f64 = 0.010;
+
+/// Delay of all torques by controller and recorder, in samples.
+const EXPECTED_SAMPLES: f64 = 1.5;
 
 /// Usual delay if the description asks for it, s. Sensors with a filter of their own are late by its lag.
 const ASKED_S: f64 = 0.1;
@@ -37,25 +40,30 @@ impl ChannelEffect for Delay {
         (0..x.len() as i64)
             .map(|k| {
                 let first = k + whole as i64 - 1;
-                (weights.iter().zip(first..)).map(|(weight, k)| weight * at(k)).sum()
+                (weights.iter().zip(first..))
+                    .map(|(weight, k)| weight * at(k))
+                    .sum()
             })
             .collect()
     }
 }
 
 pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
-    let unknown = |id: String, place: Place, channels: Vec<usize>, scale: f64| Unknown {
-        id,
-        kind: "delay",
-        place,
-        scale,
-        is_positive: false,
-        unit: "s",
-        effect: Effect::Channels(channels, Arc::new(Delay)),
-    };
+    let unknown =
+        |id: String, place: Place, channels: Vec<usize>, scale: f64, expected: f64| Unknown {
+            id,
+            kind: "delay",
+            place,
+            scale,
+            expected,
+            is_positive: false,
+            unit: "s",
+            effect: Effect::Channels(channels, Arc::new(Delay)),
+        };
     let open = |channel: &usize| !matches!(of.channels.all[*channel].delay, Some(Given::Known(_)));
     let is_only_torque = |channel: &usize| {
-        of.channels.all[*channel].quantity.signal() == Signal::Torque && of.of_signals(&[Signal::Torque]).count() == 1
+        of.channels.all[*channel].quantity.signal() == Signal::Torque
+            && of.of_signals(&[Signal::Torque]).count() == 1
     };
     let mut all: Vec<Unknown> = (of.of_signals(&[Signal::Link, Signal::Motor, Signal::Torque]))
         .filter(|channel| open(channel) && !is_only_torque(channel))
@@ -63,15 +71,38 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
             let column = &of.channels.all[channel].column;
             let is_asked = of.channels.all[channel].delay == Some(Given::Estimate);
             let scale = if is_asked { ASKED_S } else { USUAL_S };
-            unknown(format!("delay {column}"), Place::Channel(channel), vec![channel], scale)
+            unknown(
+                format!("delay {column}"),
+                Place::Channel(channel),
+                vec![channel],
+                scale,
+                0.0,
+            )
         })
         .collect();
-    for (signal, name) in [(Signal::Link, "link positions"), (Signal::Motor, "motor positions"), (Signal::Torque, "torques")] {
+    for (signal, name) in [
+        (Signal::Link, "link positions"),
+        (Signal::Motor, "motor positions"),
+        (Signal::Torque, "torques"),
+    ] {
         let channels: Vec<usize> = of.of_signals(&[signal]).collect();
         // The delay of the only torque is the timing of all torques.
         let is_common = channels.len() > 1 || signal == Signal::Torque && channels.len() == 1;
         if is_common && channels.iter().all(open) {
-            all.push(unknown(format!("delay all {name}"), Place::All(signal), channels, USUAL_S));
+            // Few recorders say for how long a torque acts.
+            let is_open = signal == Signal::Torque && of.channels.torque_hold.is_none();
+            let expected = if is_open {
+                EXPECTED_SAMPLES * of.period
+            } else {
+                0.0
+            };
+            all.push(unknown(
+                format!("delay all {name}"),
+                Place::All(signal),
+                channels,
+                USUAL_S,
+                expected,
+            ));
         }
     }
     all
@@ -81,8 +112,16 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
 pub(super) fn finding(of: &Telling<'_>) -> Finding {
     let (value, error) = (of.found.value, of.found.standard_error);
     let when = if value < 0.0 { "early" } else { "late" };
-    let columns: Vec<String> = of.columns.iter().map(|column| format!("\"{column}\"")).collect();
-    let settings: Vec<String> = of.columns.iter().map(|column| format!("\"{column}\" = {value:.6}")).collect();
+    let columns: Vec<String> = of
+        .columns
+        .iter()
+        .map(|column| format!("\"{column}\""))
+        .collect();
+    let settings: Vec<String> = of
+        .columns
+        .iter()
+        .map(|column| format!("\"{column}\" = {value:.6}"))
+        .collect();
     let setting = format!("delay_s = {{ {} }}", settings.join(", "));
     Finding::new(
         Severity::Info,

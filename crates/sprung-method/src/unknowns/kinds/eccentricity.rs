@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::{Catalogued, falls, or_else};
-use crate::log::Signal;
 use crate::finding::{Finding, Severity};
+use crate::log::Signal;
 use crate::unknowns::settled::Telling;
 use crate::unknowns::unknown::{ChannelEffect, Effect, Place, Samples, Unknown};
 
@@ -18,21 +18,33 @@ struct Eccentricity {
 
 impl ChannelEffect for Eccentricity {
     fn perturb(&self, samples: &Samples<'_>, size: f64) -> Vec<f64> {
-        let wave = |x: f64| if self.is_cosine { x.cos() - 1.0 } else { x.sin() };
+        let wave = |x: f64| {
+            if self.is_cosine {
+                x.cos() - 1.0
+            } else {
+                x.sin()
+            }
+        };
         samples.values.iter().map(|x| x + size * wave(*x)).collect()
     }
 }
 
 pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
     let mut all = Vec::new();
-    for channel in of.of_signals(&[Signal::Link]).filter(|&channel| of.turns(channel)) {
+    for channel in of
+        .of_signals(&[Signal::Link])
+        .filter(|&channel| of.turns(channel))
+    {
         for (name, is_cosine) in [("sine", false), ("cosine", true)] {
-            let Some(deflection) = of.deflection(channel) else { continue };
+            let Some(deflection) = of.deflection(channel) else {
+                continue;
+            };
             all.push(Unknown {
                 id: format!("eccentricity {} {name}", of.channels.all[channel].column),
                 kind: "eccentricity",
                 place: Place::Channel(channel),
                 scale: USUAL_DEFLECTIONS * deflection,
+                expected: 0.0,
                 is_positive: false,
                 unit: "rad",
                 effect: Effect::Channels(vec![channel], Arc::new(Eccentricity { is_cosine })),

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::{Catalogued, falls, or_else};
-use crate::log::Signal;
 use crate::finding::{Finding, Severity};
+use crate::log::Signal;
 use crate::unknowns::settled::Telling;
 use crate::unknowns::unknown::{ChannelEffect, Effect, Place, Samples, Unknown};
 
@@ -34,7 +34,12 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
             id: format!("gain {}", of.channels.all[channel].column),
             kind: "gain",
             place: Place::Channel(channel),
-            scale: if of.channels.all[channel].quantity.signal() == Signal::Torque { USUAL_OF_TORQUE } else { USUAL_OF_POSITION },
+            scale: if of.channels.all[channel].quantity.signal() == Signal::Torque {
+                USUAL_OF_TORQUE
+            } else {
+                USUAL_OF_POSITION
+            },
+            expected: 0.0,
             is_positive: false,
             unit: "",
             effect: Effect::Channels(vec![channel], Arc::new(Gain)),

@@ -58,8 +58,20 @@ const LAWS: [(&str, Law, bool, f64, bool); 10] = [
     ("load friction", load, false, 0.05, true),
     ("saturation", saturation, false, 0.05, true),
     ("friction offset", motor_offset, false, 0.05, false),
-    ("motor Coulomb friction", coulomb, false, f64::INFINITY, true),
-    ("link Coulomb friction", link_coulomb, false, f64::INFINITY, true),
+    (
+        "motor Coulomb friction",
+        coulomb,
+        false,
+        f64::INFINITY,
+        true,
+    ),
+    (
+        "link Coulomb friction",
+        link_coulomb,
+        false,
+        f64::INFINITY,
+        true,
+    ),
 ];
 
 pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
@@ -74,9 +86,13 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
                 kind: "law",
                 place: Place::Joint(joint),
                 scale,
+                expected: 0.0,
                 is_positive,
                 unit: "",
-                effect: Effect::Law { torque, is_of_spring },
+                effect: Effect::Law {
+                    torque,
+                    is_of_spring,
+                },
             });
         }
     }

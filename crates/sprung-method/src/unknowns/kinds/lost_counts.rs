@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::{Catalogued, falls, or_else};
-use crate::log::Signal;
 use crate::finding::{Finding, Severity};
+use crate::log::Signal;
 use crate::unknowns::settled::Telling;
 use crate::unknowns::unknown::{ChannelEffect, Effect, Place, Samples, Unknown};
 
@@ -45,6 +45,7 @@ pub(crate) fn at(of: &Catalogued<'_>, channel: usize, at: f64, is_sharp: bool) -
         kind: "lost-counts",
         place: Place::Channel(channel),
         scale: if is_sharp { 5.0 } else { 1.0 } * of.deflection(channel)?,
+        expected: 0.0,
         is_positive: false,
         unit: of.unit_of_position(channel),
         effect: Effect::Channels(vec![channel], Arc::new(Jump { at, is_sharp })),
@@ -57,10 +58,16 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
     for channel in of.of_signals(&[Signal::Link, Signal::Motor]) {
         let knots = (1..KNOTS).map(|k| begin + duration * k as f64 / KNOTS as f64);
         let places = knots.map(|time| (time, false));
-        let jumps = of.largest_jumps(channel, LARGEST_JUMPS).into_iter().map(|time| (time, true));
+        let jumps = of
+            .largest_jumps(channel, LARGEST_JUMPS)
+            .into_iter()
+            .map(|time| (time, true));
         for (k, (time, is_sharp)) in places.chain(jumps).enumerate() {
             if let Some(unknown) = at(of, channel, time, is_sharp) {
-                all.push(Unknown { id: format!("{} {k}", unknown.id), ..unknown });
+                all.push(Unknown {
+                    id: format!("{} {k}", unknown.id),
+                    ..unknown
+                });
             }
         }
     }

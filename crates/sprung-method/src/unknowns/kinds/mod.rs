@@ -25,6 +25,8 @@ pub(crate) struct Catalogued<'a> {
     pub(super) joints: usize,
     /// First time of the excerpt and its duration, s.
     pub(super) span: [f64; 2],
+    /// Sampling period, s.
+    pub(super) period: f64,
     excerpt: &'a Excerpt,
     deflections: Vec<Option<f64>>,
 }
@@ -50,6 +52,7 @@ impl<'a> Catalogued<'a> {
             names: model.joints(),
             joints: model.joint_count(),
             span: [first.copied().unwrap_or_default(), excerpt.duration()],
+            period: excerpt.period(),
             excerpt,
             deflections,
         }
@@ -58,7 +61,9 @@ impl<'a> Catalogued<'a> {
     /// Returns the channels of some signals of joints that move, joint by joint.
     pub(super) fn of_signals(&self, signals: &[Signal]) -> impl Iterator<Item = usize> {
         let of_joint = |joint: usize| {
-            let all = signals.iter().filter_map(move |&signal| self.channels.telling(signal, joint));
+            let all = signals
+                .iter()
+                .filter_map(move |&signal| self.channels.telling(signal, joint));
             all.collect::<Vec<usize>>()
         };
         let all: Vec<usize> = (0..self.joints)
@@ -108,7 +113,10 @@ impl<'a> Catalogued<'a> {
             let deflection: Vec<f64> = (block.values[motor].iter().zip(&block.values[link]))
                 .map(|(motor, link)| motor - link)
                 .collect();
-            let steps: Vec<f64> = deflection.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            let steps: Vec<f64> = deflection
+                .windows(2)
+                .map(|pair| pair[1] - pair[0])
+                .collect();
             for (k, around) in steps.windows(2 * NEIGHBOURS + 1).enumerate() {
                 let mean = around.iter().sum::<f64>() / around.len() as f64;
                 let at = k + NEIGHBOURS;
@@ -138,14 +146,22 @@ pub(super) fn finding(of: &Telling<'_>) -> Finding {
 
 /// Returns what else may explain the log, as a sentence; empty if nothing does.
 fn or_else(of: &Telling<'_>) -> String {
-    let rivals: Vec<&str> = of.found.competing.iter().map(|rival| rival.id.as_str()).take(2).collect();
+    let rivals: Vec<&str> = of
+        .found
+        .competing
+        .iter()
+        .map(|rival| rival.id.as_str())
+        .take(2)
+        .collect();
     let rivals = match &rivals[..] {
         [] => String::new(),
         _ => format!(". The log does not tell it from: {}", rivals.join(", ")),
     };
-    let mimic = (of.found.mimic.as_ref()).filter(|_| of.found.own < MIMICKED).map_or_else(String::new, |name| {
-        format!(". {name} has nearly the same effect, so both are estimated together")
-    });
+    let mimic = (of.found.mimic.as_ref())
+        .filter(|_| of.found.own < MIMICKED)
+        .map_or_else(String::new, |name| {
+            format!(". {name} has nearly the same effect, so both are estimated together")
+        });
     format!("{rivals}{mimic}")
 }
 
@@ -154,7 +170,10 @@ const MIMICKED: f64 = 0.3;
 
 /// Returns the gain in words.
 fn falls(of: &Telling<'_>) -> String {
-    format!("the error of the torques on held-out parts of the log falls by {:.0} % (squares)", 100.0 * of.found.gain)
+    format!(
+        "the error of the torques on held-out parts of the log falls by {:.0} % (squares)",
+        100.0 * of.found.gain
+    )
 }
 
 /// Returns all unknowns that a log may have.

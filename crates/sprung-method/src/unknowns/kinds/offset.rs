@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::{Catalogued, falls, or_else};
-use crate::log::Signal;
 use crate::finding::{Finding, Severity};
+use crate::log::Signal;
 use crate::unknowns::settled::Telling;
 use crate::unknowns::unknown::{ChannelEffect, Effect, Place, Samples, Unknown};
 
@@ -29,6 +29,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
                 kind: "offset",
                 place: Place::Channel(channel),
                 scale: USUAL_DEFLECTIONS * of.deflection(channel)?,
+                expected: 0.0,
                 is_positive: false,
                 unit: of.unit_of_position(channel),
                 effect: Effect::Channels(vec![channel], Arc::new(Offset)),
