@@ -30,8 +30,9 @@ pub struct ShownUnknown {
 impl From<&UnknownResult> for ShownUnknown {
     fn from(unknown: &UnknownResult) -> Self {
         let rivals = unknown.competing.iter();
-        let rivals: Vec<String> =
-            rivals.map(|rival| format!("{} ({:.2})", rival.id, rival.correlation)).collect();
+        let rivals: Vec<String> = rivals
+            .map(|rival| format!("{} ({:.2})", rival.id, rival.correlation))
+            .collect();
         Self {
             what: what(unknown),
             place: place(unknown),
@@ -46,9 +47,15 @@ impl From<&UnknownResult> for ShownUnknown {
 /// Returns the kind in words, with what tells two of one place apart.
 fn what(unknown: &UnknownResult) -> String {
     let waves = ["sine", "cosine"];
-    let wave = waves.into_iter().find(|wave| unknown.id.ends_with(&format!(" {wave}")));
+    let wave = waves
+        .into_iter()
+        .find(|wave| unknown.id.ends_with(&format!(" {wave}")));
     match (unknown.begins_s, wave) {
-        (Some(begins), _) => format!("{} {} s", unknown.kind.replace('-', " "), significant(begins, 3)),
+        (Some(begins), _) => format!(
+            "{} {} s",
+            unknown.kind.replace('-', " "),
+            significant(begins, 3)
+        ),
         (None, Some(wave)) => format!("eccentric, {wave}"),
         (None, None) => unknown.kind.replace('-', " "),
     }
@@ -59,8 +66,14 @@ fn place(unknown: &UnknownResult) -> String {
     if !unknown.place.contains(", ") {
         return unknown.place.clone();
     }
-    let signal = unknown.id.split_once(" all ").or(unknown.id.split_once(" of the "));
-    signal.map_or_else(|| unknown.place.clone(), |(_, signal)| format!("all {signal}"))
+    let signal = unknown
+        .id
+        .split_once(" all ")
+        .or(unknown.id.split_once(" of the "));
+    signal.map_or_else(
+        || unknown.place.clone(),
+        |(_, signal)| format!("all {signal}"),
+    )
 }
 
 fn size(unknown: &UnknownResult) -> String {
@@ -72,7 +85,11 @@ fn size(unknown: &UnknownResult) -> String {
         unit => (1.0, unit),
     };
     let error = factor * unknown.standard_error;
-    format!("{} ± {} {unit}", as_exact(factor * unknown.value, error), significant(error, 2))
+    format!(
+        "{} ± {} {unit}",
+        as_exact(factor * unknown.value, error),
+        significant(error, 2)
+    )
 }
 
 /// Composes the section; `None` if nothing was found.
@@ -86,9 +103,17 @@ pub(super) fn unknowns(found: &[UnknownResult]) -> Option<Section> {
                 shown.size,
                 shown.used.to_owned(),
                 shown.falls_percent,
-                if shown.competing.is_empty() { "–".to_owned() } else { shown.competing },
+                if shown.competing.is_empty() {
+                    "–".to_owned()
+                } else {
+                    shown.competing
+                },
             ],
-            tone: if unknown.status == UnknownStatus::Found { Tone::Doubtful } else { Tone::Neutral },
+            tone: if unknown.status == UnknownStatus::Found {
+                Tone::Doubtful
+            } else {
+                Tone::Neutral
+            },
         }
     };
     let table = Table {
@@ -165,13 +190,18 @@ mod tests {
     #[test]
     fn a_section_names_rivals() {
         assert_eq!(unknowns(&[]), None);
-        let rival = CompetingUnknown { id: "delay tau1".to_owned(), correlation: -0.91 };
+        let rival = CompetingUnknown {
+            id: "delay tau1".to_owned(),
+            correlation: -0.91,
+        };
         let delay = UnknownResult {
             competing: vec![rival],
             ..unknown("delay q1_rad", "delay", "q1_rad", "s")
         };
         let section = unknowns(&[delay]).unwrap();
-        let Block::Table(table) = &section.blocks[0] else { panic!("{section:?}") };
+        let Block::Table(table) = &section.blocks[0] else {
+            panic!("{section:?}")
+        };
         assert_eq!(table.rows[0].cells[4..], ["42", "delay tau1 (-0.91)"]);
     }
 }

@@ -145,7 +145,11 @@ fn shortened(place: &str) -> String {
     }
     let first = LONGEST_PLACE / 2;
     let last = letters.len() - (LONGEST_PLACE - first - 1);
-    letters[..first].iter().chain(&['…']).chain(&letters[last..]).collect()
+    letters[..first]
+        .iter()
+        .chain(&['…'])
+        .chain(&letters[last..])
+        .collect()
 }
 
 pub(super) fn error_table(run: &sprung::validate::RunResult) -> Grid {

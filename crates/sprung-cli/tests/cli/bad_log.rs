@@ -183,7 +183,11 @@ fn late_link_channel() {
     let delay = json["unknowns"][0]["value"].as_f64().unwrap();
     assert!((delay - 0.149).abs() < 1e-3, "{delay}");
     let message = stderr(&output);
-    for part in ["delayed-channel", "\"q1_rad\" was recorded 14", "q1_rad\" = 0.14"] {
+    for part in [
+        "delayed-channel",
+        "\"q1_rad\" was recorded 14",
+        "q1_rad\" = 0.14",
+    ] {
         assert!(message.contains(part), "no {part:?} in {message}");
     }
     let output = case.identify(&["--quiet", "--set", "log.delay_s.q1_rad=estimate"]);

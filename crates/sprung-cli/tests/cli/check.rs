@@ -118,12 +118,17 @@ fn what_the_log_shows_beyond_its_description_is_a_table() {
     });
     let Ran { code, out, err } = check(&case, &[]);
     assert_eq!(code, Some(0), "{err}");
-    let (_, table) = out.split_once("what the log shows beyond its description").unwrap();
+    let (_, table) = out
+        .split_once("what the log shows beyond its description")
+        .unwrap();
     let row = table.lines().find(|line| line.contains("tau2_nm")).unwrap();
     for cell in ["delay", "ms", "±", "applied"] {
         assert!(row.contains(cell), "no {cell:?} in {row:?}");
     }
-    assert!(table.lines().take(5).all(|line| line.chars().count() <= 80), "{table}");
+    assert!(
+        table.lines().take(5).all(|line| line.chars().count() <= 80),
+        "{table}"
+    );
     let json = std::fs::read_to_string(case.path("sprung-out/check.json")).unwrap();
     let json: Value = serde_json::from_str(&json).unwrap();
     assert_eq!(json["unknowns"][0]["id"], "delay tau2_nm");
@@ -134,8 +139,14 @@ fn what_the_log_shows_beyond_its_description_is_a_table() {
     let output = case.identify(&[]);
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let (_, table) = said.split_once("what the log shows beyond its description").unwrap();
+    let (_, table) = said
+        .split_once("what the log shows beyond its description")
+        .unwrap();
     assert!(table.contains(row.trim_end()), "{said}");
     // A whole log has no table.
-    assert!(!check(&Case::new(), &[]).out.contains("beyond its description"));
+    assert!(
+        !check(&Case::new(), &[])
+            .out
+            .contains("beyond its description")
+    );
 }

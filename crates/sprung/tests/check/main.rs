@@ -23,9 +23,9 @@ use sprung_base::finding::Severity;
 use sprung_base::progress::Unheard;
 use sprung_method::check::{CheckReport, check};
 use sprung_method::estimate::{IdentifyError, identify};
+use sprung_method::unknowns::UnknownStatus;
 use sprung_model::Model;
 use sprung_robot::{Estimator, Experiment, OnCheckError};
-use sprung_method::unknowns::UnknownStatus;
 use twin::{Demo, Table};
 
 /// Percent of a torque's variance that a good model explains: all but a fifth, root mean square.
@@ -217,7 +217,11 @@ fn the_only_unknown(report: &CheckReport, code: &str, kind: &str, column: &str) 
     assert_eq!(found.severity, Severity::Info);
     let evidence = found.evidence.as_ref().unwrap();
     assert_eq!(evidence.column.as_deref(), Some(column));
-    assert!(report.worst() <= Some(Severity::Info), "{:#?}", report.findings);
+    assert!(
+        report.worst() <= Some(Severity::Info),
+        "{:#?}",
+        report.findings
+    );
     unknown.value
 }
 
