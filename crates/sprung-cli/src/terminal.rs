@@ -12,7 +12,7 @@ use sprung::check::UnknownResult;
 use sprung::estimate::{Identification, Refinement, Verdict};
 use sprung::finding::{Finding, Severity};
 use sprung::progress::{Answer, Listener, Progress};
-use sprung::report::{UNKNOWNS_HEADING, significant};
+use sprung::report::{ShownUnknown, significant};
 use sprung::validate::Validation;
 
 use crate::args::{Color, Voice};
@@ -211,7 +211,7 @@ impl Terminal {
     /// Prints what a log shows beyond its description; nothing for an empty list.
     pub(crate) fn unknowns(self, found: &[UnknownResult]) {
         if !found.is_empty() {
-            self.say(format!("\n{}", UNKNOWNS_HEADING.to_lowercase()));
+            self.say(format!("\n{}", ShownUnknown::HEADING.to_lowercase()));
             self.say("(falls: by how much each lowers the squared error of the torques)");
             self.table(&unknown_table(found));
         }

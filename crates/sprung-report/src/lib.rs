@@ -61,4 +61,4 @@ pub use intervals::relative_scale;
 pub use joint_figures::JointFigures;
 pub use numbers::significant;
 pub use servo::compose_servo;
-pub use unknowns::{ShownUnknown, UNKNOWNS_HEADING};
+pub use unknowns::ShownUnknown;

@@ -7,9 +7,6 @@ use super::section::section;
 use super::tables::{number, text};
 use sprung_method::unknowns::{UnknownResult, UnknownStatus};
 
-/// Heading of the table, in reports and on the terminal.
-pub const UNKNOWNS_HEADING: &str = "What the log shows beyond its description";
-
 /// An unknown in the form of tables.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ShownUnknown {
@@ -25,6 +22,11 @@ pub struct ShownUnknown {
     pub falls_percent: String,
     /// Other unknowns that explain the log nearly as well, with their correlations.
     pub competing: String,
+}
+
+impl ShownUnknown {
+    /// Heading of the table.
+    pub const HEADING: &str = "What the log shows beyond its description";
 }
 
 impl From<&UnknownResult> for ShownUnknown {
@@ -135,7 +137,7 @@ pub(super) fn unknowns(found: &[UnknownResult]) -> Option<Section> {
     (!found.is_empty()).then(|| {
         section(
             "unknowns",
-            UNKNOWNS_HEADING,
+            ShownUnknown::HEADING,
             "These causes explain the log better than its description alone. \"Given\" and \"estimated\" come from the \
              experiment file. \"Applied\" means that all results use it. \"Found\" means that the results do not use it: mend \
              the cause, or set it in the experiment file.",

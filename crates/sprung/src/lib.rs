@@ -152,9 +152,9 @@ pub mod progress {
 pub mod report {
     #[doc(inline)]
     pub use sprung_report::{
-        Contents, Document, Figure, JointFigures, ShownUnknown, Style, UNKNOWNS_HEADING, compose,
-        compose_check, compose_comparison, compose_control, compose_excitation, compose_servo,
-        relative_scale, render, significant,
+        Contents, Document, Figure, JointFigures, ShownUnknown, Style, compose, compose_check,
+        compose_comparison, compose_control, compose_excitation, compose_servo, relative_scale,
+        render, significant,
     };
 }
 
