@@ -9,7 +9,7 @@ pub enum Phase {
     /// Chooses cut-off, delays, Stribeck velocities and weights for the estimation; counted in
     /// choices.
     Preparing,
-    /// Estimates delays by maximum likelihood; counted in runs of the filter.
+    /// Estimates Stribeck velocities by maximum likelihood; counted in runs of the filter.
     FindingVelocities,
     /// Maximises the likelihood; counted in runs of the filter. The count restarts at 1 when an
     /// estimated delay has changed.

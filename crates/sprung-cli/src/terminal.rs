@@ -8,16 +8,17 @@ use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use sprung::check::UnknownResult;
 use sprung::estimate::{Identification, Refinement, Verdict};
 use sprung::finding::{Finding, Severity};
 use sprung::progress::{Answer, Listener, Progress};
-use sprung::report::significant;
+use sprung::report::{ShownUnknown, significant};
 use sprung::validate::Validation;
 
 use crate::args::{Color, Voice};
 use layout::{Stream, wrapped};
 use progress::{LONG_S, bar, long, show};
-use tables::{error_table, parameter_table};
+use tables::{error_table, parameter_table, unknown_table};
 
 pub(crate) use layout::Grid;
 pub(crate) use tables::dash;
@@ -205,6 +206,15 @@ impl Terminal {
             finding.text,
             remedy(finding)
         ));
+    }
+
+    /// Prints what a log shows beyond its description; nothing for an empty list.
+    pub(crate) fn unknowns(self, found: &[UnknownResult]) {
+        if !found.is_empty() {
+            self.say(format!("\n{}", ShownUnknown::HEADING.to_lowercase()));
+            self.say("(falls: by how much each lowers the squared error of the torques)");
+            self.table(&unknown_table(found));
+        }
     }
 
     /// Prints the changes beyond the experiment file that were applied.

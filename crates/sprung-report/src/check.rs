@@ -5,6 +5,7 @@ use super::document::{
 };
 use super::numbers::{or_dash, significant};
 use super::section::{folded, section, shown};
+use super::unknowns::unknowns;
 use super::verdict::{as_sentence, first_sentence};
 use crate::curves::Curves;
 use crate::finding::{Finding, Severity};
@@ -29,13 +30,13 @@ pub fn compose_check(checked: &Checked, command: &str, experiment: &str) -> Docu
             "joints",
             "Joints",
             "These figures come from the beginning of the first log. The table shows the percentage \
-             of each joint's filtered torque that its motion explains, and the delay of one channel \
-             that would explain the torque best, with its standard error. A delay within a few \
-             standard errors of zero is not significant. Below the resonance of a joint, motor and \
-             link move equally far; at the resonance, the motor moves less.",
+             of each joint's filtered torque that its motion explains. Below the resonance of a joint, \
+             motor and link move equally far; at the resonance, the motor moves less.",
             vec![Block::Table(joints(report))],
         ),
     ];
+    let beyond = unknowns(&report.unknowns);
+    sections.splice(1..1, beyond);
     for (k, log) in report.logs.iter().enumerate() {
         sections.push(folded(
             Fold::Screen,

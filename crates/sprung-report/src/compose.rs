@@ -8,7 +8,7 @@ use super::section::{folded, section, shown};
 use super::verdict::Head;
 use super::{
     frequency, glossary, joints, laws, payload, plots, refinement, robot_tables, settings, springs,
-    stability, tables, validation_tables,
+    stability, tables, unknowns, validation_tables,
 };
 use crate::curves::Curves;
 use crate::estimate::Identification;
@@ -48,6 +48,7 @@ pub fn compose(contents: &Contents<'_>) -> Document {
     sections.extend(overview(contents));
     if let Some(identification) = contents.identification {
         sections.extend(laws::applied(identification));
+        sections.extend(unknowns::unknowns(&identification.unknowns));
         sections.extend(parameters(identification, contents));
         sections.push(warnings(identification));
     }

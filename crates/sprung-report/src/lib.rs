@@ -40,6 +40,7 @@ mod spectrum;
 mod springs;
 mod stability;
 mod tables;
+mod unknowns;
 mod validation_tables;
 mod verdict;
 
@@ -60,3 +61,4 @@ pub use intervals::relative_scale;
 pub use joint_figures::JointFigures;
 pub use numbers::significant;
 pub use servo::compose_servo;
+pub use unknowns::ShownUnknown;

@@ -33,7 +33,7 @@ pub struct Identify {
     /// where velocity noise disturbs Coulomb friction; with `"none"` all samples count the same.
     pub weights: Weights,
     /// Constant offset between the two encoders of a joint: `"none"` (the default for `planar-2r`) or
-    /// `"estimate"` (the default for other robots).
+    /// `"estimate"` (the default for other robots). An offset that the log shows is estimated.
     pub encoder_offset: Option<EncoderOffset>,
     /// Action if the check finds an error in a log: `"refuse"` (the default), or `"go-on"`, which
     /// identifies and lists the error among the findings.

@@ -149,7 +149,8 @@ pub struct Log {
     pub covariates: CovariateColumns,
     /// Delay of a column against the others, s. By column: `delay_s = { q1 = "estimate", tau2 = 0.002 }`, a number or
     /// `"estimate"` for each. Of all columns: `delay_s = "estimate"`, for the delays of all link positions and torques
-    /// against the motor positions.
+    /// against the motor positions. Delays that the log shows are found and used without this key; a number, also 0, keeps
+    /// a delay fixed.
     #[serde(default)]
     pub delay_s: DelaysOfLog,
     /// Sign by column, 1 or -1; or `"estimate"`.

@@ -42,7 +42,7 @@
 //!
 //! ```text
 //! finding, curves, named, explanation, numbers, progress, sha256, stopwatch |
-//! description → model → log → simulate → preprocess → regression → fit → prepare → frequency → check → estimate → validate → compare → excite → export → servo → session → report
+//! description → model → log → simulate → preprocess → regression → fit → prepare → unknowns → frequency → check → estimate → validate → compare → excite → export → servo → session → report
 //! ```
 //!
 //! Functions outside [`session`] take values and readers and return values or strings. The library
@@ -54,6 +54,8 @@ pub mod session;
 pub mod check {
     #[doc(inline)]
     pub use sprung_method::check::{CheckReport, Checked, CheckedLog};
+    #[doc(inline)]
+    pub use sprung_method::unknowns::{CompetingUnknown, UnknownResult, UnknownStatus};
 }
 
 /// Compares results of several estimators, settings or runs of one robot.
@@ -150,7 +152,7 @@ pub mod progress {
 pub mod report {
     #[doc(inline)]
     pub use sprung_report::{
-        Contents, Document, Figure, JointFigures, Style, compose, compose_check,
+        Contents, Document, Figure, JointFigures, ShownUnknown, Style, compose, compose_check,
         compose_comparison, compose_control, compose_excitation, compose_servo, relative_scale,
         render, significant,
     };

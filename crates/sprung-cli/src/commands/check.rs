@@ -59,6 +59,7 @@ fn say(terminal: Terminal, report: &CheckReport) {
         terminal.table(&column_table(log));
     }
     terminal.table(&joint_table(report));
+    terminal.unknowns(&report.unknowns);
     let of = |severity: Severity| report.counts.get(severity.word()).copied().unwrap_or(0);
     terminal.say(format!(
         "errors {}, serious {}, warnings {}, notes {}",

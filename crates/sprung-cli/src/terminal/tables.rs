@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use sprung::check::UnknownResult;
 use sprung::estimate::{EstimateResult, Identification};
 use sprung::model::short;
-use sprung::report::significant;
+use sprung::report::{ShownUnknown, significant};
 use sprung::validate::JointProof;
 
 use super::layout::Grid;
@@ -111,6 +112,44 @@ fn error_table_by_joint(run: &sprung::validate::RunResult) -> Grid {
         }
     }
     table
+}
+
+/// Most characters of a column in the table of unknowns, so that the table has at most 80.
+const LONGEST_PLACE: usize = 18;
+
+/// Returns the table of what a log shows beyond its description.
+pub(super) fn unknown_table(found: &[UnknownResult]) -> Grid {
+    let header = ["unknown", "place", "size ± s.e.", "used", "falls %"];
+    let mut table = Grid::new(header.map(str::to_owned).to_vec(), 2).divided(2, 3);
+    for unknown in found {
+        let shown = ShownUnknown::from(unknown);
+        table.add_row([
+            shown.what,
+            match unknown.place.contains(", ") {
+                true => shown.place,
+                false => shortened(&shown.place),
+            },
+            shown.size,
+            shown.used.to_owned(),
+            shown.falls_percent,
+        ]);
+    }
+    table
+}
+
+/// Returns the name of a column, with its middle left out if it is too long: names differ at their ends.
+fn shortened(place: &str) -> String {
+    let letters: Vec<char> = place.chars().collect();
+    if letters.len() <= LONGEST_PLACE {
+        return place.to_owned();
+    }
+    let first = LONGEST_PLACE / 2;
+    let last = letters.len() - (LONGEST_PLACE - first - 1);
+    letters[..first]
+        .iter()
+        .chain(&['…'])
+        .chain(&letters[last..])
+        .collect()
 }
 
 pub(super) fn error_table(run: &sprung::validate::RunResult) -> Grid {

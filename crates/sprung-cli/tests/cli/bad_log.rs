@@ -174,15 +174,22 @@ fn late_link_channel() {
             cells[Q1] = past[0].clone();
         }
     });
-    // The deflections are not predicted.
-    case.warns(
-        1,
-        &[
-            "delayed-channel",
-            "if \"q1_rad\" was recorded 0.149 s late",
-            "q1_rad\" = 0.149",
-        ],
-    );
+    // The delay is used, so a note says it.
+    let output = case.identify(&["--json", "--verbose"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["unknowns"][0]["id"], "delay q1_rad");
+    assert_eq!(json["unknowns"][0]["status"], "applied");
+    let delay = json["unknowns"][0]["value"].as_f64().unwrap();
+    assert!((delay - 0.149).abs() < 1e-3, "{delay}");
+    let message = stderr(&output);
+    for part in [
+        "delayed-channel",
+        "\"q1_rad\" was recorded 14",
+        "q1_rad\" = 0.14",
+    ] {
+        assert!(message.contains(part), "no {part:?} in {message}");
+    }
     let output = case.identify(&["--quiet", "--set", "log.delay_s.q1_rad=estimate"]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
 }

@@ -103,3 +103,50 @@ fn a_joint_that_stands_still_is_unusable_and_short_logs_are_said() {
     assert_eq!(code, Some(2), "{err}");
     assert!(err.contains("go-on"), "{err}");
 }
+
+#[test]
+fn what_the_log_shows_beyond_its_description_is_a_table() {
+    let mut past = std::collections::VecDeque::new();
+    let case = Case::new().log(|row, cells| {
+        if row > 0 {
+            past.push_back(cells[TAU2].clone());
+            if past.len() > 21 {
+                past.pop_front();
+            }
+            cells[TAU2].clone_from(&past[0]);
+        }
+    });
+    let Ran { code, out, err } = check(&case, &[]);
+    assert_eq!(code, Some(0), "{err}");
+    let (_, table) = out
+        .split_once("what the log shows beyond its description")
+        .unwrap();
+    let row = table.lines().find(|line| line.contains("tau2_nm")).unwrap();
+    for cell in ["delay", "ms", "±", "applied"] {
+        assert!(row.contains(cell), "no {cell:?} in {row:?}");
+    }
+    assert!(
+        table.lines().take(5).all(|line| line.chars().count() <= 80),
+        "{table}"
+    );
+    let json = std::fs::read_to_string(case.path("sprung-out/check.json")).unwrap();
+    let json: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["unknowns"][0]["id"], "delay tau2_nm");
+    assert!(json["joints"][0].get("delay").is_none());
+    let html = std::fs::read_to_string(case.path("sprung-out/check.html")).unwrap();
+    assert!(html.contains("What the log shows beyond its description"));
+    // An identification uses the delay, and says so in the same words.
+    let output = case.identify(&[]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let (_, table) = said
+        .split_once("what the log shows beyond its description")
+        .unwrap();
+    assert!(table.contains(row.trim_end()), "{said}");
+    // A whole log has no table.
+    assert!(
+        !check(&Case::new(), &[])
+            .out
+            .contains("beyond its description")
+    );
+}

@@ -46,6 +46,7 @@ from sprung._experiment import Experiment
 from sprung._finding import Evidence, Finding
 from sprung._identification import (
     Applied,
+    CompetingUnknown,
     Delay,
     Disturbance,
     EncoderOffset,
@@ -58,6 +59,7 @@ from sprung._identification import (
     Refinement,
     RigidJoint,
     StandardParameter,
+    Unknown,
 )
 from sprung._model import Accelerations, Model, Motion, Torques
 from sprung._mujoco import MujocoArrays
@@ -83,6 +85,7 @@ __all__ = [
     "CombinedParameter",
     "ComparedResult",
     "Comparison",
+    "CompetingUnknown",
     "Control",
     "Delay",
     "Disturbance",
@@ -138,6 +141,7 @@ __all__ = [
     "Torques",
     "Tracking",
     "Trajectory",
+    "Unknown",
     "ValidatedSet",
     "Validation",
     "ValidationRun",

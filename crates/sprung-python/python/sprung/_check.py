@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from sprung._finding import Finding, findings
+from sprung._identification import Unknown
 from sprung._record import record
 from sprung._report import Pickled, Report
 
@@ -110,6 +111,11 @@ class Check(Report):
     def logs(self) -> list[CheckedLog]:
         """Figures of the logs and their columns."""
         return [record(CheckedLog, log) for log in self._contents["logs"]]
+
+    @cached_property
+    def unknowns(self) -> list[Unknown]:
+        """What the first log shows beyond its description, with sizes; empty if nothing was found."""
+        return [record(Unknown, unknown) for unknown in self._contents["unknowns"]]
 
     @cached_property
     def findings(self) -> list[Finding]:

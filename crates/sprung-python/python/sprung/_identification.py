@@ -103,6 +103,66 @@ class Applied:
 
 
 @dataclass(frozen=True)
+class CompetingUnknown:
+    """Another unknown that explains a log nearly as well.
+
+    Attributes:
+        id: its name, as in ``gain q1_rad``.
+        correlation: correlation of both effects beyond those of parameters and other unknowns.
+
+    Example:
+        >>> import sprung
+        >>> sprung.CompetingUnknown("gain q1_rad", -0.91).id
+        'gain q1_rad'
+    """
+
+    id: str
+    correlation: float
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """What differs from the description of a log by a size that the log shows.
+
+    Attributes:
+        id: stable name, as in ``delay q1_rad``.
+        kind: ``delay``, ``timing``, ``offset``, ``gain``, ``drift``, ``lost-counts`` or ``eccentricity``.
+        place: column; the columns of one signal of all joints are separated by commas.
+        value: size, in ``unit``; a correction subtracts it.
+        standard_error: its standard error, in ``unit``.
+        unit: ``s``, ``rad``, ``m``, or empty for ratios.
+        status: ``given`` or ``estimated`` as the experiment says, ``applied`` to all results, or only ``found``.
+        effect: fall of the squared error of the torques on held-out parts of the log, relative to it.
+        begins_s: time at which it begins, s; ``None`` if it acts during the whole log.
+        competing: other unknowns that explain the log nearly as well.
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment.demo()
+        >>> experiment.check(experiment.simulate()).unknowns        # the twin's log is complete
+        []
+        >>> print(sprung.Unknown("delay q1_rad", "delay", "q1_rad", 0.005, 1e-5, "s", "applied", 0.42))
+        delay q1_rad: 0.005 ± 1e-05 s (applied), error falls by 42 %
+    """
+
+    id: str
+    kind: str
+    place: str
+    value: float
+    standard_error: float
+    unit: str
+    status: str
+    effect: float
+    begins_s: float | None = None
+    competing: list[CompetingUnknown] = field(default_factory=list)
+
+    def __str__(self) -> str:
+        unit = f" {self.unit}" if self.unit else ""
+        size = f"{self.value:.4g} ± {self.standard_error:.2g}{unit}"
+        return f"{self.id}: {size} ({self.status}), error falls by {100.0 * self.effect:.0f} %"
+
+
+@dataclass(frozen=True)
 class PromisedErrors:
     """Errors that a result promises for a new experiment of the same kind, root mean squares.
 

@@ -23,6 +23,7 @@ from sprung._identification import (
     Refinement,
     RigidJoint,
     StandardParameter,
+    Unknown,
 )
 from sprung._model import Model
 from sprung._named import Named
@@ -160,6 +161,11 @@ class Result(Report):
     def applied(self) -> list[Applied]:
         """Changes beyond the experiment that the log asked for and all results use."""
         return [record(Applied, change) for change in self._contents.get("applied", [])]
+
+    @cached_property
+    def unknowns(self) -> list[Unknown]:
+        """What the first log shows beyond its description, with sizes; empty if nothing was found."""
+        return [record(Unknown, unknown) for unknown in self._contents.get("unknowns", [])]
 
     @cached_property
     def payloads(self) -> list[Payload]:

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use files::{Files, LIBRARY};
 
 /// Modules of `sprung` in order. A module uses only modules before it.
-const ORDER: [&str; 28] = [
+const ORDER: [&str; 29] = [
     "finding",
     "curves",
     "ellipsoid",
@@ -29,6 +29,7 @@ const ORDER: [&str; 28] = [
     "regression",
     "fit",
     "prepare",
+    "unknowns",
     "frequency",
     "check",
     "estimate",

@@ -23,6 +23,7 @@ use sprung_base::finding::Severity;
 use sprung_base::progress::Unheard;
 use sprung_method::check::{CheckReport, check};
 use sprung_method::estimate::{IdentifyError, identify};
+use sprung_method::unknowns::UnknownStatus;
 use sprung_model::Model;
 use sprung_robot::{Estimator, Experiment, OnCheckError};
 use twin::{Demo, Table};
@@ -48,11 +49,10 @@ fn nothing_is_wrong_with_a_whole_log() {
         assert!(!report.refused && report.worst().is_none());
         assert_eq!(report.joints.len(), 2);
         for joint in &report.joints {
-            // The limits of the findings: a fifth of the torque is unexplained, root mean square; one sample.
+            // The limit of the findings: a fifth of the torque is unexplained, root mean square.
             assert!(joint.explained_percent > EXPLAINED, "{joint:?}");
-            let delay = joint.delay.as_ref().unwrap();
-            assert!(delay.delay_s.abs() < 1e-3, "{joint:?}");
         }
+        assert!(report.unknowns.is_empty(), "{:#?}", report.unknowns);
         let log = &report.logs[0];
         assert_eq!((log.samples, log.gaps), (10_000, 0));
         for column in &log.columns {
@@ -202,16 +202,52 @@ fn a_time_in_another_unit_is_refused_with_the_line_that_mends_it() {
     }
 }
 
+/// Checks that a log has one unknown, of one kind and column, which the results use, and returns its size.
+fn the_only_unknown(report: &CheckReport, code: &str, kind: &str, column: &str) -> f64 {
+    let [unknown] = &report.unknowns[..] else {
+        panic!("{:#?}", report.unknowns)
+    };
+    assert_eq!((&*unknown.kind, &*unknown.place), (kind, column));
+    assert_eq!(unknown.status, UnknownStatus::Applied, "{unknown:?}");
+    let size = unknown.value.abs();
+    assert!(size > 5.0 * unknown.standard_error, "{unknown:?}");
+    // A correction needs no warning.
+    let found = (report.findings.iter()).find(|finding| finding.code == code);
+    let found = found.unwrap_or_else(|| panic!("{:#?}", report.findings));
+    assert_eq!(found.severity, Severity::Info);
+    let evidence = found.evidence.as_ref().unwrap();
+    assert_eq!(evidence.column.as_deref(), Some(column));
+    assert!(
+        report.worst() <= Some(Severity::Info),
+        "{:#?}",
+        report.findings
+    );
+    unknown.value
+}
+
 #[test]
-fn a_late_torque_is_found_by_least_squares() {
+fn a_late_channel_is_found_and_used() {
     let demo = Demo::new();
-    let late = demo.table(5, 1.0).delayed(4, 20);
-    let report = report(&demo.experiment, &late);
-    let found = (report.findings.iter()).find(|finding| finding.code == "delayed-channel");
-    let evidence = found.unwrap().evidence.as_ref().unwrap();
-    assert_eq!(evidence.column.as_deref(), Some("tau1_nm"));
-    // A pass without refinement finds the sample.
-    assert!((evidence.value - 0.02).abs() < 1e-3, "{evidence:?}");
+    for (place, column) in [(1, "q2_rad"), (4, "tau1_nm"), (5, "tau2_nm")] {
+        let late = demo.table(5, 1.0).delayed(place, 20);
+        let report = report(&demo.experiment, &late);
+        let delay = the_only_unknown(&report, "delayed-channel", "delay", column);
+        // Least squares alone: the bias is up to two samples.
+        assert!((delay - 0.02).abs() < 2e-3, "{column} {delay}");
+    }
+}
+
+#[test]
+fn an_encoder_offset_is_found_and_used() {
+    let demo = Demo::new();
+    for (place, column) in [(0, "q1_rad"), (1, "q2_rad")] {
+        let mut table = demo.table(5, 1.0);
+        table.columns[place].iter_mut().for_each(|q| *q += 0.02);
+        let report = report(&demo.experiment, &table);
+        let offset = the_only_unknown(&report, "encoder-offset", "offset", column);
+        // A correction subtracts it; friction that is not symmetric leaves an offset of its own.
+        assert!((offset + 0.02).abs() < 1e-3, "{column} {offset}");
+    }
 }
 
 #[test]

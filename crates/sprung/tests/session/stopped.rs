@@ -88,13 +88,13 @@ fn a_refinement_stops() {
 }
 
 #[test]
-fn a_search_of_delays_stops() {
+fn a_search_of_velocities_stops() {
     let session = session(&[
         "identify.estimator=[\"prediction-error\"]",
-        "log.delay_s={ tau1_nm = \"estimate\" }",
+        "robot.joint.1.motor_friction=[\"viscous\", \"coulomb\", \"stribeck\"]",
     ]);
     for after in [0, 1] {
-        stops(Phase::FindingDelays, after, |p| session.identify(p));
+        stops(Phase::FindingVelocities, after, |p| session.identify(p));
     }
 }
 

@@ -4,6 +4,7 @@
 const REASONS: &[(&str, &str)] = &[
     ("at-rest", "the joint rests nearly always"),
     ("bias-dominates", "a bias exceeds the sampling error"),
+    ("channel-gain", "a column reads too much or too little"),
     ("collinear", "two parameters act alike in this motion"),
     (
         "controller-does-not-match",
@@ -18,13 +19,8 @@ const REASONS: &[(&str, &str)] = &[
         "cutoff-drift",
         "the values depend on the filter: the model lacks an effect, or positions are noisy",
     ),
-    (
-        "delayed-channel",
-        "a column was recorded later than the others",
-    ),
     ("dropped-samples", "samples are missing"),
     ("eccentric-encoder", "an encoder deviates with the angle"),
-    ("encoder-offset", "the zeros of two encoders differ"),
     (
         "exchanged-columns",
         "columns of link and motor are exchanged",
@@ -111,6 +107,7 @@ const REASONS: &[(&str, &str)] = &[
         "the position filter passes much noise",
     ),
     ("position-cutoff-low", "the position filter removes motion"),
+    ("position-drifts", "the zero of a position moves"),
     ("position-jumps", "a position jumps"),
     ("presliding", "the friction deforms before it slides"),
     (

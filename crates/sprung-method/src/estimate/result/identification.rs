@@ -22,10 +22,10 @@ use crate::unknowns::UnknownResult;
 
 pub(crate) use crate::finding::GENERATOR;
 
-/// Complete result of an identification; format 1.
+/// Complete result of an identification.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identification {
-    /// Version of the file format; 1.
+    /// Version of the file format, [`IDENTIFICATION_FORMAT`].
     pub format: u32,
     /// Program and version that wrote the file.
     pub generator: String,

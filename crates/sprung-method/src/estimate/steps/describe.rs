@@ -11,8 +11,8 @@ use crate::estimate::estimators::Found;
 use crate::estimate::estimators::least_squares::cutoff_choice;
 use crate::estimate::estimators::prediction_error::Timing;
 use crate::estimate::judge::{
-    after_estimation, applied, decide, judge, tilt_is_possible, tilted,
-    unpredicted, with_held_out_delay,
+    after_estimation, applied, decide, judge, tilt_is_possible, tilted, unpredicted,
+    with_held_out_delay,
 };
 use crate::estimate::result::{
     CutoffChoice, DelayUsed, EstimateResult, GENERATOR, IDENTIFICATION_FORMAT, Identification,
@@ -157,10 +157,12 @@ fn assemble(
             value,
             standard_error: Some(standard_error),
         });
-    let mut infos =
-        (read.infos.iter()).map(|info| {
-            info.clone().with_choices((prepared, &basis.ready.unknowns), torques_delay_s)
-        });
+    let mut infos = (read.infos.iter()).map(|info| {
+        info.clone().with_choices(
+            (prepared, &basis.ready.unknowns),
+            (refined, torques_delay_s),
+        )
+    });
     let period = prepared.excerpt().period();
     let payloads = estimates.payloads.into_iter();
     Ok(Identified {

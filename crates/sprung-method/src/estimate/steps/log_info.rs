@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::description::{FilePart, Log};
-use crate::estimate::result::{DelayUsed, GainUsed, LogInfo, SignUsed};
+use crate::description::{Delay, FilePart, Log};
+use crate::estimate::result::{DelayUsed, GainUsed, LogInfo, Refinement, SignUsed};
 use crate::log::Sampling;
 use crate::numbers::in_percent;
 use crate::prepare::Prepared;
@@ -84,11 +84,12 @@ impl LogInfo {
 
     /// Adds the delays, signs and gains, which hold for all logs.
     ///
-    /// - `torques_delay_s`: common delay of all torques that the refinement found.
+    /// - `refined`: the refinement if the values come from it; it estimates open delays again. `torques_delay_s`: common
+    ///   delay of all torques that it found.
     pub(in crate::estimate) fn with_choices(
         self,
         (prepared, unknowns): (&Prepared, &[UnknownResult]),
-        torques_delay_s: Option<DelayUsed>,
+        (refined, torques_delay_s): (Option<&Refinement>, Option<DelayUsed>),
     ) -> Self {
         let factors = prepared.factors();
         let found = |kind: &str, column: &str| {
@@ -101,10 +102,20 @@ impl LogInfo {
         let delay_s: BTreeMap<String, DelayUsed> = (channels.all.iter().enumerate())
             .filter(|(_, channel)| channel.delay.is_some())
             .map(|(i, channel)| {
-                let found = found("delay", &channel.column);
-                let used = DelayUsed {
-                    value: prepared.reading().delays()[i],
-                    standard_error: found.map(|found| found.standard_error),
+                let by_likelihood = (refined.iter())
+                    .flat_map(|refined| &refined.delays)
+                    .filter(|_| channel.delay == Some(Delay::Estimate))
+                    .find(|delay| delay.column == channel.column);
+                let used = match by_likelihood {
+                    Some(delay) => DelayUsed {
+                        value: delay.delay_s,
+                        standard_error: delay.standard_error_s,
+                    },
+                    None => DelayUsed {
+                        value: prepared.reading().delays()[i],
+                        standard_error: found("delay", &channel.column)
+                            .map(|found| found.standard_error),
+                    },
                 };
                 (channel.column.clone(), used)
             })

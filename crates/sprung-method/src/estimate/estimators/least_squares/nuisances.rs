@@ -61,8 +61,6 @@ struct Columns {
     /// Each with the index of its nuisance parameter, or none if the probe is only for effects that the model lacks.
     probes: Vec<(Probe, Option<usize>)>,
     count: usize,
-    /// Index of the delay of all torques, if it is open.
-    torques_delay: Option<usize>,
     /// Index of each nuisance parameter that is Coulomb friction of a sharper column, and in theta that of this friction.
     sharper: Vec<(usize, usize)>,
 }
@@ -72,8 +70,7 @@ impl Columns {
         let (mut probes, mut count, mut sharper) = (Vec::new(), 0, Vec::new());
         let torques =
             (channels.all.iter()).filter(|channel| channel.quantity == Quantity::MotorTorque);
-        let torques_delay = is_timing_open(channels).then_some(count);
-        if torques_delay.is_some() {
+        if is_timing_open(channels) {
             probes.extend(torques.clone().map(|channel| {
                 let row = model.torque_row(channel.joint);
                 (Probe::TorqueRate { row }, Some(count))
@@ -102,7 +99,6 @@ impl Columns {
         Self {
             probes,
             count,
-            torques_delay,
             sharper,
         }
     }

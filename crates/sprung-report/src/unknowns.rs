@@ -1,0 +1,209 @@
+//! Composes the table of what a log shows beyond its description.
+
+use super::document::{Block, Row, Section, Table, Tone};
+use super::numbers::significant;
+use super::refined_delays::as_exact;
+use super::section::section;
+use super::tables::{number, text};
+use sprung_method::unknowns::{UnknownResult, UnknownStatus};
+
+/// An unknown in the form of tables.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ShownUnknown {
+    /// What differs, as in `delay`.
+    pub what: String,
+    /// Column, or the signal of all joints.
+    pub place: String,
+    /// Size with its standard error and unit: ms, mrad, mm, or percent of a reading.
+    pub size: String,
+    /// What sprung did with it.
+    pub used: &'static str,
+    /// Fall of the squared error of the torques on held-out parts of the log, percent.
+    pub falls_percent: String,
+    /// Other unknowns that explain the log nearly as well, with their correlations.
+    pub competing: String,
+}
+
+impl ShownUnknown {
+    /// Heading of the table.
+    pub const HEADING: &str = "What the log shows beyond its description";
+}
+
+impl From<&UnknownResult> for ShownUnknown {
+    fn from(unknown: &UnknownResult) -> Self {
+        let rivals = unknown.competing.iter();
+        let rivals: Vec<String> = rivals
+            .map(|rival| format!("{} ({:.2})", rival.id, rival.correlation))
+            .collect();
+        Self {
+            what: what(unknown),
+            place: place(unknown),
+            size: size(unknown),
+            used: unknown.status.word(),
+            falls_percent: format!("{:.0}", 100.0 * unknown.effect),
+            competing: rivals.join(", "),
+        }
+    }
+}
+
+/// Returns the kind in words, with what tells two of one place apart.
+fn what(unknown: &UnknownResult) -> String {
+    let waves = ["sine", "cosine"];
+    let wave = waves
+        .into_iter()
+        .find(|wave| unknown.id.ends_with(&format!(" {wave}")));
+    match (unknown.begins_s, wave) {
+        (Some(begins), _) => format!(
+            "{} {} s",
+            unknown.kind.replace('-', " "),
+            significant(begins, 3)
+        ),
+        (None, Some(wave)) => format!("eccentric, {wave}"),
+        (None, None) => unknown.kind.replace('-', " "),
+    }
+}
+
+/// Returns the column; for several columns the signal that they have in common.
+fn place(unknown: &UnknownResult) -> String {
+    if !unknown.place.contains(", ") {
+        return unknown.place.clone();
+    }
+    let signal = unknown
+        .id
+        .split_once(" all ")
+        .or(unknown.id.split_once(" of the "));
+    signal.map_or_else(
+        || unknown.place.clone(),
+        |(_, signal)| format!("all {signal}"),
+    )
+}
+
+fn size(unknown: &UnknownResult) -> String {
+    let (factor, unit) = match unknown.unit.as_str() {
+        "s" => (1e3, "ms"),
+        "rad" => (1e3, "mrad"),
+        "m" => (1e3, "mm"),
+        "" => (1e2, "%"),
+        unit => (1.0, unit),
+    };
+    let error = factor * unknown.standard_error;
+    format!(
+        "{} ± {} {unit}",
+        as_exact(factor * unknown.value, error),
+        significant(error, 2)
+    )
+}
+
+/// Composes the section; `None` if nothing was found.
+pub(super) fn unknowns(found: &[UnknownResult]) -> Option<Section> {
+    let row = |unknown: &UnknownResult| {
+        let shown = ShownUnknown::from(unknown);
+        Row {
+            cells: vec![
+                shown.what,
+                shown.place,
+                shown.size,
+                shown.used.to_owned(),
+                shown.falls_percent,
+                if shown.competing.is_empty() {
+                    "–".to_owned()
+                } else {
+                    shown.competing
+                },
+            ],
+            tone: if unknown.status == UnknownStatus::Found {
+                Tone::Doubtful
+            } else {
+                Tone::Neutral
+            },
+        }
+    };
+    let table = Table {
+        caption: "Sizes with their standard errors; a correction subtracts them. The error is the square of the torques' error \
+                  on parts of the log that the fit has not seen. Others explain the log nearly as well; the number is the \
+                  correlation of both effects. Marked rows are not corrected."
+            .to_owned(),
+        columns: vec![
+            text("Unknown"),
+            text("Place"),
+            number("Size ± s.e."),
+            text("Used"),
+            number("Error falls by [%]"),
+            text("The log does not tell it from"),
+        ],
+        rows: found.iter().map(row).collect(),
+        ..Table::default()
+    };
+    (!found.is_empty()).then(|| {
+        section(
+            "unknowns",
+            ShownUnknown::HEADING,
+            "These causes explain the log better than its description alone. \"Given\" and \"estimated\" come from the \
+             experiment file. \"Applied\" means that all results use it. \"Found\" means that the results do not use it: mend \
+             the cause, or set it in the experiment file.",
+            vec![Block::Table(table)],
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sprung_method::unknowns::CompetingUnknown;
+
+    fn unknown(id: &str, kind: &str, place: &str, unit: &str) -> UnknownResult {
+        UnknownResult {
+            id: id.to_owned(),
+            kind: kind.to_owned(),
+            place: place.to_owned(),
+            value: 0.005_012,
+            standard_error: 0.000_023,
+            unit: unit.to_owned(),
+            begins_s: None,
+            status: UnknownStatus::Applied,
+            competing: Vec::new(),
+            effect: 0.417,
+        }
+    }
+
+    #[test]
+    fn units_and_places_are_those_of_readers() {
+        let shown = |unknown: &UnknownResult| {
+            let shown = ShownUnknown::from(unknown);
+            [shown.what, shown.place, shown.size]
+        };
+        let delay = unknown("delay q1_rad", "delay", "q1_rad", "s");
+        assert_eq!(shown(&delay), ["delay", "q1_rad", "5.012 ± 0.023 ms"]);
+        let all = unknown("delay all link positions", "delay", "q1_rad, q2_rad", "s");
+        assert_eq!(shown(&all)[1], "all link positions");
+        let timing = unknown("timing of the torques", "timing", "tau1, tau2", "s");
+        assert_eq!(shown(&timing)[1], "all torques");
+        let gain = unknown("gain q1_rad", "gain", "q1_rad", "");
+        assert_eq!(shown(&gain)[2], "0.5012 ± 0.0023 %");
+        let wave = unknown("eccentricity q1_rad sine", "eccentricity", "q1_rad", "rad");
+        assert_eq!(shown(&wave)[0], "eccentric, sine");
+        let jump = UnknownResult {
+            begins_s: Some(3.0),
+            ..unknown("lost counts q1_rad 4", "lost-counts", "q1_rad", "rad")
+        };
+        assert_eq!(shown(&jump)[0], "lost counts 3.00 s");
+    }
+
+    #[test]
+    fn a_section_names_rivals() {
+        assert_eq!(unknowns(&[]), None);
+        let rival = CompetingUnknown {
+            id: "delay tau1".to_owned(),
+            correlation: -0.91,
+        };
+        let delay = UnknownResult {
+            competing: vec![rival],
+            ..unknown("delay q1_rad", "delay", "q1_rad", "s")
+        };
+        let section = unknowns(&[delay]).unwrap();
+        let Block::Table(table) = &section.blocks[0] else {
+            panic!("{section:?}")
+        };
+        assert_eq!(table.rows[0].cells[4..], ["42", "delay tau1 (-0.91)"]);
+    }
+}
