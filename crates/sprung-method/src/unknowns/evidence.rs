@@ -447,7 +447,8 @@ impl Directions {
 /// Smallest residual of a row that counts, relative to its torque.
 const LEAST_RESIDUAL: f64 = 1e-4;
 
-fn row_rms(row: &Row) -> f64 {
+/// Returns the root mean square of a row's torque.
+pub(super) fn row_rms(row: &Row) -> f64 {
     let last = row.values.ncols() - 1;
     let squares: f64 = (0..row.values.nrows())
         .map(|i| row.values[(i, last)].powi(2))

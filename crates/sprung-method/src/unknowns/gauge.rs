@@ -66,6 +66,25 @@ pub(super) fn relative(found: Vec<Found>, channels: &Channels, period: f64) -> V
             ..*one
         }));
     }
+    // If all positions are late together by as little as controller and recorder cause, the torques act later.
+    let positions: Vec<f64> = late
+        .iter()
+        .filter(|late| !is_torque(late.channel, channels))
+        .map(|late| late.delay)
+        .collect();
+    let mean = positions.iter().sum::<f64>() / positions.len().max(1) as f64;
+    let together = positions
+        .iter()
+        .all(|delay| (delay - mean).abs() <= (SAME_SHARE * mean).max(2.0 * error));
+    let others = late
+        .iter()
+        .filter(|late| is_torque(late.channel, channels))
+        .all(|late| late.delay <= 2.0 * error);
+    let is_later = together && others && (timing - mean).abs() <= TIMING_SAMPLES * period;
+    if is_later {
+        late.iter_mut().for_each(|late| late.delay = 0.0);
+    }
+    let timing = if is_later { timing - mean } else { timing };
     let largest = late
         .iter()
         .fold(0.0, |most: f64, late| most.max(late.delay));

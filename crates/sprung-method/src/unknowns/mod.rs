@@ -5,8 +5,12 @@
 //! [`settle`] regresses, selects the unknown that best explains parts of the log which the fit has not seen, applies it, and repeats
 //! this until nothing is left. All causes compete.
 
+mod court;
+mod directions;
 mod evidence;
+mod far;
 mod gauge;
+mod jumps;
 mod kinds;
 mod meanings;
 mod result;
@@ -14,6 +18,7 @@ mod rows;
 mod select;
 mod settle;
 mod settled;
+mod state;
 mod unknown;
 
 pub use result::{CompetingUnknown, UnknownResult, UnknownStatus};

@@ -12,6 +12,9 @@ pub(super) const SIGNIFICANT: f64 = 5.0;
 /// Least relative fall of the held-out squares: smoothing and noise fake up to 1 %.
 const LEAST_GAIN: f64 = 0.03;
 
+/// The same for a rare fault of a sensor, which an error of the model may resemble.
+const LEAST_GAIN_OF_RARE: f64 = 0.3;
+
 /// Least part of a column that unknowns found before must leave. Below it the unknown is another name for them.
 const LEAST_OWN: f64 = 0.1;
 
@@ -125,17 +128,18 @@ impl Selection<'_> {
                 .collect();
             let judged: Vec<(f64, Chosen)> = judged.into_iter().flatten().collect();
             let most = judged.iter().map(|(fall, _)| *fall).fold(0.0, f64::max);
-            // Of unknowns that explain as much, no early channel, and the first of the catalogue: an eccentric encoder over a short
-            // arc has a wrong gain.
+            // Of unknowns that explain as much: the timing of the torques, no early channel, and the first of the catalogue. An
+            // eccentric encoder over a short arc has a wrong gain.
             let alike = judged
                 .into_iter()
                 .filter(|(fall, _)| *fall >= AS_MUCH * most);
-            let is_early = |chosen: &Chosen| {
-                self.unknowns[chosen.unknown].kind == "delay" && chosen.size < 0.0
+            let rank = |chosen: &Chosen| {
+                let unknown = &self.unknowns[chosen.unknown];
+                let is_expected = chosen.size.abs() <= unknown.expected;
+                let is_early = unknown.kind == "delay" && chosen.size < 0.0;
+                (!is_expected, is_early, chosen.unknown)
             };
-            if let Some((_, first)) =
-                alike.min_by_key(|(_, chosen)| (is_early(chosen), chosen.unknown))
-            {
+            if let Some((_, first)) = alike.min_by_key(|(_, chosen)| rank(chosen)) {
                 return Some(first);
             }
         }
@@ -186,14 +190,19 @@ impl Selection<'_> {
                 },
             ));
         }
-        if gain <= LEAST_GAIN {
+        let least = if self.unknowns[unknown].is_rare {
+            LEAST_GAIN_OF_RARE
+        } else {
+            LEAST_GAIN
+        };
+        if gain <= least {
             return None;
         }
         // Parameters at their bounds mimic nothing.
         let used = |column: &usize| after.values.iter().any(|values| values[*column] != 0.0);
         let free: Vec<usize> = columns.iter().copied().filter(used).collect();
         let own = self.evidence.directions(&free).own(self.evidence, column);
-        let needed = (LEAST_GAIN * (CLEAR_OWN / (own + 1e-9)).max(1.0)).min(0.5);
+        let needed = (least * (CLEAR_OWN / (own + 1e-9)).max(1.0)).min(0.5);
         (gain > needed).then_some((
             fall,
             Chosen {

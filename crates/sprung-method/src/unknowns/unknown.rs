@@ -95,6 +95,8 @@ pub(crate) struct Unknown {
     pub(crate) scale: f64,
     /// Size up to which any log may have it, so that significance alone decides; zero for a cause that must explain enough.
     pub(crate) expected: f64,
+    /// Whether it is a rare fault, which must explain more.
+    pub(crate) is_rare: bool,
     /// Whether only positive sizes exist.
     pub(crate) is_positive: bool,
     pub(crate) unit: &'static str,

@@ -56,6 +56,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
             place,
             scale,
             expected,
+            is_rare: false,
             is_positive: false,
             unit: "s",
             effect: Effect::Channels(channels, Arc::new(Delay)),

@@ -30,6 +30,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
                 place: Place::Channel(channel),
                 scale: of.deflection(channel)?,
                 expected: 0.0,
+                is_rare: true,
                 is_positive: false,
                 unit: of.unit_of_position(channel),
                 effect: Effect::Channels(vec![channel], Arc::new(Drift)),

@@ -45,6 +45,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
                 place: Place::Channel(channel),
                 scale: USUAL_DEFLECTIONS * deflection,
                 expected: 0.0,
+                is_rare: true,
                 is_positive: false,
                 unit: "rad",
                 effect: Effect::Channels(vec![channel], Arc::new(Eccentricity { is_cosine })),

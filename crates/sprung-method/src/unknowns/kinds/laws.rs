@@ -87,6 +87,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
                 place: Place::Joint(joint),
                 scale,
                 expected: 0.0,
+                is_rare: false,
                 is_positive,
                 unit: "",
                 effect: Effect::Law {

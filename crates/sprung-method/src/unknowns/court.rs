@@ -1,0 +1,252 @@
+//! The log, the robot and the catalogue of a search for unknowns, and the steps of one regression.
+
+use std::collections::BTreeMap;
+
+use sprung_core::parameters::JointParameter;
+
+use super::evidence::{Evidence, PARTS, Prior};
+use super::kinds::{Catalogued, catalogue};
+use super::rows::{Row, RowOf, Rows};
+use super::state::State;
+use super::unknown::{Effect, Place, Samples, Unknown};
+use crate::description::Delay;
+use crate::log::{Channels, LogBlock, Signal};
+use crate::model::Model;
+use crate::prepare::{Excerpt, Smoothed};
+use crate::preprocess::{Butterworth, SignalBlock};
+use crate::regression::Reading;
+
+/// Rate of the filtered signals, Hz.
+const RATE_HZ: f64 = 200.0;
+
+/// A log whose unknowns are sought.
+pub(super) struct Court<'a> {
+    pub(super) reading: Reading,
+    pub(super) channels: &'a Channels,
+    pub(super) model: &'a Model,
+    pub(super) excerpt: &'a Excerpt,
+    pub(super) span: [f64; 2],
+    pub(super) unknowns: Vec<Unknown>,
+    pub(super) rows: Vec<RowOf>,
+    pub(super) free: Vec<usize>,
+    pub(super) places: BTreeMap<usize, usize>,
+    pub(super) positive: Vec<bool>,
+    pub(super) catalogued: Catalogued<'a>,
+    /// Unknowns that the description asks for.
+    pub(super) asked: Vec<usize>,
+}
+
+impl<'a> Court<'a> {
+    pub(super) fn new(
+        reading: &Reading,
+        channels: &'a Channels,
+        model: &'a Model,
+        excerpt: &'a Excerpt,
+    ) -> Self {
+        let free: Vec<usize> = (0..model.parameters().len())
+            .filter(|&i| model.known(i).is_none())
+            .collect();
+        let positive = (free.iter())
+            .map(|&i| {
+                model.parameters()[i]
+                    .joint
+                    .is_some_and(|(kind, _)| kind.is_vital() || kind.is_friction())
+            })
+            .collect();
+        let catalogued = Catalogued::new(channels, model, excerpt);
+        let unknowns = catalogue(&catalogued);
+        let is_asked = |unknown: &Unknown| {
+            unknown.kind == "delay"
+                && matches!(unknown.channels(), [channel] if channels.all[*channel].delay == Some(Delay::Estimate))
+        };
+        Self {
+            span: catalogued.span,
+            asked: (0..unknowns.len())
+                .filter(|&k| is_asked(&unknowns[k]))
+                .collect(),
+            unknowns,
+            rows: RowOf::all(model),
+            places: free
+                .iter()
+                .enumerate()
+                .map(|(place, &column)| (column, place))
+                .collect(),
+            free,
+            positive,
+            reading: reading.clone(),
+            channels,
+            model,
+            catalogued,
+            excerpt,
+        }
+    }
+
+    /// Returns the sizes that the samples already contain, which are those of channels.
+    pub(super) fn applied_sizes(&self, state: &State) -> Vec<f64> {
+        (self.unknowns.iter().zip(&state.sizes))
+            .map(|(unknown, size)| {
+                if unknown.channels().is_empty() {
+                    0.0
+                } else {
+                    *size
+                }
+            })
+            .collect()
+    }
+
+    pub(super) fn evidence(
+        &self,
+        rows: &[Row],
+        (state, scales): (&State, &[f64]),
+        weights: Option<Vec<f64>>,
+        repeats: f64,
+    ) -> Evidence {
+        let applied = self.applied_sizes(state);
+        let priors: Vec<Prior> = (self.unknowns.iter().zip(scales).zip(&applied))
+            .map(|((unknown, &scale), &applied)| Prior {
+                scale,
+                applied,
+                is_positive: unknown.is_positive,
+            })
+            .collect();
+        Evidence::new(
+            rows,
+            (self.free.len(), &self.positive),
+            &priors,
+            weights,
+            repeats,
+        )
+    }
+
+    /// Returns the excerpt with the corrections of some sizes.
+    pub(super) fn corrected(&self, sizes: &[f64]) -> Excerpt {
+        let mut blocks = self.excerpt.blocks().to_vec();
+        for (unknown, &size) in self.unknowns.iter().zip(sizes) {
+            if size == 0.0 {
+                continue;
+            }
+            let Effect::Channels(channels, effect) = &unknown.effect else {
+                continue;
+            };
+            for block in &mut blocks {
+                for &channel in channels {
+                    let samples = self.samples(block, channel);
+                    block.values[channel] = effect.perturb(&samples, size);
+                }
+            }
+        }
+        self.excerpt.replaced(blocks)
+    }
+
+    pub(super) fn samples<'s>(&self, block: &'s LogBlock, channel: usize) -> Samples<'s> {
+        Samples {
+            time: &block.time,
+            values: &block.values[channel],
+            period: self.excerpt.period(),
+            span: self.span,
+        }
+    }
+
+    /// Returns positions, velocities and torques after the same filter without phase shift, with as few samples as it allows.
+    pub(super) fn signals(&self, excerpt: &Excerpt) -> Option<Smoothed> {
+        let order = self.reading.settings().position_filter_order;
+        let filter =
+            Butterworth::new(order, self.reading.position_cutoff_hz(), excerpt.period()).ok()?;
+        // A period that is a whole fraction up to rounding counts as one.
+        let every = ((1.0 / (RATE_HZ * excerpt.period()) + 1e-6) as usize).max(1);
+        excerpt.smoothed(&self.reading)?.continuous(&filter, every)
+    }
+
+    pub(super) fn former(&self, period: f64) -> Rows<'_> {
+        Rows {
+            model: self.model,
+            reading: &self.reading,
+            period,
+            rows: &self.rows,
+            places: &self.places,
+            edge: (2.0 / self.reading.position_cutoff_hz() / period).ceil() as usize,
+        }
+    }
+
+    pub(super) fn first_theta(&self, smoothed: &Smoothed, repeats: f64) -> Option<Vec<f64>> {
+        let mut theta: Vec<f64> = (0..self.model.parameters().len())
+            .map(|i| self.model.known(i).unwrap_or_default())
+            .collect();
+        let rows = self.former(smoothed.period()).form(
+            smoothed.segments(),
+            &theta,
+            &self.unknowns,
+            &[],
+        )?;
+        let evidence = Evidence::new(&rows, (self.free.len(), &self.positive), &[], None, repeats);
+        let chosen: Vec<usize> = (0..self.free.len()).collect();
+        for (&column, value) in self.free.iter().zip(evidence.fit(&chosen)) {
+            theta[column] = value;
+        }
+        Some(theta)
+    }
+
+    /// Returns the parameters with stiffnesses of at least the torque over the deflection: a fault that drives a stiffness to zero
+    /// must not hide its own column.
+    pub(super) fn floored(&self, theta: &[f64], segments: &[SignalBlock], period: f64) -> Vec<f64> {
+        let mut floored = theta.to_vec();
+        let scales = self.former(period).scales(segments);
+        for (joint, (scales, _)) in scales.iter().enumerate() {
+            if let Some(at) = self.model.index(JointParameter::Stiffness, joint)
+                && self.model.known(at).is_none()
+            {
+                floored[at] = floored[at].max(scales.torque / scales.deflection);
+            }
+        }
+        floored
+    }
+
+    /// Returns the factor by which a size is wrong because its column used another stiffness than the fit gives.
+    pub(super) fn rescale(&self, unknown: usize, theta: &[f64], x: &[f64]) -> f64 {
+        let Place::Channel(channel) = self.unknowns[unknown].place else {
+            return 1.0;
+        };
+        let of = &self.channels.all[channel];
+        if !matches!(of.quantity.signal(), Signal::Link | Signal::Motor) {
+            return 1.0;
+        }
+        let stiffness = self.model.index(JointParameter::Stiffness, of.joint);
+        let place = stiffness.and_then(|at| Some((at, *self.places.get(&at)?)));
+        place.map_or(1.0, |(at, place)| {
+            (theta[at] / x[place].max(1e-9)).clamp(0.2, 3.0)
+        })
+    }
+
+    /// Returns the usual size of each unknown; of a law the coefficient that makes its torque as large as the row's.
+    pub(super) fn scales(&self, rows: &[Row]) -> Vec<f64> {
+        (self.unknowns.iter().enumerate())
+            .map(|(k, unknown)| {
+                if unknown.scale.is_finite() {
+                    return unknown.scale;
+                }
+                let of_row = |row: &Row| {
+                    let at = row
+                        .columns
+                        .iter()
+                        .position(|column| *column == self.free.len() + k)?;
+                    let last = row.values.ncols() - 1;
+                    let rms = |column: usize| -> f64 {
+                        (0..row.values.nrows())
+                            .map(|i| row.values[(i, column)].powi(2))
+                            .sum::<f64>()
+                            .sqrt()
+                    };
+                    let length = rms(at);
+                    (length > 0.0).then(|| rms(last) / length)
+                };
+                rows.iter().find_map(of_row).unwrap_or(1.0)
+            })
+            .collect()
+    }
+
+    pub(super) fn begins(&self, unknown: usize) -> Option<usize> {
+        let at = self.unknowns[unknown].begins()?;
+        let share = (at - self.span[0]) / self.span[1].max(f64::MIN_POSITIVE);
+        Some(((share * PARTS as f64) as usize).min(PARTS - 1))
+    }
+}

@@ -1,0 +1,225 @@
+//! The columns of channels: derivatives of their corrections, through the filters.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::court::Court;
+use super::rows::Direction;
+use super::unknown::Effect;
+use crate::log::{LogBlock, Signal};
+use crate::prepare::{Excerpt, Smoothed};
+use crate::preprocess::SignalBlock;
+
+/// Step of a size for its column, in usual sizes.
+const STEP: f64 = 0.05;
+
+impl Court<'_> {
+    /// Returns the signals of a log whose channels are all zero.
+    pub(super) fn zero(&self, corrected: &Excerpt) -> Option<Smoothed> {
+        let blocks = (corrected.blocks().iter())
+            .map(|block| LogBlock {
+                values: vec![vec![0.0; block.len()]; block.values.len()],
+                ..block.clone()
+            })
+            .collect();
+        self.signals(&corrected.replaced(blocks))
+    }
+
+    /// Returns the directions of all unknowns of channels. Those of one kind and signal are formed together, joint by joint.
+    pub(super) fn directions(
+        &self,
+        corrected: &Excerpt,
+        zero: &Smoothed,
+    ) -> Option<Vec<Direction>> {
+        let mut passes: BTreeMap<(String, usize), Vec<usize>> = BTreeMap::new();
+        let is_coupled = self.channels.position_mix.is_some() || self.channels.torque_mix.is_some();
+        for (k, unknown) in self.unknowns.iter().enumerate() {
+            let [channel] = unknown.channels() else {
+                continue;
+            };
+            let of = &self.channels.all[*channel];
+            let signal = match of.quantity.signal() {
+                Signal::Link => 0,
+                Signal::Motor => 1,
+                _ => 2,
+            };
+            let key = unknown.id.replace(&of.column, "");
+            let alone = if is_coupled {
+                format!("{key} {k}")
+            } else {
+                key
+            };
+            passes.entry((alone, signal)).or_default().push(k);
+        }
+        let passes: Vec<Vec<usize>> = passes.into_values().collect();
+        let found: Option<Vec<Vec<Direction>>> = passes
+            .par_iter()
+            .map(|pass| self.pass(pass, (corrected, zero), is_coupled))
+            .collect();
+        let mut directions: Vec<Direction> = found?.into_iter().flatten().collect();
+        directions.sort_by_key(|direction| direction.unknown);
+        for (k, unknown) in self.unknowns.iter().enumerate() {
+            if unknown.channels().len() < 2 {
+                continue;
+            }
+            let single = |direction: &&Direction| {
+                let other = &self.unknowns[direction.unknown];
+                other.kind == unknown.kind
+                    && matches!(other.channels(), [channel] if unknown.channels().contains(channel))
+            };
+            let members: Vec<&Direction> = directions.iter().filter(single).collect();
+            let Some(sum) = sum_of(k, &members, zero.segments()) else {
+                continue;
+            };
+            directions.push(sum);
+        }
+        Some(directions)
+    }
+
+    /// Returns the directions of unknowns of different joints.
+    pub(super) fn pass(
+        &self,
+        unknowns: &[usize],
+        (corrected, zero): (&Excerpt, &Smoothed),
+        is_coupled: bool,
+    ) -> Option<Vec<Direction>> {
+        let blocks = (corrected.blocks().iter())
+            .map(|block| {
+                let mut values = vec![vec![0.0; block.len()]; block.values.len()];
+                for &unknown in unknowns {
+                    let Effect::Channels(channels, effect) = &self.unknowns[unknown].effect else {
+                        continue;
+                    };
+                    let step = STEP * self.unknowns[unknown].scale;
+                    for &channel in channels {
+                        let samples = self.samples(block, channel);
+                        let (more, less) = (
+                            effect.perturb(&samples, step),
+                            effect.perturb(&samples, -step),
+                        );
+                        for (value, (more, less)) in
+                            values[channel].iter_mut().zip(more.iter().zip(&less))
+                        {
+                            *value = (more - less) / (2.0 * step);
+                        }
+                    }
+                }
+                LogBlock {
+                    values,
+                    ..block.clone()
+                }
+            })
+            .collect();
+        let smoothed = self.signals(&corrected.replaced(blocks))?;
+        let n = self.model.joint_count();
+        let directions = unknowns.iter().map(|&unknown| {
+            let channel = self.unknowns[unknown].channels()[0];
+            let of = &self.channels.all[channel];
+            let joints: Vec<usize> = if is_coupled {
+                (0..n).collect()
+            } else {
+                vec![of.joint]
+            };
+            let is_torque = of.quantity.signal() == Signal::Torque;
+            let segments = (smoothed.segments().iter().zip(zero.segments()))
+                .map(|(signals, zero)| difference(signals, zero, &joints, is_torque))
+                .collect();
+            Direction {
+                unknown,
+                joints,
+                segments,
+                has_rate: self.unknowns[unknown].has_rate(),
+                scales_torque: is_torque && self.unknowns[unknown].kind == "gain",
+            }
+        });
+        Some(directions.collect())
+    }
+}
+
+/// Returns the change of the signals of some joints.
+fn difference(
+    signals: &SignalBlock,
+    zero: &SignalBlock,
+    joints: &[usize],
+    is_torque: bool,
+) -> SignalBlock {
+    let n = signals.q.len();
+    let mut change = SignalBlock::new(n);
+    let minus =
+        |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
+    for &j in joints {
+        if is_torque {
+            change.tau[j] = minus(&signals.tau[j], &zero.tau[j]);
+        } else {
+            change.q[j] = minus(&signals.q[j], &zero.q[j]);
+            change.dq[j] = minus(&signals.dq[j], &zero.dq[j]);
+            change.phi[j] = minus(&signals.phi[j], &zero.phi[j]);
+            change.dphi[j] = minus(&signals.dphi[j], &zero.dphi[j]);
+        }
+    }
+    if is_torque {
+        for j in (0..n).filter(|j| !joints.contains(j)) {
+            change.tau[j] = vec![0.0; signals.len()];
+        }
+        for columns in [
+            &mut change.q,
+            &mut change.dq,
+            &mut change.phi,
+            &mut change.dphi,
+        ] {
+            for column in columns.iter_mut() {
+                *column = vec![0.0; signals.len()];
+            }
+        }
+    } else {
+        change.tau.clear();
+    }
+    change
+}
+
+/// Returns the sum of the directions of several unknowns.
+fn sum_of(unknown: usize, members: &[&Direction], segments: &[SignalBlock]) -> Option<Direction> {
+    let first = members.first()?;
+    let n = segments.first()?.q.len();
+    let joints: Vec<usize> = (0..n)
+        .filter(|j| members.iter().any(|member| member.joints.contains(j)))
+        .collect();
+    let summed = (segments.iter().enumerate())
+        .map(|(s, segment)| {
+            let zero = || vec![vec![0.0; segment.len()]; n];
+            let mut sum = SignalBlock::new(n);
+            (sum.q, sum.dq, sum.phi, sum.dphi) = (zero(), zero(), zero(), zero());
+            sum.tau = if first.segments[s].tau.is_empty() {
+                Vec::new()
+            } else {
+                zero()
+            };
+            for member in members {
+                let of = &member.segments[s];
+                let pairs = [
+                    (&mut sum.q, &of.q),
+                    (&mut sum.dq, &of.dq),
+                    (&mut sum.phi, &of.phi),
+                    (&mut sum.dphi, &of.dphi),
+                    (&mut sum.tau, &of.tau),
+                ];
+                for (to, from) in pairs {
+                    for (to, from) in to.iter_mut().zip(from) {
+                        for (to, from) in to.iter_mut().zip(from) {
+                            *to += from;
+                        }
+                    }
+                }
+            }
+            sum
+        })
+        .collect();
+    Some(Direction {
+        unknown,
+        joints,
+        segments: summed,
+        has_rate: first.has_rate,
+        scales_torque: false,
+    })
+}

@@ -1,0 +1,103 @@
+//! The time of a jump: it must be met to the sample.
+
+use super::court::Court;
+use super::evidence::PARTS;
+use super::kinds::lost_counts;
+use super::rows::Row;
+use super::state::State;
+use super::unknown::Unknown;
+use crate::prepare::{Excerpt, Smoothed};
+
+/// Parts of the span between neighbouring times of a search for a jump, and times on each side.
+const KNOTS_OF_TIME: f64 = 12.0;
+const TIMES: i32 = 6;
+
+impl Court<'_> {
+    /// Moves the time of a jump to where it explains most, between the neighbouring knots.
+    #[expect(clippy::type_complexity, reason = "the state of one round")]
+    pub(super) fn meet_the_time(
+        &mut self,
+        unknown: usize,
+        (state, scales): (&State, &[f64]),
+        (corrected, zero): (&Excerpt, &Smoothed),
+        (rows, theta, smoothed): (&mut Vec<Row>, &[f64], &Smoothed),
+        (weights, repeats): (&[f64], f64),
+    ) -> Option<()> {
+        let [channel] = *self.unknowns[unknown].channels() else {
+            return None;
+        };
+        let id = self.unknowns[unknown].id.clone();
+        let mut best = self.unknowns[unknown].begins()?;
+        let knot = self.span[1] / KNOTS_OF_TIME;
+        let all_rows: Vec<usize> = (0..self.rows.len()).collect();
+        let all: Vec<usize> = (0..PARTS).collect();
+        for (reach, is_sharp) in [(knot, false), (knot / 6.0, false), (knot / 36.0, true)] {
+            let mut least = f64::INFINITY;
+            let centre = best;
+            for k in -TIMES..=TIMES {
+                let at = centre + reach * f64::from(k) / f64::from(TIMES);
+                self.unknowns[unknown] = Unknown {
+                    id: id.clone(),
+                    ..lost_counts::at(&self.catalogued, channel, at, is_sharp)?
+                };
+                let direction = self.pass(&[unknown], (corrected, zero), false)?;
+                let formed = self.former(smoothed.period()).form(
+                    smoothed.segments(),
+                    theta,
+                    &self.unknowns,
+                    &direction,
+                )?;
+                let merged = with_column(rows, &formed, self.free.len() + unknown);
+                let evidence =
+                    self.evidence(&merged, (state, scales), Some(weights.to_vec()), repeats);
+                let mut columns: Vec<usize> = (0..self.free.len()).collect();
+                columns.extend(
+                    state
+                        .chosen
+                        .iter()
+                        .chain([&unknown])
+                        .map(|other| self.free.len() + other),
+                );
+                let left = evidence.held_out(&columns, None).sum(&all_rows, &all);
+                if left < least {
+                    (least, best) = (left, at);
+                }
+            }
+        }
+        self.unknowns[unknown] = Unknown {
+            id,
+            ..lost_counts::at(&self.catalogued, channel, best, true)?
+        };
+        let direction = self.pass(&[unknown], (corrected, zero), false)?;
+        let formed = self.former(smoothed.period()).form(
+            smoothed.segments(),
+            theta,
+            &self.unknowns,
+            &direction,
+        )?;
+        *rows = with_column(rows, &formed, self.free.len() + unknown);
+        Some(())
+    }
+}
+
+/// Returns rows with one column from others.
+fn with_column(rows: &[Row], formed: &[Row], column: usize) -> Vec<Row> {
+    (rows.iter().zip(formed))
+        .map(|(row, new)| {
+            let place = row.columns.iter().position(|c| *c == column);
+            let from = new.columns.iter().position(|c| *c == column);
+            let mut values = row.values.clone();
+            if let (Some(place), Some(from)) = (place, from) {
+                for i in 0..values.nrows() {
+                    values[(i, place)] = new.values[(i, from)];
+                }
+            }
+            Row {
+                joint: row.joint,
+                columns: row.columns.clone(),
+                values,
+                reliable: row.reliable.clone(),
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,12 @@
+//! What a search for unknowns has applied.
+
+/// What is applied.
+#[derive(Clone, Debug, Default)]
+pub(super) struct State {
+    pub(super) chosen: Vec<usize>,
+    /// Size of each unknown; of laws the coefficient.
+    pub(super) sizes: Vec<f64>,
+    pub(super) errors: Vec<f64>,
+    pub(super) gains: Vec<f64>,
+    pub(super) theta: Vec<f64>,
+}
