@@ -177,6 +177,7 @@ def test_check_validate_and_compare(
     check = experiment.check(log)
     assert not check.refused
     assert all(finding.severity in {"info", "warning"} for finding in check.findings)
+    assert check.unknowns == []
     other = experiment.simulate(seed=3)
     validation = result.validate(other)
     assert [run.name for run in validation.runs] == ["direct"]
@@ -187,6 +188,15 @@ def test_check_validate_and_compare(
     comparison = sprung.compare([result, experiment.identify(other)], ["a", "b"])
     assert [entry.label for entry in comparison.compared] == ["a", "b"]
     assert comparison.conclusion
+
+
+def test_a_late_channel_is_found_and_used(experiment: sprung.Experiment, log: Log) -> None:
+    torque = log["tau2_nm"]
+    late = {**log, "tau2_nm": np.concatenate([np.full(20, torque[0]), torque[:-20]])}
+    for unknowns in (experiment.check(late).unknowns, experiment.identify(late).unknowns):
+        (unknown,) = unknowns
+        assert (unknown.kind, unknown.place, unknown.status) == ("delay", "tau2_nm", "applied")
+        assert unknown.value == pytest.approx(0.02, abs=2e-3)
 
 
 def test_tables(result: sprung.Result) -> None:

@@ -18,7 +18,7 @@ pub struct ShownUnknown {
     pub size: String,
     /// What sprung did with it.
     pub used: &'static str,
-    /// Fall of the squared error of the torques on held-out parts of the log, percent.
+    /// Fall of the squared error of the torques on held-out parts of the log, percent; a dash if it was not compared.
     pub falls_percent: String,
     /// Other unknowns that explain the log nearly as well, with their correlations.
     pub competing: String,
@@ -40,7 +40,10 @@ impl From<&UnknownResult> for ShownUnknown {
             place: place(unknown),
             size: size(unknown),
             used: unknown.status.word(),
-            falls_percent: format!("{:.0}", 100.0 * unknown.effect),
+            falls_percent: match unknown.effect {
+                0.0 => "–".to_owned(),
+                effect => format!("{:.0}", 100.0 * effect),
+            },
             competing: rivals.join(", "),
         }
     }
@@ -119,9 +122,10 @@ pub(super) fn unknowns(found: &[UnknownResult]) -> Option<Section> {
         }
     };
     let table = Table {
-        caption: "Sizes with their standard errors; a correction subtracts them. The error is the square of the torques' error \
-                  on parts of the log that the fit has not seen. Others explain the log nearly as well; the number is the \
-                  correlation of both effects. Marked rows are not corrected."
+        caption: "Sizes with their standard errors: the time by which a column is late; otherwise what a correction adds to the \
+                  column, for a gain relative to it. The error is the square of the torques' error on parts of the log that \
+                  the fit has not seen. Others explain the log nearly as well; the number is the correlation of both effects. \
+                  Marked rows are not corrected."
             .to_owned(),
         columns: vec![
             text("Unknown"),

@@ -143,6 +143,8 @@ fn what_the_log_shows_beyond_its_description_is_a_table() {
         .split_once("what the log shows beyond its description")
         .unwrap();
     assert!(table.contains(row.trim_end()), "{said}");
+    let html = std::fs::read_to_string(case.path("sprung-out/report.html")).unwrap();
+    assert!(html.contains("What the log shows beyond its description"));
     // A whole log has no table.
     assert!(
         !check(&Case::new(), &[])

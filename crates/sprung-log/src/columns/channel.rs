@@ -132,4 +132,13 @@ pub enum ChannelError {
         /// Name of the joint.
         joint: String,
     },
+    /// The delays of all channels of a joint are to be estimated.
+    #[error(
+        "delay_s asks to estimate all channels of {joint}; only delays between channels show in a log, so leave one of \
+         them out, or write delay_s = \"estimate\", which keeps the motor positions"
+    )]
+    NoReference {
+        /// Name of the joint.
+        joint: String,
+    },
 }

@@ -10,8 +10,8 @@ use super::mix::Mix;
 use super::origin::TimeOrigin;
 use super::time::{TimeSource, are_dates, sampling, time};
 use crate::description::{
-    CsvForm, Instrumentation, Joint, Key, Log, MissingValues, Quantity, Robot, Scaling, Side,
-    Signal, TorqueHold, WrongSamples,
+    CsvForm, Delay, Instrumentation, Joint, Key, Log, MissingValues, Quantity, Robot, Scaling,
+    Side, Signal, TorqueHold, WrongSamples,
 };
 
 /// The channels of a log: link positions, motor positions and motor torques, joint by joint.
@@ -203,6 +203,31 @@ impl Channels {
         exchanged.all[link].quantity = Quantity::MotorPosition;
         exchanged.all[motor].quantity = Quantity::LinkPosition;
         Some(exchanged)
+    }
+
+    /// Checks that each joint has a channel against which the delays of the others show.
+    ///
+    /// # Errors
+    ///
+    /// [`ChannelError::NoReference`] if the delays of all channels of a joint are to be estimated.
+    pub fn require_references(&self, robot: &Robot) -> Result<(), ChannelError> {
+        match (0..robot.joint.len()).find(|&joint| !self.has_reference(joint)) {
+            None => Ok(()),
+            Some(joint) => Err(ChannelError::NoReference {
+                joint: robot.joint[joint].name.clone(),
+            }),
+        }
+    }
+
+    /// Returns whether a joint has a channel against which the delays of the others show, or no channel.
+    fn has_reference(&self, joint: usize) -> bool {
+        let is_covariate =
+            |channel: &Channel| matches!(channel.quantity.signal(), Signal::Covariate(_));
+        let mut of_joint = (self.all.iter())
+            .filter(|channel| channel.joint == joint && !is_covariate(channel))
+            .map(|channel| channel.delay != Some(Delay::Estimate))
+            .peekable();
+        of_joint.peek().is_none() || of_joint.any(|is_reference| is_reference)
     }
 
     /// Checks that the sides of all torque constants are known.

@@ -94,6 +94,7 @@ pub fn prepare(
     let experiment = experiment.into_owned();
     let log = experiment.log.as_ref().ok_or(PrepareError::NoLog)?;
     let channels = Channels::new(&experiment.robot, log)?;
+    channels.require_references(&experiment.robot)?;
     let names: Vec<String> = sources.iter().map(LogSource::label).collect();
     progress.tell(Phase::Preparing, 1, Some(CHOICES))?;
     let first = sources.first_mut().ok_or(PrepareError::NoLog)?;

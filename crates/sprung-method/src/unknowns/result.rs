@@ -47,7 +47,8 @@ pub struct UnknownResult {
     pub kind: String,
     /// Column or joint; the columns of one signal of all joints are separated by commas.
     pub place: String,
-    /// Size, in `unit`. A correction subtracts it.
+    /// Size, in `unit`: the time by which a delayed column is late; otherwise what a correction adds to the column, for a
+    /// gain relative to it.
     pub value: f64,
     /// Standard error, in `unit`.
     pub standard_error: f64,

@@ -128,7 +128,8 @@ class Unknown:
         id: stable name, as in ``delay q1_rad``.
         kind: ``delay``, ``timing``, ``offset``, ``gain``, ``drift``, ``lost-counts`` or ``eccentricity``.
         place: column; the columns of one signal of all joints are separated by commas.
-        value: size, in ``unit``; a correction subtracts it.
+        value: size, in ``unit``: the time by which a delayed column is late; otherwise what a correction adds to the
+            column, for a gain relative to it.
         standard_error: its standard error, in ``unit``.
         unit: ``s``, ``rad``, ``m``, or empty for ratios.
         status: ``given`` or ``estimated`` as the experiment says, ``applied`` to all results, or only ``found``.

@@ -245,7 +245,7 @@ fn an_encoder_offset_is_found_and_used() {
         table.columns[place].iter_mut().for_each(|q| *q += 0.02);
         let report = report(&demo.experiment, &table);
         let offset = the_only_unknown(&report, "encoder-offset", "offset", column);
-        // A correction subtracts it; friction that is not symmetric leaves an offset of its own.
+        // A correction adds it; friction that is not symmetric leaves an offset of its own.
         assert!((offset + 0.02).abs() < 1e-3, "{column} {offset}");
     }
 }
