@@ -1,7 +1,7 @@
 //! Delays are relative: if all channels of a joint are late by the same time, its equations hardly change. The earliest channel of a
 //! joint is the reference, so no channel is early; channels of one signal that are equally late are one cause.
 
-use super::settle::Found;
+use super::found::Found;
 use super::unknown::Place;
 use crate::log::{Channels, Signal};
 
@@ -97,6 +97,12 @@ pub(super) fn relative(found: Vec<Found>, channels: &Channels, period: f64) -> V
                 .iter()
                 .filter_map(|late| Some(late.cause?.standard_error))
                 .fold(cause.standard_error, f64::max),
+            // Rivals belong to the delay as it was found.
+            competing: if (cause.value - delay).abs() < f64::EPSILON {
+                cause.competing.clone()
+            } else {
+                Vec::new()
+            },
             ..cause.clone()
         }
     };

@@ -12,17 +12,30 @@ use crate::prepare::{Excerpt, Smoothed};
 const KNOTS_OF_TIME: f64 = 12.0;
 const TIMES: i32 = 6;
 
+/// The regression of a round, of which one column is formed again.
+pub(super) struct Formed<'r> {
+    pub(super) corrected: &'r Excerpt,
+    /// Signals of a log whose channels are all zero.
+    pub(super) zero: &'r Smoothed,
+    pub(super) smoothed: &'r Smoothed,
+    pub(super) theta: &'r [f64],
+    /// Usual sizes of all unknowns.
+    pub(super) scales: &'r [f64],
+    /// Weights of the rows, and number of neighbouring samples that say the same.
+    pub(super) weights: &'r [f64],
+    pub(super) repeats: f64,
+}
+
 impl Court<'_> {
     /// Moves the time of a jump to where it explains most, between the neighbouring knots.
-    #[expect(clippy::type_complexity, reason = "the state of one round")]
+    /// Returns the rows with its column at this time.
     pub(super) fn meet_the_time(
         &mut self,
         unknown: usize,
-        (state, scales): (&State, &[f64]),
-        (corrected, zero): (&Excerpt, &Smoothed),
-        (rows, theta, smoothed): (&mut Vec<Row>, &[f64], &Smoothed),
-        (weights, repeats): (&[f64], f64),
-    ) -> Option<()> {
+        state: &State,
+        of: &Formed<'_>,
+        rows: &[Row],
+    ) -> Option<Vec<Row>> {
         let [channel] = *self.unknowns[unknown].channels() else {
             return None;
         };
@@ -40,16 +53,9 @@ impl Court<'_> {
                     id: id.clone(),
                     ..lost_counts::at(&self.catalogued, channel, at, is_sharp)?
                 };
-                let direction = self.pass(&[unknown], (corrected, zero), false)?;
-                let formed = self.former(smoothed.period()).form(
-                    smoothed.segments(),
-                    theta,
-                    &self.unknowns,
-                    &direction,
-                )?;
-                let merged = with_column(rows, &formed, self.free.len() + unknown);
-                let evidence =
-                    self.evidence(&merged, (state, scales), Some(weights.to_vec()), repeats);
+                let merged = self.formed_again(unknown, of, rows)?;
+                let weights = Some(of.weights.to_vec());
+                let evidence = self.evidence(&merged, (state, of.scales), weights, of.repeats);
                 let mut columns: Vec<usize> = (0..self.free.len()).collect();
                 columns.extend(
                     state
@@ -68,15 +74,15 @@ impl Court<'_> {
             id,
             ..lost_counts::at(&self.catalogued, channel, best, true)?
         };
-        let direction = self.pass(&[unknown], (corrected, zero), false)?;
-        let formed = self.former(smoothed.period()).form(
-            smoothed.segments(),
-            theta,
-            &self.unknowns,
-            &direction,
-        )?;
-        *rows = with_column(rows, &formed, self.free.len() + unknown);
-        Some(())
+        self.formed_again(unknown, of, rows)
+    }
+
+    /// Returns rows with the present column of one unknown.
+    fn formed_again(&self, unknown: usize, of: &Formed<'_>, rows: &[Row]) -> Option<Vec<Row>> {
+        let direction = self.pass(&[unknown], (of.corrected, of.zero), false)?;
+        let former = self.former(of.smoothed.period());
+        let formed = former.form(of.smoothed.segments(), of.theta, &self.unknowns, &direction)?;
+        Some(with_column(rows, &formed, self.free.len() + unknown))
     }
 }
 

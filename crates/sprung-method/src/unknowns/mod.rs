@@ -9,6 +9,7 @@ mod court;
 mod directions;
 mod evidence;
 mod far;
+mod found;
 mod gauge;
 mod jumps;
 mod kinds;

@@ -12,7 +12,7 @@ use sprung_core::drives::State;
 use sprung_core::filter::{Discretization, FilterBank, FilterPair, FilterState, bank_len};
 use sprung_core::parameters::JointParameter;
 
-use super::unknown::{Effect, JointSample, JointScales, Unknown};
+use super::unknown::{Effect, JointSample, JointScales, Place, Unknown};
 use crate::description::RightHandSide;
 use crate::model::{Model, Scratch};
 use crate::preprocess::SignalBlock;
@@ -155,6 +155,20 @@ struct Slopes {
     rest: Vec<f64>,
 }
 
+/// The regressor of one sample with its slopes.
+struct Sampled {
+    momentum: Vec<f64>,
+    rest: Vec<f64>,
+    slopes: Slopes,
+}
+
+/// One row of a segment, as [`Row`] has it.
+struct RowOfSegment {
+    columns: Vec<usize>,
+    values: Vec<f64>,
+    reliable: Vec<f64>,
+}
+
 impl Rows<'_> {
     /// Forms all rows.
     ///
@@ -170,7 +184,7 @@ impl Rows<'_> {
         let entries = FilterPair::new(cutoff, self.period, Discretization::Tustin).ok()?;
         let scales = self.scales(segments);
         let steps = self.steps(segments);
-        let parts: Vec<Vec<(Vec<usize>, Vec<f64>, Vec<f64>)>> = (segments.iter().enumerate())
+        let parts: Vec<Vec<RowOfSegment>> = (segments.iter().enumerate())
             .map(|(s, signals)| {
                 let sampled = self.sampled(signals, theta, &steps, !directions.is_empty());
                 (self.rows.par_iter())
@@ -189,15 +203,15 @@ impl Rows<'_> {
             })
             .collect();
         let rows = (self.rows.iter().enumerate()).map(|(r, row)| {
-            let columns = parts.first()?[r].0.clone();
+            let columns = parts.first()?[r].columns.clone();
             let width = columns.len() + 1;
             let values: Vec<f64> = parts
                 .iter()
-                .flat_map(|segment| segment[r].1.iter().copied())
+                .flat_map(|segment| segment[r].values.iter().copied())
                 .collect();
             let reliable: Vec<f64> = parts
                 .iter()
-                .flat_map(|segment| segment[r].2.iter().copied())
+                .flat_map(|segment| segment[r].reliable.iter().copied())
                 .collect();
             let samples = values.len() / width;
             let few = reliable.iter().filter(|weight| **weight < 1.0).count() as f64;
@@ -271,7 +285,7 @@ impl Rows<'_> {
         theta: &[f64],
         steps: &[f64],
         with_slopes: bool,
-    ) -> Vec<(Vec<f64>, Vec<f64>, Slopes)> {
+    ) -> Vec<Sampled> {
         let n = self.model.joint_count();
         let count = self.model.entries();
         (0..signals.len())
@@ -306,7 +320,11 @@ impl Rows<'_> {
                             }
                         }
                     }
-                    (momentum, rest, slopes)
+                    Sampled {
+                        momentum,
+                        rest,
+                        slopes,
+                    }
                 },
             )
             .collect()
@@ -358,12 +376,12 @@ impl Rows<'_> {
         &self,
         row: &RowOf,
         (segment, signals): (usize, &SignalBlock),
-        sampled: &[(Vec<f64>, Vec<f64>, Slopes)],
+        sampled: &[Sampled],
         theta: &[f64],
         (unknowns, directions): (&[Unknown], &[Direction]),
         scales: &[(JointScales, f64)],
         entries: &FilterPair,
-    ) -> (Vec<usize>, Vec<f64>, Vec<f64>) {
+    ) -> RowOfSegment {
         let n = self.model.joint_count();
         let base = row.columns.len();
         let acting: Vec<&Direction> = directions
@@ -398,7 +416,11 @@ impl Rows<'_> {
         let mut values = Vec::with_capacity((width + 1) * samples);
         let mut kept = Vec::new();
         for k in 0..samples {
-            let (all_momentum, all_rest, slopes) = &sampled[k];
+            let Sampled {
+                momentum: all_momentum,
+                rest: all_rest,
+                slopes,
+            } = &sampled[k];
             momentum.fill(0.0);
             rest.fill(0.0);
             let mut known = [0.0; 2];
@@ -507,7 +529,11 @@ impl Rows<'_> {
             }
         }
         let reliable = self.reliable(row, signals, &kept);
-        (columns, values, reliable)
+        RowOfSegment {
+            columns,
+            values,
+            reliable,
+        }
     }
 
     fn acts(&self, row: &RowOf, direction: &Direction) -> bool {
@@ -528,7 +554,7 @@ impl Rows<'_> {
     }
 
     fn is_law_of(&self, row: &RowOf, unknown: &Unknown) -> bool {
-        let super::unknown::Place::Joint(joint) = unknown.place else {
+        let Place::Joint(joint) = unknown.place else {
             return false;
         };
         match &unknown.effect {

@@ -43,15 +43,6 @@ pub(super) struct Chosen {
     size: f64,
 }
 
-/// A rival of an unknown.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Competing {
-    /// Id of the rival.
-    pub(crate) id: String,
-    /// Correlation of both columns without what parameters and other unknowns explain.
-    pub(crate) correlation: f64,
-}
-
 /// Data of a selection.
 pub(super) struct Selection<'a> {
     pub(super) evidence: &'a Evidence,

@@ -4,8 +4,10 @@ use sprung_core::parameters::JointParameter;
 
 use super::court::Court;
 use super::evidence::{Evidence, PARTS};
+use super::found::{Competing, Found};
+use super::jumps::Formed;
 use super::rows::{Direction, row_cutoff};
-use super::select::{Chosen, Competing, SIGNIFICANT, Selection};
+use super::select::{Chosen, SIGNIFICANT, Selection};
 use super::state::State;
 use super::unknown::Place;
 use crate::log::Signal;
@@ -31,30 +33,6 @@ const LATE_FOR_EARLY: f64 = 1.05;
 
 /// Rivals of an unknown that are applied in earnest.
 const RIVALS: usize = 3;
-
-/// An unknown that was found.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Found {
-    /// Stable name, as in `delay q1_rad`.
-    pub(crate) id: String,
-    /// Kind, as in `delay`.
-    pub(crate) kind: &'static str,
-    pub(crate) place: Place,
-    /// Size, and its standard error.
-    pub(crate) value: f64,
-    pub(crate) standard_error: f64,
-    pub(crate) unit: &'static str,
-    /// Time at which it begins, s.
-    pub(crate) begins: Option<f64>,
-    /// Relative fall of the held-out squares of the torques.
-    pub(crate) gain: f64,
-    /// Part of its column that no parameter mimics.
-    pub(crate) own: f64,
-    /// Parameter that mimics most of it.
-    pub(crate) mimic: Option<String>,
-    /// Others that may stand for it.
-    pub(crate) competing: Vec<Competing>,
-}
 
 /// A round with its evidence.
 struct Round {
@@ -173,13 +151,16 @@ impl Court<'_> {
                     && !self.unknowns[unknown].has_rate()
                 {
                     let weights = evidence.weights.clone();
-                    self.meet_the_time(
-                        unknown,
-                        (state, &scales),
-                        (&corrected, &zero),
-                        (&mut rows, &theta, &smoothed),
-                        (&weights, repeats),
-                    )?;
+                    let formed = Formed {
+                        corrected: &corrected,
+                        zero: &zero,
+                        smoothed: &smoothed,
+                        theta: &theta,
+                        scales: &scales,
+                        weights: &weights,
+                        repeats,
+                    };
+                    rows = self.meet_the_time(unknown, state, &formed, &rows)?;
                     evidence = self.evidence(&rows, (state, &scales), Some(weights), repeats);
                 }
                 state.chosen.push(unknown);

@@ -1,9 +1,10 @@
 //! Applies what was found to the preparation of an identification or a check.
 
+use super::found::{Found, Telling};
 use super::gauge::relative;
 use super::kinds::finding;
 use super::result::{CompetingUnknown, UnknownResult, UnknownStatus};
-use super::settle::{Found, settle};
+use super::settle::settle;
 use super::unknown::Place;
 use crate::description::{Delay, EncoderOffset};
 use crate::finding::Finding;
@@ -20,19 +21,6 @@ pub(crate) struct Settled {
     pub(crate) prepared: Prepared,
     pub(crate) unknowns: Vec<UnknownResult>,
     pub(crate) findings: Vec<Finding>,
-}
-
-/// What a finding says of.
-pub(super) struct Telling<'a> {
-    pub(super) found: &'a Found,
-    /// Its columns.
-    pub(super) columns: Vec<&'a str>,
-    /// Name of its joint; empty for all joints.
-    pub(super) joint: &'a str,
-    pub(super) file: &'a str,
-    pub(super) status: UnknownStatus,
-    /// Sampling period, s.
-    pub(super) period: f64,
 }
 
 /// Finds the unknowns of the first log and applies those that need no decision of the user: delays, and the zero between two
@@ -124,6 +112,9 @@ fn status(found: &Found, reading: &Reading) -> UnknownStatus {
     match found.kind {
         "delay" if is_asked => UnknownStatus::Estimated,
         "offset" if has_preload => UnknownStatus::Estimated,
+        "offset" if reading.settings().encoder_offset == Some(EncoderOffset::None) => {
+            UnknownStatus::Found
+        }
         "delay" | "timing" | "offset" => UnknownStatus::Applied,
         _ => UnknownStatus::Found,
     }

@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use super::{Catalogued, falls, or_else};
+use super::catalogued::Catalogued;
+use super::words::{falls, or_else};
 use crate::description::Delay as Given;
 use crate::finding::{Finding, Severity};
 use crate::log::Signal;
 use crate::numbers::in_ms;
-use crate::unknowns::settled::Telling;
+use crate::unknowns::found::Telling;
 use crate::unknowns::unknown::{ChannelEffect, Effect, Place, Samples, Unknown};
 
 /// Usual delay, s.

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use super::{Catalogued, falls, or_else};
+use super::catalogued::Catalogued;
+use super::words::{falls, or_else};
 use crate::finding::{Finding, Severity};
 use crate::log::Signal;
-use crate::unknowns::settled::Telling;
+use crate::unknowns::found::Telling;
 use crate::unknowns::unknown::{ChannelEffect, Effect, Place, Samples, Unknown};
 
 /// Usual errors, relative: of a position that another one confirms, and of a torque, whose constant is often a guess.

@@ -1,6 +1,6 @@
 //! Laws with one coefficient that a joint may have beyond those of its description. They compete with the other causes.
 
-use super::Catalogued;
+use super::catalogued::Catalogued;
 use crate::unknowns::unknown::{Effect, JointSample, JointScales, Law, Place, Unknown};
 
 /// Velocity of the slow curve, in root mean squares of the velocity.

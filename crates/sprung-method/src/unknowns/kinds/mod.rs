@@ -1,5 +1,6 @@
 //! The catalogue: one file a kind. A new cause is a file and a line of [`catalogue`].
 
+mod catalogued;
 mod delay;
 mod drift;
 mod eccentricity;
@@ -7,129 +8,13 @@ mod gain;
 mod laws;
 pub(super) mod lost_counts;
 mod offset;
+mod words;
 
-use sprung_core::parameters::JointParameter;
+pub(super) use catalogued::Catalogued;
 
-use super::settled::Telling;
+use super::found::Telling;
 use super::unknown::Unknown;
 use crate::finding::Finding;
-use crate::log::{Channels, Signal};
-use crate::model::Model;
-use crate::prepare::Excerpt;
-
-/// What the kinds need to know about a log and its robot.
-pub(crate) struct Catalogued<'a> {
-    pub(super) channels: &'a Channels,
-    pub(super) model: &'a Model,
-    pub(super) names: &'a [String],
-    pub(super) joints: usize,
-    /// First time of the excerpt and its duration, s.
-    pub(super) span: [f64; 2],
-    /// Sampling period, s.
-    pub(super) period: f64,
-    excerpt: &'a Excerpt,
-    deflections: Vec<Option<f64>>,
-}
-
-impl<'a> Catalogued<'a> {
-    pub(super) fn new(channels: &'a Channels, model: &'a Model, excerpt: &'a Excerpt) -> Self {
-        let first = excerpt.blocks().iter().find_map(|block| block.time.first());
-        let deflections = (0..model.joint_count())
-            .map(|joint| {
-                let of = |signal| channels.telling(signal, joint);
-                let (link, motor) = (of(Signal::Link)?, of(Signal::Motor)?);
-                let all: Vec<f64> = (excerpt.channel(link).zip(excerpt.channel(motor)))
-                    .map(|(link, motor)| motor - link)
-                    .collect();
-                let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
-                let squares: f64 = all.iter().map(|x| (x - mean).powi(2)).sum();
-                Some((squares / all.len().max(1) as f64).sqrt()).filter(|rms| *rms > 0.0)
-            })
-            .collect();
-        Self {
-            channels,
-            model,
-            names: model.joints(),
-            joints: model.joint_count(),
-            span: [first.copied().unwrap_or_default(), excerpt.duration()],
-            period: excerpt.period(),
-            excerpt,
-            deflections,
-        }
-    }
-
-    /// Returns the channels of some signals of joints that move, joint by joint.
-    pub(super) fn of_signals(&self, signals: &[Signal]) -> impl Iterator<Item = usize> {
-        let of_joint = |joint: usize| {
-            let all = signals
-                .iter()
-                .filter_map(move |&signal| self.channels.telling(signal, joint));
-            all.collect::<Vec<usize>>()
-        };
-        let all: Vec<usize> = (0..self.joints)
-            .flat_map(of_joint)
-            .filter(|&channel| self.excerpt.deviation(channel) > 0.0)
-            .collect();
-        all.into_iter()
-    }
-
-    pub(super) fn is_flexible(&self, joint: usize) -> bool {
-        self.model.is_flexible(joint)
-    }
-
-    pub(super) fn turns(&self, channel: usize) -> bool {
-        self.channels.turns[self.channels.all[channel].joint]
-    }
-
-    pub(super) fn has_preload(&self, joint: usize) -> bool {
-        self.model.index(JointParameter::Preload, joint).is_some()
-    }
-
-    /// Returns whether another channel of the joint tells the same motion, or the channel is a torque.
-    pub(super) fn is_measured_twice(&self, channel: usize) -> bool {
-        let of = &self.channels.all[channel];
-        of.quantity.signal() == Signal::Torque || self.deflections[of.joint].is_some()
-    }
-
-    /// Returns the root mean square of the deflection of the joint of a position, rad (m), which is the yardstick of errors of
-    /// encoders; `None` without two positions.
-    pub(super) fn deflection(&self, channel: usize) -> Option<f64> {
-        self.deflections[self.channels.all[channel].joint]
-    }
-
-    pub(super) fn unit_of_position(&self, channel: usize) -> &'static str {
-        if self.turns(channel) { "rad" } else { "m" }
-    }
-
-    /// Returns the times of the samples where the deflection of a channel's joint jumps most.
-    pub(super) fn largest_jumps(&self, channel: usize, count: usize) -> Vec<f64> {
-        let joint = self.channels.all[channel].joint;
-        let of = |signal| self.channels.telling(signal, joint);
-        let Some((link, motor)) = of(Signal::Link).zip(of(Signal::Motor)) else {
-            return Vec::new();
-        };
-        let mut jumps: Vec<(f64, f64)> = Vec::new();
-        for block in self.excerpt.blocks() {
-            let deflection: Vec<f64> = (block.values[motor].iter().zip(&block.values[link]))
-                .map(|(motor, link)| motor - link)
-                .collect();
-            let steps: Vec<f64> = deflection
-                .windows(2)
-                .map(|pair| pair[1] - pair[0])
-                .collect();
-            for (k, around) in steps.windows(2 * NEIGHBOURS + 1).enumerate() {
-                let mean = around.iter().sum::<f64>() / around.len() as f64;
-                let at = k + NEIGHBOURS;
-                jumps.push(((steps[at] - mean).abs(), block.time[at + 1]));
-            }
-        }
-        jumps.sort_by(|a, b| b.0.total_cmp(&a.0));
-        jumps.iter().take(count).map(|(_, time)| *time).collect()
-    }
-}
-
-/// Samples on each side of a jump of which it is compared with the mean.
-const NEIGHBOURS: usize = 4;
 
 /// Returns the finding about an unknown.
 pub(super) fn finding(of: &Telling<'_>) -> Finding {
@@ -142,38 +27,6 @@ pub(super) fn finding(of: &Telling<'_>) -> Finding {
         "lost-counts" => lost_counts::finding(of),
         _ => eccentricity::finding(of),
     }
-}
-
-/// Returns what else may explain the log, as a sentence; empty if nothing does.
-fn or_else(of: &Telling<'_>) -> String {
-    let rivals: Vec<&str> = of
-        .found
-        .competing
-        .iter()
-        .map(|rival| rival.id.as_str())
-        .take(2)
-        .collect();
-    let rivals = match &rivals[..] {
-        [] => String::new(),
-        _ => format!(". The log does not tell it from: {}", rivals.join(", ")),
-    };
-    let mimic = (of.found.mimic.as_ref())
-        .filter(|_| of.found.own < MIMICKED)
-        .map_or_else(String::new, |name| {
-            format!(". {name} has nearly the same effect, so both are estimated together")
-        });
-    format!("{rivals}{mimic}")
-}
-
-/// Part of an effect that no parameter mimics, below which the parameter is named.
-const MIMICKED: f64 = 0.3;
-
-/// Returns the gain in words.
-fn falls(of: &Telling<'_>) -> String {
-    format!(
-        "the error of the torques on held-out parts of the log falls by {:.0} % (squares)",
-        100.0 * of.found.gain
-    )
 }
 
 /// Returns all unknowns that a log may have.

@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
-use super::{Catalogued, falls, or_else};
+use super::catalogued::Catalogued;
+use super::words::{falls, or_else};
 use crate::finding::{Finding, Severity};
 use crate::log::Signal;
-use crate::unknowns::settled::Telling;
+use crate::unknowns::found::Telling;
+use crate::unknowns::result::UnknownStatus;
 use crate::unknowns::unknown::{ChannelEffect, Effect, Place, Samples, Unknown};
 
 /// Usual offset, in root mean squares of the deflection.
@@ -43,12 +45,21 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
 pub(super) fn finding(of: &Telling<'_>) -> Finding {
     let column = of.columns.first().copied().unwrap_or_default();
     let (value, unit) = (-of.found.value, of.found.unit);
+    let (severity, used) = match of.status {
+        UnknownStatus::Found => (
+            Severity::Warning,
+            "encoder_offset = \"none\" in [identify] keeps it out of the model",
+        ),
+        UnknownStatus::Given | UnknownStatus::Estimated | UnknownStatus::Applied => {
+            (Severity::Info, "sprung estimates it")
+        }
+    };
     Finding::new(
-        Severity::Info,
+        severity,
         "encoder-offset",
         format!(
             "{}: \"{column}\" is {value:.3e} {unit} (standard error {:.1e} {unit}) from the zero of the motor's encoder: without this \
-             offset {}. sprung estimates it{}",
+             offset {}. {used}{}",
             of.joint,
             of.found.standard_error,
             falls(of),

@@ -1,0 +1,50 @@
+//! What a search found, and what a finding says of it.
+
+use super::result::UnknownStatus;
+use super::unknown::Place;
+
+/// A rival of an unknown.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Competing {
+    /// Id of the rival.
+    pub(crate) id: String,
+    /// Correlation of both columns without what parameters and other unknowns explain.
+    pub(crate) correlation: f64,
+}
+
+/// An unknown that was found.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Found {
+    /// Stable name, as in `delay q1_rad`.
+    pub(crate) id: String,
+    /// Kind, as in `delay`.
+    pub(crate) kind: &'static str,
+    pub(crate) place: Place,
+    /// Size, and its standard error.
+    pub(crate) value: f64,
+    pub(crate) standard_error: f64,
+    pub(crate) unit: &'static str,
+    /// Time at which it begins, s.
+    pub(crate) begins: Option<f64>,
+    /// Relative fall of the held-out squares of the torques.
+    pub(crate) gain: f64,
+    /// Part of its column that no parameter mimics.
+    pub(crate) own: f64,
+    /// Parameter that mimics most of it.
+    pub(crate) mimic: Option<String>,
+    /// Others that may stand for it.
+    pub(crate) competing: Vec<Competing>,
+}
+
+/// What a finding says of.
+pub(super) struct Telling<'a> {
+    pub(super) found: &'a Found,
+    /// Its columns.
+    pub(super) columns: Vec<&'a str>,
+    /// Name of its joint; empty for all joints.
+    pub(super) joint: &'a str,
+    pub(super) file: &'a str,
+    pub(super) status: UnknownStatus,
+    /// Sampling period, s.
+    pub(super) period: f64,
+}
