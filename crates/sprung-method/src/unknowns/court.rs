@@ -8,7 +8,7 @@ use super::evidence::{Evidence, PARTS, Prior};
 use super::kinds::{Catalogued, catalogue};
 use super::rows::{Row, RowOf, Rows};
 use super::state::State;
-use super::unknown::{Effect, Place, Samples, Unknown};
+use super::unknown::{Effect, Kind, Place, Samples, Unknown};
 use crate::description::Delay;
 use crate::log::{Channels, LogBlock, Signal};
 use crate::model::Model;
@@ -56,7 +56,7 @@ impl<'a> Court<'a> {
         let catalogued = Catalogued::new(channels, model, excerpt);
         let unknowns = catalogue(&catalogued);
         let is_asked = |unknown: &Unknown| {
-            unknown.kind == "delay"
+            unknown.kind == Kind::Delay
                 && matches!(unknown.channels(), [channel] if channels.all[*channel].delay == Some(Delay::Estimate))
         };
         Self {

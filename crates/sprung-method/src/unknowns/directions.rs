@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::court::Court;
 use super::rows::Direction;
-use super::unknown::Effect;
+use super::unknown::{Effect, Kind};
 use crate::log::{LogBlock, Signal};
 use crate::prepare::{Excerpt, Smoothed};
 use crate::preprocess::SignalBlock;
@@ -130,7 +130,7 @@ impl Court<'_> {
                 joints,
                 segments,
                 has_rate: self.unknowns[unknown].has_rate(),
-                scales_torque: is_torque && self.unknowns[unknown].kind == "gain",
+                scales_torque: is_torque && self.unknowns[unknown].kind == Kind::Gain,
             }
         });
         Some(directions.collect())

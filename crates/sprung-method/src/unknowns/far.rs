@@ -6,7 +6,7 @@ use super::court::Court;
 use super::evidence::{Evidence, PARTS, row_rms};
 use super::meanings::Meaning;
 use super::state::State;
-use super::unknown::Unknown;
+use super::unknown::{Kind, Unknown};
 use crate::log::Signal;
 use crate::prepare::Excerpt;
 
@@ -32,9 +32,10 @@ impl Court<'_> {
         if self.asked.is_empty() && left.iter().all(|left| *left <= UNEXPLAINED) {
             return Some(());
         }
+        let mut started: Vec<(usize, f64)> = Vec::new();
         for signal in [Signal::Link, Signal::Motor, Signal::Torque] {
             let is_of = |unknown: &Unknown| match (unknown.kind, unknown.channels()) {
-                ("delay", [channel]) => self.channels.all[*channel].quantity.signal() == signal,
+                (Kind::Delay, [channel]) => self.channels.all[*channel].quantity.signal() == signal,
                 _ => false,
             };
             let joint_of =
@@ -76,11 +77,17 @@ impl Court<'_> {
                     continue;
                 }
                 state.sizes[k] = *at;
+                started.push((k, at.abs()));
                 if !state.chosen.contains(&k) {
                     state.chosen.push(k);
                     state.gains[k] = 1.0 - least / left[joint];
                 }
             }
+        }
+        // A delay that is long by its start is usual.
+        for (unknown, size) in started {
+            let scale = &mut self.unknowns[unknown].scale;
+            *scale = scale.max(size);
         }
         Some(())
     }

@@ -1,7 +1,7 @@
 //! What a search found, and what a finding says of it.
 
 use super::result::UnknownStatus;
-use super::unknown::Place;
+use super::unknown::{Kind, Place};
 
 /// A rival of an unknown.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,8 +17,7 @@ pub(crate) struct Competing {
 pub(crate) struct Found {
     /// Stable name, as in `delay q1_rad`.
     pub(crate) id: String,
-    /// Kind, as in `delay`.
-    pub(crate) kind: &'static str,
+    pub(crate) kind: Kind,
     pub(crate) place: Place,
     /// Size, and its standard error.
     pub(crate) value: f64,

@@ -2,7 +2,7 @@
 //! joint is the reference, so no channel is early; channels of one signal that are equally late are one cause.
 
 use super::found::Found;
-use super::unknown::Place;
+use super::unknown::{Kind, Place};
 use crate::log::{Channels, Signal};
 
 /// Delays that differ by less than this part of the largest one are the same.
@@ -22,7 +22,7 @@ struct Late<'f> {
 /// Returns the same unknowns with delays against the earliest channel of each joint.
 pub(super) fn relative(found: Vec<Found>, channels: &Channels, period: f64) -> Vec<Found> {
     let (delays, mut all): (Vec<Found>, Vec<Found>) =
-        found.into_iter().partition(|one| one.kind == "delay");
+        found.into_iter().partition(|one| one.kind == Kind::Delay);
     let Some(pattern) = delays.first().cloned() else {
         return all;
     };
@@ -156,7 +156,7 @@ pub(super) fn relative(found: Vec<Found>, channels: &Channels, period: f64) -> V
         let place = Place::All(Signal::Torque);
         all.push(Found {
             id: "timing of the torques".to_owned(),
-            kind: "timing",
+            kind: Kind::Timing,
             place,
             ..found(&torques, of_torques)
         });

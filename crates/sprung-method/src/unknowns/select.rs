@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::evidence::{Evidence, HeldOut, PARTS};
-use super::unknown::{Place, Unknown};
+use super::unknown::{Kind, Place, Unknown};
 
 /// Least size in jackknife standard errors over the parts: Student's t with 7 degrees of freedom, p = 0.0016, for about 100
 /// candidates.
@@ -127,7 +127,7 @@ impl Selection<'_> {
             let rank = |chosen: &Chosen| {
                 let unknown = &self.unknowns[chosen.unknown];
                 let is_expected = chosen.size.abs() <= unknown.expected;
-                let is_early = unknown.kind == "delay" && chosen.size < 0.0;
+                let is_early = unknown.kind == Kind::Delay && chosen.size < 0.0;
                 (!is_expected, is_early, chosen.unknown)
             };
             if let Some((_, first)) = alike.min_by_key(|(_, chosen)| rank(chosen)) {
@@ -207,7 +207,7 @@ impl Selection<'_> {
     /// Returns whether a chosen unknown is of the same kind and channel, at another time.
     fn is_taken(&self, unknown: usize, chosen: &[usize]) -> bool {
         let this = &self.unknowns[unknown];
-        this.kind == "lost-counts"
+        this.kind == Kind::LostCounts
             && chosen.iter().any(|&other| {
                 self.unknowns[other].kind == this.kind && self.unknowns[other].place == this.place
             })

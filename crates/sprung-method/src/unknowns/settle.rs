@@ -9,7 +9,7 @@ use super::jumps::Formed;
 use super::rows::{Direction, row_cutoff};
 use super::select::{Chosen, SIGNIFICANT, Selection};
 use super::state::State;
-use super::unknown::Place;
+use super::unknown::{Kind, Place};
 use crate::log::Signal;
 use crate::prepare::Excerpt;
 use crate::preprocess::SignalBlock;
@@ -147,7 +147,7 @@ impl Court<'_> {
                 else {
                     break;
                 };
-                if self.unknowns[unknown].kind == "lost-counts"
+                if self.unknowns[unknown].kind == Kind::LostCounts
                     && !self.unknowns[unknown].has_rate()
                 {
                     let weights = evidence.weights.clone();
@@ -234,7 +234,7 @@ impl Court<'_> {
                 let left = self.left(&trial, &weights)?;
                 // No channel is early, so a late one may predict a little less well.
                 let is_early = |state: &State, unknown: usize| {
-                    self.unknowns[unknown].kind == "delay" && state.sizes[unknown] < 0.0
+                    self.unknowns[unknown].kind == Kind::Delay && state.sizes[unknown] < 0.0
                 };
                 let needed = if is_early(&present.0, unknown) && !is_early(&trial, rival) {
                     LATE_FOR_EARLY
@@ -313,7 +313,7 @@ impl Court<'_> {
             let error = ((PARTS as f64 - 1.0) / PARTS as f64 * squares).sqrt();
             (mean.is_finite() && mean.abs() > SIGNIFICANT * error && error > 0.0).then(|| Found {
                 id: format!("offset {}", self.channels.all[channel].column),
-                kind: "offset",
+                kind: Kind::Offset,
                 place: Place::Channel(channel),
                 value: mean,
                 standard_error: error,

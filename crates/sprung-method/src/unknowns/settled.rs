@@ -5,7 +5,7 @@ use super::gauge::relative;
 use super::kinds::finding;
 use super::result::{CompetingUnknown, UnknownResult, UnknownStatus};
 use super::settle::settle;
-use super::unknown::Place;
+use super::unknown::{Kind, Place};
 use crate::description::{Delay, EncoderOffset};
 use crate::finding::Finding;
 use crate::log::Channels;
@@ -48,7 +48,7 @@ pub(crate) fn settled(
     let period = prepared.excerpt().period();
     let found: Vec<Found> = relative(found, &channels, period)
         .into_iter()
-        .filter(|found| found.kind != "law")
+        .filter(|found| found.kind != Kind::Law)
         .collect();
     let file = prepared.names().first().cloned().unwrap_or_default();
     let names = prepared.reading().model().joints().to_vec();
@@ -64,8 +64,8 @@ pub(crate) fn settled(
         };
         unknowns.push(result(&telling));
         // An offset that the description estimates needs no finding.
-        if telling.status != UnknownStatus::Estimated || one.kind != "offset" {
-            findings.push(finding(&telling));
+        if telling.status != UnknownStatus::Estimated || one.kind != Kind::Offset {
+            findings.extend(finding(&telling));
         }
     }
     let prepared = applied(prepared, &found, progress)?;
@@ -109,13 +109,12 @@ fn status(found: &Found, reading: &Reading) -> UnknownStatus {
         }
         Place::All(_) | Place::Joint(_) => (false, false),
     };
+    let is_refused = found.kind == Kind::Offset
+        && reading.settings().encoder_offset == Some(EncoderOffset::None);
     match found.kind {
-        "delay" if is_asked => UnknownStatus::Estimated,
-        "offset" if has_preload => UnknownStatus::Estimated,
-        "offset" if reading.settings().encoder_offset == Some(EncoderOffset::None) => {
-            UnknownStatus::Found
-        }
-        "delay" | "timing" | "offset" => UnknownStatus::Applied,
+        Kind::Delay if is_asked => UnknownStatus::Estimated,
+        Kind::Offset if has_preload => UnknownStatus::Estimated,
+        kind if kind.is_applied() && !is_refused => UnknownStatus::Applied,
         _ => UnknownStatus::Found,
     }
 }
@@ -124,7 +123,7 @@ fn result(of: &Telling<'_>) -> UnknownResult {
     let found = of.found;
     UnknownResult {
         id: found.id.clone(),
-        kind: found.kind.to_owned(),
+        kind: found.kind.name().to_owned(),
         place: of.columns.join(", "),
         value: found.value,
         standard_error: found.standard_error,
@@ -151,8 +150,8 @@ fn applied(
     let channels = prepared.reading().channels().clone();
     let mut experiment = prepared.experiment().clone();
     for one in found {
-        let late = one.kind == "delay";
-        if !late && one.kind != "timing" {
+        let late = one.kind == Kind::Delay;
+        if !late && one.kind != Kind::Timing {
             continue;
         }
         for (i, delay) in delays.iter_mut().enumerate() {
@@ -176,7 +175,7 @@ fn applied(
         }
     }
     let needs_offset = found.iter().any(|one| {
-        one.kind == "offset" && status(one, prepared.reading()) == UnknownStatus::Applied
+        one.kind == Kind::Offset && status(one, prepared.reading()) == UnknownStatus::Applied
     });
     if needs_offset {
         experiment.identify.encoder_offset = Some(EncoderOffset::Estimate);

@@ -5,6 +5,51 @@ use std::sync::Arc;
 
 use crate::log::Signal;
 
+/// Kind of an unknown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// A channel, or one signal of all joints, is recorded late.
+    Delay,
+    /// All torques act at another time than their stamps.
+    Timing,
+    /// A channel reads a constant factor too much or too little.
+    Gain,
+    /// The zero of a link encoder is not that of the motor's.
+    Offset,
+    /// The zero of a position moves evenly.
+    Drift,
+    /// A position jumps once.
+    LostCounts,
+    /// The error of an encoder repeats with each turn.
+    Eccentricity,
+    /// The description lacks a law.
+    Law,
+}
+
+impl Kind {
+    /// Returns the name in files.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Delay => "delay",
+            Self::Timing => "timing",
+            Self::Gain => "gain",
+            Self::Offset => "offset",
+            Self::Drift => "drift",
+            Self::LostCounts => "lost-counts",
+            Self::Eccentricity => "eccentricity",
+            Self::Law => "law",
+        }
+    }
+
+    /// Returns whether sprung corrects it without being asked.
+    pub(crate) fn is_applied(self) -> bool {
+        match self {
+            Self::Delay | Self::Timing | Self::Offset => true,
+            Self::Gain | Self::Drift | Self::LostCounts | Self::Eccentricity | Self::Law => false,
+        }
+    }
+}
+
 /// Where an unknown acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Place {
@@ -88,8 +133,7 @@ pub(crate) enum Effect {
 pub(crate) struct Unknown {
     /// Stable name, as in `delay q1_rad`.
     pub(crate) id: String,
-    /// Kind, as in `delay`.
-    pub(crate) kind: &'static str,
+    pub(crate) kind: Kind,
     pub(crate) place: Place,
     /// Size that is usual, one standard deviation, in `unit`; infinite for the coefficient of a law.
     pub(crate) scale: f64,

@@ -9,7 +9,7 @@ use crate::finding::{Finding, Severity};
 use crate::log::Signal;
 use crate::numbers::in_ms;
 use crate::unknowns::found::Telling;
-use crate::unknowns::unknown::{ChannelEffect, Effect, Place, Samples, Unknown};
+use crate::unknowns::unknown::{ChannelEffect, Effect, Kind, Place, Samples, Unknown};
 
 /// Usual delay, s.
 const USUAL_S: f64 = 0.010;
@@ -53,7 +53,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
     let unknown =
         |id: String, place: Place, channels: Vec<usize>, scale: f64, expected: f64| Unknown {
             id,
-            kind: "delay",
+            kind: Kind::Delay,
             place,
             scale,
             expected,

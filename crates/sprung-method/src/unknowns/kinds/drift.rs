@@ -7,7 +7,7 @@ use super::words::{falls, or_else};
 use crate::finding::{Finding, Severity};
 use crate::log::Signal;
 use crate::unknowns::found::Telling;
-use crate::unknowns::unknown::{ChannelEffect, Effect, Place, Samples, Unknown};
+use crate::unknowns::unknown::{ChannelEffect, Effect, Kind, Place, Samples, Unknown};
 
 #[derive(Debug)]
 struct Drift;
@@ -27,7 +27,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
         .filter_map(|channel| {
             Some(Unknown {
                 id: format!("drift {}", of.channels.all[channel].column),
-                kind: "drift",
+                kind: Kind::Drift,
                 place: Place::Channel(channel),
                 scale: of.deflection(channel)?,
                 expected: 0.0,

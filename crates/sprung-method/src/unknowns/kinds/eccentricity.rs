@@ -7,7 +7,7 @@ use super::words::{falls, or_else};
 use crate::finding::{Finding, Severity};
 use crate::log::Signal;
 use crate::unknowns::found::Telling;
-use crate::unknowns::unknown::{ChannelEffect, Effect, Place, Samples, Unknown};
+use crate::unknowns::unknown::{ChannelEffect, Effect, Kind, Place, Samples, Unknown};
 
 /// Usual amplitude, in root mean squares of the deflection.
 const USUAL_DEFLECTIONS: f64 = 0.2;
@@ -42,7 +42,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
             };
             all.push(Unknown {
                 id: format!("eccentricity {} {name}", of.channels.all[channel].column),
-                kind: "eccentricity",
+                kind: Kind::Eccentricity,
                 place: Place::Channel(channel),
                 scale: USUAL_DEFLECTIONS * deflection,
                 expected: 0.0,

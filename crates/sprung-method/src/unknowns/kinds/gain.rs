@@ -7,7 +7,7 @@ use super::words::{falls, or_else};
 use crate::finding::{Finding, Severity};
 use crate::log::Signal;
 use crate::unknowns::found::Telling;
-use crate::unknowns::unknown::{ChannelEffect, Effect, Place, Samples, Unknown};
+use crate::unknowns::unknown::{ChannelEffect, Effect, Kind, Place, Samples, Unknown};
 
 /// Usual errors, relative: of a position that another one confirms, and of a torque, whose constant is often a guess.
 const USUAL_OF_POSITION: f64 = 0.05;
@@ -33,7 +33,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
         .filter(|channel| of.is_measured_twice(*channel))
         .map(|channel| Unknown {
             id: format!("gain {}", of.channels.all[channel].column),
-            kind: "gain",
+            kind: Kind::Gain,
             place: Place::Channel(channel),
             scale: if of.channels.all[channel].quantity.signal() == Signal::Torque {
                 USUAL_OF_TORQUE

@@ -1,7 +1,7 @@
 //! Laws with one coefficient that a joint may have beyond those of its description. They compete with the other causes.
 
 use super::catalogued::Catalogued;
-use crate::unknowns::unknown::{Effect, JointSample, JointScales, Law, Place, Unknown};
+use crate::unknowns::unknown::{Effect, JointSample, JointScales, Kind, Law, Place, Unknown};
 
 /// Velocity of the slow curve, in root mean squares of the velocity.
 const SLOW: f64 = 0.2;
@@ -83,7 +83,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
             }
             all.push(Unknown {
                 id: format!("{law} {name}"),
-                kind: "law",
+                kind: Kind::Law,
                 place: Place::Joint(joint),
                 scale,
                 expected: 0.0,

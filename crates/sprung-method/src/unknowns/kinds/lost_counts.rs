@@ -7,7 +7,7 @@ use super::words::{falls, or_else};
 use crate::finding::{Finding, Severity};
 use crate::log::Signal;
 use crate::unknowns::found::Telling;
-use crate::unknowns::unknown::{ChannelEffect, Effect, Place, Samples, Unknown};
+use crate::unknowns::unknown::{ChannelEffect, Effect, Kind, Place, Samples, Unknown};
 
 /// Number of times, evenly over the log, at which a jump is looked for; its time is refined between them.
 const KNOTS: usize = 12;
@@ -43,7 +43,7 @@ impl ChannelEffect for Jump {
 pub(crate) fn at(of: &Catalogued<'_>, channel: usize, at: f64, is_sharp: bool) -> Option<Unknown> {
     Some(Unknown {
         id: format!("lost counts {}", of.channels.all[channel].column),
-        kind: "lost-counts",
+        kind: Kind::LostCounts,
         place: Place::Channel(channel),
         scale: if is_sharp { 5.0 } else { 1.0 } * of.deflection(channel)?,
         expected: 0.0,

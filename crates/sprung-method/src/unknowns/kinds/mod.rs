@@ -13,20 +13,21 @@ mod words;
 pub(super) use catalogued::Catalogued;
 
 use super::found::Telling;
-use super::unknown::Unknown;
+use super::unknown::{Kind, Unknown};
 use crate::finding::Finding;
 
-/// Returns the finding about an unknown.
-pub(super) fn finding(of: &Telling<'_>) -> Finding {
-    match of.found.kind {
-        "delay" => delay::finding(of),
-        "timing" => delay::timing(of),
-        "gain" => gain::finding(of),
-        "offset" => offset::finding(of),
-        "drift" => drift::finding(of),
-        "lost-counts" => lost_counts::finding(of),
-        _ => eccentricity::finding(of),
-    }
+/// Returns the finding about an unknown; `None` about a law, which hold-out of laws reports.
+pub(super) fn finding(of: &Telling<'_>) -> Option<Finding> {
+    Some(match of.found.kind {
+        Kind::Delay => delay::finding(of),
+        Kind::Timing => delay::timing(of),
+        Kind::Gain => gain::finding(of),
+        Kind::Offset => offset::finding(of),
+        Kind::Drift => drift::finding(of),
+        Kind::LostCounts => lost_counts::finding(of),
+        Kind::Eccentricity => eccentricity::finding(of),
+        Kind::Law => return None,
+    })
 }
 
 /// Returns all unknowns that a log may have.

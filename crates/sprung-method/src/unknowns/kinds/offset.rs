@@ -8,7 +8,7 @@ use crate::finding::{Finding, Severity};
 use crate::log::Signal;
 use crate::unknowns::found::Telling;
 use crate::unknowns::result::UnknownStatus;
-use crate::unknowns::unknown::{ChannelEffect, Effect, Place, Samples, Unknown};
+use crate::unknowns::unknown::{ChannelEffect, Effect, Kind, Place, Samples, Unknown};
 
 /// Usual offset, in root mean squares of the deflection.
 const USUAL_DEFLECTIONS: f64 = 1.0;
@@ -28,7 +28,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
         .filter_map(|channel| {
             Some(Unknown {
                 id: format!("offset {}", of.channels.all[channel].column),
-                kind: "offset",
+                kind: Kind::Offset,
                 place: Place::Channel(channel),
                 scale: USUAL_DEFLECTIONS * of.deflection(channel)?,
                 expected: 0.0,
