@@ -1,12 +1,13 @@
 //! Starts far from zero: long delays, and other meanings of columns.
 
 use rayon::prelude::*;
+use sprung_core::parameters::JointParameter;
 
 use super::court::Court;
 use super::evidence::{Evidence, PARTS, row_rms};
 use super::meanings::Meaning;
 use super::state::State;
-use super::unknown::{Kind, Unknown};
+use super::unknown::Kind;
 use crate::log::Signal;
 use crate::prepare::Excerpt;
 
@@ -15,8 +16,11 @@ use crate::prepare::Excerpt;
 const FAR_S: [f64; 13] = [
     -0.04, -0.02, 0.01, 0.02, 0.035, 0.05, 0.075, 0.1, 0.13, 0.16, 0.2, 0.3, 0.45,
 ];
-const UNEXPLAINED: f64 = 0.04;
+const UNEXPLAINED: f64 = 0.02;
 const FAR_SHARE: f64 = 0.7;
+
+/// Part of a joint's torque below which its spring seems to carry none.
+const SLACK: f64 = 0.1;
 
 /// Another meaning of the columns leaves less than this part of the squares: a delay or a law is rarely cured by a sign.
 const OTHER_MEANING: f64 = 0.25;
@@ -24,72 +28,108 @@ const OTHER_MEANING: f64 = 0.25;
 /// It must leave so many times less than what was found: sizes that do as well are likelier.
 const MEANING_OVER_SIZES: f64 = 1.5;
 
+/// A start of a delay, with what it leaves of the squared torques of its joint.
+#[derive(Clone, Copy)]
+struct Start {
+    unknown: usize,
+    joint: usize,
+    /// Delay, s.
+    size: f64,
+    left: f64,
+}
+
 impl Court<'_> {
-    /// Starts delays that are asked for, and those of joints whose equations explain little, at the best of a few sizes. Tangents
-    /// find delays of a few hundredths of a second only.
+    /// Starts delays that are asked for, and the likeliest delay of each joint whose equations explain little, at the best of a few
+    /// sizes. Tangents find delays of a few hundredths of a second only.
     pub(super) fn start_far(&mut self, state: &mut State) -> Option<()> {
-        let left = self.left_by_joint(&state.sizes)?;
-        if self.asked.is_empty() && left.iter().all(|left| *left <= UNEXPLAINED) {
+        let before = self.left_by_joint(&state.sizes)?;
+        let slack = self.slack_joints()?;
+        let is_weak = |joint: usize| before[joint] > UNEXPLAINED || slack.contains(&joint);
+        if self.asked.is_empty() && !(0..before.len()).any(is_weak) {
             return Some(());
         }
-        let mut started: Vec<(usize, f64)> = Vec::new();
+        let mut likeliest: Vec<Option<Start>> = vec![None; before.len()];
+        let mut started: Vec<Start> = Vec::new();
         for signal in [Signal::Link, Signal::Motor, Signal::Torque] {
-            let is_of = |unknown: &Unknown| match (unknown.kind, unknown.channels()) {
-                (Kind::Delay, [channel]) => self.channels.all[*channel].quantity.signal() == signal,
-                _ => false,
-            };
-            let joint_of =
-                |unknown: usize| self.channels.all[self.unknowns[unknown].channels()[0]].joint;
-            let tried: Vec<usize> = (0..self.unknowns.len())
-                .filter(|&k| is_of(&self.unknowns[k]))
+            let wanted: Vec<usize> = (0..self.unknowns.len())
+                .filter(|&k| self.delayed_joint(k, signal).is_some())
                 .filter(|&k| {
-                    self.asked.contains(&k)
-                        || self.asked.is_empty() && left[joint_of(k)] > UNEXPLAINED
+                    let joint = self.delayed_joint(k, signal).unwrap_or_default();
+                    self.asked.contains(&k) || self.asked.is_empty() && is_weak(joint)
                 })
                 .collect();
-            if tried.is_empty() {
-                continue;
-            }
-            let mut best: Vec<(f64, f64)> =
-                tried.iter().map(|&k| (left[joint_of(k)], 0.0)).collect();
-            for size in FAR_S {
+            let mut best: Vec<Start> = (wanted.iter())
+                .filter_map(|&unknown| {
+                    let joint = self.delayed_joint(unknown, signal)?;
+                    Some(Start {
+                        unknown,
+                        joint,
+                        size: 0.0,
+                        left: before[joint],
+                    })
+                })
+                .collect();
+            for size in FAR_S.into_iter().filter(|_| !wanted.is_empty()) {
                 let mut sizes = state.sizes.clone();
-                tried.iter().for_each(|&k| sizes[k] = size);
+                wanted.iter().for_each(|&k| sizes[k] = size);
                 let Some(now) = self.left_by_joint(&sizes) else {
                     continue;
                 };
-                for ((least, at), &k) in best.iter_mut().zip(&tried) {
-                    if now[joint_of(k)] < *least {
-                        (*least, *at) = (now[joint_of(k)], size);
+                for start in &mut best {
+                    if now[start.joint] < start.left {
+                        (start.left, start.size) = (now[start.joint], size);
                     }
                 }
             }
-            for ((least, at), &k) in best.iter().zip(&tried) {
-                let joint = joint_of(k);
-                let others: Vec<usize> = state
-                    .chosen
-                    .iter()
-                    .copied()
-                    .filter(|&other| joint_of(other) == joint && state.sizes[other] != 0.0)
-                    .collect();
-                let is_clear = self.asked.contains(&k) || *least < FAR_SHARE * left[joint];
-                if *at == 0.0 || !is_clear || !others.is_empty() {
-                    continue;
-                }
-                state.sizes[k] = *at;
-                started.push((k, at.abs()));
-                if !state.chosen.contains(&k) {
-                    state.chosen.push(k);
-                    state.gains[k] = 1.0 - least / left[joint];
+            for start in best.into_iter().filter(|start| start.size != 0.0) {
+                if self.asked.contains(&start.unknown) {
+                    // Later signals are searched beside it.
+                    state.sizes[start.unknown] = start.size;
+                    started.push(start);
+                } else if likeliest[start.joint].is_none_or(|other| start.left < other.left) {
+                    likeliest[start.joint] = Some(start);
                 }
             }
         }
+        for start in likeliest.into_iter().flatten() {
+            if start.left < FAR_SHARE * before[start.joint] {
+                state.sizes[start.unknown] = start.size;
+                state.chosen.push(start.unknown);
+                state.gains[start.unknown] = 1.0 - start.left / before[start.joint];
+                started.push(start);
+            }
+        }
         // A delay that is long by its start is usual.
-        for (unknown, size) in started {
-            let scale = &mut self.unknowns[unknown].scale;
-            *scale = scale.max(size);
+        for start in started {
+            let scale = &mut self.unknowns[start.unknown].scale;
+            *scale = scale.max(start.size.abs());
         }
         Some(())
+    }
+
+    /// Returns the joints whose springs seem to carry hardly any torque. A position that is late by long has this effect.
+    fn slack_joints(&self) -> Option<Vec<usize>> {
+        let smoothed = self.signals(self.excerpt)?;
+        let theta = self.first_theta(&smoothed, 1.0)?;
+        let scales = self.former(smoothed.period()).scales(smoothed.segments());
+        let is_slack = |joint: &usize| {
+            let (scales, _) = &scales[*joint];
+            let stiffness = self.model.index(JointParameter::Stiffness, *joint);
+            stiffness.is_some_and(|at| theta[at] * scales.deflection < SLACK * scales.torque)
+        };
+        Some((0..self.model.joint_count()).filter(is_slack).collect())
+    }
+
+    /// Returns the joint of an unknown that is the delay of one channel of a signal.
+    fn delayed_joint(&self, unknown: usize, signal: Signal) -> Option<usize> {
+        let unknown = &self.unknowns[unknown];
+        match (unknown.kind, unknown.channels()) {
+            (Kind::Delay, [channel]) => {
+                let of = &self.channels.all[*channel];
+                (of.quantity.signal() == signal).then_some(of.joint)
+            }
+            _ => None,
+        }
     }
 
     /// Returns whether another meaning of the columns explains the log much better than what was found. Then sizes mean nothing.

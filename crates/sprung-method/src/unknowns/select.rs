@@ -31,7 +31,7 @@ const EXACT: usize = 8;
 const AS_MUCH: f64 = 0.9;
 
 /// Largest size in usual sizes.
-const LARGEST: f64 = 5.0;
+const LARGEST: f64 = 12.0;
 
 /// A candidate that explains parts which the fit has not seen.
 #[derive(Clone, Debug)]
