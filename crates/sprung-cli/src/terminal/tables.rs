@@ -125,9 +125,10 @@ pub(super) fn unknown_table(found: &[UnknownResult]) -> Grid {
         let shown = ShownUnknown::from(unknown);
         table.add_row([
             shown.what,
-            match unknown.place.contains(", ") {
-                true => shown.place,
-                false => shortened(&shown.place),
+            if unknown.place.contains(", ") {
+                shown.place
+            } else {
+                shortened(&shown.place)
             },
             shown.size,
             shown.used.to_owned(),

@@ -79,8 +79,15 @@ pub fn examine(prepared: &Prepared, logs: &[OfLog], about_unknowns: &[Finding]) 
         .collect();
     // The equations know the size of a jump better than a single column.
     let is_known = |found: &Finding| {
-        let column = |finding: &Finding| finding.evidence.as_ref().and_then(|evidence| evidence.column.clone());
-        about_unknowns.iter().any(|other| other.code == found.code && column(other) == column(found))
+        let column = |finding: &Finding| {
+            finding
+                .evidence
+                .as_ref()
+                .and_then(|evidence| evidence.column.clone())
+        };
+        about_unknowns
+            .iter()
+            .any(|other| other.code == found.code && column(other) == column(found))
     };
     findings.retain(|found| !is_known(found));
     findings.extend(about_unknowns.iter().cloned());
@@ -119,9 +126,17 @@ pub fn examine(prepared: &Prepared, logs: &[OfLog], about_unknowns: &[Finding]) 
                 findings.retain(|found| !again(found));
                 // A cause that is named explains the torque.
                 let is_explained = |found: &Finding| {
-                    found.code == "torque-unexplained" && about_unknowns.iter().any(|other| same_joint(found, other, channels))
+                    found.code == "torque-unexplained"
+                        && about_unknowns
+                            .iter()
+                            .any(|other| same_joint(found, other, channels))
                 };
-                findings.extend(examined.findings.into_iter().filter(|found| !is_explained(found)));
+                findings.extend(
+                    examined
+                        .findings
+                        .into_iter()
+                        .filter(|found| !is_explained(found)),
+                );
                 if (findings.iter()).all(|finding| {
                     let may_follow = MAY_FOLLOW_FROM_KINEMATICS.contains(&finding.code.as_str());
                     finding.severity == Severity::Info

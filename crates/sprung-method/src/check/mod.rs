@@ -37,9 +37,7 @@ pub use columns::reversed_torque;
 pub use examine::{OfLog, examine};
 pub use refusal::Refusal;
 pub(crate) use resolution::{UNEXPLAINED, beyond_resolution};
-pub use result::{
-    CheckReport, Checked, CheckedLog, ColumnFigures, JointFigures, Place,
-};
+pub use result::{CheckReport, Checked, CheckedLog, ColumnFigures, JointFigures, Place};
 pub use run::check;
 
 #[doc(inline)]

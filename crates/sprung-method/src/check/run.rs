@@ -32,7 +32,11 @@ pub fn check(
     sources: &mut [LogSource<'_>],
     progress: &mut dyn Listener,
 ) -> Result<Checked, PrepareError> {
-    let Settled { prepared, unknowns, findings } = settled(prepare(experiment, model, sources, progress)?, progress)?;
+    let Settled {
+        prepared,
+        unknowns,
+        findings,
+    } = settled(prepare(experiment, model, sources, progress)?, progress)?;
     let figures = read_all(prepared.reading(), sources, progress)?;
     let mut found = examine(&prepared, &OfLog::of_each(&prepared, &figures), &findings);
     for (joint, found_joint) in found.joints.iter_mut().enumerate() {

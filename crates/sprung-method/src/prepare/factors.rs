@@ -190,6 +190,11 @@ fn is_side_open(experiment: &Experiment) -> bool {
 }
 
 /// Returns the settings for reading the beginning of a log while signs or gains are open.
-fn reading_while_open(experiment: &Experiment, model: &Model, channels: &Channels, excerpt: &Excerpt) -> Reading {
+fn reading_while_open(
+    experiment: &Experiment,
+    model: &Model,
+    channels: &Channels,
+    excerpt: &Excerpt,
+) -> Reading {
     as_given(model, &experiment.identify, channels, excerpt).0
 }

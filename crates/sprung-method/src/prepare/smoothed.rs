@@ -42,7 +42,12 @@ impl Smoothed {
     /// segment is too short for the filter.
     pub(crate) fn continuous(mut self, filter: &Butterworth, every: usize) -> Option<Self> {
         for segment in &mut self.segments {
-            for column in segment.tau.iter_mut().chain(&mut segment.spring).filter(|column| !column.is_empty()) {
+            for column in segment
+                .tau
+                .iter_mut()
+                .chain(&mut segment.spring)
+                .filter(|column| !column.is_empty())
+            {
                 let mut running = ZeroPhase::new(filter.clone());
                 let mut filtered = Vec::with_capacity(column.len());
                 running.push(column, &mut filtered);

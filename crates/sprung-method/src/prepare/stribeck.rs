@@ -3,8 +3,8 @@
 use sprung_core::friction::Law;
 use sprung_core::parameters::{JointParameter, Side};
 
-use super::velocity_by_likelihood::VelocityByLikelihood;
 use super::excerpt::Excerpt;
+use super::velocity_by_likelihood::VelocityByLikelihood;
 use crate::finding::{Finding, Severity};
 use crate::model::Model;
 use crate::regression::{Reading, SystemPart, Triangle, solve};

@@ -162,7 +162,7 @@ impl<'a> Court<'a> {
             model: self.model,
             reading: &self.reading,
             period,
-            rows: &self.rows,
+            all: &self.rows,
             places: &self.places,
             edge: (2.0 / self.reading.position_cutoff_hz() / period).ceil() as usize,
         }

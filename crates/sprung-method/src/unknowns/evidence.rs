@@ -130,7 +130,7 @@ impl Evidence {
             rows: products,
         };
         let given = weights.unwrap_or_else(|| {
-            let torque: Vec<f64> = rows.iter().map(|row| row_rms(row)).collect();
+            let torque: Vec<f64> = rows.iter().map(row_rms).collect();
             evidence.weigh(torque.iter().map(|rms| rms.recip()).collect());
             evidence.set_priors(priors, 0.01 * repeats);
             let everything: Vec<usize> = (0..columns).collect();
@@ -214,17 +214,14 @@ impl Evidence {
                 })
                 .min_by(|a, b| rhs[a.0].total_cmp(&rhs[b.0]))
                 .map(|(i, _)| i);
-            match worst {
-                Some(i) => {
-                    chosen.remove(i);
-                }
-                None => {
-                    for (value, &column) in rhs.iter().zip(&chosen) {
-                        x[column] = value / self.lengths[column];
-                    }
-                    return x;
-                }
+            if let Some(i) = worst {
+                chosen.remove(i);
+                continue;
             }
+            for (value, &column) in rhs.iter().zip(&chosen) {
+                x[column] = value / self.lengths[column];
+            }
+            return x;
         }
     }
 

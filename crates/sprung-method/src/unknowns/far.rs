@@ -71,7 +71,9 @@ impl Court<'_> {
                 .collect();
             for size in FAR_S.into_iter().filter(|_| !wanted.is_empty()) {
                 let mut sizes = state.sizes.clone();
-                wanted.iter().for_each(|&k| sizes[k] = size);
+                for &k in &wanted {
+                    sizes[k] = size;
+                }
                 let Some(now) = self.left_by_joint(&sizes) else {
                     continue;
                 };
@@ -147,7 +149,9 @@ impl Court<'_> {
         let meanings = Meaning::all(self.channels, &weak);
         let best = meanings.into_par_iter().filter_map(|meaning| {
             let mut blocks = self.excerpt.blocks().to_vec();
-            blocks.iter_mut().for_each(|block| meaning.apply(block));
+            for block in &mut blocks {
+                meaning.apply(block);
+            }
             Some(
                 self.left_of(&self.excerpt.replaced(blocks))?
                     .iter()

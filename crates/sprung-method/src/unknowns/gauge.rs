@@ -26,142 +26,145 @@ pub(super) fn relative(found: Vec<Found>, channels: &Channels, period: f64) -> V
     let Some(pattern) = delays.first().cloned() else {
         return all;
     };
-    let error = delays
-        .iter()
-        .fold(0.0, |most: f64, one| most.max(one.standard_error));
+    let errors = delays.iter().map(|one| one.standard_error);
+    let error = errors.fold(0.0, f64::max);
+    let longest = TIMING_SAMPLES * period;
     let is_of_torque = |one: &Found| match one.place {
         Place::All(signal) => signal == Signal::Torque,
         Place::Channel(channel) => is_torque(channel, channels),
         Place::Joint(_) => false,
     };
     // A short delay of a torque is that of the controller, which holds all of them.
-    let (short, delays): (Vec<Found>, Vec<Found>) = delays
-        .into_iter()
-        .partition(|one| is_of_torque(one) && one.value.abs() <= TIMING_SAMPLES * period);
-    let precision: f64 = short.iter().map(|one| one.standard_error.powi(-2)).sum();
-    let timing = if short.is_empty() {
-        0.0
-    } else {
-        short
-            .iter()
-            .map(|one| one.value * one.standard_error.powi(-2))
-            .sum::<f64>()
-            / precision
-    };
-    let mut late: Vec<Late<'_>> = Vec::new();
-    for joint in 0..channels.instruments.joint_count() {
-        let of_joint: Vec<Late<'_>> = (0..channels.all.len())
-            .filter(|&i| {
-                channels.all[i].joint == joint
-                    && is_position_or_torque(channels.all[i].quantity.signal())
-            })
-            .map(|channel| total(channel, &delays, channels))
-            .collect();
-        let earliest = of_joint
-            .iter()
-            .map(|late| late.delay)
-            .fold(f64::INFINITY, f64::min);
-        late.extend(of_joint.iter().map(|one| Late {
-            delay: one.delay - earliest,
-            ..*one
-        }));
-    }
+    let (short, delays): (Vec<Found>, Vec<Found>) =
+        (delays.into_iter()).partition(|one| is_of_torque(one) && one.value.abs() <= longest);
+    let mut late = against_earliest(&delays, channels);
+    let mut timing = weighted_mean(&short);
     // If all positions are late together by as little as controller and recorder cause, the torques act later.
-    let positions: Vec<f64> = late
-        .iter()
-        .filter(|late| !is_torque(late.channel, channels))
-        .map(|late| late.delay)
-        .collect();
-    let mean = positions.iter().sum::<f64>() / positions.len().max(1) as f64;
-    let together = positions
-        .iter()
-        .all(|delay| (delay - mean).abs() <= (SAME_SHARE * mean).max(2.0 * error));
-    let others = late
-        .iter()
-        .filter(|late| is_torque(late.channel, channels))
-        .all(|late| late.delay <= 2.0 * error);
-    let is_later = together && others && (timing - mean).abs() <= TIMING_SAMPLES * period;
-    if is_later {
-        late.iter_mut().for_each(|late| late.delay = 0.0);
-    }
-    let timing = if is_later { timing - mean } else { timing };
-    let largest = late
-        .iter()
-        .fold(0.0, |most: f64, late| most.max(late.delay));
-    let same = (SAME_SHARE * largest).max(2.0 * error);
-    let found = |late: &[Late<'_>], delay: f64| {
-        let cause = late.iter().find_map(|late| late.cause).unwrap_or(&pattern);
-        Found {
-            value: delay,
-            standard_error: late
-                .iter()
-                .filter_map(|late| Some(late.cause?.standard_error))
-                .fold(cause.standard_error, f64::max),
-            // Rivals belong to the delay as it was found.
-            competing: if (cause.value - delay).abs() < f64::EPSILON {
-                cause.competing.clone()
-            } else {
-                Vec::new()
-            },
-            ..cause.clone()
+    if let Some(later) =
+        positions_later(&late, channels, error).filter(|later| (timing - later).abs() <= longest)
+    {
+        timing -= later;
+        for late in &mut late {
+            late.delay = 0.0;
         }
-    };
-    let mut of_torques = timing;
+    }
+    let largest = late.iter().map(|late| late.delay).fold(0.0, f64::max);
+    let same = (SAME_SHARE * largest).max(2.0 * error);
     for (signal, name) in [
         (Signal::Link, "link positions"),
         (Signal::Motor, "motor positions"),
         (Signal::Torque, "torques"),
     ] {
-        let of_signal: Vec<Late<'_>> = late
+        let of_signal = of_signal(&late, channels, signal);
+        let mean = mean(&of_signal);
+        let are_equal = of_signal
             .iter()
-            .copied()
-            .filter(|late| channels.all[late.channel].quantity.signal() == signal)
-            .collect();
-        let mean =
-            of_signal.iter().map(|late| late.delay).sum::<f64>() / of_signal.len().max(1) as f64;
-        let are_equal = of_signal.len() > 1
-            && of_signal
-                .iter()
-                .all(|late| (late.delay - mean).abs() <= same);
-        if signal == Signal::Torque
-            && (are_equal || of_signal.len() == 1)
-            && (mean + of_torques).abs() <= TIMING_SAMPLES * period
-        {
-            of_torques += mean;
-            continue;
-        }
-        if are_equal && mean > same {
+            .all(|late| (late.delay - mean).abs() <= same);
+        let is_timing = signal == Signal::Torque && (mean + timing).abs() <= longest;
+        if are_equal && is_timing {
+            timing += mean;
+        } else if are_equal && of_signal.len() > 1 && mean > same {
             all.push(Found {
                 id: format!("delay all {name}"),
                 place: Place::All(signal),
-                ..found(&of_signal, mean)
+                ..with_delay(&of_signal, mean, &pattern)
             });
-            continue;
-        }
-        for late in of_signal.iter().filter(|late| late.delay > same) {
-            let column = &channels.all[late.channel].column;
-            all.push(Found {
-                id: format!("delay {column}"),
-                place: Place::Channel(late.channel),
-                ..found(&[*late], late.delay)
-            });
+        } else {
+            all.extend(
+                of_signal
+                    .iter()
+                    .filter(|late| late.delay > same)
+                    .map(|late| Found {
+                        id: format!("delay {}", channels.all[late.channel].column),
+                        place: Place::Channel(late.channel),
+                        ..with_delay(&[*late], late.delay, &pattern)
+                    }),
+            );
         }
     }
-    if of_torques.abs() > 2.0 * error {
-        let torques: Vec<Late<'_>> = late
-            .iter()
-            .copied()
-            .filter(|late| is_torque(late.channel, channels))
-            .collect();
-        let place = Place::All(Signal::Torque);
+    if timing.abs() > 2.0 * error {
         all.push(Found {
             id: "timing of the torques".to_owned(),
             kind: Kind::Timing,
-            place,
-            ..found(&torques, of_torques)
+            place: Place::All(Signal::Torque),
+            ..with_delay(
+                &of_signal(&late, channels, Signal::Torque),
+                timing,
+                &pattern,
+            )
         });
     }
     all
+}
+
+/// Returns the mean of some sizes, each with the weight of its precision; zero without any.
+fn weighted_mean(found: &[Found]) -> f64 {
+    let precision = |one: &Found| one.standard_error.powi(-2);
+    let sum: f64 = found.iter().map(|one| one.value * precision(one)).sum();
+    let weights: f64 = found.iter().map(precision).sum();
+    if weights > 0.0 { sum / weights } else { 0.0 }
+}
+
+/// Returns the delay of each channel against the earliest of its joint.
+fn against_earliest<'f>(delays: &'f [Found], channels: &Channels) -> Vec<Late<'f>> {
+    let is_compared = |i: &usize| is_position_or_torque(channels.all[*i].quantity.signal());
+    let mut all = Vec::new();
+    for joint in 0..channels.instruments.joint_count() {
+        let of_joint: Vec<Late<'_>> = (0..channels.all.len())
+            .filter(|i| channels.all[*i].joint == joint && is_compared(i))
+            .map(|channel| total(channel, delays, channels))
+            .collect();
+        let all_delays = of_joint.iter().map(|late| late.delay);
+        let earliest = all_delays.fold(f64::INFINITY, f64::min);
+        all.extend(of_joint.iter().map(|late| Late {
+            delay: late.delay - earliest,
+            ..*late
+        }));
+    }
+    all
+}
+
+/// Returns the delay that all positions have together while no torque is late; `None` if they have none.
+fn positions_later(late: &[Late<'_>], channels: &Channels, error: f64) -> Option<f64> {
+    let (torques, positions): (Vec<Late<'_>>, Vec<Late<'_>>) =
+        (late.iter().copied()).partition(|late| is_torque(late.channel, channels));
+    let mean = mean(&positions);
+    let same = (SAME_SHARE * mean).max(2.0 * error);
+    let together = positions
+        .iter()
+        .all(|late| (late.delay - mean).abs() <= same);
+    let are_torques_early = torques.iter().all(|late| late.delay <= 2.0 * error);
+    (together && are_torques_early).then_some(mean)
+}
+
+fn of_signal<'f>(late: &[Late<'f>], channels: &Channels, signal: Signal) -> Vec<Late<'f>> {
+    let is_of = |late: &&Late<'f>| channels.all[late.channel].quantity.signal() == signal;
+    late.iter().filter(is_of).copied().collect()
+}
+
+fn mean(late: &[Late<'_>]) -> f64 {
+    late.iter().map(|late| late.delay).sum::<f64>() / late.len().max(1) as f64
+}
+
+/// Returns an unknown with another delay than the one that was found.
+///
+/// - `pattern`: gives its other figures if no unknown causes the delay.
+fn with_delay(late: &[Late<'_>], delay: f64, pattern: &Found) -> Found {
+    let mut causes = late.iter().filter_map(|late| late.cause);
+    let cause = causes.next().unwrap_or(pattern);
+    Found {
+        value: delay,
+        standard_error: causes
+            .map(|cause| cause.standard_error)
+            .fold(cause.standard_error, f64::max),
+        // Rivals belong to the delay as it was found.
+        competing: if (cause.value - delay).abs() < f64::EPSILON {
+            cause.competing.clone()
+        } else {
+            Vec::new()
+        },
+        ..cause.clone()
+    }
 }
 
 fn is_torque(channel: usize, channels: &Channels) -> bool {

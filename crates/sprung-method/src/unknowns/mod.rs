@@ -2,7 +2,7 @@
 //!
 //! An unknown has one definition: what the samples would be without it, if it had a size. The derivative by the size is its column
 //! in one regression, which has the columns of all unknowns; its correction is the same function at the size that was found.
-//! [`settle`] regresses, selects the unknown that best explains parts of the log which the fit has not seen, applies it, and repeats
+//! `settle` regresses, selects the unknown that best explains parts of the log which the fit has not seen, applies it, and repeats
 //! this until nothing is left. All causes compete.
 
 mod court;

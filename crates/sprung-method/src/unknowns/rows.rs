@@ -141,7 +141,7 @@ pub(super) struct Rows<'a> {
     pub(super) model: &'a Model,
     pub(super) reading: &'a Reading,
     pub(super) period: f64,
-    pub(super) rows: &'a [RowOf],
+    pub(super) all: &'a [RowOf],
     /// Place of each parameter among the free ones.
     pub(super) places: &'a BTreeMap<usize, usize>,
     /// Samples at the ends of segments that are left out.
@@ -187,7 +187,7 @@ impl Rows<'_> {
         let parts: Vec<Vec<RowOfSegment>> = (segments.iter().enumerate())
             .map(|(s, signals)| {
                 let sampled = self.sampled(signals, theta, &steps, !directions.is_empty());
-                (self.rows.par_iter())
+                (self.all.par_iter())
                     .map(|row| {
                         self.form_row(
                             row,
@@ -202,7 +202,7 @@ impl Rows<'_> {
                     .collect()
             })
             .collect();
-        let rows = (self.rows.iter().enumerate()).map(|(r, row)| {
+        let rows = (self.all.iter().enumerate()).map(|(r, row)| {
             let columns = parts.first()?[r].columns.clone();
             let width = columns.len() + 1;
             let values: Vec<f64> = parts
@@ -266,7 +266,7 @@ impl Rows<'_> {
     fn steps(&self, segments: &[SignalBlock]) -> Vec<f64> {
         let n = self.model.joint_count();
         let rms = |of: &dyn Fn(&SignalBlock) -> Vec<f64>| {
-            let all: Vec<f64> = segments.iter().flat_map(|s| of(s)).collect();
+            let all: Vec<f64> = segments.iter().flat_map(of).collect();
             (all.iter().map(|x| x * x).sum::<f64>() / all.len().max(1) as f64).sqrt()
         };
         (0..4 * n)
@@ -367,6 +367,61 @@ impl Rows<'_> {
         })
     }
 
+    /// Adds the entries of the free parameters of a row; returns momentum and rest of those with a known value.
+    fn write_parameters(
+        &self,
+        row: &RowOf,
+        sample: &Sampled,
+        theta: &[f64],
+        [momentum, rest]: [&mut [f64]; 2],
+    ) -> [f64; 2] {
+        let mut known = [0.0; 2];
+        for &of in &row.of_model {
+            let range = self.model.row_entries(of);
+            for (entry, &column) in range.zip(self.model.row_columns(of)) {
+                let (of_momentum, of_rest) = (sample.momentum[entry], sample.rest[entry]);
+                if let Ok(at) = row.columns.binary_search(&column) {
+                    momentum[at] += of_momentum;
+                    rest[at] += of_rest;
+                } else if self.model.known(column).is_some() {
+                    known[0] += theta[column] * of_momentum;
+                    known[1] += theta[column] * of_rest;
+                }
+            }
+        }
+        known
+    }
+
+    /// Returns the change of momentum and rest of a row per unit of an unknown, at one sample of a segment.
+    fn change_of(
+        &self,
+        row: &RowOf,
+        sample: &Sampled,
+        direction: &Direction,
+        (segment, k): (usize, usize),
+    ) -> [f64; 2] {
+        let n = self.model.joint_count();
+        let change = &direction.segments[segment];
+        let mut sum = [0.0; 2];
+        for &j in &direction.joints {
+            let mut changes = [change.q[j][k], 0.0, change.phi[j][k], 0.0];
+            if direction.has_rate {
+                (changes[1], changes[3]) = (change.dq[j][k], change.dphi[j][k]);
+            }
+            for &of in &row.of_model {
+                for (c, by) in changes.iter().enumerate().filter(|(_, by)| **by != 0.0) {
+                    let at = of * 4 * n + c * n + j;
+                    sum[0] += sample.slopes.momentum[at] * by;
+                    sum[1] += sample.slopes.rest[at] * by;
+                }
+            }
+        }
+        if !direction.has_rate {
+            sum[0] = 0.0;
+        }
+        sum
+    }
+
     /// Forms one row of a segment; returns its columns, its values and the reliability of its samples.
     #[expect(
         clippy::too_many_arguments,
@@ -382,7 +437,6 @@ impl Rows<'_> {
         scales: &[(JointScales, f64)],
         entries: &FilterPair,
     ) -> RowOfSegment {
-        let n = self.model.joint_count();
         let base = row.columns.len();
         let acting: Vec<&Direction> = directions
             .iter()
@@ -392,7 +446,7 @@ impl Rows<'_> {
             Vec::new()
         } else {
             (unknowns.iter().enumerate())
-                .filter(|(_, unknown)| self.is_law_of(row, unknown))
+                .filter(|(_, unknown)| Self::is_law_of(row, unknown))
                 .collect()
         };
         let width = base + acting.len() + laws.len();
@@ -406,69 +460,18 @@ impl Rows<'_> {
         columns.extend(laws.iter().map(|(unknown, _)| free + unknown));
         let mut bank = FilterBank::new(vec![0.0; bank_len(width)]);
         let mut torques = vec![FilterState::default(); acting.len()];
-        let (mut rhs_memory, mut spring_memory, mut known_memory) = (
-            FilterState::default(),
-            FilterState::default(),
-            FilterState::default(),
-        );
+        let mut of_rhs = FilterState::default();
         let (mut momentum, mut rest) = (vec![0.0; width], vec![0.0; width]);
         let samples = signals.len();
         let mut values = Vec::with_capacity((width + 1) * samples);
         let mut kept = Vec::new();
-        for k in 0..samples {
-            let Sampled {
-                momentum: all_momentum,
-                rest: all_rest,
-                slopes,
-            } = &sampled[k];
+        for (k, sample) in sampled.iter().enumerate() {
             momentum.fill(0.0);
             rest.fill(0.0);
-            let mut known = [0.0; 2];
-            for &of in &row.of_model {
-                let range = self.model.row_entries(of);
-                for (entry, &column) in range.zip(self.model.row_columns(of)) {
-                    match row.columns.binary_search(&column) {
-                        Ok(at) => {
-                            momentum[at] += all_momentum[entry];
-                            rest[at] += all_rest[entry];
-                        }
-                        Err(_) => {
-                            if self.model.known(column).is_some() {
-                                known[0] += theta[column] * all_momentum[entry];
-                                known[1] += theta[column] * all_rest[entry];
-                            }
-                        }
-                    }
-                }
-            }
+            let known = self.write_parameters(row, sample, theta, [&mut momentum, &mut rest]);
             for (i, direction) in acting.iter().enumerate() {
-                let change = &direction.segments[segment];
-                let (mut m, mut r) = (0.0, 0.0);
-                for &j in &direction.joints {
-                    let changes = [
-                        change.q[j][k],
-                        if direction.has_rate {
-                            change.dq[j][k]
-                        } else {
-                            0.0
-                        },
-                        change.phi[j][k],
-                        if direction.has_rate {
-                            change.dphi[j][k]
-                        } else {
-                            0.0
-                        },
-                    ];
-                    for &of in &row.of_model {
-                        for (c, by) in changes.iter().enumerate().filter(|(_, by)| **by != 0.0) {
-                            let at = of * 4 * n + c * n + j;
-                            m += slopes.momentum[at] * by;
-                            r += slopes.rest[at] * by;
-                        }
-                    }
-                }
-                momentum[base + i] = if direction.has_rate { m } else { 0.0 };
-                rest[base + i] = r;
+                [momentum[base + i], rest[base + i]] =
+                    self.change_of(row, sample, direction, (segment, k));
             }
             if !laws.is_empty() {
                 let (scales, mean) = &scales[row.joint];
@@ -514,15 +517,11 @@ impl Rows<'_> {
                     }
                 }
             }
-            let mut rhs = 0.0;
-            if let Some(motor) = row.motor {
-                rhs += entries.process(&mut rhs_memory, 0.0, signals.tau[motor][k]);
-            }
+            let mut rhs = row.motor.map_or(0.0, |motor| signals.tau[motor][k]);
             if let Some((joint, sign)) = row.spring {
-                let measured = signals.spring[joint].get(k).copied().unwrap_or_default();
-                rhs += sign * entries.process(&mut spring_memory, 0.0, measured);
+                rhs += sign * signals.spring[joint].get(k).copied().unwrap_or_default();
             }
-            rhs -= entries.process(&mut known_memory, known[0], known[1]);
+            let rhs = entries.process(&mut of_rhs, -known[0], rhs - known[1]);
             if is_kept {
                 values.push(rhs);
                 kept.push(k);
@@ -553,7 +552,7 @@ impl Rows<'_> {
             || self.model.robot().coupling.is_some()
     }
 
-    fn is_law_of(&self, row: &RowOf, unknown: &Unknown) -> bool {
+    fn is_law_of(row: &RowOf, unknown: &Unknown) -> bool {
         let Place::Joint(joint) = unknown.place else {
             return false;
         };

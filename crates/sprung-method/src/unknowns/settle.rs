@@ -25,6 +25,10 @@ const ADDED_IN_A_ROUND: usize = 2;
 /// Most unknowns.
 const MAX_UNKNOWNS: usize = 8;
 
+/// Change of a size in standard errors above which another round follows, and least standard error in usual sizes.
+const MOVED: f64 = 0.5;
+const LEAST_ERROR: f64 = 1e-3;
+
 /// A rival takes the place of an unknown if it leaves less than this part of the held-out squares.
 const REPLACES: f64 = 0.97;
 
@@ -65,7 +69,7 @@ impl Court<'_> {
             gains: vec![0.0; self.unknowns.len()],
             ..State::default()
         };
-        state.chosen = self.asked.clone();
+        state.chosen.clone_from(&self.asked);
         self.start_far(&mut state)?;
         let mut round = None;
         for _ in 0..MAX_ROUNDS {
@@ -168,43 +172,48 @@ impl Court<'_> {
                 added = true;
             }
         }
-        let selection = Selection {
-            evidence: &evidence,
-            unknowns: &self.unknowns,
-            scales: &scales,
-            begins: &begins,
-        };
-        let columns = selection.columns(&state.chosen);
+        let moved = self.applied(state, (&evidence, &scales), &theta);
+        Some(Round {
+            evidence,
+            scales,
+            begins,
+            changed: added || moved > MOVED,
+        })
+    }
+
+    /// Adds the sizes of a fit to those that are applied; returns the largest change in standard errors.
+    fn applied(
+        &self,
+        state: &mut State,
+        (evidence, scales): (&Evidence, &[f64]),
+        theta: &[f64],
+    ) -> f64 {
+        let free = self.free.len();
+        let columns: Vec<usize> = (0..free)
+            .chain(state.chosen.iter().map(|unknown| free + unknown))
+            .collect();
         let x = evidence.fit(&columns);
         let held_out = evidence.held_out(&columns, None);
         let all: Vec<usize> = (0..PARTS).collect();
         let mut moved: f64 = 0.0;
-        for &unknown in &state.chosen.clone() {
-            let column = selection.column(unknown);
+        for &unknown in &state.chosen {
+            let column = free + unknown;
             let (_, error) = held_out.mean_and_error(column, &all);
-            let floor = 1e-3 * scales[unknown];
+            let floor = LEAST_ERROR * scales[unknown];
             state.errors[unknown] = error.max(floor);
             if self.unknowns[unknown].channels().is_empty() {
                 state.sizes[unknown] = x[column];
                 continue;
             }
-            let rescale = self.rescale(unknown, &theta, &x);
+            let rescale = self.rescale(unknown, theta, &x);
             let step = (rescale * x[column]).clamp(-3.0 * scales[unknown], 3.0 * scales[unknown]);
             state.sizes[unknown] += step;
             moved = moved.max(step.abs() / error.max(10.0 * floor));
         }
-        let mut next = state.theta.clone();
         for (&column, value) in self.free.iter().zip(&x) {
-            next[column] = *value;
+            state.theta[column] = *value;
         }
-        state.theta = next;
-        let changed = added || moved > 0.5;
-        Some(Round {
-            evidence,
-            scales,
-            begins,
-            changed,
-        })
+        moved
     }
 
     /// Applies every rival in earnest; it takes the place of an unknown if it predicts better. Tangents alone rank near ties badly.

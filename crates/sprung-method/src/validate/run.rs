@@ -297,7 +297,9 @@ fn channel_delays(
         let same_channel = identified
             .and_then(|log| Some(&log.all[log.telling(signal, channel.joint)?]))
             .and_then(|of_log| chosen.delays.get(&of_log.column));
-        same_channel.or_else(|| chosen.delays.get(&channel.column)).copied()
+        same_channel
+            .or_else(|| chosen.delays.get(&channel.column))
+            .copied()
     };
     (channels.all.iter())
         .map(|channel| match channel.delay {

@@ -4,6 +4,7 @@
 mod agreement;
 mod delays;
 mod factors;
+mod unknowns;
 
 // The benchmark `faults` uses the same logs and faults.
 #[path = "../../benches/faults/faults.rs"]

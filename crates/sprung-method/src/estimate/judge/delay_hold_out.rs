@@ -19,7 +19,12 @@ pub(in crate::estimate) fn with_held_out_delay(
         return finding;
     };
     let words = gain.words();
-    if !gain.is_lower() {
+    if gain.is_lower() {
+        finding.text = format!(
+            "{}. With this delay the held-out error of the motor torques goes {words}",
+            finding.text
+        );
+    } else {
         "delay-rejected".clone_into(&mut finding.code);
         finding.severity = Severity::Info;
         finding.setting = None;
@@ -30,11 +35,6 @@ pub(in crate::estimate) fn with_held_out_delay(
         );
         "nothing; a friction law or another effect may be missing in the model"
             .clone_into(&mut finding.remedy);
-    } else {
-        finding.text = format!(
-            "{}. With this delay the held-out error of the motor torques goes {words}",
-            finding.text
-        );
     }
     finding
 }

@@ -19,7 +19,10 @@ pub(in crate::estimate) fn after_estimation(findings: &mut [Finding]) {
     for finding in (findings.iter_mut()).filter(|finding| finding.severity == Severity::Warning) {
         if MEASURED_EFFECTS.contains(&finding.code.as_str()) {
             finding.severity = Severity::Info;
-            finding.text = format!("{}. The intervals and the promise contain the effect", finding.text);
+            finding.text = format!(
+                "{}. The intervals and the promise contain the effect",
+                finding.text
+            );
         }
     }
 }

@@ -203,9 +203,10 @@ pub(super) fn of_channels(
     let of_all = first_torque.map(|i| (i, Effect::TorquesDelay));
     // The delay of the only torque is that of all torques.
     let is_torque = |i: usize| channels.all[i].quantity == Quantity::MotorTorque;
-    let is_alone = first_torque.is_some() && (0..channels.all.len()).filter(|&i| is_torque(i)).count() == 1;
-    let others = (0..channels.all.len())
-        .filter(|&i| !estimated.contains(&i) && !(is_alone && is_torque(i)));
+    let is_alone =
+        first_torque.is_some() && (0..channels.all.len()).filter(|&i| is_torque(i)).count() == 1;
+    let others =
+        (0..channels.all.len()).filter(|&i| !(estimated.contains(&i) || is_alone && is_torque(i)));
     let delays = (estimated.iter().copied().filter_map(delay))
         .chain(of_all)
         .chain(others.filter_map(delay));
