@@ -57,7 +57,7 @@ fn delays_of_a_link_are_found() {
         let refined = refined.unwrap_or_else(|| panic!("{:#?}", found.results[0].warnings));
         let delay = refined.delays.iter().find(|delay| delay.column == name);
         let delay = delay.unwrap();
-        assert_eq!(delay.delay_s, used.value);
+        assert_eq!(delay.delay_s.to_bits(), used.value.to_bits());
         // The delay that the parameters assume is within a tenth of a standard error of it, where the refinement settles.
         assert!((delay.used_s - used.value).abs() < 0.1 * error, "{delay:?}");
         let warnings = found.results[0].warnings.iter();

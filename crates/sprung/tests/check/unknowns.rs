@@ -11,7 +11,7 @@ struct Damage {
     kind: &'static str,
     size: f64,
     tolerance: f64,
-    damage: fn(&mut Table),
+    apply: fn(&mut Table),
 }
 
 const DAMAGES: [Damage; 5] = [
@@ -20,13 +20,13 @@ const DAMAGES: [Damage; 5] = [
         kind: "offset",
         size: -0.02,
         tolerance: 0.002,
-        damage: |table| table.columns[Q2].iter_mut().for_each(|q| *q += 0.02),
+        apply: |table| table.columns[Q2].iter_mut().for_each(|q| *q += 0.02),
     },
     Damage {
         kind: "drift",
         size: -0.02,
         tolerance: 0.002,
-        damage: |table| {
+        apply: |table| {
             let count = table.columns[Q2].len() as f64;
             let samples = table.columns[Q2].iter_mut().enumerate();
             samples.for_each(|(k, q)| *q += 0.02 * k as f64 / count);
@@ -36,24 +36,24 @@ const DAMAGES: [Damage; 5] = [
         kind: "lost-counts",
         size: -0.01,
         tolerance: 0.001,
-        damage: |table| {
+        apply: |table| {
             table.columns[Q2]
                 .iter_mut()
                 .skip(7000)
-                .for_each(|q| *q += 0.01)
+                .for_each(|q| *q += 0.01);
         },
     },
     Damage {
         kind: "gain",
         size: 0.02,
         tolerance: 0.004,
-        damage: |table| table.columns[Q2].iter_mut().for_each(|q| *q *= 1.02),
+        apply: |table| table.columns[Q2].iter_mut().for_each(|q| *q *= 1.02),
     },
     Damage {
         kind: "delay",
         size: 0.02,
         tolerance: 0.002,
-        damage: |table| {
+        apply: |table| {
             table.columns[Q2].rotate_right(20);
             let first = table.columns[Q2][20];
             table.columns[Q2][..20].fill(first);
@@ -68,11 +68,11 @@ fn each_kind_is_found_alone_with_its_size() {
         kind,
         size,
         tolerance,
-        damage,
+        apply,
     } in &DAMAGES
     {
         let mut table = demo.table(1, 1.0);
-        damage(&mut table);
+        apply(&mut table);
         let report = report(&demo.experiment, &table);
         let [found] = &report.unknowns[..] else {
             panic!("{kind}: {:#?}", report.unknowns);
