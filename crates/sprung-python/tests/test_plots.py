@@ -297,8 +297,10 @@ def test_values_at_their_bound_have_arrows(rigid: sprung.Result) -> None:
     shown = [parameter for parameter in rigid.parameters.values() if parameter.ci95]
     at_bound = [place for place, parameter in enumerate(shown) if parameter.one_sided]
     assert at_bound
+    # An interval that ends within the axes needs no arrow.
+    assert any((place, ">") in arrows(axes) for place in at_bound)
     for place in at_bound:
-        assert (place, ">") in arrows(axes) and (place, "<") not in arrows(axes)
+        assert (place, "<") not in arrows(axes)
         assert texts[place].startswith("< ")
 
 

@@ -27,7 +27,7 @@ const RIVAL_CORRELATION: f64 = 0.7;
 /// Candidates that are fitted exactly at a time, the likeliest first.
 const EXACT: usize = 8;
 
-/// Part of the largest fall of the held-out squares that counts as as much.
+/// Part of the largest fall of the held-out squares that counts as as much, if what is left is as little.
 const AS_MUCH: f64 = 0.9;
 
 /// Largest size in usual sizes.
@@ -121,9 +121,11 @@ impl Selection<'_> {
             let most = judged.iter().map(|(fall, _)| *fall).fold(0.0, f64::max);
             // Of unknowns that explain as much: the timing of the torques, no early channel, and the first of the catalogue. An
             // eccentric encoder over a short arc has a wrong gain.
-            let alike = judged
-                .into_iter()
-                .filter(|(fall, _)| *fall >= AS_MUCH * most);
+            let best = judged.iter().max_by(|a, b| a.0.total_cmp(&b.0));
+            let left = best.map_or(1.0, |(_, chosen)| 1.0 - chosen.gain);
+            let alike = judged.iter().filter(|(fall, chosen)| {
+                *fall >= AS_MUCH * most && AS_MUCH * (1.0 - chosen.gain) <= left
+            });
             let rank = |chosen: &Chosen| {
                 let unknown = &self.unknowns[chosen.unknown];
                 let is_expected = chosen.size.abs() <= unknown.expected;
@@ -131,7 +133,7 @@ impl Selection<'_> {
                 (!is_expected, is_early, chosen.unknown)
             };
             if let Some((_, first)) = alike.min_by_key(|(_, chosen)| rank(chosen)) {
-                return Some(first);
+                return Some(first.clone());
             }
         }
         None
