@@ -57,7 +57,7 @@ const LAWS: [(&str, Law, bool, f64, bool); 10] = [
     ("Stribeck friction", stribeck, false, f64::INFINITY, true),
     ("load friction", load, false, 0.05, true),
     ("saturation", saturation, false, 0.05, true),
-    ("friction offset", motor_offset, false, 0.05, false),
+    ("friction offset", motor_offset, false, f64::INFINITY, false),
     (
         "motor Coulomb friction",
         coulomb,
