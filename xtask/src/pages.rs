@@ -20,6 +20,7 @@ const OTHER_WORDS: [&str; 22] = [
     "kebab-case",
     "least-squares",
     "link-damping",
+    "lost-counts",
     "measured-and-predicted",
     "my-arm",
     "on-cycle",

@@ -149,8 +149,17 @@ pub fn examine(prepared: &Prepared, logs: &[OfLog], about_unknowns: &[Finding]) 
             None => findings.push(too_short(name, excerpt)),
         }
     }
+    if is_wrong_itself(&findings) {
+        let is_of_unknown = |found: &Finding| about_unknowns.contains(found);
+        findings.retain(|found| found.severity == Severity::Info || !is_of_unknown(found));
+    }
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     Examination { findings, joints }
+}
+
+/// Returns whether a log contradicts its description, so that sizes of further unknowns mean nothing.
+pub(super) fn is_wrong_itself(findings: &[Finding]) -> bool {
+    (findings.iter()).any(|finding| finding.severity == Severity::Error)
 }
 
 /// Returns findings about one log alone: its columns and its clock.

@@ -31,6 +31,7 @@ mod run;
 mod scale;
 mod torque_sensors;
 mod trial;
+mod unknowns;
 mod zeros_apart;
 
 pub use columns::reversed_torque;
@@ -39,6 +40,7 @@ pub use refusal::Refusal;
 pub(crate) use resolution::{UNEXPLAINED, beyond_resolution};
 pub use result::{CheckReport, Checked, CheckedLog, ColumnFigures, JointFigures, Place};
 pub use run::check;
+pub(crate) use unknowns::settled_or_other_meaning;
 
 #[doc(inline)]
 pub use crate::prepare::PrepareError;

@@ -1,9 +1,10 @@
 //! Checks logs against their description.
 
 use super::assemble::assemble;
-use super::examine::{OfLog, examine};
+use super::examine::{OfLog, examine, is_wrong_itself};
 use super::pass::read_all;
 use super::result::Checked;
+use super::unknowns::settled_or_other_meaning;
 use crate::description::Experiment;
 use crate::finding::Finding;
 use crate::frequency::{Record, about_springs, springs_from_motor};
@@ -12,7 +13,7 @@ use crate::model::Model;
 use crate::prepare::{PrepareError, Prepared, prepare};
 use crate::progress::Listener;
 use crate::regression::observed_signals;
-use crate::unknowns::{Settled, settled};
+use crate::unknowns::{Settled, UnknownStatus};
 
 /// Checks logs against their description, prepared as an identification prepares them.
 ///
@@ -32,13 +33,18 @@ pub fn check(
     sources: &mut [LogSource<'_>],
     progress: &mut dyn Listener,
 ) -> Result<Checked, PrepareError> {
+    let prepared = prepare(experiment, model, sources, progress)?;
     let Settled {
         prepared,
-        unknowns,
+        mut unknowns,
         findings,
-    } = settled(prepare(experiment, model, sources, progress)?, progress)?;
+        ..
+    } = settled_or_other_meaning(prepared, progress)?;
     let figures = read_all(prepared.reading(), sources, progress)?;
     let mut found = examine(&prepared, &OfLog::of_each(&prepared, &figures), &findings);
+    if is_wrong_itself(&found.findings) {
+        unknowns.retain(|unknown| unknown.status != UnknownStatus::Found);
+    }
     for (joint, found_joint) in found.joints.iter_mut().enumerate() {
         let line = (figures.first()).and_then(|first| first.summary.line(joint));
         found_joint.slope = line.map(|line| line.slope);

@@ -345,6 +345,18 @@ impl Evidence {
         self.weights[row] * self.weights[row] * squares
     }
 
+    /// Returns the part of a row's torque that some columns leave on held-out parts (root mean square), of the worst row.
+    pub(super) fn unexplained(&self, columns: &[usize]) -> f64 {
+        let held_out = self.held_out(columns, None);
+        let parts: Vec<usize> = (0..PARTS).collect();
+        (0..self.row_count())
+            .map(|row| {
+                let torque = self.torque_squares(row).max(f64::MIN_POSITIVE);
+                (held_out.sum(&[row], &parts) / torque).sqrt()
+            })
+            .fold(0.0, f64::max)
+    }
+
     pub(super) fn row_count(&self) -> usize {
         self.rows.len()
     }

@@ -46,10 +46,17 @@ struct Round {
     changed: bool,
 }
 
+/// What a search found.
+pub(super) struct Settlement {
+    pub(super) found: Vec<Found>,
+    /// Part of a row's torque that stays unexplained on held-out parts (root mean square), of the worst row.
+    pub(super) unexplained: f64,
+}
+
 /// Finds the unknowns of the beginning of a log.
 ///
 /// Returns `None` if the log is too short for the filters, or its robot has link positions without an encoder.
-pub(crate) fn settle(reading: &Reading, excerpt: &Excerpt) -> Option<Vec<Found>> {
+pub(super) fn settle(reading: &Reading, excerpt: &Excerpt) -> Option<Settlement> {
     let cutoff = reading.position_cutoff_hz().min(CUTOFF_HZ);
     let reading = reading.without_weights().with_position_cutoff(cutoff);
     let (model, channels) = (reading.model().clone(), reading.channels().clone());
@@ -62,7 +69,7 @@ pub(crate) fn settle(reading: &Reading, excerpt: &Excerpt) -> Option<Vec<Found>>
 }
 
 impl Court<'_> {
-    fn settle(mut self) -> Option<Vec<Found>> {
+    fn settle(mut self) -> Option<Settlement> {
         let mut state = State {
             sizes: vec![0.0; self.unknowns.len()],
             errors: vec![0.0; self.unknowns.len()],
@@ -87,9 +94,22 @@ impl Court<'_> {
         if !state.chosen.is_empty() {
             (state, round) = self.exchanged(state, round)?;
         }
+        // Columns move with what is applied, so an unknown may have lost its significance.
+        while let Some(unknown) = self.insignificant(&state) {
+            state.chosen.retain(|other| *other != unknown);
+            state.sizes[unknown] = 0.0;
+            self.round(&mut state, false)?;
+            round = self.round(&mut state, false)?;
+        }
         let mut found = self.described(&state, &round);
         found.extend(self.preloads(&state, &round));
-        Some(found)
+        let columns: Vec<usize> = (0..self.free.len())
+            .chain(state.chosen.iter().map(|k| self.free.len() + k))
+            .collect();
+        Some(Settlement {
+            found,
+            unexplained: round.evidence.unexplained(&columns),
+        })
     }
 
     /// Regresses once with all columns and changes the selection.
@@ -214,6 +234,16 @@ impl Court<'_> {
             state.theta[column] = *value;
         }
         moved
+    }
+
+    /// Returns the least significant unknown, if it is not significant.
+    fn insignificant(&self, state: &State) -> Option<usize> {
+        let significance = |unknown: &usize| {
+            state.sizes[*unknown].abs() / state.errors[*unknown].max(f64::MIN_POSITIVE)
+        };
+        (state.chosen.iter().copied())
+            .filter(|unknown| significance(unknown) < SIGNIFICANT && !self.asked.contains(unknown))
+            .min_by(|a, b| significance(a).total_cmp(&significance(b)))
     }
 
     /// Applies every rival in earnest; it takes the place of an unknown if it predicts better. Tangents alone rank near ties badly.

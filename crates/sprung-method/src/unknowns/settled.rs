@@ -4,7 +4,7 @@ use super::found::{Found, Telling};
 use super::gauge::relative;
 use super::kinds::finding;
 use super::result::{CompetingUnknown, UnknownResult, UnknownStatus};
-use super::settle::settle;
+use super::settle::{Settlement, settle};
 use super::unknown::{Kind, Place};
 use crate::description::{Delay, EncoderOffset};
 use crate::finding::Finding;
@@ -21,6 +21,20 @@ pub(crate) struct Settled {
     pub(crate) prepared: Prepared,
     pub(crate) unknowns: Vec<UnknownResult>,
     pub(crate) findings: Vec<Finding>,
+    /// Part of a joint's torque that stays unexplained on held-out parts (root mean square), of the worst joint.
+    pub(crate) unexplained: f64,
+}
+
+impl Settled {
+    /// Nothing was found.
+    pub(crate) fn without(prepared: Prepared) -> Self {
+        Self {
+            prepared,
+            unknowns: Vec::new(),
+            findings: Vec::new(),
+            unexplained: 0.0,
+        }
+    }
 }
 
 /// Finds the unknowns of the first log and applies those that need no decision of the user: delays, and the zero between two
@@ -33,16 +47,12 @@ pub(crate) fn settled(
     prepared: Prepared,
     progress: &mut dyn Listener,
 ) -> Result<Settled, PrepareError> {
-    let nothing = |prepared: Prepared| Settled {
-        prepared,
-        unknowns: Vec::new(),
-        findings: Vec::new(),
-    };
     if prepared.wrong_time_unit().is_some() {
-        return Ok(nothing(prepared));
+        return Ok(Settled::without(prepared));
     }
-    let Some(found) = settle(&prepared.examined(), prepared.excerpt()) else {
-        return Ok(nothing(prepared));
+    let Some(Settlement { found, unexplained }) = settle(&prepared.examined(), prepared.excerpt())
+    else {
+        return Ok(Settled::without(prepared));
     };
     let channels = prepared.reading().channels().clone();
     let period = prepared.excerpt().period();
@@ -73,6 +83,7 @@ pub(crate) fn settled(
         prepared,
         unknowns,
         findings,
+        unexplained,
     })
 }
 

@@ -5,7 +5,7 @@
 use sprung_base::finding::Severity;
 use sprung_base::progress::Unheard;
 use sprung_method::estimate::{EstimateResult, identify};
-use sprung_robot::{Constraints, Cutoff, Estimator, Laws, Weights};
+use sprung_robot::{Constraints, Cutoff, EncoderOffset, Estimator, Laws, Weights};
 use sprung_testing::least_inside;
 
 use crate::in_memory::with_source;
@@ -187,6 +187,7 @@ fn encoders_that_disagree_split_stacked_and_motor_row_stiffness() {
     twin.experiment.identify.constraints = Constraints::None;
     // An offset of the friction would explain a part.
     twin.experiment.identify.laws = Laws::Declared;
+    twin.experiment.identify.encoder_offset = Some(EncoderOffset::None);
     let disagreeing = |offset: f64| -> Vec<String> {
         let mut settings = twin.experiment.simulate.clone().unwrap();
         settings.motor_encoder_offset_rad = vec![0.0, offset];

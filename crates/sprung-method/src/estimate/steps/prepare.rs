@@ -2,6 +2,7 @@
 
 use super::inputs::EstimatorInputs;
 use super::refuse::refuse;
+use crate::check::settled_or_other_meaning;
 use crate::description::Experiment;
 use crate::estimate::errors::IdentifyError;
 use crate::estimate::estimators::prediction_error::{Retiming, likely};
@@ -13,7 +14,7 @@ use crate::log::LogSource;
 use crate::model::Model;
 use crate::prepare::{Prepared, prepare};
 use crate::progress::Listener;
-use crate::unknowns::{Settled, UnknownResult, settled};
+use crate::unknowns::{Settled, UnknownResult};
 use sprung_core::friction::Scale;
 
 /// Logs of one robot that are ready for the pass.
@@ -112,10 +113,11 @@ pub(in crate::estimate) fn make_ready(
         prepared,
         unknowns,
         findings: about_unknowns,
+        ..
     } = {
         let prepared = prepare(experiment, model, sources, progress)?;
         refuse(prepared.reading().settings(), prepared.wrong_time_unit())?;
-        settled(prepared, progress)?
+        settled_or_other_meaning(prepared, progress)?
     };
     let (with_laws, rigid) = with_laws(prepared, sources, progress)?;
     let WithLaws {

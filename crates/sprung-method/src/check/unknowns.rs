@@ -1,0 +1,51 @@
+//! Decides between unknowns of a log and other meanings of its columns.
+
+use super::joints::{Tested, joints};
+use super::resolution::UNEXPLAINED;
+use crate::finding::Severity;
+use crate::prepare::{PrepareError, Prepared};
+use crate::progress::Listener;
+use crate::unknowns::{Settled, settled};
+
+/// Finds the unknowns of the first log and applies them, unless they leave much unexplained and the columns have another meaning.
+///
+/// # Errors
+///
+/// As of [`prepare`](crate::prepare::prepare), but for those of reading.
+pub(crate) fn settled_or_other_meaning(
+    prepared: Prepared,
+    progress: &mut dyn Listener,
+) -> Result<Settled, PrepareError> {
+    let settled = settled(prepared.clone(), progress)?;
+    let is_doubtful = !settled.unknowns.is_empty() && settled.unexplained > UNEXPLAINED;
+    Ok(if is_doubtful && has_other_meaning(&prepared) {
+        Settled::without(prepared)
+    } else {
+        settled
+    })
+}
+
+/// Returns whether the equations show another meaning of the columns.
+fn has_other_meaning(prepared: &Prepared) -> bool {
+    let (reading, excerpt) = (prepared.examined(), prepared.excerpt());
+    let is_moving = |joint: &usize| {
+        (reading.channels().all.iter().enumerate())
+            .filter(|(_, channel)| channel.joint == *joint && channel.quantity.is_position())
+            .any(|(i, _)| {
+                let mut values = excerpt.blocks().iter().flat_map(|block| &block.values[i]);
+                let first = values.next();
+                values.any(|value| Some(value) != first)
+            })
+    };
+    let tested = Tested {
+        moving: (0..reading.model().joint_count())
+            .filter(is_moving)
+            .collect(),
+        unequal: Vec::new(),
+    };
+    let experiment = prepared.experiment();
+    let examined = joints(experiment, &reading, excerpt, "", &tested, true);
+    examined.is_some_and(|examined| {
+        (examined.findings.iter()).any(|finding| finding.severity == Severity::Error)
+    })
+}
