@@ -22,6 +22,9 @@ const MAY_FOLLOW_FROM_KINEMATICS: [&str; 3] =
 /// Codes of findings about the scales of the two encoders of a joint.
 const SCALES_OF_ENCODERS: [&str; 2] = ["units-disagree", "slope-not-one"];
 
+/// Codes of unknowns that change the slope of one encoder over the other.
+const BEND_SLOPE: [&str; 2] = ["position-drifts", "position-jumps"];
+
 /// Result of [`examine`].
 #[derive(Clone, Debug, Default)]
 pub struct Examination {
@@ -77,7 +80,7 @@ pub fn examine(prepared: &Prepared, logs: &[OfLog], about_unknowns: &[Finding]) 
     let mut findings: Vec<Finding> = (logs.iter())
         .flat_map(|log| log.findings.iter().cloned())
         .collect();
-    // The equations know the size of a jump better than a single column.
+    // The equations know the size of a jump, and what bends a slope, better than single columns.
     let is_known = |found: &Finding| {
         let column = |finding: &Finding| {
             finding
@@ -85,9 +88,11 @@ pub fn examine(prepared: &Prepared, logs: &[OfLog], about_unknowns: &[Finding]) 
                 .as_ref()
                 .and_then(|evidence| evidence.column.clone())
         };
-        about_unknowns
-            .iter()
-            .any(|other| other.code == found.code && column(other) == column(found))
+        let bends = |other: &Finding| BEND_SLOPE.contains(&other.code.as_str());
+        about_unknowns.iter().any(|other| {
+            other.code == found.code && column(other) == column(found)
+                || is_about_scale(found) && bends(other) && same_joint(found, other, channels)
+        })
     };
     findings.retain(|found| !is_known(found));
     findings.extend(about_unknowns.iter().cloned());
@@ -99,7 +104,9 @@ pub fn examine(prepared: &Prepared, logs: &[OfLog], about_unknowns: &[Finding]) 
         let reading = prepared.examined();
         let (wrong, moving): (Vec<usize>, Vec<usize>) = (0..model.joint_count())
             .filter(|&joint| first.moves[joint])
-            .partition(|&joint| is_wrong(&findings, channels, joint));
+            .partition(|&joint| {
+                is_wrong(&findings, channels, joint) || is_bent(about_unknowns, channels, joint)
+            });
         let tested = Tested {
             unequal: (wrong.into_iter())
                 .filter(|&joint| is_of_scale(&findings, channels, joint))
@@ -214,6 +221,18 @@ fn is_wrong(findings: &[Finding], channels: &Channels, joint: usize) -> bool {
         .filter(|finding| finding.severity == Severity::Error)
         .filter_map(|finding| finding.evidence.as_ref()?.column.as_ref())
         .any(|column| is_of_joint(column))
+}
+
+/// Returns whether an encoder of a joint drifts or jumps. Another meaning of its columns would be a consequence of it.
+fn is_bent(about_unknowns: &[Finding], channels: &Channels, joint: usize) -> bool {
+    let of_joint = |finding: &&Finding| {
+        let column = finding.evidence.as_ref().and_then(|evidence| evidence.column.as_ref());
+        (channels.all.iter())
+            .any(|channel| channel.joint == joint && Some(&channel.column) == column)
+    };
+    (about_unknowns.iter())
+        .filter(of_joint)
+        .any(|finding| BEND_SLOPE.contains(&finding.code.as_str()))
 }
 
 /// Returns whether two findings are about columns of one joint.

@@ -186,43 +186,29 @@ impl Evidence {
 
     /// Least squares with priors of some columns; the others are zero or fixed. Values that must not be negative are not.
     fn solve(&self, normal: &Mat<f64>, chosen: &[usize], fixed: Option<(usize, f64)>) -> Vec<f64> {
-        let mut chosen = chosen.to_vec();
+        let n = chosen.len();
+        let unit = |i: usize| self.lengths[chosen[i]];
+        let mut matrix = vec![0.0; n * n];
+        let mut rhs = vec![0.0; n];
+        for (i, &row) in chosen.iter().enumerate() {
+            for (j, &column) in chosen.iter().enumerate() {
+                matrix[i * n + j] = normal[(row, column)] / (unit(i) * unit(j));
+            }
+            matrix[i * n + i] += RIDGE + self.ridge[row] / unit(i).powi(2);
+            let known = fixed.map_or(0.0, |(at, value)| normal[(row, at)] * value);
+            rhs[i] = (normal[(row, self.columns)] - known - self.pull[row]) / unit(i);
+        }
+        let positive: Vec<bool> = (chosen.iter())
+            .map(|&column| self.positive[column] && self.pull[column] == 0.0)
+            .collect();
         let mut x = vec![0.0; self.columns];
         if let Some((at, value)) = fixed {
             x[at] = value;
         }
-        loop {
-            let n = chosen.len();
-            let mut matrix = vec![0.0; n * n];
-            let mut rhs = vec![0.0; n];
-            for (i, &row) in chosen.iter().enumerate() {
-                let scale = self.lengths[row];
-                for (j, &column) in chosen[..=i].iter().enumerate() {
-                    matrix[i * n + j] = normal[(row, column)] / (scale * self.lengths[column]);
-                }
-                matrix[i * n + i] += RIDGE + self.ridge[row] / (scale * scale);
-                let known = fixed.map_or(0.0, |(at, value)| normal[(row, at)] * value);
-                rhs[i] = (normal[(row, self.columns)] - known - self.pull[row]) / scale;
-            }
-            if !factor(&mut matrix, n) {
-                return x;
-            }
-            solve(&matrix, &mut rhs);
-            let worst = (chosen.iter().enumerate())
-                .filter(|(i, column)| {
-                    self.positive[**column] && rhs[*i] < 0.0 && self.pull[**column] == 0.0
-                })
-                .min_by(|a, b| rhs[a.0].total_cmp(&rhs[b.0]))
-                .map(|(i, _)| i);
-            if let Some(i) = worst {
-                chosen.remove(i);
-                continue;
-            }
-            for (value, &column) in rhs.iter().zip(&chosen) {
-                x[column] = value / self.lengths[column];
-            }
-            return x;
+        for (i, value) in non_negative(&matrix, &rhs, &positive).into_iter().enumerate() {
+            x[chosen[i]] = value / unit(i);
         }
+        x
     }
 
     /// Returns the fit of all parts.
@@ -345,16 +331,17 @@ impl Evidence {
         self.weights[row] * self.weights[row] * squares
     }
 
-    /// Returns the part of a row's torque that some columns leave on held-out parts (root mean square), of the worst row.
+    /// Returns the part of the rows' torques that some columns leave on held-out parts (root mean square over the rows).
     pub(super) fn unexplained(&self, columns: &[usize]) -> f64 {
         let held_out = self.held_out(columns, None);
         let parts: Vec<usize> = (0..PARTS).collect();
-        (0..self.row_count())
+        let squares: f64 = (0..self.row_count())
             .map(|row| {
                 let torque = self.torque_squares(row).max(f64::MIN_POSITIVE);
-                (held_out.sum(&[row], &parts) / torque).sqrt()
+                held_out.sum(&[row], &parts) / torque
             })
-            .fold(0.0, f64::max)
+            .sum();
+        (squares / self.row_count().max(1) as f64).sqrt()
     }
 
     pub(super) fn row_count(&self) -> usize {
@@ -367,6 +354,52 @@ impl Evidence {
         length * scale.min(1e12) < 1e-6 * self.all[(self.columns, self.columns)].sqrt()
             || length == 0.0
     }
+}
+
+/// Solves normal equations whose marked values must not be negative: the most negative one is left out, and taken up again if it would
+/// be positive beside the others.
+fn non_negative(matrix: &[f64], rhs: &[f64], positive: &[bool]) -> Vec<f64> {
+    let n = rhs.len();
+    let mut free: Vec<usize> = (0..n).collect();
+    let mut best = (f64::INFINITY, vec![0.0; n]);
+    for _ in 0..=2 * n {
+        let m = free.len();
+        let mut of_free: Vec<f64> = (free.iter())
+            .flat_map(|&i| free.iter().map(move |&j| matrix[i * n + j]))
+            .collect();
+        let mut value: Vec<f64> = free.iter().map(|&i| rhs[i]).collect();
+        if !factor(&mut of_free, m) {
+            break;
+        }
+        solve(&of_free, &mut value);
+        let worst = (0..m)
+            .filter(|&at| positive[free[at]] && value[at] < 0.0)
+            .min_by(|&a, &b| value[a].total_cmp(&value[b]));
+        if let Some(at) = worst {
+            free.remove(at);
+            continue;
+        }
+        // The cost without the squares of the torques.
+        let cost: f64 = -free.iter().zip(&value).map(|(&i, v)| rhs[i] * v).sum::<f64>();
+        if cost >= best.0 {
+            break;
+        }
+        let mut x = vec![0.0; n];
+        for (&i, v) in free.iter().zip(&value) {
+            x[i] = *v;
+        }
+        let slope = |i: usize| rhs[i] - (0..n).map(|j| matrix[i * n + j] * x[j]).sum::<f64>();
+        let again = (0..n)
+            .filter(|i| !free.contains(i) && slope(*i) > RIDGE * rhs[*i].abs())
+            .max_by(|&a, &b| slope(a).total_cmp(&slope(b)));
+        best = (cost, x);
+        let Some(again) = again else {
+            break;
+        };
+        free.push(again);
+        free.sort_unstable();
+    }
+    best.1
 }
 
 /// The fit of all parts but one.

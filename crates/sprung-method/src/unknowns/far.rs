@@ -1,7 +1,6 @@
 //! Starts far from zero: long delays, and other meanings of columns.
 
 use rayon::prelude::*;
-use sprung_core::parameters::JointParameter;
 
 use super::court::Court;
 use super::evidence::{Evidence, PARTS, row_rms};
@@ -18,9 +17,6 @@ const FAR_S: [f64; 13] = [
 ];
 const UNEXPLAINED: f64 = 0.02;
 const FAR_SHARE: f64 = 0.7;
-
-/// Part of a joint's torque below which its spring seems to carry none.
-const SLACK: f64 = 0.1;
 
 /// Another meaning of the columns leaves less than this part of the squares: a delay or a law is rarely cured by a sign.
 const OTHER_MEANING: f64 = 0.25;
@@ -43,8 +39,7 @@ impl Court<'_> {
     /// sizes. Tangents find delays of a few hundredths of a second only.
     pub(super) fn start_far(&mut self, state: &mut State) -> Option<()> {
         let before = self.left_by_joint(&state.sizes)?;
-        let slack = self.slack_joints()?;
-        let is_weak = |joint: usize| before[joint] > UNEXPLAINED || slack.contains(&joint);
+        let is_weak = |joint: usize| before[joint] > UNEXPLAINED;
         if self.asked.is_empty() && !(0..before.len()).any(is_weak) {
             return Some(());
         }
@@ -107,19 +102,6 @@ impl Court<'_> {
             *scale = scale.max(start.size.abs());
         }
         Some(())
-    }
-
-    /// Returns the joints whose springs seem to carry hardly any torque. A position that is late by long has this effect.
-    fn slack_joints(&self) -> Option<Vec<usize>> {
-        let smoothed = self.signals(self.excerpt)?;
-        let theta = self.first_theta(&smoothed, 1.0)?;
-        let scales = self.former(smoothed.period()).scales(smoothed.segments());
-        let is_slack = |joint: &usize| {
-            let (scales, _) = &scales[*joint];
-            let stiffness = self.model.index(JointParameter::Stiffness, *joint);
-            stiffness.is_some_and(|at| theta[at] * scales.deflection < SLACK * scales.torque)
-        };
-        Some((0..self.model.joint_count()).filter(is_slack).collect())
     }
 
     /// Returns the joint of an unknown that is the delay of one channel of a signal.

@@ -21,9 +21,6 @@ use crate::regression::Reading;
 /// Relative weight of a sample whose filtered Coulomb friction passes a reversal: the filter of the positions smears it.
 const REVERSAL_WEIGHT: f64 = 0.05;
 
-/// Largest part of a row's samples at reversals at which their weight is reduced.
-const MAX_REVERSALS: f64 = 0.8;
-
 /// Argument of `tanh(beta v)` up to which a sample belongs to a reversal.
 const REVERSAL_ARGUMENT: f64 = 3.0;
 
@@ -214,12 +211,6 @@ impl Rows<'_> {
                 .flat_map(|segment| segment[r].reliable.iter().copied())
                 .collect();
             let samples = values.len() / width;
-            let few = reliable.iter().filter(|weight| **weight < 1.0).count() as f64;
-            let reliable = if few > MAX_REVERSALS * samples as f64 {
-                vec![1.0; samples]
-            } else {
-                reliable
-            };
             Some(Row {
                 joint: row.joint,
                 columns,

@@ -9,6 +9,9 @@ use super::unknown::{Kind, Place, Unknown};
 /// candidates.
 pub(super) const SIGNIFICANT: f64 = 5.0;
 
+/// Least size in standard errors of an unknown that is tried in earnest.
+const DOUBTFUL: f64 = 3.0;
+
 /// Least relative fall of the held-out squares: smoothing and noise fake up to 1 %.
 const LEAST_GAIN: f64 = 0.03;
 
@@ -90,28 +93,7 @@ impl Selection<'_> {
     ) -> Option<Chosen> {
         let columns = self.columns(chosen);
         let before = self.evidence.held_out(&columns, None);
-        let fits = self.evidence.fits(&columns);
-        let parameters: Vec<usize> = (0..self.evidence.free).collect();
-        let alone = self.evidence.directions(&parameters);
-        let is_open = |unknown: usize| {
-            let column = self.column(unknown);
-            let is_new = !chosen.contains(&unknown) && !self.is_taken(unknown, chosen);
-            is_new
-                && !self.evidence.is_empty(column, self.scales[unknown])
-                && (chosen.is_empty()
-                    || fits.whole.own(self.evidence, column)
-                        >= LEAST_OWN * alone.own(self.evidence, column))
-        };
-        let mut screened: Vec<(f64, usize)> = (0..self.unknowns.len())
-            .into_par_iter()
-            .filter(|&unknown| is_open(unknown))
-            .filter_map(|unknown| {
-                let after = fits.with(self.column(unknown))?;
-                Some((self.gain(unknown, (&before, &after), joint_of)?.0, unknown))
-            })
-            .filter(|(fall, _)| *fall > 0.0)
-            .collect();
-        screened.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let screened = self.screened(chosen, &before, joint_of);
         for likeliest in screened.chunks(EXACT) {
             let judged: Vec<Option<(f64, Chosen)>> = likeliest
                 .par_iter()
@@ -137,6 +119,63 @@ impl Selection<'_> {
             }
         }
         None
+    }
+
+    /// Returns the unknowns that lower the held-out squares, each with the fall by a fit that is not exact, the likeliest first.
+    fn screened(
+        &self,
+        chosen: &[usize],
+        before: &HeldOut,
+        joint_of: &(dyn Fn(usize) -> usize + Sync),
+    ) -> Vec<(f64, usize)> {
+        let columns = self.columns(chosen);
+        let fits = self.evidence.fits(&columns);
+        let parameters: Vec<usize> = (0..self.evidence.free).collect();
+        let alone = self.evidence.directions(&parameters);
+        let is_open = |unknown: usize| {
+            let column = self.column(unknown);
+            let is_new = !chosen.contains(&unknown) && !self.is_taken(unknown, chosen);
+            is_new
+                && !self.evidence.is_empty(column, self.scales[unknown])
+                && (chosen.is_empty()
+                    || fits.whole.own(self.evidence, column)
+                        >= LEAST_OWN * alone.own(self.evidence, column))
+        };
+        let mut screened: Vec<(f64, usize)> = (0..self.unknowns.len())
+            .into_par_iter()
+            .filter(|&unknown| is_open(unknown))
+            .filter_map(|unknown| {
+                let after = fits.with(self.column(unknown))?;
+                Some((self.gain(unknown, (before, &after), joint_of)?.0, unknown))
+            })
+            .filter(|(fall, _)| *fall > 0.0)
+            .collect();
+        screened.sort_by(|a, b| b.0.total_cmp(&a.0));
+        screened
+    }
+
+    /// Returns unknowns that lower the held-out squares but are less significant than [`SIGNIFICANT`], the likeliest first. The tangent
+    /// at zero is a poor column of a long delay.
+    pub(super) fn doubtful(
+        &self,
+        chosen: &[usize],
+        joint_of: &(dyn Fn(usize) -> usize + Sync),
+    ) -> Vec<usize> {
+        let columns = self.columns(chosen);
+        let before = self.evidence.held_out(&columns, None);
+        let screened = self.screened(chosen, &before, joint_of);
+        let is_doubtful = |unknown: usize| {
+            let fits = self.evidence.held_out(
+                &[&columns[..], &[self.column(unknown)]].concat(),
+                None,
+            );
+            let (mean, error) = fits.mean_and_error(self.column(unknown), &self.parts(unknown));
+            mean.abs() > DOUBTFUL * error
+        };
+        (screened.into_iter().take(EXACT))
+            .map(|(_, unknown)| unknown)
+            .filter(|&unknown| is_doubtful(unknown))
+            .collect()
     }
 
     /// Returns the fall of the held-out squares of an unknown's rows and this fall relative to them; `None` if the squares of

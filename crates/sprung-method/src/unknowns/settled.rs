@@ -21,7 +21,7 @@ pub(crate) struct Settled {
     pub(crate) prepared: Prepared,
     pub(crate) unknowns: Vec<UnknownResult>,
     pub(crate) findings: Vec<Finding>,
-    /// Part of a joint's torque that stays unexplained on held-out parts (root mean square), of the worst joint.
+    /// Part of the torques that stays unexplained on held-out parts (root mean square over the rows).
     pub(crate) unexplained: f64,
 }
 
