@@ -226,7 +226,10 @@ fn is_wrong(findings: &[Finding], channels: &Channels, joint: usize) -> bool {
 /// Returns whether an encoder of a joint drifts or jumps. Another meaning of its columns would be a consequence of it.
 fn is_bent(about_unknowns: &[Finding], channels: &Channels, joint: usize) -> bool {
     let of_joint = |finding: &&Finding| {
-        let column = finding.evidence.as_ref().and_then(|evidence| evidence.column.as_ref());
+        let column = finding
+            .evidence
+            .as_ref()
+            .and_then(|evidence| evidence.column.as_ref());
         (channels.all.iter())
             .any(|channel| channel.joint == joint && Some(&channel.column) == column)
     };

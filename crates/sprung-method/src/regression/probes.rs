@@ -42,16 +42,6 @@ pub(crate) enum Probe {
         /// The joint.
         joint: usize,
     },
-    /// The sine or cosine of the position of a joint's link, as an error of its encoder that repeats with each turn adds it
-    /// to the torque of the spring.
-    LinkTurn {
-        /// The row.
-        row: usize,
-        /// The joint.
-        joint: usize,
-        /// Whether it is the cosine.
-        is_cosine: bool,
-    },
 }
 
 impl Probe {
@@ -62,8 +52,7 @@ impl Probe {
             Self::TorqueRate { row }
             | Self::SpringTorque { row, .. }
             | Self::TorqueLoad { row, .. }
-            | Self::TorqueCube { row, .. }
-            | Self::LinkTurn { row, .. } => *row,
+            | Self::TorqueCube { row, .. } => *row,
         }
     }
 
@@ -83,12 +72,6 @@ impl Probe {
             }
             Self::TorqueRate { .. } => 0.0,
             Self::TorqueCube { joint, .. } => signals.tau[*joint][k].powi(3),
-            Self::LinkTurn {
-                joint, is_cosine, ..
-            } => {
-                let q = state.q[*joint];
-                if *is_cosine { q.cos() } else { q.sin() }
-            }
             Self::SpringTorque { joint, .. } => {
                 signals.spring[*joint].get(k).copied().unwrap_or_default()
             }

@@ -205,7 +205,10 @@ impl Evidence {
         if let Some((at, value)) = fixed {
             x[at] = value;
         }
-        for (i, value) in non_negative(&matrix, &rhs, &positive).into_iter().enumerate() {
+        for (i, value) in non_negative(&matrix, &rhs, &positive)
+            .into_iter()
+            .enumerate()
+        {
             x[chosen[i]] = value / unit(i);
         }
         x
@@ -380,7 +383,11 @@ fn non_negative(matrix: &[f64], rhs: &[f64], positive: &[bool]) -> Vec<f64> {
             continue;
         }
         // The cost without the squares of the torques.
-        let cost: f64 = -free.iter().zip(&value).map(|(&i, v)| rhs[i] * v).sum::<f64>();
+        let cost: f64 = -free
+            .iter()
+            .zip(&value)
+            .map(|(&i, v)| rhs[i] * v)
+            .sum::<f64>();
         if cost >= best.0 {
             break;
         }

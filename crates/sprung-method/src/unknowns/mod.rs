@@ -22,5 +22,6 @@ mod settled;
 mod state;
 mod unknown;
 
+pub(crate) use kinds::LAWS_MISSING;
 pub use result::{CompetingUnknown, UnknownResult, UnknownStatus};
 pub(crate) use settled::{Settled, settled};

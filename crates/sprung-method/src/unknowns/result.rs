@@ -43,7 +43,8 @@ pub struct CompetingUnknown {
 pub struct UnknownResult {
     /// Stable name, as in `delay q1_rad`.
     pub id: String,
-    /// Kind: `delay`, `timing`, `offset`, `gain`, `drift`, `lost-counts` or `eccentricity`.
+    /// Kind: `delay`, `timing`, `offset`, `gain`, `drift`, `lost-counts`, `eccentricity`,
+    /// `saturation` or, in a check, `law`.
     pub kind: String,
     /// Column or joint; the columns of one signal of all joints are separated by commas.
     pub place: String,

@@ -165,10 +165,9 @@ impl Selection<'_> {
         let before = self.evidence.held_out(&columns, None);
         let screened = self.screened(chosen, &before, joint_of);
         let is_doubtful = |unknown: usize| {
-            let fits = self.evidence.held_out(
-                &[&columns[..], &[self.column(unknown)]].concat(),
-                None,
-            );
+            let fits = self
+                .evidence
+                .held_out(&[&columns[..], &[self.column(unknown)]].concat(), None);
             let (mean, error) = fits.mean_and_error(self.column(unknown), &self.parts(unknown));
             mean.abs() > DOUBTFUL * error
         };

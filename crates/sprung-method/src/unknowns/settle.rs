@@ -124,7 +124,10 @@ impl Court<'_> {
     }
 
     /// Applies delays in earnest that are less significant than others; returns the state with the first that explains much.
-    #[expect(clippy::option_option, reason = "the outer one is a log that is too short")]
+    #[expect(
+        clippy::option_option,
+        reason = "the outer one is a log that is too short"
+    )]
     fn tried(&mut self, state: &State, round: &Round) -> Option<Option<State>> {
         let selection = Selection {
             evidence: &round.evidence,

@@ -2,13 +2,13 @@
 
 use super::found::{Found, Telling};
 use super::gauge::relative;
-use super::kinds::finding;
+use super::kinds::{LAWS_MISSING, finding};
 use super::result::{CompetingUnknown, UnknownResult, UnknownStatus};
 use super::settle::{Settlement, settle};
 use super::unknown::{Kind, Place};
 use crate::description::{Delay, EncoderOffset};
 use crate::finding::Finding;
-use crate::log::Channels;
+use crate::log::{Channels, Signal};
 use crate::model::Model;
 use crate::prepare::{PrepareError, Prepared};
 use crate::progress::Listener;
@@ -26,6 +26,14 @@ pub(crate) struct Settled {
 }
 
 impl Settled {
+    /// Returns the same without laws, which an identification chooses by itself.
+    pub(crate) fn without_laws(mut self) -> Self {
+        self.unknowns
+            .retain(|unknown| unknown.kind != Kind::Law.name());
+        self.findings.retain(|finding| finding.code != LAWS_MISSING);
+        self
+    }
+
     /// Nothing was found.
     pub(crate) fn without(prepared: Prepared) -> Self {
         Self {
@@ -56,10 +64,8 @@ pub(crate) fn settled(
     };
     let channels = prepared.reading().channels().clone();
     let period = prepared.excerpt().period();
-    let found: Vec<Found> = relative(found, &channels, period)
-        .into_iter()
-        .filter(|found| found.kind != Kind::Law)
-        .collect();
+    let mut found = relative(found, &channels, period);
+    found.sort_by_key(|one| one.kind == Kind::Law);
     let file = prepared.names().first().cloned().unwrap_or_default();
     let names = prepared.reading().model().joints().to_vec();
     let (mut unknowns, mut findings) = (Vec::new(), Vec::new());
@@ -75,7 +81,7 @@ pub(crate) fn settled(
         unknowns.push(result(&telling));
         // An offset that the description estimates needs no finding.
         if telling.status != UnknownStatus::Estimated || one.kind != Kind::Offset {
-            findings.extend(finding(&telling));
+            findings.push(finding(&telling));
         }
     }
     let prepared = applied(prepared, &found, progress)?;
@@ -87,7 +93,7 @@ pub(crate) fn settled(
     })
 }
 
-/// Returns the columns of a place.
+/// Returns the columns of a place; of a joint that of its torque.
 fn columns(place: Place, channels: &Channels) -> Vec<&str> {
     let all = channels
         .all
@@ -96,7 +102,9 @@ fn columns(place: Place, channels: &Channels) -> Vec<&str> {
         .filter(|(i, channel)| match place {
             Place::Channel(at) => *i == at,
             Place::All(signal) => channel.quantity.signal() == signal,
-            Place::Joint(_) => false,
+            Place::Joint(joint) => {
+                channel.joint == joint && channel.quantity.signal() == Signal::Torque
+            }
         });
     all.map(|(_, channel)| channel.column.as_str()).collect()
 }
@@ -135,7 +143,11 @@ fn result(of: &Telling<'_>) -> UnknownResult {
     UnknownResult {
         id: found.id.clone(),
         kind: found.kind.name().to_owned(),
-        place: of.columns.join(", "),
+        place: if found.kind == Kind::Law {
+            of.joint.to_owned()
+        } else {
+            of.columns.join(", ")
+        },
         value: found.value,
         standard_error: found.standard_error,
         unit: found.unit.to_owned(),

@@ -22,6 +22,8 @@ pub(crate) enum Kind {
     LostCounts,
     /// The error of an encoder repeats with each turn.
     Eccentricity,
+    /// The acting torque grows less or more than the logged one.
+    Saturation,
     /// The description lacks a law.
     Law,
 }
@@ -37,6 +39,7 @@ impl Kind {
             Self::Drift => "drift",
             Self::LostCounts => "lost-counts",
             Self::Eccentricity => "eccentricity",
+            Self::Saturation => "saturation",
             Self::Law => "law",
         }
     }
@@ -45,7 +48,12 @@ impl Kind {
     pub(crate) fn is_applied(self) -> bool {
         match self {
             Self::Delay | Self::Timing | Self::Offset => true,
-            Self::Gain | Self::Drift | Self::LostCounts | Self::Eccentricity | Self::Law => false,
+            Self::Gain
+            | Self::Drift
+            | Self::LostCounts
+            | Self::Eccentricity
+            | Self::Saturation
+            | Self::Law => false,
         }
     }
 }

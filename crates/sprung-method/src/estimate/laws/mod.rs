@@ -25,9 +25,7 @@ use crate::estimate::result::{LawRung, LawsByHoldOut};
 use crate::finding::{Finding, Severity};
 use crate::prepare::{Prepared, rms_speeds};
 use crate::regression::Reduction;
-
-/// Code of the finding that laws would predict the log better.
-pub(super) const LAWS_MISSING: &str = "laws-missing";
+use crate::unknowns::LAWS_MISSING;
 
 /// Gain of one law, as a fraction of the held-out residual of its joint's rows, above which missing laws are a warning
 /// although the whole torque gains less than [`LARGE_SHARE`].

@@ -47,13 +47,6 @@ pub(in crate::estimate) fn describe(
     let mut findings = basis.findings.to_vec();
     findings.extend(finding(model, &rigid_joints));
     findings.extend(look_again(basis, &results));
-    // The intervals of a refinement do not contain a delay that it has not found.
-    let is_refined = results.iter().any(|result| result.refined().is_some());
-    let nuisances = (basis.linear.nuisances.as_ref()).filter(|_| !is_refined);
-    let (reading, names) = (basis.ready.prepared.reading(), basis.ready.prepared.names());
-    let file = names.first().map_or("", String::as_str);
-    let lacking = nuisances.iter().flat_map(|nuisances| &nuisances.lacking);
-    findings.extend(lacking.filter_map(|effect| effect.finding(file, reading.channels())));
     after_estimation(&mut findings);
     let response = in_frequency(basis, &estimates.robot, &mut results);
     let (springs, about_springs) = springs_of_motors(basis);

@@ -6,8 +6,8 @@ use super::refuse::refuse;
 use crate::check;
 use crate::estimate::errors::IdentifyError;
 use crate::estimate::judge::at_rest;
-use crate::estimate::laws::LAWS_MISSING;
 use crate::finding::{Finding, Severity};
+use crate::unknowns::LAWS_MISSING;
 
 /// Returns all findings about the logs.
 ///

@@ -117,7 +117,7 @@ pub(in crate::estimate) fn make_ready(
     } = {
         let prepared = prepare(experiment, model, sources, progress)?;
         refuse(prepared.reading().settings(), prepared.wrong_time_unit())?;
-        settled_or_other_meaning(prepared, progress)?
+        settled_or_other_meaning(prepared, progress)?.without_laws()
     };
     let (with_laws, rigid) = with_laws(prepared, sources, progress)?;
     let WithLaws {

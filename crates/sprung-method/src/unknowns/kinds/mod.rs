@@ -8,17 +8,19 @@ mod gain;
 mod laws;
 pub(super) mod lost_counts;
 mod offset;
+mod saturation;
 mod words;
 
 pub(super) use catalogued::Catalogued;
+pub(crate) use laws::LAWS_MISSING;
 
 use super::found::Telling;
 use super::unknown::{Kind, Unknown};
 use crate::finding::Finding;
 
-/// Returns the finding about an unknown; `None` about a law, which hold-out of laws reports.
-pub(super) fn finding(of: &Telling<'_>) -> Option<Finding> {
-    Some(match of.found.kind {
+/// Returns the finding about an unknown.
+pub(super) fn finding(of: &Telling<'_>) -> Finding {
+    match of.found.kind {
         Kind::Delay => delay::finding(of),
         Kind::Timing => delay::timing(of),
         Kind::Gain => gain::finding(of),
@@ -26,8 +28,9 @@ pub(super) fn finding(of: &Telling<'_>) -> Option<Finding> {
         Kind::Drift => drift::finding(of),
         Kind::LostCounts => lost_counts::finding(of),
         Kind::Eccentricity => eccentricity::finding(of),
-        Kind::Law => return None,
-    })
+        Kind::Saturation => saturation::finding(of),
+        Kind::Law => laws::finding(of),
+    }
 }
 
 /// Returns all unknowns that a log may have.
@@ -39,6 +42,7 @@ pub(super) fn catalogue(of: &Catalogued<'_>) -> Vec<Unknown> {
         drift::list,
         lost_counts::list,
         eccentricity::list,
+        saturation::list,
         laws::list,
     ]
     .iter()

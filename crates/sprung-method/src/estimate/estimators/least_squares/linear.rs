@@ -3,7 +3,7 @@
 use super::band::half_below;
 use super::cross_checks::{Route, cross_checks};
 use super::held_out::{HeldOut, Price};
-use super::nuisances::{Nuisances, nuisances};
+use super::nuisances::nuisances;
 use super::parts::Parts;
 use super::possible::{Contradicted, PossibleFit};
 use super::uncertainty::widened;
@@ -32,9 +32,6 @@ pub(in crate::estimate) struct Linear<'a> {
     pub(in crate::estimate) bands: Vec<Option<f64>>,
     /// Limits of masses that the logs contradict.
     pub(in crate::estimate) contradicted: Option<Contradicted>,
-    /// Nuisance parameters that the regression takes as known; `None` if the log does not determine them, or a refinement
-    /// has found them.
-    pub(in crate::estimate) nuisances: Option<Nuisances>,
     /// Other routes to the parameters.
     pub(in crate::estimate) routes: Vec<(Route, Theta)>,
     /// Estimates from parts of the logs.
@@ -85,7 +82,7 @@ impl<'a> Linear<'a> {
         let nuisances = (!is_timed)
             .then(|| nuisances(prepared, fitted.weights()))
             .flatten();
-        let mut fitted = widened(prepared, fitted, (&routes, nuisances.as_ref()), &parts);
+        let mut fitted = widened(prepared, fitted, (&routes, nuisances.as_deref()), &parts);
         let speeds: Vec<f64> = (rms_speeds(reading, excerpt).into_iter())
             .map(|speed| PEAK * speed)
             .collect();
@@ -130,7 +127,6 @@ impl<'a> Linear<'a> {
             speeds,
             fitted,
             possible,
-            nuisances,
             routes,
             parts,
             held_out,

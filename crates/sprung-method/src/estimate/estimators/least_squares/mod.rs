@@ -4,7 +4,6 @@ mod band;
 mod cross_checks;
 mod estimate;
 mod held_out;
-mod lacking;
 mod linear;
 mod nuisances;
 mod parts;

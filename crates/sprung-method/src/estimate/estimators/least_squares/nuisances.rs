@@ -1,7 +1,6 @@
 //! Changes of the parameters by the nuisance parameters that the regression assumes known: the common delay of all
 //! torques, the saturation of each torque, and the sharpness of Coulomb friction.
 
-use super::lacking::{Lacking, MotorEquation, lacking, probes_of_encoders};
 use crate::estimate::nuisances::{SHARPER, sharpness_columns};
 use crate::fit::Free;
 use crate::log::{Channels, Quantity};
@@ -9,19 +8,11 @@ use crate::model::{Model, Theta};
 use crate::prepare::Prepared;
 use crate::regression::{Probe, Reduction, SystemPart, Triangle, solve_quickly};
 
-/// Effect of the nuisance parameters on the estimate.
-pub(in crate::estimate) struct Nuisances {
-    /// Effects that the model lacks.
-    pub(in crate::estimate) lacking: Vec<Lacking>,
-    /// Change of each parameter if they are estimated with it, \[p\].
-    pub(super) changes: Theta,
-}
-
-/// Estimates the nuisance parameters with the others from the beginning of the first log; `None` if there are
-/// none, or the log does not determine them.
+/// Returns the change of each parameter if the nuisance parameters are estimated with it from the beginning of the first
+/// log, \[p\]; `None` if there are none, or the log does not determine them.
 ///
 /// - `weights`: of rows, \[rows\].
-pub(super) fn nuisances(prepared: &Prepared, weights: &[f64]) -> Option<Nuisances> {
+pub(super) fn nuisances(prepared: &Prepared, weights: &[f64]) -> Option<Theta> {
     let reading = prepared.reading();
     // The beginning of a log hardly shows slow covariates.
     let none = vec![0.0; reading.model().parameters().len()];
@@ -39,7 +30,6 @@ pub(super) fn nuisances(prepared: &Prepared, weights: &[f64]) -> Option<Nuisance
     let free = Free::new(model);
     let with = columns.fit((model, &free), &whole, weights, true)?;
     let without = columns.fit((model, &free), &whole, weights, false)?;
-    let theta = free.whole(&with, |known| known);
     let of_model = free.unknowns.len();
     let mut changes: Vec<f64> = (with.iter().zip(&without))
         .map(|(with, without)| with - without)
@@ -50,16 +40,13 @@ pub(super) fn nuisances(prepared: &Prepared, weights: &[f64]) -> Option<Nuisance
             changes[unknown] += with[of_model + at];
         }
     }
-    Some(Nuisances {
-        lacking: lacking(model, &columns.equations(model, &whole), &theta),
-        changes: free.whole(&changes, |_| 0.0),
-    })
+    Some(free.whole(&changes, |_| 0.0))
 }
 
 /// Columns of nuisance parameters.
 struct Columns {
-    /// Each with the index of its nuisance parameter, or none if the probe is only for effects that the model lacks.
-    probes: Vec<(Probe, Option<usize>)>,
+    /// Each with the index of its nuisance parameter.
+    probes: Vec<(Probe, usize)>,
     count: usize,
     /// Index of each nuisance parameter that is Coulomb friction of a sharper column, and in theta that of this friction.
     sharper: Vec<(usize, usize)>,
@@ -73,54 +60,30 @@ impl Columns {
         if is_timing_open(channels) {
             probes.extend(torques.clone().map(|channel| {
                 let row = model.torque_row(channel.joint);
-                (Probe::TorqueRate { row }, Some(count))
+                (Probe::TorqueRate { row }, count)
             }));
             count += 1;
         }
         if !is_coupled {
             for channel in torques {
                 let (row, joint) = (model.torque_row(channel.joint), channel.joint);
-                probes.push((Probe::TorqueCube { row, joint }, Some(count)));
+                probes.push((Probe::TorqueCube { row, joint }, count));
                 count += 1;
             }
         }
         for &joint in model.open_sharpness() {
             for column in sharpness_columns(model, joint, model.robot().terms, SHARPER) {
                 let column_probes = column.probes.into_iter();
-                probes.extend(column_probes.map(|probe| (probe, Some(count))));
+                probes.extend(column_probes.map(|probe| (probe, count)));
                 sharper.push((count, column.friction));
                 count += 1;
             }
-        }
-        if !is_coupled {
-            let encoders = probes_of_encoders(model, channels).into_iter();
-            probes.extend(encoders.map(|probe| (probe, None)));
         }
         Self {
             probes,
             count,
             sharper,
         }
-    }
-
-    /// Returns the equations of the motors with the columns of the probes.
-    fn equations(&self, model: &Model, whole: &[Triangle]) -> Vec<MotorEquation<'_>> {
-        (0..model.joint_count())
-            .map(|joint| {
-                let row = model.torque_row(joint);
-                let all = self.probes.iter().map(|(probe, _)| probe);
-                let probes: Vec<&Probe> = all.filter(|probe| probe.row() == row).collect();
-                let mut known: Vec<Option<f64>> = (model.row_columns(row).iter())
-                    .map(|&c| model.known(c))
-                    .collect();
-                known.resize(whole[row].unknowns(), None);
-                MotorEquation {
-                    joint,
-                    factor: whole[row].with_known(&known),
-                    probes,
-                }
-            })
-            .collect()
     }
 
     /// Returns the unknowns of the model, followed by the nuisance parameters if they are estimated with them.
@@ -139,7 +102,7 @@ impl Columns {
                     .map(|&c| model.known(c))
                     .collect();
                 for (_, index) in self.probes.iter().filter(|(probe, _)| probe.row() == row) {
-                    let open = index.filter(|_| with);
+                    let open = with.then_some(index);
                     known.push(open.is_none().then_some(0.0));
                     columns[row].extend(open.map(|index| of_model + index));
                 }

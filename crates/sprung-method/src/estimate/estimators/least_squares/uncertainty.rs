@@ -2,7 +2,6 @@
 //! and the bias that all segments share.
 
 use super::cross_checks::Route;
-use super::nuisances::Nuisances;
 use super::parts::Parts;
 use crate::estimate::statistics::between_parts;
 use crate::fit::Fitted;
@@ -25,7 +24,7 @@ const SMEARING_POWER: i32 = 2;
 pub(crate) fn widened(
     prepared: &Prepared,
     fitted: Fitted,
-    (routes, nuisances): (&[(Route, Theta)], Option<&Nuisances>),
+    (routes, nuisances): (&[(Route, Theta)], Option<&[f64]>),
     parts: &Parts,
 ) -> Fitted {
     let model = prepared.reading().model();
@@ -60,7 +59,7 @@ pub(crate) fn widened(
     }
     // Nuisance parameters are the same for all values of a covariate, so changes with covariates do not inherit their bias.
     for i in all {
-        let change = nuisances.map_or(0.0, |nuisances| nuisances.changes[i]);
+        let change = nuisances.map_or(0.0, |changes| changes[i]);
         if fitted.identifiable[i] && change.is_finite() {
             bias[i] = bias[i].hypot(change);
         }

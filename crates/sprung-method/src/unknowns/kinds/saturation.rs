@@ -1,0 +1,57 @@
+//! A torque that acts less, or more, than the logged one the larger it is.
+
+use super::catalogued::Catalogued;
+use super::words::{falls, or_else};
+use crate::finding::{Finding, Severity};
+use crate::unknowns::found::Telling;
+use crate::unknowns::unknown::{Effect, JointSample, JointScales, Kind, Place, Unknown};
+
+/// Usual part of the torque that is missing at its root mean square.
+const USUAL: f64 = 0.05;
+
+fn missing(at: &JointSample, of: &JointScales) -> f64 {
+    at.torque.powi(3) / of.torque.powi(2)
+}
+
+pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
+    (of.names.iter().enumerate())
+        .map(|(joint, name)| Unknown {
+            id: format!("saturation {name}"),
+            kind: Kind::Saturation,
+            place: Place::Joint(joint),
+            scale: USUAL,
+            expected: 0.0,
+            is_rare: false,
+            is_positive: false,
+            unit: "",
+            effect: Effect::Law {
+                torque: missing,
+                is_of_spring: false,
+            },
+        })
+        .collect()
+}
+
+/// Finding: the acting torque grows less or more than the logged one.
+pub(super) fn finding(of: &Telling<'_>) -> Finding {
+    let column = of.columns.first().copied().unwrap_or_default();
+    let percent = 100.0 * of.found.value;
+    Finding::new(
+        Severity::Warning,
+        "torque-saturates",
+        format!(
+            "{}: the acting torque grows {} than \"{column}\", or the spring is not linear: at the root mean square of the torque the \
+             difference is {:.2} % (standard error {:.2} %), and it grows with the third power of the torque. With it {}{}. \
+             Larger torques are predicted worse than promised",
+            of.joint,
+            if percent > 0.0 { "less" } else { "more" },
+            percent.abs(),
+            100.0 * of.found.standard_error,
+            falls(of),
+            or_else(of)
+        ),
+        "measure the torque constant at several currents, try spring = [\"linear\", \"cubic\"], or record a motion with smaller \
+         torques; the intervals of estimator = \"prediction-error\" contain the effect",
+    )
+    .seen(of.file, column, of.found.value, "")
+}
