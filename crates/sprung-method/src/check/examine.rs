@@ -6,11 +6,13 @@ use super::filters::filters;
 use super::frequencies::one_frequency;
 use super::joints::{Tested, joints as examine_joints};
 use super::result::JointFigures;
+use super::unknowns::are_torques_explained;
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, LOOKS_LIKE_DEGREES, Summary, Timing, check_timing};
 use crate::model::Model;
 use crate::prepare::{Excerpt, Prepared, inertial_findings};
 use crate::regression::LogFigures;
+use crate::unknowns::AboutUnknowns;
 
 /// Smallest jitter for a note, as a fraction of the period.
 const NOTED_JITTER_SHARE: f64 = 0.01;
@@ -72,9 +74,10 @@ impl OfLog {
 /// Examines logs by their figures and the beginning of the first log.
 ///
 /// - `logs`: findings by the figures of each log.
-/// - `about_unknowns`: findings about the unknowns of the first log.
+/// - `about`: what is said of the unknowns of the first log.
 #[must_use]
-pub fn examine(prepared: &Prepared, logs: &[OfLog], about_unknowns: &[Finding]) -> Examination {
+pub fn examine(prepared: &Prepared, logs: &[OfLog], about: &AboutUnknowns) -> Examination {
+    let about_unknowns = &about.findings[..];
     let (reading, excerpt) = (prepared.reading(), prepared.excerpt());
     let (model, channels) = (reading.model(), reading.channels());
     let mut findings: Vec<Finding> = (logs.iter())
@@ -144,11 +147,16 @@ pub fn examine(prepared: &Prepared, logs: &[OfLog], about_unknowns: &[Finding]) 
                         .into_iter()
                         .filter(|found| !is_explained(found)),
                 );
-                if (findings.iter()).all(|finding| {
-                    let may_follow = MAY_FOLLOW_FROM_KINEMATICS.contains(&finding.code.as_str());
-                    finding.severity == Severity::Info
-                        || finding.severity == Severity::Warning && may_follow
-                }) {
+                // A robot whose equations explain the torques is no other one.
+                let may_be_other = !are_torques_explained(about);
+                if may_be_other
+                    && (findings.iter()).all(|finding| {
+                        let may_follow =
+                            MAY_FOLLOW_FROM_KINEMATICS.contains(&finding.code.as_str());
+                        finding.severity == Severity::Info
+                            || finding.severity == Severity::Warning && may_follow
+                    })
+                {
                     findings.extend(examined.kinematics);
                 }
                 joints = examined.joints;

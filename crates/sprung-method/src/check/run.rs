@@ -37,11 +37,10 @@ pub fn check(
     let Settled {
         prepared,
         mut unknowns,
-        findings,
-        ..
+        about,
     } = settled_or_other_meaning(prepared, progress)?;
     let figures = read_all(prepared.reading(), sources, progress)?;
-    let mut found = examine(&prepared, &OfLog::of_each(&prepared, &figures), &findings);
+    let mut found = examine(&prepared, &OfLog::of_each(&prepared, &figures), &about);
     if is_wrong_itself(&found.findings) {
         unknowns.retain(|unknown| unknown.status != UnknownStatus::Found);
     }

@@ -4,7 +4,7 @@ use super::joints::{Tested, joints};
 use crate::finding::Severity;
 use crate::prepare::{PrepareError, Prepared};
 use crate::progress::Listener;
-use crate::unknowns::{Settled, settled};
+use crate::unknowns::{AboutUnknowns, Settled, settled};
 
 /// Part of the torques that sizes of unknowns leave at most. Friction of real gears leaves 11 %, a wrong meaning of columns 17 % and
 /// more.
@@ -20,12 +20,17 @@ pub(crate) fn settled_or_other_meaning(
     progress: &mut dyn Listener,
 ) -> Result<Settled, PrepareError> {
     let settled = settled(prepared.clone(), progress)?;
-    let is_doubtful = !settled.unknowns.is_empty() && settled.unexplained > LEFT_BY_SIZES;
+    let is_doubtful = !settled.unknowns.is_empty() && !are_torques_explained(&settled.about);
     Ok(if is_doubtful && has_other_meaning(&prepared) {
         Settled::without(prepared)
     } else {
         settled
     })
+}
+
+/// Returns whether sizes of unknowns explain a log.
+pub(super) fn are_torques_explained(about: &AboutUnknowns) -> bool {
+    about.unexplained.is_some_and(|left| left <= LEFT_BY_SIZES)
 }
 
 /// Returns whether the equations show another meaning of the columns.

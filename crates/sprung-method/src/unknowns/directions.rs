@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::court::Court;
 use super::rows::Direction;
+use super::search::Search;
 use super::unknown::{Effect, Kind};
 use crate::log::{LogBlock, Signal};
 use crate::prepare::{Excerpt, Smoothed};
@@ -14,7 +14,7 @@ use crate::preprocess::SignalBlock;
 /// Step of a size for its column, in usual sizes.
 const STEP: f64 = 0.05;
 
-impl Court<'_> {
+impl Search<'_> {
     /// Returns the signals of a log whose channels are all zero.
     pub(super) fn zero(&self, corrected: &Excerpt) -> Option<Smoothed> {
         let blocks = (corrected.blocks().iter())

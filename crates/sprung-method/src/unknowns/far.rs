@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::court::Court;
 use super::evidence::{Evidence, PARTS, row_rms};
 use super::meanings::Meaning;
+use super::search::Search;
 use super::state::State;
 use super::unknown::Kind;
 use crate::log::Signal;
@@ -34,7 +34,7 @@ struct Start {
     left: f64,
 }
 
-impl Court<'_> {
+impl Search<'_> {
     /// Starts delays that are asked for, and the likeliest delay of each joint whose equations explain little, at the best of a few
     /// sizes. Tangents find delays of a few hundredths of a second only.
     pub(super) fn start_far(&mut self, state: &mut State) -> Option<()> {

@@ -1,9 +1,9 @@
 //! The time of a jump: it must be met to the sample.
 
-use super::court::Court;
 use super::evidence::PARTS;
 use super::kinds::lost_counts;
 use super::rows::Row;
+use super::search::Search;
 use super::state::State;
 use super::unknown::Unknown;
 use crate::prepare::{Excerpt, Smoothed};
@@ -26,7 +26,7 @@ pub(super) struct Formed<'r> {
     pub(super) repeats: f64,
 }
 
-impl Court<'_> {
+impl Search<'_> {
     /// Moves the time of a jump to where it explains most, between the neighbouring knots.
     /// Returns the rows with its column at this time.
     pub(super) fn meet_the_time(

@@ -5,7 +5,6 @@
 //! `settle` regresses, selects the unknown that best explains parts of the log which the fit has not seen, applies it, and repeats
 //! this until nothing is left. All causes compete.
 
-mod court;
 mod directions;
 mod evidence;
 mod far;
@@ -16,6 +15,7 @@ mod kinds;
 mod meanings;
 mod result;
 mod rows;
+mod search;
 mod select;
 mod settle;
 mod settled;
@@ -24,4 +24,5 @@ mod unknown;
 
 pub(crate) use kinds::LAWS_MISSING;
 pub use result::{CompetingUnknown, UnknownResult, UnknownStatus};
+pub use settled::AboutUnknowns;
 pub(crate) use settled::{Settled, settled};

@@ -538,9 +538,15 @@ impl Rows<'_> {
                 .motor
                 .is_some_and(|motor| direction.joints.contains(&motor));
         }
+        let moves_links = || {
+            direction
+                .segments
+                .iter()
+                .any(|segment| (segment.q.iter().flatten()).any(|change| *change != 0.0))
+        };
         direction.joints.contains(&row.joint)
-            || row.has_link
             || self.model.robot().coupling.is_some()
+            || row.has_link && moves_links()
     }
 
     fn is_law_of(row: &RowOf, unknown: &Unknown) -> bool {

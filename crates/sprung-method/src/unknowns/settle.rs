@@ -2,11 +2,11 @@
 
 use sprung_core::parameters::JointParameter;
 
-use super::court::Court;
 use super::evidence::{Evidence, PARTS};
 use super::found::{Competing, Found};
 use super::jumps::Formed;
 use super::rows::{Direction, row_cutoff};
+use super::search::Search;
 use super::select::{Chosen, SIGNIFICANT, Selection};
 use super::state::State;
 use super::unknown::{Kind, Place};
@@ -67,11 +67,11 @@ pub(super) fn settle(reading: &Reading, excerpt: &Excerpt) -> Option<Settlement>
         return None;
     }
     let segmented = excerpt.in_segments();
-    let court = Court::new(&reading, &channels, &model, &segmented);
-    court.settle()
+    let search = Search::new(&reading, &channels, &model, &segmented);
+    search.settle()
 }
 
-impl Court<'_> {
+impl Search<'_> {
     fn settle(mut self) -> Option<Settlement> {
         let mut state = State {
             sizes: vec![0.0; self.unknowns.len()],
@@ -290,7 +290,10 @@ impl Court<'_> {
             state.sizes[*unknown].abs() / state.errors[*unknown].max(f64::MIN_POSITIVE)
         };
         (state.chosen.iter().copied())
-            .filter(|unknown| significance(unknown) < SIGNIFICANT && !self.asked.contains(unknown))
+            .filter(|unknown| {
+                let is_small = state.sizes[*unknown].abs() < self.unknowns[*unknown].least;
+                (is_small || significance(unknown) < SIGNIFICANT) && !self.asked.contains(unknown)
+            })
             .min_by(|a, b| significance(a).total_cmp(&significance(b)))
     }
 

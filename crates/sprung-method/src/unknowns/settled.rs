@@ -20,9 +20,15 @@ use sprung_core::parameters::JointParameter;
 pub(crate) struct Settled {
     pub(crate) prepared: Prepared,
     pub(crate) unknowns: Vec<UnknownResult>,
+    pub(crate) about: AboutUnknowns,
+}
+
+/// What is said of the unknowns of a log.
+#[derive(Clone, Debug, Default)]
+pub struct AboutUnknowns {
     pub(crate) findings: Vec<Finding>,
-    /// Part of the torques that stays unexplained on held-out parts (root mean square over the rows).
-    pub(crate) unexplained: f64,
+    /// Part of the torques that stays unexplained on held-out parts (root mean square over the rows); `None` if none was sought.
+    pub(crate) unexplained: Option<f64>,
 }
 
 impl Settled {
@@ -30,7 +36,9 @@ impl Settled {
     pub(crate) fn without_laws(mut self) -> Self {
         self.unknowns
             .retain(|unknown| unknown.kind != Kind::Law.name());
-        self.findings.retain(|finding| finding.code != LAWS_MISSING);
+        self.about
+            .findings
+            .retain(|finding| finding.code != LAWS_MISSING);
         self
     }
 
@@ -39,8 +47,7 @@ impl Settled {
         Self {
             prepared,
             unknowns: Vec::new(),
-            findings: Vec::new(),
-            unexplained: 0.0,
+            about: AboutUnknowns::default(),
         }
     }
 }
@@ -55,7 +62,9 @@ pub(crate) fn settled(
     prepared: Prepared,
     progress: &mut dyn Listener,
 ) -> Result<Settled, PrepareError> {
-    if prepared.wrong_time_unit().is_some() {
+    // Vibrations of springs that the model leaves out on purpose look like delays.
+    let leaves_out_springs = prepared.reading().settings().springs_from_motor;
+    if prepared.wrong_time_unit().is_some() || leaves_out_springs {
         return Ok(Settled::without(prepared));
     }
     let Some(Settlement { found, unexplained }) = settle(&prepared.examined(), prepared.excerpt())
@@ -65,7 +74,14 @@ pub(crate) fn settled(
     let channels = prepared.reading().channels().clone();
     let period = prepared.excerpt().period();
     let mut found = relative(found, &channels, period);
-    found.sort_by_key(|one| one.kind == Kind::Law);
+    // The least expected first.
+    let rank = |one: &Found| match one.kind {
+        Kind::Timing => 3,
+        _ if status(one, prepared.reading()) == UnknownStatus::Estimated => 2,
+        Kind::Law => 1,
+        _ => 0,
+    };
+    found.sort_by_key(rank);
     let file = prepared.names().first().cloned().unwrap_or_default();
     let names = prepared.reading().model().joints().to_vec();
     let (mut unknowns, mut findings) = (Vec::new(), Vec::new());
@@ -88,8 +104,10 @@ pub(crate) fn settled(
     Ok(Settled {
         prepared,
         unknowns,
-        findings,
-        unexplained,
+        about: AboutUnknowns {
+            findings,
+            unexplained: Some(unexplained),
+        },
     })
 }
 

@@ -147,6 +147,8 @@ pub(crate) struct Unknown {
     pub(crate) scale: f64,
     /// Size up to which any log may have it, so that significance alone decides; zero for a cause that must explain enough.
     pub(crate) expected: f64,
+    /// Size below which it is no cause, because the resolution of the channel explains as much.
+    pub(crate) least: f64,
     /// Whether it is a rare fault, which must explain more.
     pub(crate) is_rare: bool,
     /// Whether only positive sizes exist.

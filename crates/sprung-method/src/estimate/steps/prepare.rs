@@ -9,12 +9,11 @@ use crate::estimate::estimators::prediction_error::{Retiming, likely};
 use crate::estimate::laws::{Chosen, FoundVelocity, choose_laws};
 use crate::estimate::result::RigidJoint;
 use crate::estimate::springs::{RigidByLog, with_joints_rigid_by_log};
-use crate::finding::Finding;
 use crate::log::LogSource;
 use crate::model::Model;
 use crate::prepare::{Prepared, prepare};
 use crate::progress::Listener;
-use crate::unknowns::{Settled, UnknownResult};
+use crate::unknowns::{AboutUnknowns, Settled, UnknownResult};
 use sprung_core::friction::Scale;
 
 /// Logs of one robot that are ready for the pass.
@@ -29,7 +28,7 @@ pub(in crate::estimate) struct Ready {
     pub(in crate::estimate) rigid: Vec<RigidJoint>,
     /// What the first log shows beyond the description, with findings.
     pub(in crate::estimate) unknowns: Vec<UnknownResult>,
-    pub(in crate::estimate) about_unknowns: Vec<Finding>,
+    pub(in crate::estimate) about_unknowns: AboutUnknowns,
     pub(in crate::estimate) inputs: EstimatorInputs,
 }
 
@@ -112,8 +111,7 @@ pub(in crate::estimate) fn make_ready(
     let Settled {
         prepared,
         unknowns,
-        findings: about_unknowns,
-        ..
+        about: about_unknowns,
     } = {
         let prepared = prepare(experiment, model, sources, progress)?;
         refuse(prepared.reading().settings(), prepared.wrong_time_unit())?;

@@ -4,7 +4,7 @@ use sprung_core::parameters::JointParameter;
 
 use crate::log::{Channels, Signal};
 use crate::model::Model;
-use crate::prepare::Excerpt;
+use crate::prepare::{Excerpt, noise};
 
 /// What the kinds need to know about a log and its robot.
 pub(in crate::unknowns) struct Catalogued<'a> {
@@ -95,6 +95,12 @@ impl<'a> Catalogued<'a> {
 
     pub(in crate::unknowns) fn unit_of_position(&self, channel: usize) -> &'static str {
         if self.turns(channel) { "rad" } else { "m" }
+    }
+
+    /// Returns half the step of a position, rad (m); zero if its readings have none.
+    pub(in crate::unknowns) fn half_a_count(&self, channel: usize) -> f64 {
+        let step = noise(self.excerpt, channel).and_then(|(_, step)| step);
+        step.map_or(0.0, |step| 0.5 * step)
     }
 
     /// Returns the times of the samples where the deflection of a channel's joint jumps most.

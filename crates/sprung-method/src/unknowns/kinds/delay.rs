@@ -57,6 +57,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
             place,
             scale,
             expected,
+            least: 0.0,
             is_rare: false,
             is_positive: false,
             unit: "s",

@@ -41,6 +41,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
                 USUAL_OF_POSITION
             },
             expected: 0.0,
+            least: 0.0,
             is_rare: false,
             is_positive: false,
             unit: "",

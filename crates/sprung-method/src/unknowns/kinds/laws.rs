@@ -121,6 +121,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
             place: Place::Joint(joint),
             scale: law.scale,
             expected: 0.0,
+            least: 0.0,
             is_rare: false,
             is_positive: law.is_positive,
             unit: law.units[usize::from(!of.channels.turns[joint])],

@@ -21,6 +21,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
             place: Place::Joint(joint),
             scale: USUAL,
             expected: 0.0,
+            least: 0.0,
             is_rare: false,
             is_positive: false,
             unit: "",

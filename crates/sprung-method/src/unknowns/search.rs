@@ -20,7 +20,7 @@ use crate::regression::Reading;
 const RATE_HZ: f64 = 200.0;
 
 /// A log whose unknowns are sought.
-pub(super) struct Court<'a> {
+pub(super) struct Search<'a> {
     pub(super) reading: Reading,
     pub(super) channels: &'a Channels,
     pub(super) model: &'a Model,
@@ -36,7 +36,7 @@ pub(super) struct Court<'a> {
     pub(super) asked: Vec<usize>,
 }
 
-impl<'a> Court<'a> {
+impl<'a> Search<'a> {
     pub(super) fn new(
         reading: &Reading,
         channels: &'a Channels,
