@@ -208,7 +208,7 @@ impl Selection<'_> {
         let (mean, error) = after.mean_and_error(column, &self.parts(unknown));
         let significance = mean.abs() / error.max(1e-3 * scale);
         let is_expected = mean.abs() <= self.unknowns[unknown].expected;
-        let is_resolved = mean.abs() >= self.unknowns[unknown].least;
+        let is_resolved = mean.abs() >= self.unknowns[unknown].least_size(scale);
         if significance <= SIGNIFICANT || mean.abs() >= LARGEST * scale || !is_resolved {
             return None;
         }

@@ -93,7 +93,7 @@ impl Search<'_> {
             (state, round) = self.exchanged(state, round)?;
         }
         // Columns move with what is applied, so an unknown may have lost its significance.
-        while let Some(unknown) = self.insignificant(&state) {
+        while let Some(unknown) = self.insignificant(&state, &round.scales) {
             state.chosen.retain(|other| *other != unknown);
             state.sizes[unknown] = 0.0;
             round = self.repeated(&mut state, false)?;
@@ -285,13 +285,14 @@ impl Search<'_> {
     }
 
     /// Returns the least significant unknown, if it is not significant.
-    fn insignificant(&self, state: &State) -> Option<usize> {
+    fn insignificant(&self, state: &State, scales: &[f64]) -> Option<usize> {
         let significance = |unknown: &usize| {
             state.sizes[*unknown].abs() / state.errors[*unknown].max(f64::MIN_POSITIVE)
         };
         (state.chosen.iter().copied())
             .filter(|unknown| {
-                let is_small = state.sizes[*unknown].abs() < self.unknowns[*unknown].least;
+                let least = self.unknowns[*unknown].least_size(scales[*unknown]);
+                let is_small = state.sizes[*unknown].abs() < least;
                 (is_small || significance(unknown) < SIGNIFICANT) && !self.asked.contains(unknown)
             })
             .min_by(|a, b| significance(a).total_cmp(&significance(b)))

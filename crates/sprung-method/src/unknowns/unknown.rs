@@ -147,7 +147,8 @@ pub(crate) struct Unknown {
     pub(crate) scale: f64,
     /// Size up to which any log may have it, so that significance alone decides; zero for a cause that must explain enough.
     pub(crate) expected: f64,
-    /// Size below which it is no cause, because the resolution of the channel explains as much.
+    /// Size below which it is no cause, because the resolution of the channel explains as much; of a law with a unit as part of the
+    /// joint's torque.
     pub(crate) least: f64,
     /// Whether it is a rare fault, which must explain more.
     pub(crate) is_rare: bool,
@@ -163,6 +164,17 @@ impl Unknown {
         match &self.effect {
             Effect::Channels(channels, _) => channels,
             Effect::Law { .. } => &[],
+        }
+    }
+
+    /// Returns the size below which it is no cause.
+    ///
+    /// - `scale`: its usual size; of a law the coefficient that makes its torque as large as that of the joint.
+    pub(crate) fn least_size(&self, scale: f64) -> f64 {
+        if self.kind == Kind::Law && self.scale.is_infinite() {
+            self.least * scale
+        } else {
+            self.least
         }
     }
 

@@ -97,10 +97,22 @@ impl<'a> Catalogued<'a> {
         if self.turns(channel) { "rad" } else { "m" }
     }
 
-    /// Returns half the step of a position, rad (m); zero if its readings have none.
-    pub(in crate::unknowns) fn half_a_count(&self, channel: usize) -> f64 {
+    /// Returns the step of a position, rad (m); zero if its readings have none.
+    pub(in crate::unknowns) fn count(&self, channel: usize) -> f64 {
         let step = noise(self.excerpt, channel).and_then(|(_, step)| step);
-        step.map_or(0.0, |step| 0.5 * step)
+        step.unwrap_or_default()
+    }
+
+    /// Returns the largest step of a joint's positions over the root mean square of its deflection; zero without deflection.
+    pub(in crate::unknowns) fn count_share(&self, joint: usize) -> f64 {
+        let positions = [Signal::Link, Signal::Motor];
+        let channels = positions.map(|signal| self.channels.telling(signal, joint));
+        let counts = channels
+            .iter()
+            .flatten()
+            .map(|&channel| self.count(channel));
+        let largest = counts.fold(0.0, f64::max);
+        self.deflections[joint].map_or(0.0, |deflection| largest / deflection)
     }
 
     /// Returns the times of the samples where the deflection of a channel's joint jumps most.

@@ -68,12 +68,22 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
         of.channels.all[*channel].quantity.signal() == Signal::Torque
             && of.of_signals(&[Signal::Torque]).count() == 1
     };
-    let mut all: Vec<Unknown> = (of.of_signals(&[Signal::Link, Signal::Motor, Signal::Torque]))
-        .filter(|channel| open(channel) && !is_only_torque(channel))
+    let signals = [Signal::Link, Signal::Motor, Signal::Torque];
+    let is_asked = |channel: usize| of.channels.all[channel].delay == Some(Given::Estimate);
+    // If the description asks for the delays of all other channels of a joint, they are delays against this one.
+    let is_reference = |channel: &usize| {
+        let joint = of.channels.all[*channel].joint;
+        let mut others = of
+            .of_signals(&signals)
+            .filter(|other| other != channel && of.channels.all[*other].joint == joint)
+            .peekable();
+        others.peek().is_some() && !is_asked(*channel) && others.all(is_asked)
+    };
+    let mut all: Vec<Unknown> = (of.of_signals(&signals))
+        .filter(|channel| open(channel) && !is_only_torque(channel) && !is_reference(channel))
         .map(|channel| {
             let column = &of.channels.all[channel].column;
-            let is_asked = of.channels.all[channel].delay == Some(Given::Estimate);
-            let scale = if is_asked { ASKED_S } else { USUAL_S };
+            let scale = if is_asked(channel) { ASKED_S } else { USUAL_S };
             unknown(
                 format!("delay {column}"),
                 Place::Channel(channel),

@@ -31,7 +31,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
                 place: Place::Channel(channel),
                 scale: of.deflection(channel)?,
                 expected: 0.0,
-                least: of.half_a_count(channel),
+                least: of.count(channel),
                 is_rare: true,
                 is_positive: false,
                 unit: of.unit_of_position(channel),

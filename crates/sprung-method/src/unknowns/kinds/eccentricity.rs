@@ -46,7 +46,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
                 place: Place::Channel(channel),
                 scale: USUAL_DEFLECTIONS * deflection,
                 expected: 0.0,
-                least: of.half_a_count(channel),
+                least: of.count(channel),
                 is_rare: true,
                 is_positive: false,
                 unit: "rad",

@@ -9,6 +9,9 @@ use crate::unknowns::unknown::{Effect, JointSample, JointScales, Kind, Law, Plac
 /// Code of the finding that laws would predict the log better.
 pub(crate) const LAWS_MISSING: &str = "laws-missing";
 
+/// Part of a joint's torque below which a law matters to nobody.
+const LEAST_SHARE: f64 = 0.02;
+
 /// Velocity of the slow curve, in root mean squares of the velocity.
 const SLOW: f64 = 0.2;
 
@@ -58,6 +61,8 @@ struct OneLaw {
     /// Usual coefficient; infinite if it has a unit.
     scale: f64,
     is_positive: bool,
+    /// Whether the torque is constant, as that of one count of an encoder.
+    is_constant: bool,
     /// Units of the coefficient of a joint that turns and of one that slides.
     units: [&'static str; 2],
 }
@@ -70,6 +75,7 @@ impl OneLaw {
             is_of_spring: false,
             scale: f64::INFINITY,
             is_positive: true,
+            is_constant: false,
             units,
         }
     }
@@ -104,6 +110,7 @@ const LAWS: [OneLaw; 9] = [
     },
     OneLaw {
         is_positive: false,
+        is_constant: true,
         ..OneLaw::of_friction("friction offset", motor_offset, TORQUE)
     },
     OneLaw::of_friction("motor Coulomb friction", coulomb, TORQUE),
@@ -121,7 +128,11 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
             place: Place::Joint(joint),
             scale: law.scale,
             expected: 0.0,
-            least: 0.0,
+            least: if law.is_constant {
+                LEAST_SHARE.max(of.count_share(joint))
+            } else {
+                LEAST_SHARE
+            },
             is_rare: false,
             is_positive: law.is_positive,
             unit: law.units[usize::from(!of.channels.turns[joint])],

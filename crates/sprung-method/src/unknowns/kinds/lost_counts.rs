@@ -47,7 +47,7 @@ pub(crate) fn at(of: &Catalogued<'_>, channel: usize, at: f64, is_sharp: bool) -
         place: Place::Channel(channel),
         scale: if is_sharp { 5.0 } else { 1.0 } * of.deflection(channel)?,
         expected: 0.0,
-        least: of.half_a_count(channel),
+        least: of.count(channel),
         is_rare: true,
         is_positive: false,
         unit: of.unit_of_position(channel),

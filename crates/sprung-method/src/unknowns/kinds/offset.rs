@@ -32,7 +32,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
                 place: Place::Channel(channel),
                 scale: USUAL_DEFLECTIONS * of.deflection(channel)?,
                 expected: 0.0,
-                least: of.half_a_count(channel),
+                least: of.count(channel),
                 is_rare: false,
                 is_positive: false,
                 unit: of.unit_of_position(channel),
