@@ -10,7 +10,7 @@ use crate::description::{Delay, EncoderOffset};
 use crate::finding::Finding;
 use crate::log::{Channels, Signal};
 use crate::model::Model;
-use crate::prepare::{PrepareError, Prepared};
+use crate::prepare::{PrepareError, Prepared, fit_rows};
 use crate::progress::Listener;
 use crate::regression::Reading;
 use sprung_core::parameters::JointParameter;
@@ -73,7 +73,7 @@ pub(crate) fn settled(
     };
     let channels = prepared.reading().channels().clone();
     let period = prepared.excerpt().period();
-    let mut found = relative(found, &channels, period);
+    let mut found = confirmed(relative(found, &channels, period), &prepared);
     // The least expected first.
     let rank = |one: &Found| match one.kind {
         Kind::Timing => 3,
@@ -111,19 +111,62 @@ pub(crate) fn settled(
     })
 }
 
+/// A delay that raises the residual of the torques of its joint by this factor is contradicted.
+const CONTRADICTED: f64 = 1.05;
+
+/// Returns the unknowns without delays that the regression with the filters of the description contradicts. The
+/// search has slower filters, in which a delay resembles an inertia.
+fn confirmed(found: Vec<Found>, prepared: &Prepared) -> Vec<Found> {
+    let reading = prepared.examined();
+    let is_tested = |one: &Found| {
+        one.kind == Kind::Delay && status(one, prepared.reading()) == UnknownStatus::Applied
+    };
+    if !found.iter().any(is_tested) {
+        return found;
+    }
+    let joints: Vec<usize> = (0..reading.model().joint_count()).collect();
+    let late = reading.with_delays(&with_found(&reading, &found));
+    let fits = [&reading, &late].map(|reading| fit_rows(prepared.excerpt(), reading, &joints));
+    let [Some(without), Some(with)] = fits else {
+        return found;
+    };
+    let rise =
+        |joint: usize| (with[joint].relative_residual() / without[joint].relative_residual()).ln();
+    let channels = reading.channels();
+    let is_confirmed = |one: &Found| {
+        let of_place = |of: &usize| joint(one.place, channels).is_none_or(|joint| joint == *of);
+        let rises: Vec<f64> = (joints.iter().copied().filter(of_place))
+            .map(rise)
+            .collect();
+        rises.iter().sum::<f64>() <= CONTRADICTED.ln() * rises.len() as f64
+    };
+    (found.into_iter())
+        .filter(|one| !is_tested(one) || is_confirmed(one))
+        .collect()
+}
+
+/// Returns the delay of each channel with those that were found.
+fn with_found(reading: &Reading, found: &[Found]) -> Vec<f64> {
+    let mut delays = reading.delays().to_vec();
+    for one in found {
+        if matches!(one.kind, Kind::Delay | Kind::Timing) {
+            for (i, delay) in delays.iter_mut().enumerate() {
+                if one.place.contains(i, reading.channels()) {
+                    *delay += one.value;
+                }
+            }
+        }
+    }
+    delays
+}
+
 /// Returns the columns of a place; of a joint that of its torque.
 fn columns(place: Place, channels: &Channels) -> Vec<&str> {
-    let all = channels
-        .all
-        .iter()
-        .enumerate()
-        .filter(|(i, channel)| match place {
-            Place::Channel(at) => *i == at,
-            Place::All(signal) => channel.quantity.signal() == signal,
-            Place::Joint(joint) => {
-                channel.joint == joint && channel.quantity.signal() == Signal::Torque
-            }
-        });
+    let is_of = |i: usize, joint: usize| match place {
+        Place::Joint(of) => joint == of && channels.all[i].quantity.signal() == Signal::Torque,
+        Place::Channel(_) | Place::All(_) => place.contains(i, channels),
+    };
+    let all = (channels.all.iter().enumerate()).filter(|(i, channel)| is_of(*i, channel.joint));
     all.map(|(_, channel)| channel.column.as_str()).collect()
 }
 
@@ -187,31 +230,17 @@ fn applied(
     found: &[Found],
     progress: &mut dyn Listener,
 ) -> Result<Prepared, PrepareError> {
-    let mut delays = prepared.reading().delays().to_vec();
+    let delays = with_found(prepared.reading(), found);
     let channels = prepared.reading().channels().clone();
     let mut experiment = prepared.experiment().clone();
-    for one in found {
-        let late = one.kind == Kind::Delay;
-        if !late && one.kind != Kind::Timing {
-            continue;
-        }
-        for (i, delay) in delays.iter_mut().enumerate() {
-            let is_of = match one.place {
-                Place::Channel(at) => at == i,
-                Place::All(signal) => channels.all[i].quantity.signal() == signal,
-                Place::Joint(_) => false,
-            };
-            if !is_of {
-                continue;
-            }
-            *delay += one.value;
+    for one in found.iter().filter(|one| one.kind == Kind::Delay) {
+        for (i, channel) in channels.all.iter().enumerate() {
             // The refinement estimates the delay of a channel again, and the timing of all torques by itself.
-            if late
-                && channels.all[i].delay.is_none()
+            if one.place.contains(i, &channels)
+                && channel.delay.is_none()
                 && let Some(log) = &mut experiment.log
             {
-                log.delay_s
-                    .insert(channels.all[i].column.clone(), Delay::Estimate);
+                log.delay_s.insert(channel.column.clone(), Delay::Estimate);
             }
         }
     }

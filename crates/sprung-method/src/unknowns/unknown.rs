@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use crate::log::Signal;
+use crate::log::{Channels, Signal};
 
 /// Kind of an unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,6 +67,17 @@ pub(crate) enum Place {
     All(Signal),
     /// A joint.
     Joint(usize),
+}
+
+impl Place {
+    /// Returns whether it contains a channel.
+    pub(crate) fn contains(self, channel: usize, channels: &Channels) -> bool {
+        match self {
+            Self::Channel(at) => at == channel,
+            Self::All(signal) => channels.all[channel].quantity.signal() == signal,
+            Self::Joint(_) => false,
+        }
+    }
 }
 
 /// Samples of one channel without a gap.
