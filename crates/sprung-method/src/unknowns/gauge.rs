@@ -3,6 +3,7 @@
 
 use super::found::Found;
 use super::unknown::{Kind, Place};
+use crate::description::Delay;
 use crate::log::{Channels, Signal};
 
 /// Delays that differ by less than this part of the largest one are the same.
@@ -73,7 +74,9 @@ pub(super) fn relative(found: Vec<Found>, channels: &Channels, period: f64) -> V
             all.extend(
                 of_signal
                     .iter()
-                    .filter(|late| late.delay > same)
+                    .filter(|late| {
+                        late.delay > same || is_asked(late.channel, channels) && late.delay < 0.0
+                    })
                     .map(|late| Found {
                         id: format!("delay {}", channels.all[late.channel].column),
                         place: Place::Channel(late.channel),
@@ -105,7 +108,8 @@ fn weighted_mean(found: &[Found]) -> f64 {
     if weights > 0.0 { sum / weights } else { 0.0 }
 }
 
-/// Returns the delay of each channel against the earliest of its joint.
+/// Returns the delay of each channel against the earliest of its joint, or against the only one whose delay the description does not
+/// ask for.
 fn against_earliest<'f>(delays: &'f [Found], channels: &Channels) -> Vec<Late<'f>> {
     let is_compared = |i: &usize| is_position_or_torque(channels.all[*i].quantity.signal());
     let mut all = Vec::new();
@@ -116,8 +120,15 @@ fn against_earliest<'f>(delays: &'f [Found], channels: &Channels) -> Vec<Late<'f
             .collect();
         let all_delays = of_joint.iter().map(|late| late.delay);
         let earliest = all_delays.fold(f64::INFINITY, f64::min);
+        let reference = match &(of_joint.iter())
+            .filter(|late| !is_asked(late.channel, channels))
+            .collect::<Vec<_>>()[..]
+        {
+            [only] if of_joint.len() > 1 => only.delay,
+            _ => earliest,
+        };
         all.extend(of_joint.iter().map(|late| Late {
-            delay: late.delay - earliest,
+            delay: late.delay - reference,
             ..*late
         }));
     }
@@ -165,6 +176,10 @@ fn with_delay(late: &[Late<'_>], delay: f64, pattern: &Found) -> Found {
         },
         ..cause.clone()
     }
+}
+
+fn is_asked(channel: usize, channels: &Channels) -> bool {
+    channels.all[channel].delay == Some(Delay::Estimate)
 }
 
 fn is_torque(channel: usize, channels: &Channels) -> bool {

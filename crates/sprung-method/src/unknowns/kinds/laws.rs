@@ -9,7 +9,7 @@ use crate::unknowns::unknown::{Effect, JointSample, JointScales, Kind, Law, Plac
 /// Code of the finding that laws would predict the log better.
 pub(crate) const LAWS_MISSING: &str = "laws-missing";
 
-/// Part of a joint's torque below which a law matters to nobody.
+/// Part of a joint's torque below which a constant torque matters to nobody.
 const LEAST_SHARE: f64 = 0.02;
 
 /// Velocity of the slow curve, in root mean squares of the velocity.
@@ -131,7 +131,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
             least: if law.is_constant {
                 LEAST_SHARE.max(of.count_share(joint))
             } else {
-                LEAST_SHARE
+                0.0
             },
             is_rare: false,
             is_positive: law.is_positive,
