@@ -261,7 +261,12 @@ fn delays_that_the_log_does_not_show_are_zero() {
 
 #[test]
 fn the_late_channel_is_the_one_that_is_named() {
-    for (column, name, late) in [(TAU1, "tau1_nm", 100), (PHI2, "phi2_rad", 20)] {
+    // The dry friction of the first motor hides its delay: without a refinement it is known to 3 ms.
+    for (column, name, late, within) in [
+        (TAU1, "tau1_nm", 100, 1.5),
+        (PHI2, "phi2_rad", 20, 1.5),
+        (PHI1, "phi1_rad", 20, 3.0),
+    ] {
         let mut past = std::collections::VecDeque::new();
         let case = Case::new().log(|row, cells| {
             if row > 0 {
@@ -278,8 +283,7 @@ fn the_late_channel_is_the_one_that_is_named() {
             .split_once(&format!("\"{name}\" was recorded "))
             .unwrap_or_else(|| panic!("{message}"));
         let delay: f64 = rest.split(' ').next().unwrap().parse().unwrap();
-        // One sample and a half, in ms.
-        assert!((delay - late as f64).abs() < 1.5, "{delay}");
+        assert!((delay - late as f64).abs() < within, "{delay}");
     }
 }
 
