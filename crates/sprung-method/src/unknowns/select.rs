@@ -134,7 +134,7 @@ impl Selection<'_> {
         let alone = self.evidence.directions(&parameters);
         let is_open = |unknown: usize| {
             let column = self.column(unknown);
-            let is_new = !chosen.contains(&unknown) && !self.is_taken(unknown, chosen);
+            let is_new = !chosen.contains(&unknown) && !self.is_taken(unknown, chosen, joint_of);
             is_new
                 && !self.evidence.is_empty(column, self.scales[unknown])
                 && (chosen.is_empty()
@@ -245,13 +245,26 @@ impl Selection<'_> {
         ))
     }
 
-    /// Returns whether a chosen unknown is of the same kind and channel, at another time.
-    fn is_taken(&self, unknown: usize, chosen: &[usize]) -> bool {
+    /// Returns whether a joint has another rare fault already: a second one is unlikely, and an error of the model needs several.
+    /// Only sine and cosine of an eccentric encoder are one fault.
+    fn is_taken(
+        &self,
+        unknown: usize,
+        chosen: &[usize],
+        joint_of: &dyn Fn(usize) -> usize,
+    ) -> bool {
         let this = &self.unknowns[unknown];
-        this.kind == Kind::LostCounts
-            && chosen.iter().any(|&other| {
-                self.unknowns[other].kind == this.kind && self.unknowns[other].place == this.place
-            })
+        let joint = |unknown: &Unknown| match unknown.place {
+            Place::Channel(channel) => Some(joint_of(channel)),
+            Place::Joint(joint) => Some(joint),
+            Place::All(_) => None,
+        };
+        let is_other_wave = |other: &Unknown| {
+            this.kind == Kind::Eccentricity && other.kind == this.kind && other.place == this.place
+        };
+        this.is_rare
+            && (chosen.iter().map(|&other| &self.unknowns[other]))
+                .any(|other| other.is_rare && joint(other) == joint(this) && !is_other_wave(other))
     }
 
     /// Returns a chosen unknown whose removal costs little, because a later one explains the log better.

@@ -6,8 +6,9 @@ use crate::finding::{Finding, Severity};
 use crate::unknowns::found::Telling;
 use crate::unknowns::unknown::{Effect, JointSample, JointScales, Kind, Place, Unknown};
 
-/// Usual part of the torque that is missing at its root mean square.
-const USUAL: f64 = 0.05;
+/// Usual part of the torque that is missing at its root mean square. A part of a quarter is no saturation: the friction of a joint
+/// that moves little but its friction has this effect.
+const USUAL: f64 = 0.02;
 
 fn missing(at: &JointSample, of: &JointScales) -> f64 {
     at.torque.powi(3) / of.torque.powi(2)
