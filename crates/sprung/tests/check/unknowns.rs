@@ -77,7 +77,9 @@ const DAMAGES: [Damage; 7] = [
             let torques = &mut table.columns[TAU2];
             let squares = torques.iter().map(|torque| torque * torque).sum::<f64>();
             let mean_square = squares / torques.len() as f64;
-            (torques.iter_mut()).for_each(|torque| *torque += 0.03 * torque.powi(3) / mean_square);
+            for torque in torques {
+                *torque += 0.03 * torque.powi(3) / mean_square;
+            }
         },
     },
     Damage {
