@@ -222,28 +222,22 @@ fn is_of_scale(findings: &[Finding], channels: &Channels, joint: usize) -> bool 
 /// Returns whether a column of a joint has an error; findings from the joint's equations would be
 /// consequences of it.
 fn is_wrong(findings: &[Finding], channels: &Channels, joint: usize) -> bool {
-    let is_of_joint = |column: &str| {
-        (channels.all.iter()).any(|channel| channel.joint == joint && channel.column == column)
-    };
     (findings.iter())
         .filter(|finding| finding.severity == Severity::Error)
-        .filter_map(|finding| finding.evidence.as_ref()?.column.as_ref())
-        .any(|column| is_of_joint(column))
+        .any(|finding| is_of_joint(finding, channels, joint))
 }
 
 /// Returns whether an encoder of a joint drifts or jumps. Another meaning of its columns would be a consequence of it.
 fn is_bent(about_unknowns: &[Finding], channels: &Channels, joint: usize) -> bool {
-    let of_joint = |finding: &&Finding| {
-        let column = finding
-            .evidence
-            .as_ref()
-            .and_then(|evidence| evidence.column.as_ref());
-        (channels.all.iter())
-            .any(|channel| channel.joint == joint && Some(&channel.column) == column)
-    };
     (about_unknowns.iter())
-        .filter(of_joint)
-        .any(|finding| BEND_SLOPE.contains(&finding.code.as_str()))
+        .filter(|finding| BEND_SLOPE.contains(&finding.code.as_str()))
+        .any(|finding| is_of_joint(finding, channels, joint))
+}
+
+/// Returns whether a finding is about a column of a joint.
+fn is_of_joint(finding: &Finding, channels: &Channels, joint: usize) -> bool {
+    let column = finding.evidence.as_ref().and_then(|of| of.column.as_ref());
+    (channels.all.iter()).any(|channel| channel.joint == joint && Some(&channel.column) == column)
 }
 
 /// Returns whether two findings are about columns of one joint.

@@ -151,9 +151,7 @@ impl Search<'_> {
 
     pub(super) fn left_of(&self, corrected: &Excerpt) -> Option<Vec<f64>> {
         let smoothed = self.signals(corrected)?;
-        let theta: Vec<f64> = (0..self.model.parameters().len())
-            .map(|i| self.model.known(i).unwrap_or_default())
-            .collect();
+        let theta = self.known();
         let rows = self.former(smoothed.period()).form(
             smoothed.segments(),
             &theta,

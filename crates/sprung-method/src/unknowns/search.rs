@@ -168,10 +168,15 @@ impl<'a> Search<'a> {
         }
     }
 
-    pub(super) fn first_theta(&self, smoothed: &Smoothed, repeats: f64) -> Option<Vec<f64>> {
-        let mut theta: Vec<f64> = (0..self.model.parameters().len())
+    /// Returns the parameters whose values are known, and zero for the others.
+    pub(super) fn known(&self) -> Vec<f64> {
+        (0..self.model.parameters().len())
             .map(|i| self.model.known(i).unwrap_or_default())
-            .collect();
+            .collect()
+    }
+
+    pub(super) fn first_theta(&self, smoothed: &Smoothed, repeats: f64) -> Option<Vec<f64>> {
+        let mut theta = self.known();
         let rows = self.former(smoothed.period()).form(
             smoothed.segments(),
             &theta,

@@ -100,13 +100,20 @@ impl Search<'_> {
         }
         let mut found = self.described(&state, &round);
         found.extend(self.preloads(&state, &round));
-        let columns: Vec<usize> = (0..self.free.len())
-            .chain(state.chosen.iter().map(|k| self.free.len() + k))
-            .collect();
+        let columns = self.selection(&round).columns(&state.chosen);
         Some(Settlement {
             found,
             unexplained: round.evidence.unexplained(&columns),
         })
+    }
+
+    fn selection<'s>(&'s self, round: &'s Round) -> Selection<'s> {
+        Selection {
+            evidence: &round.evidence,
+            unknowns: &self.unknowns,
+            scales: &round.scales,
+            begins: &round.begins,
+        }
     }
 
     /// Regresses and applies until nothing changes.
@@ -129,12 +136,7 @@ impl Search<'_> {
         reason = "the outer one is a log that is too short"
     )]
     fn tried(&mut self, state: &State, round: &Round) -> Option<Option<State>> {
-        let selection = Selection {
-            evidence: &round.evidence,
-            unknowns: &self.unknowns,
-            scales: &round.scales,
-            begins: &round.begins,
-        };
+        let selection = self.selection(round);
         let joint_of = |channel: usize| self.channels.all[channel].joint;
         let doubtful = selection.doubtful(&state.chosen, &joint_of);
         let delays: Vec<usize> = (doubtful.into_iter())
@@ -306,12 +308,7 @@ impl Search<'_> {
             if !present.0.chosen.contains(&unknown) || self.asked.contains(&unknown) {
                 continue;
             }
-            let selection = Selection {
-                evidence: &present.1.evidence,
-                unknowns: &self.unknowns,
-                scales: &present.1.scales,
-                begins: &present.1.begins,
-            };
+            let selection = self.selection(&present.1);
             let rivals =
                 selection.rivals(unknown, &present.0.chosen, &self.applied_sizes(&present.0));
             for (rival, _) in rivals.into_iter().take(RIVALS) {
@@ -386,9 +383,7 @@ impl Search<'_> {
 
     /// Returns the zeros between encoders that the description estimates with the parameters.
     fn preloads(&self, state: &State, round: &Round) -> Vec<Found> {
-        let columns: Vec<usize> = (0..self.free.len())
-            .chain(state.chosen.iter().map(|k| self.free.len() + k))
-            .collect();
+        let columns = self.selection(round).columns(&state.chosen);
         let held_out = round.evidence.held_out(&columns, None);
         let all: Vec<usize> = (0..PARTS).collect();
         let of_joint = |joint: usize| {
@@ -424,12 +419,7 @@ impl Search<'_> {
     }
 
     fn described(&self, state: &State, round: &Round) -> Vec<Found> {
-        let selection = Selection {
-            evidence: &round.evidence,
-            unknowns: &self.unknowns,
-            scales: &round.scales,
-            begins: &round.begins,
-        };
+        let selection = self.selection(round);
         let applied = self.applied_sizes(state);
         (state.chosen.iter())
             .map(|&k| {
