@@ -111,11 +111,13 @@ class Case:
         """Reads identification.json."""
         there = {self.effect: self.effect != "none", "lag": abs(truth["lag_s"]) > 1e-9, "sharpness": self.sharpness != 100}
         self.there = {name for name, holds in there.items() if holds}
-        rungs = (result.get("laws") or {}).get("rungs", [])
+        unknowns = result.get("unknowns", [])
         warned = any(
             finding["code"] == "laws-missing" and finding["severity"] != "info" for finding in result["findings"]
         )
-        laws = {law_of(rung) for rung in rungs if rung["made"] or warned}
+        found = [unknown["law"] for unknown in unknowns if unknown.get("law") and (unknown["status"] != "found" or warned)]
+        laws = {law_of(law) for law in found}
+        laws |= {"lag" for unknown in unknowns if unknown["kind"] == "timing"}
         laws |= {APPLIED[change["kind"]] for change in result.get("applied", []) if change["kind"] in APPLIED}
         for estimate in result["results"]:
             name, findings = estimate["estimator"], result["findings"] + estimate["warnings"]

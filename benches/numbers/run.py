@@ -148,10 +148,7 @@ def words(result):
         codes.append(f"verdict {one['verdict']}")
         refined = one.get("refinement") or {}
         codes.append(f"used {refined.get('used')}")
-    laws = result.get("laws") or {}
-    for part in ("rungs", "missing", "chosen"):
-        codes += [json.dumps([rung.get("law") or rung.get("name") or rung.get("change")])
-                  for rung in laws.get(part) or [] if isinstance(rung, dict)]
+    codes += [unknown["id"] for unknown in result.get("unknowns", [])]
     return sorted(codes)
 
 

@@ -118,6 +118,20 @@ impl Model {
         has.then(|| self.shapes[joint].residual_velocity)
     }
 
+    /// Returns a model with the velocities of the laws that another one has as well.
+    #[must_use]
+    pub fn with_velocities_of(mut self, other: &Self) -> Self {
+        for joint in 0..other.joint_count() {
+            if other.has_law(Scale::Stribeck, joint) {
+                self.set_stribeck(joint, other.stribeck_velocity(joint));
+            }
+            if let Some(velocity) = other.residual_velocity(joint) {
+                self = self.with_residual_velocity(joint, velocity);
+            }
+        }
+        self.with_open_stribeck(other.open_stribeck())
+    }
+
     /// Returns a copy with another velocity scale of the residual laws of a joint.
     #[must_use]
     pub fn with_residual_velocity(&self, joint: usize, velocity: f64) -> Self {

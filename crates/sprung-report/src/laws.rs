@@ -1,27 +1,22 @@
-//! Composes the section about laws by hold-out.
+//! Composes the sections about applied changes and about friction beside further laws.
 
 use super::document::{Block, Fold, Row, Section, Table, Tone};
 use super::numbers::significant;
 use super::section::{folded, section};
 use super::tables::{number, text};
-use crate::estimate::{
-    Applied, EstimateResult, Identification, LawRung, LawsByHoldOut, ModelDependence,
-};
+use crate::estimate::{Applied, EstimateResult, Identification, ModelDependence};
 
-/// Composes the section; `None` if there are neither laws by cross-validation nor friction parameters beside others.
+/// Composes the section; `None` if no result has friction parameters beside laws that simulators lack.
 pub(super) fn laws(identification: &Identification) -> Option<Section> {
-    let ladder = (identification.laws.as_ref()).filter(|laws| !laws.rungs.is_empty());
-    let mut blocks: Vec<Block> = ladder.map(of_ladder).into_iter().flatten().collect();
-    blocks.extend((identification.results.iter()).filter_map(of_residual_laws));
+    let blocks: Vec<Block> = (identification.results.iter())
+        .filter_map(of_residual_laws)
+        .collect();
     (!blocks.is_empty()).then(|| {
         folded(
             Fold::Detail,
             "laws",
-            "Laws by hold-out",
-            "Would another friction law predict the log better? Eighths of the beginning of the first log are left out in turn and predicted by a fit of \
-             the other eighths. A law counts if it decreases the residual of these predictions by at \
-             least 1 % and by more than 3 times the scatter of the decrease over the eighths, and if its torque is at least 1 % \
-             of the joint's. It is added from 5 % on. laws = \"declared\" adds none.",
+            "Friction beside further laws",
+            "What do viscous and Coulomb friction mean beside laws that simulators lack?",
             blocks,
         )
     })
@@ -111,61 +106,4 @@ fn of_residual_laws(result: &EstimateResult) -> Option<Block> {
             ..Table::default()
         })
     })
-}
-
-/// Composes the table of the ladder and the reason for its end.
-fn of_ladder(laws: &LawsByHoldOut) -> Vec<Block> {
-    let percent = |share: f64| significant(100.0 * share, 3);
-    let row = |rung: &LawRung| {
-        let velocity = rung.stribeck_velocity.map_or_else(String::new, |velocity| {
-            let error = rung
-                .stribeck_velocity_error
-                .map_or_else(String::new, |error| format!(" ± {}", significant(error, 2)));
-            format!(" of {}{error} rad/s (m/s)", significant(velocity, 3))
-        });
-        Row {
-            cells: vec![
-                rung.joint.clone(),
-                rung.words() + &velocity,
-                format!("{} ± {}", percent(rung.gain), percent(rung.gain_scatter)),
-                percent(rung.held_out),
-                match (rung.made, rung.earlier) {
-                    (true, true) => "added by an earlier result",
-                    (true, false) => "added",
-                    (false, _) => "not added",
-                }
-                .to_owned(),
-                match &rung.not_told_apart_from[..] {
-                    [] => "–".to_owned(),
-                    others => others.join(", "),
-                },
-            ],
-            tone: if rung.made {
-                Tone::Neutral
-            } else {
-                Tone::Doubtful
-            },
-        }
-    };
-    let table = Table {
-        caption: format!(
-            "Laws by hold-out, each on top of the laws before it. With the laws of the experiment \
-             file, {} % of the filtered torque is missed.",
-            percent(laws.held_out)
-        ),
-        columns: vec![
-            text("Joint"),
-            text("Law"),
-            number("gain in its rows %"),
-            number("torque missed %"),
-            text(""),
-            text("explains the same"),
-        ],
-        rows: laws.rungs.iter().map(row).collect(),
-        ..Table::default()
-    };
-    vec![
-        Block::Table(table),
-        Block::Paragraph(laws.ended.clone() + "."),
-    ]
 }

@@ -51,8 +51,8 @@ impl From<&UnknownResult> for ShownUnknown {
 
 /// Returns the kind in words, with what tells two of one place apart.
 fn what(unknown: &UnknownResult) -> String {
-    if let Some(law) = (unknown.id.strip_suffix(&unknown.place)).filter(|_| unknown.kind == "law") {
-        return law.trim_end().to_owned();
+    if let Some(law) = &unknown.law {
+        return law.words();
     }
     let waves = ["sine", "cosine"];
     let wave = waves

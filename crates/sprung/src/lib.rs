@@ -55,7 +55,7 @@ pub mod check {
     #[doc(inline)]
     pub use sprung_method::check::{CheckReport, Checked, CheckedLog};
     #[doc(inline)]
-    pub use sprung_method::unknowns::{CompetingUnknown, UnknownResult, UnknownStatus};
+    pub use sprung_method::unknowns::{AddedLaw, CompetingUnknown, UnknownResult, UnknownStatus};
 }
 
 /// Compares results of several estimators, settings or runs of one robot.

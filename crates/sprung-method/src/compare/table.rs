@@ -230,10 +230,15 @@ fn describe(file: &Compared<'_>, result: &EstimateResult, label: String) -> Comp
 
 /// Returns the laws that an identification added.
 fn laws(identification: &Identification) -> Vec<String> {
-    let rungs = identification.laws.iter().flat_map(|laws| &laws.rungs);
-    let mut laws: Vec<String> = rungs
-        .filter(|rung| rung.made)
-        .map(|rung| format!("{}: {}", rung.joint, rung.words()))
+    let used = identification.unknowns.iter();
+    let mut laws: Vec<String> = used
+        .filter_map(|unknown| {
+            Some(format!(
+                "{}: {}",
+                unknown.place,
+                unknown.used_law()?.words()
+            ))
+        })
         .collect();
     laws.sort_unstable();
     laws

@@ -108,11 +108,8 @@ pub(super) fn conclude(
     }
     match refine(&basis, logs, progress)? {
         Refined::Estimates(estimates) => describe(&basis, estimates, progress),
-        Refined::Retimed(mut retiming) => {
-            let (retimed, is_same) = ready.retimed(&retiming, logs.of_robot, progress)?;
-            if !is_same {
-                retiming.forget_end();
-            }
+        Refined::Retimed(retiming) => {
+            let retimed = ready.retimed(&retiming)?;
             let read = pass(&retimed, logs.of_robot, progress)?;
             let timing = (clock, Timing::Found(&retiming));
             conclude(&retimed, &read, logs, timing, progress, first)

@@ -12,6 +12,7 @@ mod payload;
 mod physical;
 mod possible;
 mod posterior;
+mod refined_unknowns;
 mod result;
 mod springs;
 mod statistics;
@@ -22,7 +23,6 @@ pub use estimators::lsff::Lsff;
 pub use estimators::prediction_error::{Bound, KnownNoise, KnownTruth, information_bound};
 pub use identify::{identify, identify_and_tell};
 pub use judge::{percent, predictions};
-pub use laws::with_found_laws;
 pub use many_logs::{Choices, LogFactors};
 pub use many_logs::{choices, factors, identify_factors};
 pub use posterior::{Body, DrawMethod, Posterior, PosteriorError, Samples};
@@ -30,12 +30,12 @@ pub(crate) use result::GENERATOR;
 pub use result::{
     Applied, CovarianceOfErrors, CrossCheckResult, CutoffChoice, CutoffPoint, Decided, Decision,
     DelayUsed, EncoderOffsetResult, ErrorParts, EstimateResult, GainUsed, HeldOutResidual,
-    IDENTIFICATION_FORMAT, Identification, JointPrediction, LawRung, LawsByHoldOut, LogInfo,
-    ModelDependence, MotorRowResult, ParameterEstimate, PayloadParameter, PayloadResult,
-    PhysicalResult, RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation,
-    RefinedSharpness, RefinedVelocity, Refinement, ResidualPrior, RigidByHoldOut, RigidJoint,
-    RowDisturbance, RungResult, SensorNoise, SettingsUsed, SignUsed, SimulationFit,
-    StandardParameter, Verdict, parameters_csv,
+    IDENTIFICATION_FORMAT, Identification, JointPrediction, LogInfo, ModelDependence,
+    MotorRowResult, ParameterEstimate, PayloadParameter, PayloadResult, PhysicalResult,
+    RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation, RefinedSharpness,
+    RefinedVelocity, Refinement, ResidualPrior, RigidByHoldOut, RigidJoint, RowDisturbance,
+    RungResult, SensorNoise, SettingsUsed, SignUsed, SimulationFit, StandardParameter, Verdict,
+    parameters_csv,
 };
 pub use springs::with_rigid_joints;
 pub use statistics::NORMAL_95;

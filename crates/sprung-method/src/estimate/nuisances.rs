@@ -10,9 +10,6 @@ use crate::regression::Probe;
 /// Sharpness of a nuisance column of sharper friction relative to that of the model.
 pub(super) const SHARPER: f64 = 2.0;
 
-/// Sharpness of a nuisance column of blunter friction relative to that of the model.
-pub(super) const BLUNTER: f64 = 0.5;
-
 /// Column of Coulomb friction of another sharpness, of one side of a joint.
 pub(super) struct SharpnessColumn {
     /// Index in theta of the Coulomb friction of this side.

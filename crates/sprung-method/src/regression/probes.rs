@@ -25,16 +25,6 @@ pub(crate) enum Probe {
         /// The joint.
         joint: usize,
     },
-    /// The magnitude of a joint's motor torque times `tanh(beta v)`: friction of a gear that
-    /// transmits a load, with the measured torque as the load.
-    TorqueLoad {
-        /// The row.
-        row: usize,
-        /// The joint.
-        joint: usize,
-        /// beta, s/rad (s/m).
-        sharpness: f64,
-    },
     /// The third power of a joint's motor torque. Its parameter is that of a torque which saturates.
     TorqueCube {
         /// The row.
@@ -51,7 +41,6 @@ impl Probe {
             Self::Term(term, _) => term.row,
             Self::TorqueRate { row }
             | Self::SpringTorque { row, .. }
-            | Self::TorqueLoad { row, .. }
             | Self::TorqueCube { row, .. } => *row,
         }
     }
@@ -74,13 +63,6 @@ impl Probe {
             Self::TorqueCube { joint, .. } => signals.tau[*joint][k].powi(3),
             Self::SpringTorque { joint, .. } => {
                 signals.spring[*joint].get(k).copied().unwrap_or_default()
-            }
-            Self::TorqueLoad {
-                joint, sharpness, ..
-            } => {
-                let drive = model.robot().drive(state, *joint);
-                let direction = (sharpness * drive.motor_velocity).tanh();
-                signals.tau[*joint][k].abs() * direction
             }
         }
     }

@@ -1,5 +1,6 @@
 //! What a search found, and what a finding says of it.
 
+use super::added_law::AddedLaw;
 use super::result::UnknownStatus;
 use super::unknown::{Kind, Place};
 
@@ -25,12 +26,16 @@ pub(crate) struct Found {
     pub(crate) unit: &'static str,
     /// Time at which it begins, s.
     pub(crate) begins: Option<f64>,
+    /// The law that it adds to a description.
+    pub(crate) law: Option<AddedLaw>,
     /// Relative fall of the held-out squares of the torques.
     pub(crate) gain: f64,
     /// Part of its column that no parameter mimics.
     pub(crate) own: f64,
     /// Parameter that mimics most of it.
     pub(crate) mimic: Option<String>,
+    /// Relative fall of the error of the joint's torques by the laws of a joint (root mean square), on held-out parts.
+    pub(crate) fall: f64,
     /// Others that may stand for it.
     pub(crate) competing: Vec<Competing>,
 }
@@ -44,6 +49,8 @@ pub(super) struct Telling<'a> {
     pub(super) joint: &'a str,
     pub(super) file: &'a str,
     pub(super) status: UnknownStatus,
+    /// Whether it is a law that sprung adds with laws = "auto".
+    pub(super) is_addable: bool,
     /// Sampling period, s.
     pub(super) period: f64,
 }

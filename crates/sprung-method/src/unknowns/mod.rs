@@ -5,6 +5,7 @@
 //! `settle` regresses, selects the unknown that best explains parts of the log which the fit has not seen, applies it, and repeats
 //! this until nothing is left. All causes compete.
 
+mod added_law;
 mod directions;
 mod evidence;
 mod far;
@@ -22,6 +23,8 @@ mod settled;
 mod state;
 mod unknown;
 
+pub(crate) use added_law::changed;
+pub use added_law::{AddedLaw, with_added_laws};
 pub(crate) use kinds::LAWS_MISSING;
 pub use result::{CompetingUnknown, UnknownResult, UnknownStatus};
 pub use settled::AboutUnknowns;

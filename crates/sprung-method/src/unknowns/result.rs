@@ -1,5 +1,6 @@
 //! The list of what was found, as files contain it.
 
+use super::added_law::AddedLaw;
 use serde::{Deserialize, Serialize};
 
 /// What sprung did with an unknown.
@@ -44,7 +45,7 @@ pub struct UnknownResult {
     /// Stable name, as in `delay q1_rad`.
     pub id: String,
     /// Kind: `delay`, `timing`, `offset`, `gain`, `drift`, `lost-counts`, `eccentricity`,
-    /// `saturation` or, in a check, `law`.
+    /// `saturation` or `law`.
     pub kind: String,
     /// Column or joint; the columns of one signal of all joints are separated by commas.
     pub place: String,
@@ -58,6 +59,9 @@ pub struct UnknownResult {
     /// Time at which it begins, s; absent if it acts during the whole log.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub begins_s: Option<f64>,
+    /// Law that it adds to the joint of its place; absent for other kinds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub law: Option<AddedLaw>,
     /// What sprung did with it.
     pub status: UnknownStatus,
     /// Other unknowns that explain the log nearly as well.

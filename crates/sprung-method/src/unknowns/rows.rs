@@ -10,9 +10,8 @@ use rayon::prelude::*;
 use sprung_core::covariate::Covariate;
 use sprung_core::drives::State;
 use sprung_core::filter::{Discretization, FilterBank, FilterPair, FilterState, bank_len};
-use sprung_core::parameters::JointParameter;
 
-use super::unknown::{Effect, JointSample, JointScales, Place, Unknown};
+use super::unknown::{Effect, JointScales, LawColumn, Place, Unknown};
 use crate::description::RightHandSide;
 use crate::model::{Model, Scratch};
 use crate::preprocess::SignalBlock;
@@ -222,7 +221,7 @@ impl Rows<'_> {
     }
 
     /// Returns the scales of all joints.
-    pub(super) fn scales(&self, segments: &[SignalBlock]) -> Vec<(JointScales, f64)> {
+    pub(super) fn scales(&self, segments: &[SignalBlock]) -> Vec<JointScales> {
         let rms = |of: &dyn Fn(&SignalBlock, usize) -> f64, mean: f64| {
             let all = segments
                 .iter()
@@ -242,13 +241,11 @@ impl Rows<'_> {
                     .map(|s| (0..s.len()).map(|k| deflection(s, k)).sum::<f64>())
                     .sum();
                 let mean = all / segments.iter().map(SignalBlock::len).sum::<usize>().max(1) as f64;
-                let scales = JointScales {
+                JointScales {
                     sharpness: self.model.sharpness(j),
-                    velocity: rms(&|s, k| s.dphi[j][k], 0.0),
                     deflection: rms(&deflection, mean),
                     torque: rms(&|s, k| s.tau[j][k], 0.0),
-                };
-                (scales, mean)
+                }
             })
             .collect()
     }
@@ -329,15 +326,7 @@ impl Rows<'_> {
         momentum: &mut [f64],
         rest: &mut [f64],
     ) {
-        let n = self.model.joint_count();
-        let (link, behind) = state.split_at(2 * n);
-        let state = State {
-            q: &link[..n],
-            dq: &link[n..],
-            phi: &behind[..n],
-            dphi: &behind[n..2 * n],
-            excess: &behind[2 * n..],
-        };
+        let state = state_of(state, self.model.joint_count());
         let written =
             self.model
                 .regressor()
@@ -425,7 +414,7 @@ impl Rows<'_> {
         sampled: &[Sampled],
         theta: &[f64],
         (unknowns, directions): (&[Unknown], &[Direction]),
-        scales: &[(JointScales, f64)],
+        scales: &[JointScales],
         entries: &FilterPair,
     ) -> RowOfSegment {
         let base = row.columns.len();
@@ -465,12 +454,28 @@ impl Rows<'_> {
                     self.change_of(row, sample, direction, (segment, k));
             }
             if !laws.is_empty() {
-                let (scales, mean) = &scales[row.joint];
-                let at = self.joint_sample(signals, k, row.joint, theta, *mean);
+                let n = self.model.joint_count();
+                let state = state_at(signals, k, n);
+                let drive = |joint| self.model.robot().drive(&state_of(&state, n), joint);
                 for (i, (_, unknown)) in laws.iter().enumerate() {
-                    if let Effect::Law { torque, .. } = &unknown.effect {
-                        rest[base + acting.len() + i] = torque(&at, scales);
-                    }
+                    rest[base + acting.len() + i] = match &unknown.effect {
+                        Effect::Law {
+                            column: LawColumn::Terms(terms),
+                            ..
+                        } => (terms.iter())
+                            .filter(|(term, _)| row.of_model.contains(&term.row))
+                            .map(|(term, shape)| term.rest(&drive(term.joint), shape))
+                            .sum(),
+                        Effect::Law {
+                            column: LawColumn::Measured(torque),
+                            ..
+                        } => torque(
+                            signals.tau[row.joint][k],
+                            signals.dphi[row.joint][k],
+                            &scales[row.joint],
+                        ),
+                        Effect::Channels(..) => 0.0,
+                    };
                 }
             }
             let filtered = bank.process(entries, &momentum, &rest);
@@ -550,39 +555,18 @@ impl Rows<'_> {
     }
 
     fn is_law_of(row: &RowOf, unknown: &Unknown) -> bool {
-        let Place::Joint(joint) = unknown.place else {
+        let Effect::Law { column, added } = &unknown.effect else {
             return false;
         };
-        match &unknown.effect {
-            Effect::Law { is_of_spring, .. } => {
-                joint == row.joint && row.motor.is_some() && (!is_of_spring || row.has_spring)
+        // A torque between motor and link is not in the sum of their equations.
+        let is_of_spring = added.as_ref().is_some_and(|added| added.of == "spring");
+        let has = match column {
+            LawColumn::Terms(terms) => {
+                (terms.iter()).any(|(term, _)| row.of_model.contains(&term.row))
             }
-            Effect::Channels(..) => false,
-        }
-    }
-
-    fn joint_sample(
-        &self,
-        signals: &SignalBlock,
-        k: usize,
-        j: usize,
-        theta: &[f64],
-        mean: f64,
-    ) -> JointSample {
-        let deflection = signals.phi[j][k] - signals.q[j][k] - mean;
-        let stiffness = self
-            .model
-            .index(JointParameter::Stiffness, j)
-            .map(|at| theta[at]);
-        JointSample {
-            velocities: [signals.dphi[j][k], signals.dq[j][k]],
-            deflection,
-            torque: signals.tau[j][k],
-            load: match stiffness {
-                Some(stiffness) => stiffness * (signals.phi[j][k] - signals.q[j][k]),
-                None => signals.tau[j][k],
-            },
-        }
+            LawColumn::Measured(_) => unknown.place == Place::Joint(row.joint),
+        };
+        has && row.motor.is_some() && (!is_of_spring || row.has_spring)
     }
 
     /// Returns the relative weights of some samples: small near reversals of a velocity in the row.
@@ -628,4 +612,16 @@ fn state_at(signals: &SignalBlock, k: usize, n: usize) -> Vec<f64> {
             .map(|column| column.get(k).copied().unwrap_or_default()),
     );
     state
+}
+
+/// Returns the parts of a state as [`state_at`] has it.
+fn state_of(state: &[f64], n: usize) -> State<'_> {
+    let (link, behind) = state.split_at(2 * n);
+    State {
+        q: &link[..n],
+        dq: &link[n..],
+        phi: &behind[..n],
+        dphi: &behind[n..2 * n],
+        excess: &behind[2 * n..],
+    }
 }

@@ -9,7 +9,7 @@ use super::kinds::{Catalogued, catalogue};
 use super::rows::{Row, RowOf, Rows};
 use super::state::State;
 use super::unknown::{Effect, Kind, Place, Samples, Unknown};
-use crate::description::Delay;
+use crate::description::{Delay, Experiment};
 use crate::log::{Channels, LogBlock, Signal};
 use crate::model::Model;
 use crate::prepare::{Excerpt, Smoothed};
@@ -38,7 +38,7 @@ pub(super) struct Search<'a> {
 
 impl<'a> Search<'a> {
     pub(super) fn new(
-        reading: &Reading,
+        (experiment, reading): (&'a Experiment, &Reading),
         channels: &'a Channels,
         model: &'a Model,
         excerpt: &'a Excerpt,
@@ -53,7 +53,7 @@ impl<'a> Search<'a> {
                     .is_some_and(|(kind, _)| kind.is_vital() || kind.is_friction())
             })
             .collect();
-        let catalogued = Catalogued::new(channels, model, excerpt);
+        let catalogued = Catalogued::new((experiment, reading), channels, model, excerpt);
         let unknowns = catalogue(&catalogued);
         let is_asked = |unknown: &Unknown| {
             unknown.kind == Kind::Delay
@@ -196,7 +196,7 @@ impl<'a> Search<'a> {
     pub(super) fn floored(&self, theta: &[f64], segments: &[SignalBlock], period: f64) -> Vec<f64> {
         let mut floored = theta.to_vec();
         let scales = self.former(period).scales(segments);
-        for (joint, (scales, _)) in scales.iter().enumerate() {
+        for (joint, scales) in scales.iter().enumerate() {
             if let Some(at) = self.model.index(JointParameter::Stiffness, joint)
                 && self.model.known(at).is_none()
             {

@@ -94,7 +94,9 @@ impl Selection<'_> {
         let columns = self.columns(chosen);
         let before = self.evidence.held_out(&columns, None);
         let screened = self.screened(chosen, &before, joint_of);
-        for likeliest in screened.chunks(EXACT) {
+        let (last, first): (Vec<_>, Vec<_>) =
+            (screened.into_iter()).partition(|(_, unknown)| self.unknowns[*unknown].is_last);
+        for likeliest in first.chunks(EXACT).chain(last.chunks(EXACT)) {
             let judged: Vec<Option<(f64, Chosen)>> = likeliest
                 .par_iter()
                 .map(|(_, unknown)| self.judged(*unknown, &columns, &before, joint_of))
@@ -230,12 +232,14 @@ impl Selection<'_> {
         if gain <= least {
             return None;
         }
+        // A law is a parameter of the model, so it may resemble others.
+        let is_law = self.unknowns[unknown].added().is_some();
         // Parameters at their bounds mimic nothing.
         let used = |column: &usize| after.values.iter().any(|values| values[*column] != 0.0);
         let free: Vec<usize> = columns.iter().copied().filter(used).collect();
         let own = self.evidence.directions(&free).own(self.evidence, column);
         let needed = (least * (CLEAR_OWN / (own + 1e-9)).max(1.0)).min(0.5);
-        (gain > needed).then_some((
+        (is_law || gain > needed).then_some((
             fall,
             Chosen {
                 unknown,
@@ -245,8 +249,8 @@ impl Selection<'_> {
         ))
     }
 
-    /// Returns whether a joint has another rare fault already: a second one is unlikely, and an error of the model needs several.
-    /// Only sine and cosine of an eccentric encoder are one fault.
+    /// Returns whether an unknown is chosen in another form, or its joint has another rare fault already: a second one is unlikely,
+    /// and an error of the model needs several. Only sine and cosine of an eccentric encoder are one fault.
     fn is_taken(
         &self,
         unknown: usize,
@@ -254,6 +258,10 @@ impl Selection<'_> {
         joint_of: &dyn Fn(usize) -> usize,
     ) -> bool {
         let this = &self.unknowns[unknown];
+        // Another velocity of the same law.
+        if (chosen.iter()).any(|&other| other != unknown && self.unknowns[other].id == this.id) {
+            return true;
+        }
         let joint = |unknown: &Unknown| match unknown.place {
             Place::Channel(channel) => Some(joint_of(channel)),
             Place::Joint(joint) => Some(joint),

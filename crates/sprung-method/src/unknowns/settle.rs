@@ -10,6 +10,7 @@ use super::search::Search;
 use super::select::{Chosen, SIGNIFICANT, Selection};
 use super::state::State;
 use super::unknown::{Kind, Place};
+use crate::description::Experiment;
 use crate::log::Signal;
 use crate::prepare::Excerpt;
 use crate::preprocess::SignalBlock;
@@ -22,7 +23,7 @@ const CUTOFF_HZ: f64 = 15.0;
 const MAX_ROUNDS: usize = 10;
 const ADDED_IN_A_ROUND: usize = 2;
 
-/// Most unknowns.
+/// Most unknowns, besides one a joint.
 const MAX_UNKNOWNS: usize = 8;
 
 /// Change of a size in standard errors above which another round follows, and least standard error in usual sizes.
@@ -59,7 +60,11 @@ pub(super) struct Settlement {
 /// Finds the unknowns of the beginning of a log.
 ///
 /// Returns `None` if the log is too short for the filters, or its robot has link positions without an encoder.
-pub(super) fn settle(reading: &Reading, excerpt: &Excerpt) -> Option<Settlement> {
+pub(super) fn settle(
+    experiment: &Experiment,
+    reading: &Reading,
+    excerpt: &Excerpt,
+) -> Option<Settlement> {
     let cutoff = reading.position_cutoff_hz().min(CUTOFF_HZ);
     let reading = reading.without_weights().with_position_cutoff(cutoff);
     let (model, channels) = (reading.model().clone(), reading.channels().clone());
@@ -67,7 +72,7 @@ pub(super) fn settle(reading: &Reading, excerpt: &Excerpt) -> Option<Settlement>
         return None;
     }
     let segmented = excerpt.in_segments();
-    let search = Search::new(&reading, &channels, &model, &segmented);
+    let search = Search::new((experiment, &reading), &channels, &model, &segmented);
     search.settle()
 }
 
@@ -130,6 +135,11 @@ impl Search<'_> {
         Some(round)
     }
 
+    /// Returns whether no further unknown may be added.
+    fn is_full(&self, state: &State) -> bool {
+        state.chosen.len() >= MAX_UNKNOWNS + self.model.joint_count()
+    }
+
     /// Applies delays in earnest that are less significant than others; returns the state with the first that explains much.
     #[expect(
         clippy::option_option,
@@ -142,7 +152,7 @@ impl Search<'_> {
         let delays: Vec<usize> = (doubtful.into_iter())
             .filter(|&unknown| self.unknowns[unknown].kind == Kind::Delay)
             .collect();
-        if delays.is_empty() || state.chosen.len() >= MAX_UNKNOWNS {
+        if delays.is_empty() || self.is_full(state) {
             return Some(None);
         }
         let weights = round.evidence.weights.clone();
@@ -207,10 +217,8 @@ impl Search<'_> {
                     changed: true,
                 });
             }
-            for _ in 0..ADDED_IN_A_ROUND {
-                if state.chosen.len() >= MAX_UNKNOWNS {
-                    break;
-                }
+            let mut moving = 0;
+            while moving < ADDED_IN_A_ROUND && !self.is_full(state) {
                 let selection = Selection {
                     evidence: &evidence,
                     unknowns: &self.unknowns,
@@ -237,6 +245,8 @@ impl Search<'_> {
                     rows = self.meet_the_time(unknown, state, &formed, &rows)?;
                     evidence = self.evidence(&rows, (state, &scales), Some(weights), repeats);
                 }
+                // A law moves no other column.
+                moving += usize::from(!self.unknowns[unknown].channels().is_empty());
                 state.chosen.push(unknown);
                 state.gains[unknown] = gain;
                 added = true;
@@ -311,7 +321,11 @@ impl Search<'_> {
             let selection = self.selection(&present.1);
             let rivals =
                 selection.rivals(unknown, &present.0.chosen, &self.applied_sizes(&present.0));
-            for (rival, _) in rivals.into_iter().take(RIVALS) {
+            // The columns of laws do not move, so the selection has ranked them exactly.
+            let is_law = |unknown: usize| self.unknowns[unknown].channels().is_empty();
+            let tangents =
+                (rivals.into_iter()).filter(|(rival, _)| !is_law(unknown) || !is_law(*rival));
+            for (rival, _) in tangents.take(RIVALS).collect::<Vec<_>>() {
                 let mut trial = present.0.clone();
                 trial.chosen.retain(|other| *other != unknown);
                 trial.gains[rival] = trial.gains[unknown];
@@ -409,6 +423,8 @@ impl Search<'_> {
                     "m"
                 },
                 begins: None,
+                law: None,
+                fall: 0.0,
                 gain: round.evidence.gain_of(preload, &columns, (&held_out, &all)),
                 own: 1.0,
                 mimic: None,
@@ -454,6 +470,8 @@ impl Search<'_> {
                     standard_error: state.errors[k],
                     unit: unknown.unit,
                     begins: unknown.begins(),
+                    law: unknown.added().cloned(),
+                    fall: 1.0 - (1.0 - state.gains[k]).max(0.0).sqrt(),
                     gain: state.gains[k],
                     own: round
                         .evidence
@@ -461,6 +479,7 @@ impl Search<'_> {
                         .own(&round.evidence, column),
                     mimic,
                     competing: (selection.rivals(k, &state.chosen, &applied).into_iter())
+                        .filter(|(rival, _)| self.unknowns[*rival].id != unknown.id)
                         .map(|(rival, correlation)| Competing {
                             id: self.unknowns[rival].id.clone(),
                             correlation,

@@ -1,13 +1,16 @@
 //! Applies what was found to the preparation of an identification or a check.
 
+use super::added_law::{AddedLaw, with_added_laws, with_laws};
+use super::evidence::PARTS;
 use super::found::{Found, Telling};
 use super::gauge::relative;
-use super::kinds::{LAWS_MISSING, finding};
+use super::kinds::finding;
 use super::result::{CompetingUnknown, UnknownResult, UnknownStatus};
 use super::settle::{Settlement, settle};
 use super::unknown::{Kind, Place};
-use crate::description::{Delay, EncoderOffset};
+use crate::description::{Delay, EncoderOffset, Experiment, Laws};
 use crate::finding::Finding;
+use crate::fit::{HoldOut, Missed};
 use crate::log::{Channels, Signal};
 use crate::model::Model;
 use crate::prepare::{PrepareError, Prepared, fit_rows};
@@ -32,16 +35,6 @@ pub struct AboutUnknowns {
 }
 
 impl Settled {
-    /// Returns the same without laws, which an identification chooses by itself.
-    pub(crate) fn without_laws(mut self) -> Self {
-        self.unknowns
-            .retain(|unknown| unknown.kind != Kind::Law.name());
-        self.about
-            .findings
-            .retain(|finding| finding.code != LAWS_MISSING);
-        self
-    }
-
     /// Nothing was found.
     pub(crate) fn without(prepared: Prepared) -> Self {
         Self {
@@ -52,8 +45,8 @@ impl Settled {
     }
 }
 
-/// Finds the unknowns of the first log and applies those that need no decision of the user: delays, and the zero between two
-/// encoders.
+/// Finds the unknowns of the first log and applies those that need no decision of the user: delays, the zero between two encoders,
+/// and laws.
 ///
 /// # Errors
 ///
@@ -67,8 +60,11 @@ pub(crate) fn settled(
     if prepared.wrong_time_unit().is_some() || leaves_out_springs {
         return Ok(Settled::without(prepared));
     }
-    let Some(Settlement { found, unexplained }) = settle(&prepared.examined(), prepared.excerpt())
-    else {
+    let Some(Settlement { found, unexplained }) = settle(
+        prepared.experiment(),
+        &prepared.examined(),
+        prepared.excerpt(),
+    ) else {
         return Ok(Settled::without(prepared));
     };
     let channels = prepared.reading().channels().clone();
@@ -77,11 +73,12 @@ pub(crate) fn settled(
     // The least expected first.
     let rank = |one: &Found| match one.kind {
         Kind::Timing => 3,
-        _ if status(one, prepared.reading()) == UnknownStatus::Estimated => 2,
+        _ if status(one, &prepared) == UnknownStatus::Estimated => 2,
         Kind::Law => 1,
         _ => 0,
     };
     found.sort_by_key(rank);
+    found = with_confirmed_laws(found, &prepared);
     let file = prepared.names().first().cloned().unwrap_or_default();
     let names = prepared.reading().model().joints().to_vec();
     let (mut unknowns, mut findings) = (Vec::new(), Vec::new());
@@ -91,16 +88,17 @@ pub(crate) fn settled(
             columns: columns(one.place, &channels),
             joint: joint(one.place, &channels).map_or("", |joint| &names[joint]),
             file: &file,
-            status: status(one, prepared.reading()),
+            status: status(one, &prepared),
+            is_addable: is_addable(one, &prepared),
             period,
         };
         unknowns.push(result(&telling));
         // An offset that the description estimates needs no finding.
         if telling.status != UnknownStatus::Estimated || one.kind != Kind::Offset {
-            findings.push(finding(&telling));
+            findings.extend(finding(&telling));
         }
     }
-    let prepared = applied(prepared, &found, progress)?;
+    let prepared = applied(prepared, (&found, &unknowns), progress)?;
     Ok(Settled {
         prepared,
         unknowns,
@@ -118,9 +116,8 @@ const CONTRADICTED: f64 = 1.05;
 /// search has slower filters, in which a delay resembles an inertia.
 fn confirmed(found: Vec<Found>, prepared: &Prepared) -> Vec<Found> {
     let reading = prepared.examined();
-    let is_tested = |one: &Found| {
-        one.kind == Kind::Delay && status(one, prepared.reading()) == UnknownStatus::Applied
-    };
+    let is_tested =
+        |one: &Found| one.kind == Kind::Delay && status(one, &prepared) == UnknownStatus::Applied;
     if !found.iter().any(is_tested) {
         return found;
     }
@@ -143,6 +140,51 @@ fn confirmed(found: Vec<Found>, prepared: &Prepared) -> Vec<Found> {
     (found.into_iter())
         .filter(|one| !is_tested(one) || is_confirmed(one))
         .collect()
+}
+
+/// Returns the unknowns with the fall of the error by the laws of each joint with the filters of the description, and without laws that
+/// they do not show. The search gives samples near reversals little weight.
+fn with_confirmed_laws(mut found: Vec<Found>, prepared: &Prepared) -> Vec<Found> {
+    let reading = prepared.reading();
+    let (channels, names) = (reading.channels(), reading.model().joints());
+    let added = |one: &Found| {
+        let law = one.law.clone().filter(|law| !law.law.is_empty())?;
+        Some((joint(one.place, channels)?, law))
+    };
+    let laws: Vec<(usize, AddedLaw)> = found.iter().filter_map(added).collect();
+    if laws.is_empty() {
+        return found;
+    }
+    let reading = reading.without_weights();
+    let reading = reading.with_delays(&with_found(&reading, &found));
+    let model = reading.model();
+    let of_laws = laws
+        .iter()
+        .map(|(joint, law)| (names[*joint].as_str(), law));
+    let richer = Model::new(&with_laws(prepared.experiment(), of_laws));
+    let Ok(richer) = richer.map(|richer| richer.with_velocities_of(model)) else {
+        return found;
+    };
+    let missed = |reading: &Reading| {
+        let system = prepared.excerpt().reduce(reading)?;
+        HoldOut::new(reading.model(), &system, PARTS).missed_by_fits()
+    };
+    let both = missed(&reading).zip(missed(&reading.with_model(richer)));
+    let Some((without, with)) = both else {
+        return found;
+    };
+    let left = |missed: &Missed, joint: usize| {
+        let rows = [joint, model.torque_row(joint)];
+        let of_row = |row: usize| missed.residual[row] / missed.torque[row].max(f64::MIN_POSITIVE);
+        rows.map(of_row).iter().sum::<f64>()
+    };
+    for one in &mut found {
+        if let Some((joint, _)) = added(one) {
+            one.fall = 1.0 - (left(&with, joint) / left(&without, joint)).sqrt();
+        }
+    }
+    found.retain(|one| added(one).is_none() || one.fall >= LEAST_FALL);
+    found
 }
 
 /// Returns the delay of each channel with those that were found.
@@ -178,7 +220,17 @@ fn joint(place: Place, channels: &Channels) -> Option<usize> {
     }
 }
 
-fn status(found: &Found, reading: &Reading) -> UnknownStatus {
+/// Least fall of the error of a joint's torques (root mean square) by its laws. The smearing of the filters fakes 4 %.
+const LEAST_FALL: f64 = 0.05;
+
+/// Returns whether sprung may add a law by itself. Damping of a spring has the same column as a delay of its deflection.
+fn is_addable(found: &Found, prepared: &Prepared) -> bool {
+    let is_told = |law: &AddedLaw| !law.law.is_empty() && law.law != "damping";
+    found.law.as_ref().is_some_and(is_told) && prepared.reading().channels().inertial.is_none()
+}
+
+fn status(found: &Found, prepared: &Prepared) -> UnknownStatus {
+    let reading = prepared.reading();
     let (is_asked, has_preload) = match found.place {
         Place::Channel(at) => {
             let channel = &reading.channels().all[at];
@@ -194,9 +246,20 @@ fn status(found: &Found, reading: &Reading) -> UnknownStatus {
     match found.kind {
         Kind::Delay if is_asked => UnknownStatus::Estimated,
         Kind::Offset if has_preload => UnknownStatus::Estimated,
+        Kind::Law if is_addable(found, prepared) && laws(found.place, prepared) == Laws::Auto => {
+            UnknownStatus::Applied
+        }
         kind if kind.is_applied() && !is_refused => UnknownStatus::Applied,
         _ => UnknownStatus::Found,
     }
+}
+
+/// Returns the setting of the laws for a joint.
+fn laws(place: Place, prepared: &Prepared) -> Laws {
+    let experiment = prepared.experiment();
+    let of_joint = joint(place, prepared.reading().channels())
+        .and_then(|joint| experiment.robot.joint[joint].laws);
+    of_joint.unwrap_or(experiment.identify.laws)
 }
 
 fn result(of: &Telling<'_>) -> UnknownResult {
@@ -213,6 +276,7 @@ fn result(of: &Telling<'_>) -> UnknownResult {
         standard_error: found.standard_error,
         unit: found.unit.to_owned(),
         begins_s: found.begins,
+        law: found.law.clone(),
         status: of.status,
         competing: (found.competing.iter())
             .map(|rival| CompetingUnknown {
@@ -224,15 +288,15 @@ fn result(of: &Telling<'_>) -> UnknownResult {
     }
 }
 
-/// Returns the preparation with the delays that were found, and with the zero between two encoders as a parameter.
+/// Returns the preparation with the delays and laws that were found, and with the zero between two encoders as a parameter.
 fn applied(
     prepared: Prepared,
-    found: &[Found],
+    (found, unknowns): (&[Found], &[UnknownResult]),
     progress: &mut dyn Listener,
 ) -> Result<Prepared, PrepareError> {
     let delays = with_found(prepared.reading(), found);
     let channels = prepared.reading().channels().clone();
-    let mut experiment = prepared.experiment().clone();
+    let mut experiment = with_added_laws(prepared.experiment(), unknowns);
     for one in found.iter().filter(|one| one.kind == Kind::Delay) {
         for (i, channel) in channels.all.iter().enumerate() {
             // The refinement estimates the delay of a channel again, and the timing of all torques by itself.
@@ -244,17 +308,18 @@ fn applied(
             }
         }
     }
-    let needs_offset = found.iter().any(|one| {
-        one.kind == Kind::Offset && status(one, prepared.reading()) == UnknownStatus::Applied
-    });
+    let is_applied = |one: &&Found| status(one, &prepared) == UnknownStatus::Applied;
+    let needs_offset = (found.iter().filter(is_applied)).any(|one| one.kind == Kind::Offset);
     if needs_offset {
         experiment.identify.encoder_offset = Some(EncoderOffset::Estimate);
     }
-    if delays == prepared.reading().delays() && !needs_offset {
+    let needs_model = needs_offset || unknowns.iter().any(|one| one.used_law().is_some());
+    if delays == prepared.reading().delays() && !needs_model {
         return Ok(prepared);
     }
-    let model = if needs_offset {
-        Model::new(&experiment).ok()
+    let model = if needs_model {
+        let open = open_velocities(prepared.experiment(), unknowns);
+        (Model::new(&experiment).ok()).map(|model| model.with_open_stribeck(&open))
     } else {
         None
     };
@@ -262,4 +327,18 @@ fn applied(
     let again = prepared.again(&experiment, &model, progress)?;
     let reading = again.reading().with_delays(&delays);
     Ok(again.with_reading(reading))
+}
+
+/// Returns the joints that get Stribeck friction of a velocity which the description does not give.
+fn open_velocities(experiment: &Experiment, unknowns: &[UnknownResult]) -> Vec<usize> {
+    let is_added = |name: &str| {
+        unknowns.iter().any(|one| {
+            let velocity = one.used_law().and_then(|law| law.stribeck_velocity);
+            one.place == name && velocity.is_some()
+        })
+    };
+    (experiment.robot.joint.iter().enumerate())
+        .filter(|(_, joint)| joint.stribeck_velocity_rad_per_s.is_none() && is_added(&joint.name))
+        .map(|(index, _)| index)
+        .collect()
 }

@@ -3,6 +3,10 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
+use sprung_core::drives::Term;
+use sprung_core::friction::Shape;
+
+use super::added_law::AddedLaw;
 use crate::log::{Channels, Signal};
 
 /// Kind of an unknown.
@@ -111,40 +115,35 @@ pub(crate) trait ChannelEffect: Debug + Send + Sync {
     }
 }
 
-/// Filtered signals of a joint at one sample.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct JointSample {
-    /// Motor velocity and velocity of the link, rad/s (m/s).
-    pub(crate) velocities: [f64; 2],
-    /// Motor minus link position less its mean, rad (m).
-    pub(crate) deflection: f64,
-    /// Torque of the motor, N·m (N).
-    pub(crate) torque: f64,
-    /// Torque of the spring by the present estimate; of the motor for a rigid joint, N·m (N).
-    pub(crate) load: f64,
-}
-
-/// Figures of a joint that give a law its scales.
+/// Figures of a joint that give a law of its measured torque its scales.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JointScales {
     /// Sharpness of Coulomb friction, s/rad (s/m).
     pub(crate) sharpness: f64,
-    /// Root mean squares of the motor velocity, of the deflection and of the torque.
-    pub(crate) velocity: f64,
+    /// Root mean squares of the deflection and of the torque.
     pub(crate) deflection: f64,
     pub(crate) torque: f64,
 }
 
-/// Torque of a law with one coefficient, N·m (N) for a coefficient of 1.
-pub(crate) type Law = fn(&JointSample, &JointScales) -> f64;
+/// Torque of a law with a coefficient of 1.
+#[derive(Clone, Debug)]
+pub(crate) enum LawColumn {
+    /// Terms of the equations, in all rows.
+    Terms(Vec<(Term, Shape)>),
+    /// A function of the measured torque and the velocity of the motor, in the equation of the motor.
+    Measured(fn(f64, f64, &JointScales) -> f64),
+}
 
 /// How an unknown enters the equations.
 #[derive(Clone, Debug)]
 pub(crate) enum Effect {
     /// It changes the samples of channels.
     Channels(Vec<usize>, Arc<dyn ChannelEffect>),
-    /// It is a torque of a joint: in the equation of the motor, and in the sum with the link if it is no torque between them.
-    Law { torque: Law, is_of_spring: bool },
+    /// It is a torque of a joint, and perhaps a law that a description can have.
+    Law {
+        column: LawColumn,
+        added: Option<AddedLaw>,
+    },
 }
 
 /// An unknown.
@@ -163,6 +162,8 @@ pub(crate) struct Unknown {
     pub(crate) least: f64,
     /// Whether it is a rare fault, which must explain more.
     pub(crate) is_rare: bool,
+    /// Whether it is sought after all others, because no description can contain it.
+    pub(crate) is_last: bool,
     /// Whether only positive sizes exist.
     pub(crate) is_positive: bool,
     pub(crate) unit: &'static str,
@@ -203,5 +204,24 @@ impl Unknown {
             Effect::Channels(_, effect) => effect.begins(),
             Effect::Law { .. } => None,
         }
+    }
+
+    /// Returns the law that it adds to a description, if it does.
+    pub(crate) fn added(&self) -> Option<&AddedLaw> {
+        match &self.effect {
+            Effect::Channels(..) => None,
+            Effect::Law { added, .. } => added.as_ref(),
+        }
+    }
+
+    /// Returns the same law with Stribeck friction of a velocity, rad/s (m/s).
+    pub(crate) fn with_stribeck_velocity(mut self, velocity: f64) -> Self {
+        if let Effect::Law {
+            added: Some(added), ..
+        } = &mut self.effect
+        {
+            added.stribeck_velocity = Some(velocity);
+        }
+        self
     }
 }

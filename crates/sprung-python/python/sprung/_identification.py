@@ -103,6 +103,28 @@ class Applied:
 
 
 @dataclass(frozen=True)
+class AddedLaw:
+    """A law of friction or springs beyond those of the experiment file.
+
+    Attributes:
+        of: key of the joint, such as ``motor_friction``, or words for an effect that no key describes.
+        law: its name in the file; empty without a key.
+        stribeck_velocity: velocity at which Stribeck friction has fallen to 1/e, rad/s (m/s); ``None`` for other laws.
+        stribeck_velocity_error: its standard error; ``None`` unless the likelihood gave it.
+
+    Example:
+        >>> import sprung
+        >>> sprung.AddedLaw("motor_friction", "quadratic").law
+        'quadratic'
+    """
+
+    of: str
+    law: str
+    stribeck_velocity: float | None = None
+    stribeck_velocity_error: float | None = None
+
+
+@dataclass(frozen=True)
 class CompetingUnknown:
     """Another unknown that explains a log nearly as well.
 
@@ -126,8 +148,9 @@ class Unknown:
 
     Attributes:
         id: stable name, as in ``delay q1_rad``.
-        kind: ``delay``, ``timing``, ``offset``, ``gain``, ``drift``, ``lost-counts`` or ``eccentricity``.
-        place: column; the columns of one signal of all joints are separated by commas.
+        kind: ``delay``, ``timing``, ``offset``, ``gain``, ``drift``, ``lost-counts``, ``eccentricity``,
+            ``saturation`` or ``law``.
+        place: column, or joint of a law; the columns of one signal of all joints are separated by commas.
         value: size, in ``unit``: the time by which a delayed column is late; otherwise what a correction adds to the
             column, for a gain relative to it.
         standard_error: its standard error, in ``unit``.
@@ -136,6 +159,7 @@ class Unknown:
         effect: fall of the squared error of the torques on held-out parts of the log, relative to it.
         begins_s: time at which it begins, s; ``None`` if it acts during the whole log.
         competing: other unknowns that explain the log nearly as well.
+        law: the law that it adds to the joint; ``None`` for other kinds.
 
     Example:
         >>> import sprung
@@ -156,6 +180,7 @@ class Unknown:
     effect: float
     begins_s: float | None = None
     competing: list[CompetingUnknown] = field(default_factory=list)
+    law: AddedLaw | None = None
 
     def __str__(self) -> str:
         unit = f" {self.unit}" if self.unit else ""

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 use sprung_base::progress::Unheard;
-use sprung_method::estimate::{LawsByHoldOut, identify};
+use sprung_method::estimate::identify;
+use sprung_method::unknowns::UnknownResult;
 use sprung_model::Model;
 use sprung_robot::{Estimator, Experiment, Laws};
 
@@ -22,31 +23,29 @@ pub(crate) fn with_found_laws(experiment: &Experiment, estimator: Estimator) -> 
 pub(crate) fn print(what: &str, experiment: &Experiment, logs: &[Vec<u8>]) {
     let experiment = with_found_laws(experiment, Estimator::LeastSquares);
     let model = Model::new(&experiment).expect("the experiment has a model");
-    let found: Vec<Option<LawsByHoldOut>> = (logs.par_iter())
+    let found: Vec<Vec<UnknownResult>> = (logs.par_iter())
         .map(|log| {
             with_source(log, |source| {
                 let found = identify(&experiment, &model, &mut [source], &mut Unheard);
-                found.expect("the log is right").identification.laws
+                found.expect("the log is right").identification.unknowns
             })
         })
         .collect();
     println!("\nlaws by hold-out, {what}, {} logs", logs.len());
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
-    for (log, laws) in found.iter().enumerate() {
-        let Some(laws) = laws else {
-            println!("    {log:4}: too short");
-            continue;
-        };
-        let mut words = vec![format!("{:.2} %", 100.0 * laws.held_out)];
-        for rung in &laws.rungs {
-            let name = format!("{} {}", rung.joint, rung.words());
+    for (log, unknowns) in found.iter().enumerate() {
+        let mut words = Vec::new();
+        for unknown in unknowns {
+            let Some(law) = &unknown.law else { continue };
+            let name = format!("{} {}", unknown.place, law.words());
+            let rivals: Vec<&str> = (unknown.competing.iter())
+                .map(|rival| rival.id.as_str())
+                .collect();
             words.push(format!(
-                "{name} (gain {:.1} ± {:.1} %, {:.2} %{}{})",
-                100.0 * rung.gain,
-                100.0 * rung.gain_scatter,
-                100.0 * rung.held_out,
-                if rung.made { "" } else { ", not made" },
-                match &rung.not_told_apart_from[..] {
+                "{name} ({}, squares fall by {:.1} %{})",
+                unknown.status.word(),
+                100.0 * unknown.effect,
+                match &rivals[..] {
                     [] => String::new(),
                     others => format!(", or {}", others.join(", ")),
                 }

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 use sprung_base::progress::Unheard;
-use sprung_method::estimate::{EstimateResult, LawsByHoldOut, identify};
+use sprung_method::estimate::{EstimateResult, identify};
+use sprung_method::unknowns::UnknownResult;
 use sprung_model::Model;
 use sprung_robot::{Estimator, Experiment, Laws, SpringTerm};
 
@@ -25,7 +26,7 @@ const LAWS: [(&str, &str, &str); 2] = [
 struct OnLog {
     trial: Trial,
     /// Laws by hold-out of each method.
-    laws: Vec<Option<LawsByHoldOut>>,
+    unknowns: Vec<Vec<UnknownResult>>,
 }
 
 /// Runs the case, and prints its tables.
@@ -67,7 +68,7 @@ pub(crate) fn other_plant(demo: &Demo, arguments: &Arguments) {
         row("other laws", name, &runs, arguments.parameters);
     }
     for (index, (name, _)) in ways.iter().enumerate() {
-        named(name, logs.iter().filter_map(|log| log.laws[index].as_ref()));
+        named(name, logs.iter().map(|log| &log.unknowns[index][..]));
         let results = || logs.iter().map(|log| &log.trial.results[index]);
         delays(name, results());
         velocities(name, results());
@@ -100,33 +101,36 @@ fn knows_laws(way: &Experiment) -> bool {
         || joints.any(|joint| joint.spring_terms().contains(&SpringTerm::Cubic))
 }
 
-fn identified(way: &Experiment, log: &[u8]) -> (EstimateResult, Option<LawsByHoldOut>) {
+fn identified(way: &Experiment, log: &[u8]) -> (EstimateResult, Vec<UnknownResult>) {
     let model = Model::new(way).expect("the experiment has a model");
     with_source(log, |source| {
         let found = identify(way, &model, &mut [source], &mut Unheard);
         let mut found = found.expect("the log is right").identification;
-        (found.results.remove(0), found.laws)
+        (found.results.remove(0), found.unknowns)
     })
 }
 
 /// Prints the number of logs in which cross-validation adds each law to both joints, and the counts
 /// of other laws.
-fn named<'l>(name: &str, laws: impl Iterator<Item = &'l LawsByHoldOut>) {
+fn named<'l>(name: &str, found: impl Iterator<Item = &'l [UnknownResult]>) {
     let mut counts = [0; LAWS.len()];
     let mut others: BTreeMap<String, usize> = BTreeMap::new();
     let mut logs = 0;
-    for laws in laws {
+    for unknowns in found {
         logs += 1;
-        let made = || laws.rungs.iter().filter(|rung| rung.made);
+        let made = || {
+            let used = unknowns.iter();
+            used.filter_map(|unknown| Some((&unknown.place, unknown.used_law()?)))
+        };
         for (count, (_, of, law)) in counts.iter_mut().zip(LAWS) {
-            let joints = made().filter(|rung| rung.of == of && rung.law == law);
+            let joints = made().filter(|(_, added)| added.of == of && added.law == law);
             *count += usize::from(joints.count() == 2);
         }
         let is_known =
             |of: &str, law: &str| LAWS.iter().any(|known| (known.1, known.2) == (of, law));
-        for rung in made().filter(|rung| !is_known(&rung.of, &rung.law)) {
+        for (joint, law) in made().filter(|(_, law)| !is_known(&law.of, &law.law)) {
             *others
-                .entry(format!("{} {}", rung.joint, rung.words()))
+                .entry(format!("{joint} {}", law.words()))
                 .or_default() += 1;
         }
     }

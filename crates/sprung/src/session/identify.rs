@@ -4,7 +4,7 @@ use super::error::SessionError;
 use super::load::Session;
 use sprung_base::progress::Listener;
 use sprung_log::LogSource;
-use sprung_method::estimate::{Applied, Identified, identify_and_tell};
+use sprung_method::estimate::{Identified, identify_and_tell};
 use sprung_robot::{Estimator, Task};
 
 impl Session {
@@ -72,20 +72,9 @@ impl Session {
             return found;
         }
         let identification = &mut found.identification;
-        identification
-            .applied
-            .extend(self.earlier_laws.iter().map(|rung| Applied {
-                kind: "law".to_owned(),
-                what: format!(
-                    "{}: {}, as in an earlier identification",
-                    rung.joint,
-                    rung.words()
-                ),
-                held_out: None,
-                forbidden_by: "leaving out --laws-from".to_owned(),
-            }));
-        let laws = identification.laws.take().unwrap_or_default();
-        identification.laws = Some(laws.with_earlier(&self.earlier_laws));
+        let earlier = self.earlier_laws.iter().cloned();
+        let found_now = std::mem::take(&mut identification.unknowns);
+        identification.unknowns = earlier.chain(found_now).collect();
         found
     }
 }

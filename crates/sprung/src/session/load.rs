@@ -7,7 +7,7 @@ use super::error::SessionError;
 use super::experiment_path::{EXPERIMENT_FILE, experiment_file};
 use super::files::{Disk, Files, InFolder, read_text};
 use super::results::{RESULTS_FOLDER, ReadIdentification};
-use sprung_method::estimate::{LawRung, with_found_laws};
+use sprung_method::unknowns::{UnknownResult, UnknownStatus, with_added_laws};
 use sprung_model::Model;
 use sprung_robot::{Experiment, Laws, Log, Validate};
 
@@ -23,7 +23,7 @@ pub struct Session {
     pub(super) folder: PathBuf,
     pub(super) files: Arc<dyn Files>,
     // Laws of earlier identifications in the model.
-    pub(super) earlier_laws: Vec<LawRung>,
+    pub(super) earlier_laws: Vec<UnknownResult>,
 }
 
 impl Session {
@@ -120,7 +120,7 @@ impl Session {
     /// [`SessionError`] if an identification is that of another robot.
     pub fn with_laws_from(&self, earlier: &[ReadIdentification]) -> Result<Self, SessionError> {
         let mut experiment = self.experiment.clone();
-        let mut earlier_laws: Vec<LawRung> = Vec::new();
+        let mut earlier_laws: Vec<UnknownResult> = Vec::new();
         for ReadIdentification {
             path,
             identification,
@@ -137,15 +137,14 @@ impl Session {
                     ),
                 });
             }
-            if let Some(laws) = &identification.laws {
-                experiment = with_found_laws(&experiment, laws);
-                for rung in laws.rungs.iter().filter(|rung| rung.made) {
-                    let same = |other: &LawRung| {
-                        other.joint == rung.joint && other.words() == rung.words()
-                    };
-                    if !earlier_laws.iter().any(same) {
-                        earlier_laws.push(rung.clone());
-                    }
+            experiment = with_added_laws(&experiment, &identification.unknowns);
+            let laws = identification.unknowns.iter();
+            for law in laws.filter(|unknown| unknown.used_law().is_some()) {
+                if !earlier_laws.iter().any(|other| other.id == law.id) {
+                    earlier_laws.push(UnknownResult {
+                        status: UnknownStatus::Given,
+                        ..law.clone()
+                    });
                 }
             }
         }

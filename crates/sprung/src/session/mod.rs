@@ -18,6 +18,7 @@ mod control;
 mod control_code;
 mod control_error;
 mod described;
+mod earlier_formats;
 mod error;
 mod excite;
 mod excite_error;

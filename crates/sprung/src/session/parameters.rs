@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::earlier_formats::identification_from;
 use super::error::SessionError;
 use super::files::{Disk, Files, read_text};
 use super::load::Session;
-use sprung_method::estimate::{
-    IDENTIFICATION_FORMAT, Identification, with_found_laws, with_rigid_joints,
-};
+use sprung_method::estimate::{IDENTIFICATION_FORMAT, Identification, with_rigid_joints};
+use sprung_method::unknowns::with_added_laws;
 use sprung_method::validate::ParameterSet;
 use sprung_model::Model;
 use sprung_robot::Experiment;
@@ -66,17 +66,14 @@ impl Session {
         parameters: &Parameters,
     ) -> Result<(Experiment, Model), SessionError> {
         let found = parameters.identification.as_ref();
-        let laws = found
-            .and_then(|identification| identification.laws.as_ref())
-            .filter(|laws| laws.rungs.iter().any(|rung| rung.made));
+        let unknowns = found.map_or(&[][..], |identification| &identification.unknowns);
+        let has_laws = unknowns.iter().any(|unknown| unknown.used_law().is_some());
         let rigid = found.map_or(&[][..], |identification| &identification.rigid_joints);
-        if laws.is_none() && rigid.iter().all(|joint| joint.hold_out.is_none()) {
+        if !has_laws && rigid.iter().all(|joint| joint.hold_out.is_none()) {
             return Ok((self.experiment().clone(), self.model().clone()));
         }
-        let mut experiment = with_rigid_joints(self.experiment(), rigid);
-        if let Some(laws) = laws {
-            experiment = with_found_laws(&experiment, laws);
-        }
+        let experiment = with_rigid_joints(self.experiment(), rigid);
+        let experiment = with_added_laws(&experiment, unknowns);
         let model = Model::new(&experiment)?;
         Ok((experiment, model))
     }
@@ -115,8 +112,9 @@ impl From<Identification> for Parameters {
 }
 
 fn of_json(text: &str) -> Result<Parameters, String> {
-    let identification: Identification =
-        serde_json::from_str(text).map_err(|error| error.to_string())?;
+    let identification = serde_json::from_str(text)
+        .and_then(identification_from)
+        .map_err(|error| error.to_string())?;
     if !(1..=IDENTIFICATION_FORMAT).contains(&identification.format) {
         return Err(format!(
             "format {} is not known; this version reads formats 1 to {IDENTIFICATION_FORMAT}: identify the robot again",

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
+use super::earlier_formats::identification_from;
 use super::error::SessionError;
 use super::switch::finish;
 use sprung_method::estimate::{IDENTIFICATION_FORMAT, Identification};
@@ -162,7 +163,7 @@ fn identification(path: PathBuf, json: Value) -> Result<ReadIdentification, Sess
     }
     check_format(&path, &json, NEWEST)?;
     let identification: Identification =
-        serde_json::from_value(json).map_err(|error| wrong(&path, &error.to_string()))?;
+        identification_from(json).map_err(|error| wrong(&path, &error.to_string()))?;
     if identification.results.is_empty() {
         return Err(wrong(
             &path,

@@ -114,13 +114,9 @@ fn estimated_signs_stay_when_a_law_is_added() {
         "robot.joint.joint1.motor_friction=[\"viscous\"]",
     ]);
     let expected = session.identify(&mut Unheard).unwrap().identification;
-    let laws = expected.laws.as_ref().unwrap();
-    assert!(
-        laws.rungs
-            .iter()
-            .any(|rung| rung.made && rung.law == "coulomb"),
-        "{laws:?}"
-    );
+    let unknowns = &expected.unknowns;
+    let laws = || unknowns.iter().filter_map(|unknown| unknown.used_law());
+    assert!(laws().any(|law| law.law == "coulomb"), "{unknowns:?}");
     assert!(expected.log.signs()["tau1_nm"] > 0.0);
     let mut codes = expected
         .findings
@@ -131,7 +127,7 @@ fn estimated_signs_stay_when_a_law_is_added() {
     let all = merged(&factors(&session, &choices));
     let found = session.identify_factors(&all, &mut Unheard).unwrap();
     assert_eq!(found.identification.log, expected.log);
-    assert_eq!(found.identification.laws, expected.laws);
+    assert_eq!(found.identification.unknowns, expected.unknowns);
 }
 
 #[test]

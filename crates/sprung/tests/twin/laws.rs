@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use sprung_base::progress::Unheard;
-use sprung_method::estimate::{Identification, LawRung, identify};
+use sprung_method::estimate::{Identification, identify};
+use sprung_method::unknowns::UnknownResult;
 use sprung_model::Model;
 use sprung_robot::{self as description, Experiment, no_files};
 
@@ -67,8 +68,9 @@ fn identified(laws: &str, log: &str) -> Identification {
     })
 }
 
-fn rungs(identification: &Identification) -> &[LawRung] {
-    &identification.laws.as_ref().unwrap().rungs
+fn laws(identification: &Identification) -> Vec<&UnknownResult> {
+    let unknowns = identification.unknowns.iter();
+    unknowns.filter(|unknown| unknown.law.is_some()).collect()
 }
 
 fn missing(identification: &Identification) -> &str {
@@ -80,32 +82,36 @@ fn missing(identification: &Identification) -> &str {
 #[test]
 fn viscous_and_quadratic_friction_at_nearly_constant_speed_are_named_together() {
     let found = identified(r#"["coulomb"]"#, &log(0.02));
-    let rung = &rungs(&found)[0];
-    assert_eq!(rung.law, "viscous");
-    let others = &rung.not_told_apart_from;
-    assert!(
-        others
-            .iter()
-            .any(|other| other == "motor_friction \"quadratic\""),
-        "{others:?}"
-    );
+    let competing = |identification: &Identification| -> Vec<String> {
+        let first = laws(identification)[0];
+        assert_eq!(first.law.as_ref().unwrap().law, "viscous");
+        (first.competing.iter())
+            .map(|rival| rival.id.clone())
+            .collect()
+    };
+    let quadratic = "law wheel.motor_friction.quadratic";
+    let others = competing(&found);
+    assert!(others.iter().any(|other| other == quadratic), "{others:?}");
     let text = missing(&found);
-    assert!(text.contains("motor_friction \"viscous\", or "), "{text}");
-    assert!(text.contains("or motor_friction \"quadratic\""), "{text}");
+    assert!(text.contains("motor_friction \"viscous\""), "{text}");
+    assert!(text.contains(quadratic), "{text}");
     // At speeds between 0.05 and 0.45 rad/s the log separates them.
-    let found = identified(r#"["coulomb"]"#, &log(0.4));
-    let others = &rungs(&found)[0].not_told_apart_from;
-    assert!(others.is_empty(), "{others:?}");
+    let others = competing(&identified(r#"["coulomb"]"#, &log(0.4)));
+    assert!(!others.iter().any(|other| other == quadratic), "{others:?}");
 }
 
 #[test]
 fn constant_torque_and_coulomb_friction_in_one_direction_are_named_together() {
     let found = identified(r#"["viscous"]"#, &log(0.4));
-    let rung = &rungs(&found)[0];
-    let mut both = rung.not_told_apart_from.clone();
-    both.push(rung.words());
+    let first = laws(&found)[0];
+    let mut both: Vec<&str> = first
+        .competing
+        .iter()
+        .map(|rival| rival.id.as_str())
+        .collect();
+    both.push(&first.id);
     for law in ["coulomb", "offset"] {
-        let words = format!("motor_friction \"{law}\"");
-        assert!(both.contains(&words), "{both:?}");
+        let id = format!("law wheel.motor_friction.{law}");
+        assert!(both.contains(&id.as_str()), "{both:?}");
     }
 }

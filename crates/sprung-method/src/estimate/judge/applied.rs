@@ -2,11 +2,12 @@
 
 use crate::description::Joint;
 use crate::estimate::estimators::prediction_error::Retiming;
-use crate::estimate::result::{Applied, LawsByHoldOut, Refinement};
+use crate::estimate::result::{Applied, Refinement};
 use crate::finding::{Finding, Severity};
 use crate::log::{SPIKES, STUCK_SAMPLES};
 use crate::model::Model;
-use crate::numbers::in_ms;
+use crate::numbers::{in_ms, in_percent};
+use crate::unknowns::UnknownResult;
 
 /// Setting that keeps to the description.
 const DECLARED: &str = "laws = \"declared\"";
@@ -15,17 +16,17 @@ const DECLARED: &str = "laws = \"declared\"";
 ///
 /// - `about_logs`: findings about the logs, including the corrected samples.
 /// - `retiming`: timing and sharpness that a first refinement found; `refined`: the refinement with them.
-/// - `laws`: laws by hold-out; `period`: sampling period, s.
+/// - `unknowns`: what the log shows beyond the description; `period`: sampling period, s.
 pub(in crate::estimate) fn applied(
     model: &Model,
     about_logs: &[Finding],
     (retiming, refined): (Option<&Retiming>, Option<&Refinement>),
-    laws: Option<&LawsByHoldOut>,
+    unknowns: &[UnknownResult],
     period: f64,
 ) -> Vec<Applied> {
     let timing = retiming.and_then(|retiming| torque_timing(retiming, refined, period));
     let sharpness = retiming.and_then(|retiming| sharpness(model, retiming, refined));
-    let laws = laws.into_iter().flat_map(of_laws);
+    let laws = unknowns.iter().filter_map(of_law);
     (about_logs.iter())
         .filter_map(mended)
         .chain(timing)
@@ -95,17 +96,17 @@ fn sharpness(model: &Model, retiming: &Retiming, refined: Option<&Refinement>) -
     })
 }
 
-fn of_laws(laws: &LawsByHoldOut) -> Vec<Applied> {
-    let mut without = laws.held_out;
-    let made = laws.rungs.iter().filter(|rung| rung.made);
-    made.map(|rung| Applied {
+fn of_law(unknown: &UnknownResult) -> Option<Applied> {
+    let law = unknown.used_law()?;
+    Some(Applied {
         kind: "law".to_owned(),
-        what: format!("{}: {}", rung.joint, rung.words()),
-        held_out: Some([
-            std::mem::replace(&mut without, rung.held_out),
-            rung.held_out,
-        ]),
+        what: format!(
+            "{}: {}, with which the squared error of its torques on held-out parts of the log falls by {:.0} %",
+            unknown.place,
+            law.words(),
+            in_percent(unknown.effect)
+        ),
+        held_out: None,
         forbidden_by: DECLARED.to_owned(),
     })
-    .collect()
 }

@@ -1,12 +1,12 @@
 //! Laws that the likelihood tests after a refinement.
 
-use sprung_core::friction::{Family, Law, Scale};
+use sprung_core::friction::{Family, Law};
 use sprung_core::parameters::{JointParameter, Side};
 
-use super::candidates::changed;
 use crate::description::Experiment;
 use crate::estimate::statistics::SATURATED_ARGUMENT;
 use crate::model::{Model, ModelError};
+use crate::unknowns::changed;
 
 /// Stribeck velocity of the tested law, relative to the root mean square of the joint's velocity,
 /// and least argument of `tanh(beta v)` at this velocity.
@@ -80,15 +80,7 @@ pub(in crate::estimate) fn with_tested_laws(
             }
         }
     }
-    let mut richer = Model::new(&richer)?.with_open_stribeck(model.open_stribeck());
-    for joint in 0..model.joint_count() {
-        if model.has_law(Scale::Stribeck, joint) {
-            richer.set_stribeck(joint, model.stribeck_velocity(joint));
-        }
-        if let Some(velocity) = model.residual_velocity(joint) {
-            richer = richer.with_residual_velocity(joint, velocity);
-        }
-    }
+    let richer = Model::new(&richer)?.with_velocities_of(model);
     let tested = (kinds.into_iter())
         .filter_map(|(joint, of, law, kind)| {
             let parameter = richer.index(kind, joint)?;

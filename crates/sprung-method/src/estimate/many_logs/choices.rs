@@ -6,8 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::description::{Estimator, Experiment, Side};
 use crate::estimate::errors::FactorsError;
-use crate::estimate::laws::with_found_laws;
-use crate::estimate::result::{GENERATOR, LawsByHoldOut, RigidJoint};
+use crate::estimate::result::{GENERATOR, RigidJoint};
 use crate::estimate::springs::with_rigid_joints;
 use crate::estimate::steps::Ready;
 use crate::log::Channels;
@@ -15,6 +14,7 @@ use crate::model::Model;
 use crate::prepare::PrepareError;
 use crate::regression::{Packed, Reading, TransitionWeights, VelocityNoise};
 use crate::sha256::sha256;
+use crate::unknowns::{UnknownResult, with_added_laws};
 
 /// Version of the stored choices and factors.
 pub(super) const FORMAT: u64 = 1;
@@ -32,8 +32,9 @@ pub struct Choices {
     robot: String,
     /// Hash of the parts of the experiment on which factors depend.
     experiment: String,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    laws: Option<LawsByHoldOut>,
+    /// Unknowns with laws that the model has.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    laws: Vec<UnknownResult>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     rigid_joints: Vec<RigidJoint>,
     sign: BTreeMap<String, f64>,
@@ -78,7 +79,10 @@ impl Choices {
             generator: GENERATOR.to_owned(),
             robot: experiment.robot.name.clone(),
             experiment: fingerprint(experiment),
-            laws: ready.laws.as_ref().map(|chosen| chosen.result.clone()),
+            laws: (ready.unknowns.iter())
+                .filter(|unknown| unknown.used_law().is_some())
+                .cloned()
+                .collect(),
             rigid_joints: ready.rigid.clone(),
             sign: (factors.signs.iter())
                 .map(|sign| (sign.column.clone(), sign.value))
@@ -119,9 +123,7 @@ impl Choices {
             why,
         };
         let mut described = with_rigid_joints(&for_factors(experiment), &self.rigid_joints);
-        if let Some(laws) = &self.laws {
-            described = with_found_laws(&described, laws);
-        }
+        described = with_added_laws(&described, &self.laws);
         if let Some(side) = self.torque_constant_side {
             described.robot.settle_torque_side(side);
         }

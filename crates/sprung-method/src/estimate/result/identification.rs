@@ -6,7 +6,6 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::applied::Applied;
-use super::laws::LawsByHoldOut;
 use super::log_info::LogInfo;
 use super::payload::PayloadResult;
 use super::physical::{CovarianceOfErrors, PhysicalResult, StandardParameter};
@@ -41,9 +40,6 @@ pub struct Identification {
     /// Changes beyond the description that the log requires and that all results use.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub applied: Vec<Applied>,
-    /// Laws that reduce the held-out residual; absent if the log is too short.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub laws: Option<LawsByHoldOut>,
     /// Frequency responses of a log and of the first result; absent without a flexible joint.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frequency_response: Option<FrequencyResponse>,
@@ -335,7 +331,7 @@ pub struct ErrorParts {
 }
 
 /// Version of the form of `identification.json`.
-pub const IDENTIFICATION_FORMAT: u32 = 2;
+pub const IDENTIFICATION_FORMAT: u32 = 3;
 
 /// One parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

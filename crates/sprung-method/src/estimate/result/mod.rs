@@ -2,7 +2,6 @@
 
 mod applied;
 mod identification;
-mod laws;
 mod log_info;
 mod payload;
 mod physical;
@@ -19,7 +18,6 @@ pub use identification::{
     IDENTIFICATION_FORMAT, Identification, ModelDependence, MotorRowResult, ParameterEstimate,
     SettingsUsed, SimulationFit, parameters_csv,
 };
-pub use laws::{LawRung, LawsByHoldOut};
 pub use log_info::{DelayUsed, GainUsed, LogInfo, SignUsed};
 pub use payload::{PayloadParameter, PayloadResult};
 pub use physical::{CovarianceOfErrors, Decided, PhysicalResult, StandardParameter};

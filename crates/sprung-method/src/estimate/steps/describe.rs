@@ -14,6 +14,7 @@ use crate::estimate::judge::{
     after_estimation, applied, decide, judge, tilt_is_possible, tilted, unpredicted,
     with_held_out_delay,
 };
+use crate::estimate::refined_unknowns::refined_unknowns;
 use crate::estimate::result::{
     CutoffChoice, DelayUsed, EstimateResult, GENERATOR, IDENTIFICATION_FORMAT, Identification,
     RigidJoint, SettingsUsed,
@@ -139,7 +140,7 @@ fn assemble(
         .map(|(estimator, found)| trace_of(model, estimator, found.numbers.points))
         .collect();
     let refined = judged.results.iter().find_map(EstimateResult::refined);
-    let laws = (basis.ready.laws.as_ref()).map(|chosen| chosen.described(refined));
+    let unknowns = refined_unknowns(&basis.ready.unknowns, refined);
     let retiming = match basis.timing {
         Timing::Found(retiming) => Some(retiming),
         Timing::Open | Timing::Kept => None,
@@ -172,14 +173,13 @@ fn assemble(
                 model,
                 &judged.findings,
                 (retiming, refined),
-                laws.as_ref(),
+                &unknowns,
                 period,
             ),
-            laws,
             frequency_response: judged.response,
             springs_from_motor: judged.springs,
             rigid_joints: judged.rigid_joints,
-            unknowns: basis.ready.unknowns.clone(),
+            unknowns,
             payloads: payloads.map(|(payload, _)| payload).collect(),
             findings: judged.findings,
             results: judged.results,

@@ -21,9 +21,10 @@ pub(in crate::estimate) fn examine(
     let prepared = &ready.prepared;
     let mut about_logs = examine_or_refuse(ready, read)?;
     // A faulty log resembles missing laws.
-    let is_faulty = (about_logs.iter()).any(|finding| finding.severity > Severity::Info);
-    let about_laws = (ready.laws.as_ref()).and_then(|chosen| chosen.finding.clone());
-    about_logs.extend(about_laws.filter(|finding| !(is_faulty && finding.code == LAWS_MISSING)));
+    let is_other = |finding: &Finding| finding.code != LAWS_MISSING;
+    let is_faulty = (about_logs.iter().filter(|finding| is_other(finding)))
+        .any(|finding| finding.severity > Severity::Info);
+    about_logs.retain(|finding| !is_faulty || is_other(finding));
     about_logs.extend(at_rest(prepared, &read.system));
     Ok(about_logs)
 }

@@ -2,14 +2,19 @@
 
 use sprung_core::parameters::JointParameter;
 
+use crate::description::Experiment;
 use crate::log::{Channels, Signal};
 use crate::model::Model;
-use crate::prepare::{Excerpt, noise};
+use crate::prepare::{Excerpt, noise, rms_speeds};
+use crate::regression::Reading;
 
 /// What the kinds need to know about a log and its robot.
 pub(in crate::unknowns) struct Catalogued<'a> {
     pub(in crate::unknowns) channels: &'a Channels,
     pub(in crate::unknowns) model: &'a Model,
+    pub(in crate::unknowns) experiment: &'a Experiment,
+    /// Root mean square of each joint's velocity, rad/s (m/s).
+    pub(in crate::unknowns) speeds: Vec<f64>,
     pub(in crate::unknowns) names: &'a [String],
     pub(in crate::unknowns) joints: usize,
     /// First time of the excerpt and its duration, s.
@@ -22,6 +27,7 @@ pub(in crate::unknowns) struct Catalogued<'a> {
 
 impl<'a> Catalogued<'a> {
     pub(in crate::unknowns) fn new(
+        (experiment, reading): (&'a Experiment, &Reading),
         channels: &'a Channels,
         model: &'a Model,
         excerpt: &'a Excerpt,
@@ -40,6 +46,8 @@ impl<'a> Catalogued<'a> {
             })
             .collect();
         Self {
+            experiment,
+            speeds: rms_speeds(reading, excerpt),
             channels,
             model,
             names: model.joints(),
@@ -67,10 +75,6 @@ impl<'a> Catalogued<'a> {
             .filter(|&channel| self.excerpt.deviation(channel) > 0.0)
             .collect();
         all.into_iter()
-    }
-
-    pub(in crate::unknowns) fn is_flexible(&self, joint: usize) -> bool {
-        self.model.is_flexible(joint)
     }
 
     pub(in crate::unknowns) fn turns(&self, channel: usize) -> bool {

@@ -59,6 +59,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
             expected,
             least: 0.0,
             is_rare: false,
+            is_last: false,
             is_positive: false,
             unit: "s",
             effect: Effect::Channels(channels, Arc::new(Delay)),

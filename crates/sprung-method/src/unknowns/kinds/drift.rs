@@ -33,6 +33,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
                 expected: 0.0,
                 least: of.count(channel),
                 is_rare: true,
+                is_last: false,
                 is_positive: false,
                 unit: of.unit_of_position(channel),
                 effect: Effect::Channels(vec![channel], Arc::new(Drift)),

@@ -48,6 +48,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
                 expected: 0.0,
                 least: of.count(channel),
                 is_rare: true,
+                is_last: false,
                 is_positive: false,
                 unit: "rad",
                 effect: Effect::Channels(vec![channel], Arc::new(Eccentricity { is_cosine })),

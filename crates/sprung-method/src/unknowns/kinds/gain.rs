@@ -43,6 +43,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
             expected: 0.0,
             least: 0.0,
             is_rare: false,
+            is_last: false,
             is_positive: false,
             unit: "",
             effect: Effect::Channels(vec![channel], Arc::new(Gain)),

@@ -1,165 +1,263 @@
 //! Laws with one coefficient that a joint may have beyond those of its description. They compete with the other causes.
 
+use sprung_core::drives::Term;
+use sprung_core::friction::{Family, Law, Shape};
+use sprung_core::parameters::{JointParameter, Side};
+
 use super::catalogued::Catalogued;
 use super::words::{falls, or_else};
+use crate::description::{Experiment, FrictionLaw, Joint, SpringTerm};
 use crate::finding::{Finding, Severity};
+use crate::model::Model;
+use crate::unknowns::added_law::{AddedLaw, laws_of};
 use crate::unknowns::found::Telling;
-use crate::unknowns::unknown::{Effect, JointSample, JointScales, Kind, Law, Place, Unknown};
+use crate::unknowns::result::UnknownStatus;
+use crate::unknowns::unknown::{Effect, JointScales, Kind, LawColumn, Place, Unknown};
 
 /// Code of the finding that laws would predict the log better.
 pub(crate) const LAWS_MISSING: &str = "laws-missing";
 
-/// Part of a joint's torque below which a constant torque matters to nobody.
-const LEAST_SHARE: f64 = 0.02;
+/// Part of a joint's torque below which a law matters to nobody, and a constant torque.
+const LEAST_SHARE: f64 = 0.01;
+const LEAST_CONSTANT: f64 = 0.02;
 
-/// Velocity of the slow curve, in root mean squares of the velocity.
-const SLOW: f64 = 0.2;
+/// Stribeck velocities that are tried, relative to the root mean square of the joint's velocity.
+const STRIBECK_VELOCITIES: [f64; 5] = [0.06, 0.12, 0.25, 0.5, 1.0];
 
-fn coulomb(at: &JointSample, of: &JointScales) -> f64 {
-    (of.sharpness * at.velocities[0]).tanh()
+/// Least argument of `tanh(beta v)` at a Stribeck velocity: the Coulomb transition masks Stribeck friction of a lower one.
+const SATURATED_ARGUMENT: f64 = 2.0;
+
+/// Fall of the error of the torques (root mean square) from which on a law that is not applied is a warning.
+const LARGE_FALL: f64 = 0.08;
+
+/// Key without a law of the description.
+const TORQUE_LOAD: &str = "friction proportional to the torque";
+
+/// Friction of a gear that transmits a load, with the measured torque as the load.
+fn load(torque: f64, velocity: f64, of: &JointScales) -> f64 {
+    torque.abs() * (of.sharpness * velocity).tanh()
 }
 
-fn damping(at: &JointSample, _: &JointScales) -> f64 {
-    at.velocities[0] - at.velocities[1]
+/// Lists laws of one joint.
+struct OfJoint<'a> {
+    model: &'a Model,
+    /// The model with every law in every joint.
+    everything: &'a Model,
+    joint: usize,
+    name: &'a str,
+    described: &'a Joint,
+    /// Root mean square of the velocity, rad/s (m/s).
+    speed: f64,
+    /// Part of the torque that a count of an encoder makes.
+    count_share: f64,
 }
 
-fn cubic(at: &JointSample, of: &JointScales) -> f64 {
-    at.deflection.powi(3) / of.deflection.powi(2)
-}
-
-fn quadratic(at: &JointSample, of: &JointScales) -> f64 {
-    at.velocities[0] * at.velocities[0].abs() / of.velocity
-}
-
-fn slow(at: &JointSample, of: &JointScales) -> f64 {
-    (at.velocities[0] / (SLOW * of.velocity)).tanh()
-}
-
-fn stribeck(at: &JointSample, of: &JointScales) -> f64 {
-    let x = at.velocities[0] / (SLOW * of.velocity);
-    coulomb(at, of) * (-x * x).exp()
-}
-
-fn load(at: &JointSample, of: &JointScales) -> f64 {
-    at.load.abs() * coulomb(at, of)
-}
-
-fn motor_offset(_: &JointSample, _: &JointScales) -> f64 {
-    1.0
-}
-
-fn link_coulomb(at: &JointSample, of: &JointScales) -> f64 {
-    (of.sharpness * at.velocities[1]).tanh()
-}
-
-/// A law with one coefficient.
-struct OneLaw {
-    name: &'static str,
-    torque: Law,
-    /// Whether the torque acts between motor and link.
-    is_of_spring: bool,
-    /// Usual coefficient; infinite if it has a unit.
-    scale: f64,
-    is_positive: bool,
-    /// Whether the torque is constant, as that of one count of an encoder.
-    is_constant: bool,
-    /// Units of the coefficient of a joint that turns and of one that slides.
-    units: [&'static str; 2],
-}
-
-impl OneLaw {
-    const fn of_friction(name: &'static str, torque: Law, units: [&'static str; 2]) -> Self {
-        Self {
-            name,
-            torque,
-            is_of_spring: false,
-            scale: f64::INFINITY,
-            is_positive: true,
-            is_constant: false,
-            units,
-        }
-    }
-
-    const fn of_spring(
-        name: &'static str,
-        torque: Law,
-        is_positive: bool,
-        units: [&'static str; 2],
-    ) -> Self {
-        Self {
-            is_of_spring: true,
-            is_positive,
-            ..Self::of_friction(name, torque, units)
-        }
-    }
-}
-
-const TORQUE: [&str; 2] = ["N·m", "N"];
-const OVER_VELOCITY: [&str; 2] = ["N·m·s/rad", "N·s/m"];
-const OVER_ANGLE: [&str; 2] = ["N·m/rad", "N/m"];
-
-const LAWS: [OneLaw; 9] = [
-    OneLaw::of_spring("spring damping", damping, true, OVER_VELOCITY),
-    OneLaw::of_spring("cubic spring", cubic, false, OVER_ANGLE),
-    OneLaw::of_friction("quadratic friction", quadratic, OVER_VELOCITY),
-    OneLaw::of_friction("slow friction", slow, TORQUE),
-    OneLaw::of_friction("Stribeck friction", stribeck, TORQUE),
-    OneLaw {
-        scale: 0.05,
-        ..OneLaw::of_friction("load friction", load, ["", ""])
-    },
-    OneLaw {
-        is_positive: false,
-        is_constant: true,
-        ..OneLaw::of_friction("friction offset", motor_offset, TORQUE)
-    },
-    OneLaw::of_friction("motor Coulomb friction", coulomb, TORQUE),
-    OneLaw::of_friction("link Coulomb friction", link_coulomb, TORQUE),
-];
-
-pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
-    let of_joint = |(joint, name): (usize, &String)| {
-        let laws = LAWS
-            .iter()
-            .filter(move |law| !law.is_of_spring || of.is_flexible(joint));
-        let unknown = |law: &OneLaw| Unknown {
-            id: format!("{} {name}", law.name),
+impl OfJoint<'_> {
+    fn law(&self, of: &str, law: &str, column: LawColumn) -> Unknown {
+        let id = format!("law {}.{of}.{law}", self.name);
+        Unknown {
+            id: id.trim_end_matches('.').to_owned(),
             kind: Kind::Law,
-            place: Place::Joint(joint),
-            scale: law.scale,
+            place: Place::Joint(self.joint),
+            scale: f64::INFINITY,
             expected: 0.0,
-            least: if law.is_constant {
-                LEAST_SHARE.max(of.count_share(joint))
-            } else {
-                0.0
-            },
+            least: LEAST_SHARE,
             is_rare: false,
-            is_positive: law.is_positive,
-            unit: law.units[usize::from(!of.channels.turns[joint])],
+            is_last: false,
+            is_positive: false,
+            unit: "",
             effect: Effect::Law {
-                torque: law.torque,
-                is_of_spring: law.is_of_spring,
+                column,
+                added: Some(AddedLaw {
+                    of: of.to_owned(),
+                    law: law.to_owned(),
+                    stribeck_velocity: None,
+                    stribeck_velocity_error: None,
+                }),
             },
+        }
+    }
+
+    /// Returns the law of one parameter, with its terms in all rows.
+    fn of_parameter(&self, of: &str, law: &str, kind: JointParameter, shape: Shape) -> Unknown {
+        let of_joint = |term: &&Term| term.joint == self.joint && term.what == kind;
+        let terms = self.everything.robot().terms.iter().filter(of_joint);
+        let column = LawColumn::Terms(terms.map(|term| (*term, shape)).collect());
+        let parameter = self.everything.index(kind, self.joint);
+        Unknown {
+            is_positive: kind.is_friction() || kind == JointParameter::Damping,
+            unit: parameter.map_or("", |at| self.everything.parameters()[at].unit),
+            ..self.law(of, law, column)
+        }
+    }
+
+    fn friction(&self, side: Side, family: Family, law: Law) -> Vec<Unknown> {
+        let of = match side {
+            Side::Link => "link_friction",
+            Side::Motor => "motor_friction",
         };
-        laws.map(unknown).collect::<Vec<Unknown>>()
-    };
-    of.names.iter().enumerate().flat_map(of_joint).collect()
+        let shape = *self.model.shape(self.joint);
+        let with_shape = |shape: Shape| {
+            let kind = JointParameter::Friction(side, law);
+            self.of_parameter(of, FrictionLaw(family).name(), kind, shape)
+        };
+        match law {
+            Law::Offset => vec![Unknown {
+                least: LEAST_CONSTANT.max(self.count_share),
+                ..with_shape(shape)
+            }],
+            Law::Stribeck => (STRIBECK_VELOCITIES.iter())
+                .map(|share| share * self.speed)
+                .filter(|velocity| velocity * shape.sharpness >= SATURATED_ARGUMENT)
+                .map(|stribeck_velocity| {
+                    let shape = Shape {
+                        stribeck_velocity,
+                        ..shape
+                    };
+                    with_shape(shape).with_stribeck_velocity(stribeck_velocity)
+                })
+                .collect(),
+            // Beside the viscous law its coefficient is the difference of both directions.
+            Law::ViscousPositive => vec![Unknown {
+                is_positive: false,
+                ..with_shape(shape)
+            }],
+            _ => vec![with_shape(shape)],
+        }
+    }
+
+    fn all(&self) -> Vec<Unknown> {
+        let (mut all, shape) = (Vec::new(), *self.model.shape(self.joint));
+        let is_flexible = self.described.is_flexible();
+        let has = |term| self.described.spring_terms().contains(&term);
+        if is_flexible && !has(SpringTerm::Damping) {
+            all.push(self.of_parameter("spring", "damping", JointParameter::Damping, shape));
+        }
+        if is_flexible && !has(SpringTerm::Cubic) {
+            all.push(self.of_parameter("spring", "cubic", JointParameter::CubicStiffness, shape));
+        }
+        for side in [Side::Motor, Side::Link] {
+            if side == Side::Motor || is_flexible {
+                let missing = missing_friction(self.described, side).into_iter();
+                all.extend(missing.flat_map(|(family, law)| self.friction(side, family, law)));
+            }
+        }
+        if !is_flexible && self.model.robot().coupling.is_none() {
+            all.push(Unknown {
+                is_positive: true,
+                is_last: true,
+                ..self.law(TORQUE_LOAD, "", LawColumn::Measured(load))
+            });
+        }
+        all
+    }
 }
 
-/// Finding: the description lacks a law.
-pub(super) fn finding(of: &Telling<'_>) -> Finding {
-    let law = of.found.id.strip_suffix(of.joint).unwrap_or(&of.found.id);
-    Finding::new(
-        Severity::Info,
-        LAWS_MISSING,
-        format!(
-            "{}: the description lacks a law that looks like {}: with it {}{}",
-            of.joint,
-            law.trim_end(),
-            falls(of),
-            or_else(of)
-        ),
-        "nothing: sprung identify adds laws that predict better (laws = \"auto\" in [identify]); a law in the joint keeps it",
-    )
-    .seen(of.file, of.columns.first().copied().unwrap_or_default(), of.found.value, of.found.unit)
+/// Returns the laws that joints which move may lack.
+pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
+    let Ok(everything) = Model::new(&with_all_laws(of.experiment)) else {
+        return Vec::new();
+    };
+    let of_joint = |(joint, described): (usize, &Joint)| {
+        let of_joint = OfJoint {
+            model: of.model,
+            everything: &everything,
+            joint,
+            name: &of.names[joint],
+            described,
+            speed: of.speeds[joint],
+            count_share: of.count_share(joint),
+        };
+        if of_joint.speed > 0.0 {
+            of_joint.all()
+        } else {
+            Vec::new()
+        }
+    };
+    let joints = of.experiment.robot.joint.iter().enumerate();
+    joints.flat_map(of_joint).collect()
+}
+
+/// Returns the friction laws with one coefficient that a side of a joint lacks.
+fn missing_friction(joint: &Joint, side: Side) -> Vec<(Family, Law)> {
+    let laws = laws_of(joint, side);
+    let has = |family: Family| laws.contains(&FrictionLaw(family));
+    let added = |family: Family| {
+        let (excluded, law) = match family {
+            Family::Offset => (has(Family::CoulombAsymmetric), Law::Offset),
+            Family::Coulomb => (has(Family::CoulombAsymmetric), Law::Coulomb),
+            Family::Viscous => (has(Family::ViscousAsymmetric), Law::Viscous),
+            // With the viscous law it spans both directions.
+            Family::ViscousAsymmetric => (
+                has(Family::Residual) || !has(Family::Viscous),
+                Law::ViscousPositive,
+            ),
+            Family::Stribeck => (false, Law::Stribeck),
+            Family::Quadratic => (has(Family::Residual), Law::Quadratic),
+            Family::Load => (!joint.is_flexible(), Law::Load),
+            // Coulomb friction and an offset span the first; the second has several coefficients.
+            Family::CoulombAsymmetric | Family::Residual => return None,
+        };
+        (!has(family) && !excluded).then_some((family, law))
+    };
+    (Family::ALL.iter())
+        .filter_map(|&family| added(family))
+        .collect()
+}
+
+/// Returns the experiment with every law in every joint; only its equations are used.
+fn with_all_laws(experiment: &Experiment) -> Experiment {
+    let mut all = experiment.clone();
+    for joint in &mut all.robot.joint {
+        let friction: Vec<FrictionLaw> = Family::ALL.iter().copied().map(FrictionLaw).collect();
+        if joint.is_flexible() {
+            joint.link_friction = Some(friction.clone());
+            joint.spring = Some(vec![
+                SpringTerm::Linear,
+                SpringTerm::Cubic,
+                SpringTerm::Damping,
+            ]);
+        }
+        joint.motor_friction = Some(friction);
+    }
+    all
+}
+
+/// Finding: the description lacks a law, and sprung does not add it.
+pub(super) fn finding(of: &Telling<'_>) -> Option<Finding> {
+    let law = of
+        .found
+        .law
+        .as_ref()
+        .filter(|_| of.status == UnknownStatus::Found)?;
+    let text = format!(
+        "{}: the description lacks a law that looks like {}: with it {}{}",
+        of.joint,
+        law.words(),
+        falls(of),
+        or_else(of)
+    );
+    let severity = if of.found.fall > LARGE_FALL {
+        Severity::Warning
+    } else {
+        Severity::Info
+    };
+    let finding = if of.is_addable {
+        Finding::new(
+            severity,
+            LAWS_MISSING,
+            text,
+            "set laws = \"auto\", or add the law to the joint",
+        )
+        .mended_by("[identify]", "laws = \"auto\"")
+    } else {
+        Finding::new(
+            severity,
+            LAWS_MISSING,
+            text,
+            "add the law to its joint if the robot has it; a delay of a position looks like damping of a spring",
+        )
+    };
+    let column = of.columns.first().copied().unwrap_or_default();
+    Some(finding.seen(of.file, column, of.found.value, of.found.unit))
 }

@@ -49,6 +49,7 @@ pub(crate) fn at(of: &Catalogued<'_>, channel: usize, at: f64, is_sharp: bool) -
         expected: 0.0,
         least: of.count(channel),
         is_rare: true,
+        is_last: false,
         is_positive: false,
         unit: of.unit_of_position(channel),
         effect: Effect::Channels(vec![channel], Arc::new(Jump { at, is_sharp })),

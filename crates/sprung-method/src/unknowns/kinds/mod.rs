@@ -18,9 +18,9 @@ use super::found::Telling;
 use super::unknown::{Kind, Unknown};
 use crate::finding::Finding;
 
-/// Returns the finding about an unknown.
-pub(super) fn finding(of: &Telling<'_>) -> Finding {
-    match of.found.kind {
+/// Returns the finding about an unknown; `None` if the list of unknowns says enough.
+pub(super) fn finding(of: &Telling<'_>) -> Option<Finding> {
+    Some(match of.found.kind {
         Kind::Delay => delay::finding(of),
         Kind::Timing => delay::timing(of),
         Kind::Gain => gain::finding(of),
@@ -29,8 +29,8 @@ pub(super) fn finding(of: &Telling<'_>) -> Finding {
         Kind::LostCounts => lost_counts::finding(of),
         Kind::Eccentricity => eccentricity::finding(of),
         Kind::Saturation => saturation::finding(of),
-        Kind::Law => laws::finding(of),
-    }
+        Kind::Law => return laws::finding(of),
+    })
 }
 
 /// Returns all unknowns that a log may have.

@@ -4,14 +4,17 @@ use super::catalogued::Catalogued;
 use super::words::{falls, or_else};
 use crate::finding::{Finding, Severity};
 use crate::unknowns::found::Telling;
-use crate::unknowns::unknown::{Effect, JointSample, JointScales, Kind, Place, Unknown};
+use crate::unknowns::unknown::{Effect, JointScales, Kind, LawColumn, Place, Unknown};
 
 /// Usual part of the torque that is missing at its root mean square. A part of a quarter is no saturation: the friction of a joint
 /// that moves little but its friction has this effect.
 const USUAL: f64 = 0.02;
 
-fn missing(at: &JointSample, of: &JointScales) -> f64 {
-    at.torque.powi(3) / of.torque.powi(2)
+/// Part of the torque at its root mean square below which it matters to nobody; laws of friction resemble it.
+const LEAST: f64 = 0.01;
+
+fn missing(torque: f64, _: f64, of: &JointScales) -> f64 {
+    torque.powi(3) / of.torque.powi(2)
 }
 
 pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
@@ -22,13 +25,14 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
             place: Place::Joint(joint),
             scale: USUAL,
             expected: 0.0,
-            least: 0.0,
+            least: LEAST,
             is_rare: false,
+            is_last: false,
             is_positive: false,
             unit: "",
             effect: Effect::Law {
-                torque: missing,
-                is_of_spring: false,
+                column: LawColumn::Measured(missing),
+                added: None,
             },
         })
         .collect()

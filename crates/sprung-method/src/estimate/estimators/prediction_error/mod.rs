@@ -222,7 +222,7 @@ fn start<'a>(reading: &Reading, before: &Before<'_>, theta: &'a [f64]) -> Start<
         torque_noise: TorqueNoise::of(channels, before.excerpt.period()),
         torques: match before.timing {
             Timing::Found(retiming) if retiming.torques.is_some() => TorquesTiming::Estimated,
-            Timing::Found(_) | Timing::Open => timing_of(channels),
+            Timing::Found(_) | Timing::Open => timing_of(reading),
             Timing::Kept => TorquesTiming::Given,
         },
         delays: (0..channels.all.len())

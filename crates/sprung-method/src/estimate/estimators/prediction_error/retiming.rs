@@ -11,7 +11,7 @@ use crate::description::{Delay, Experiment};
 use crate::estimate::result::Refinement;
 use crate::estimate::statistics::{CERTAIN_SIGMAS, MIN_DELAY_SAMPLES};
 use crate::finding::{Finding, Severity};
-use crate::log::{Channels, Quantity};
+use crate::log::{Channel, Quantity};
 use crate::model::Model;
 use crate::numbers::in_ms;
 use crate::prepare::{DelayGain, Excerpt};
@@ -84,11 +84,6 @@ pub(in crate::estimate) struct TorquesDelay {
 }
 
 impl Retiming {
-    /// Lets the second refinement start from least squares, because the model has other laws.
-    pub(in crate::estimate) fn forget_end(&mut self) {
-        self.end = None;
-    }
-
     /// Returns the delay of all torques and its standard error, s; `None` if it stays.
     ///
     /// - `refined`: the refinement with this timing.
@@ -109,9 +104,17 @@ impl Retiming {
     }
 }
 
-/// Returns the treatment of the delay of all torques. A sharpness that the description gives is tested with the meaning
-/// of the torques.
-pub(super) fn timing_of(channels: &Channels) -> TorquesTiming {
+/// Returns the treatment of the delay of all torques. It is estimated if the log has shown it already. A sharpness that the
+/// description gives is tested with the meaning of the torques.
+pub(super) fn timing_of(reading: &Reading) -> TorquesTiming {
+    let channels = reading.channels();
+    let all = channels.all.iter().zip(reading.delays());
+    let is_found = |(channel, delay): (&Channel, &f64)| {
+        channel.quantity == Quantity::MotorTorque && channel.delay.is_none() && *delay != 0.0
+    };
+    if all.clone().any(is_found) {
+        return TorquesTiming::Estimated;
+    }
     let mut torques =
         (channels.all.iter()).filter(|channel| channel.quantity == Quantity::MotorTorque);
     let is_declared = channels.torque_hold.is_some();

@@ -1,0 +1,62 @@
+//! What a log shows beyond its description, with the values of a refinement.
+
+use crate::estimate::result::Refinement;
+use crate::unknowns::UnknownResult;
+
+/// The Stribeck velocity of a joint by likelihood, rad/s (m/s).
+#[derive(Clone, Copy, Debug)]
+pub(in crate::estimate) struct FoundVelocity<'n> {
+    pub(in crate::estimate) joint: &'n str,
+    pub(in crate::estimate) velocity: f64,
+    pub(in crate::estimate) standard_error: f64,
+}
+
+/// Replaces the Stribeck velocities of added laws.
+pub(in crate::estimate) fn replace_velocities<'n>(
+    unknowns: &mut [UnknownResult],
+    found: impl IntoIterator<Item = FoundVelocity<'n>>,
+) {
+    for found in found {
+        let of_joint = |unknown: &&mut UnknownResult| unknown.place == found.joint;
+        let laws = unknowns.iter_mut().filter(of_joint);
+        for law in laws.filter_map(|unknown| unknown.law.as_mut()) {
+            if law.stribeck_velocity.is_some() {
+                law.stribeck_velocity = Some(found.velocity);
+                law.stribeck_velocity_error = Some(found.standard_error);
+            }
+        }
+    }
+}
+
+/// Returns unknowns with the values of a refinement that is used: Stribeck velocities, delays and the timing of the torques.
+pub(in crate::estimate) fn refined_unknowns(
+    unknowns: &[UnknownResult],
+    refined: Option<&Refinement>,
+) -> Vec<UnknownResult> {
+    let mut unknowns = unknowns.to_vec();
+    let Some(refined) = refined else {
+        return unknowns;
+    };
+    let found = refined
+        .stribeck_velocities
+        .iter()
+        .map(|velocity| FoundVelocity {
+            joint: velocity.joint.as_str(),
+            velocity: velocity.velocity,
+            standard_error: velocity.standard_error,
+        });
+    replace_velocities(&mut unknowns, found);
+    for unknown in &mut unknowns {
+        let value = match unknown.kind.as_str() {
+            "timing" => refined.torques_delay_s,
+            "delay" => (refined.delays.iter())
+                .find(|delay| delay.column == unknown.place)
+                .and_then(|delay| Some((delay.delay_s, delay.standard_error_s?))),
+            _ => None,
+        };
+        if let Some((value, standard_error)) = value {
+            (unknown.value, unknown.standard_error) = (value, standard_error);
+        }
+    }
+    unknowns
+}
