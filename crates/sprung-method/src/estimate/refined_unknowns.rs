@@ -49,6 +49,9 @@ pub(in crate::estimate) fn refined_unknowns(
     for unknown in &mut unknowns {
         let value = match unknown.kind.as_str() {
             "timing" => refined.torques_delay_s,
+            "sharpness" => (refined.sharpnesses.iter())
+                .find(|sharpness| sharpness.joint == unknown.place)
+                .map(|sharpness| (sharpness.sharpness, sharpness.standard_error)),
             "delay" => (refined.delays.iter())
                 .find(|delay| delay.column == unknown.place)
                 .and_then(|delay| Some((delay.delay_s, delay.standard_error_s?))),

@@ -152,7 +152,7 @@ impl Search<'_> {
     pub(super) fn left_of(&self, corrected: &Excerpt) -> Option<Vec<f64>> {
         let smoothed = self.signals(corrected)?;
         let theta = self.known();
-        let rows = self.former(smoothed.period()).form(
+        let rows = self.former(self.model, smoothed.period()).form(
             smoothed.segments(),
             &theta,
             &self.unknowns,

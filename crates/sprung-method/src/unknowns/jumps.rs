@@ -6,6 +6,7 @@ use super::rows::Row;
 use super::search::Search;
 use super::state::State;
 use super::unknown::Unknown;
+use crate::model::Model;
 use crate::prepare::{Excerpt, Smoothed};
 
 /// Parts of the span between neighbouring times of a search for a jump, and times on each side.
@@ -14,6 +15,7 @@ const TIMES: i32 = 6;
 
 /// The regression of a round, of which one column is formed again.
 pub(super) struct Formed<'r> {
+    pub(super) model: &'r Model,
     pub(super) corrected: &'r Excerpt,
     /// Signals of a log whose channels are all zero.
     pub(super) zero: &'r Smoothed,
@@ -80,7 +82,7 @@ impl Search<'_> {
     /// Returns rows with the present column of one unknown.
     fn formed_again(&self, unknown: usize, of: &Formed<'_>, rows: &[Row]) -> Option<Vec<Row>> {
         let direction = self.pass(&[unknown], (of.corrected, of.zero), false)?;
-        let former = self.former(of.smoothed.period());
+        let former = self.former(of.model, of.smoothed.period());
         let formed = former.form(of.smoothed.segments(), of.theta, &self.unknowns, &direction)?;
         Some(with_column(rows, &formed, self.free.len() + unknown))
     }

@@ -45,9 +45,9 @@ pub struct UnknownResult {
     /// Stable name, as in `delay q1_rad`.
     pub id: String,
     /// Kind: `delay`, `timing`, `offset`, `gain`, `drift`, `lost-counts`, `eccentricity`,
-    /// `saturation` or `law`.
+    /// `saturation`, `sharpness` or `law`.
     pub kind: String,
-    /// Column or joint; the columns of one signal of all joints are separated by commas.
+    /// Column, or joint of a law or a sharpness; the columns of one signal of all joints are separated by commas.
     pub place: String,
     /// Size, in `unit`: the time by which a delayed column is late; otherwise what a correction adds to the column, for a
     /// gain relative to it.

@@ -8,8 +8,10 @@ use std::collections::BTreeMap;
 use faer::Mat;
 use rayon::prelude::*;
 use sprung_core::covariate::Covariate;
-use sprung_core::drives::State;
+use sprung_core::drives::{State, Term};
 use sprung_core::filter::{Discretization, FilterBank, FilterPair, FilterState, bank_len};
+use sprung_core::friction::Scale;
+use sprung_core::parameters::JointParameter;
 
 use super::unknown::{Effect, JointScales, LawColumn, Place, Unknown};
 use crate::description::RightHandSide;
@@ -426,7 +428,7 @@ impl Rows<'_> {
             Vec::new()
         } else {
             (unknowns.iter().enumerate())
-                .filter(|(_, unknown)| Self::is_law_of(row, unknown))
+                .filter(|(_, unknown)| self.is_torque_of(row, unknown))
                 .collect()
         };
         let width = base + acting.len() + laws.len();
@@ -474,6 +476,13 @@ impl Rows<'_> {
                             signals.dphi[row.joint][k],
                             &scales[row.joint],
                         ),
+                        Effect::Sharpness(joint) => (self.terms_of(row, *joint))
+                            .map(|term| {
+                                let shape = self.model.shape(term.joint);
+                                theta[term.column]
+                                    * term.by_log(Scale::Sharpness, &drive(term.joint), shape)
+                            })
+                            .sum(),
                         Effect::Channels(..) => 0.0,
                     };
                 }
@@ -554,9 +563,22 @@ impl Rows<'_> {
             || row.has_link && moves_links()
     }
 
-    fn is_law_of(row: &RowOf, unknown: &Unknown) -> bool {
-        let Effect::Law { column, added } = &unknown.effect else {
-            return false;
+    /// Returns the terms of the friction of a joint in a row that have a sharpness.
+    fn terms_of(&self, row: &RowOf, joint: usize) -> impl Iterator<Item = &Term> {
+        self.model.robot().terms.iter().filter(move |term| {
+            term.joint == joint
+                && row.of_model.contains(&term.row)
+                && matches!(term.what, JointParameter::Friction(..))
+        })
+    }
+
+    fn is_torque_of(&self, row: &RowOf, unknown: &Unknown) -> bool {
+        let (column, added) = match &unknown.effect {
+            Effect::Channels(..) => return false,
+            Effect::Sharpness(joint) => {
+                return row.motor.is_some() && self.terms_of(row, *joint).next().is_some();
+            }
+            Effect::Law { column, added } => (column, added),
         };
         // A torque between motor and link is not in the sum of their equations.
         let is_of_spring = added.as_ref().is_some_and(|added| added.of == "spring");

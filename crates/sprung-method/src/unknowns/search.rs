@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use sprung_core::friction::Scale;
 use sprung_core::parameters::JointParameter;
 
 use super::evidence::{Evidence, PARTS, Prior};
@@ -81,16 +82,14 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Returns the sizes that the samples already contain, which are those of channels.
+    /// Returns the sizes that the samples or the model already contain.
     pub(super) fn applied_sizes(&self, state: &State) -> Vec<f64> {
         (self.unknowns.iter().zip(&state.sizes))
-            .map(|(unknown, size)| {
-                if unknown.channels().is_empty() {
-                    0.0
-                } else {
-                    *size
-                }
-            })
+            .map(
+                |(unknown, size)| {
+                    if unknown.is_applied() { *size } else { 0.0 }
+                },
+            )
             .collect()
     }
 
@@ -157,9 +156,21 @@ impl<'a> Search<'a> {
         excerpt.smoothed(&self.reading)?.continuous(&filter, every)
     }
 
-    pub(super) fn former(&self, period: f64) -> Rows<'_> {
+    /// Returns the model with the sharpness of some sizes.
+    pub(super) fn sharpened(&self, sizes: &[f64]) -> Model {
+        let mut model = self.model.clone();
+        for (unknown, size) in self.unknowns.iter().zip(sizes) {
+            if let Effect::Sharpness(joint) = unknown.effect {
+                let sharpness = self.model.sharpness(joint) * size.exp();
+                model.set_scale(joint, Scale::Sharpness, sharpness);
+            }
+        }
+        model
+    }
+
+    pub(super) fn former<'r>(&'r self, model: &'r Model, period: f64) -> Rows<'r> {
         Rows {
-            model: self.model,
+            model,
             reading: &self.reading,
             period,
             all: &self.rows,
@@ -177,7 +188,7 @@ impl<'a> Search<'a> {
 
     pub(super) fn first_theta(&self, smoothed: &Smoothed, repeats: f64) -> Option<Vec<f64>> {
         let mut theta = self.known();
-        let rows = self.former(smoothed.period()).form(
+        let rows = self.former(self.model, smoothed.period()).form(
             smoothed.segments(),
             &theta,
             &self.unknowns,
@@ -195,7 +206,7 @@ impl<'a> Search<'a> {
     /// must not hide its own column.
     pub(super) fn floored(&self, theta: &[f64], segments: &[SignalBlock], period: f64) -> Vec<f64> {
         let mut floored = theta.to_vec();
-        let scales = self.former(period).scales(segments);
+        let scales = self.former(self.model, period).scales(segments);
         for (joint, scales) in scales.iter().enumerate() {
             if let Some(at) = self.model.index(JointParameter::Stiffness, joint)
                 && self.model.known(at).is_none()

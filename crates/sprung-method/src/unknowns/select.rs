@@ -18,6 +18,9 @@ const LEAST_GAIN: f64 = 0.03;
 /// The same for a rare fault of a sensor, which an error of the model may resemble.
 const LEAST_GAIN_OF_RARE: f64 = 0.3;
 
+/// The same for a law: the smearing of the filters fakes one with 4 %.
+const LEAST_GAIN_OF_LAW: f64 = 0.1;
+
 /// Least part of a column that unknowns found before must leave. Below it the unknown is another name for them.
 const LEAST_OWN: f64 = 0.1;
 
@@ -224,16 +227,16 @@ impl Selection<'_> {
                 },
             ));
         }
-        let least = if self.unknowns[unknown].is_rare {
-            LEAST_GAIN_OF_RARE
-        } else {
-            LEAST_GAIN
+        // A law is a parameter of the model, so it may resemble others.
+        let is_law = self.unknowns[unknown].added().is_some();
+        let least = match (is_law, self.unknowns[unknown].is_rare) {
+            (true, _) => LEAST_GAIN_OF_LAW,
+            (false, true) => LEAST_GAIN_OF_RARE,
+            (false, false) => LEAST_GAIN,
         };
         if gain <= least {
             return None;
         }
-        // A law is a parameter of the model, so it may resemble others.
-        let is_law = self.unknowns[unknown].added().is_some();
         // Parameters at their bounds mimic nothing.
         let used = |column: &usize| after.values.iter().any(|values| values[*column] != 0.0);
         let free: Vec<usize> = columns.iter().copied().filter(used).collect();

@@ -9,7 +9,7 @@ use super::rows::{Direction, row_cutoff};
 use super::search::Search;
 use super::select::{Chosen, SIGNIFICANT, Selection};
 use super::state::State;
-use super::unknown::{Kind, Place};
+use super::unknown::{Effect, Kind, Place};
 use crate::description::Experiment;
 use crate::log::Signal;
 use crate::prepare::Excerpt;
@@ -186,9 +186,13 @@ impl Search<'_> {
         let theta = self.floored(&state.theta, smoothed.segments(), period);
         let zero = self.zero(&corrected)?;
         let directions = self.directions(&corrected, &zero)?;
-        let mut rows =
-            self.former(period)
-                .form(smoothed.segments(), &theta, &self.unknowns, &directions)?;
+        let model = self.sharpened(&state.sizes);
+        let mut rows = self.former(&model, period).form(
+            smoothed.segments(),
+            &theta,
+            &self.unknowns,
+            &directions,
+        )?;
         let scales = self.scales(&rows);
         let begins: Vec<Option<usize>> = (0..self.unknowns.len())
             .map(|unknown| self.begins(unknown))
@@ -234,6 +238,7 @@ impl Search<'_> {
                 {
                     let weights = evidence.weights.clone();
                     let formed = Formed {
+                        model: &model,
                         corrected: &corrected,
                         zero: &zero,
                         smoothed: &smoothed,
@@ -246,7 +251,7 @@ impl Search<'_> {
                     evidence = self.evidence(&rows, (state, &scales), Some(weights), repeats);
                 }
                 // A law moves no other column.
-                moving += usize::from(!self.unknowns[unknown].channels().is_empty());
+                moving += usize::from(self.unknowns[unknown].is_applied());
                 state.chosen.push(unknown);
                 state.gains[unknown] = gain;
                 added = true;
@@ -281,7 +286,7 @@ impl Search<'_> {
             let (_, error) = held_out.mean_and_error(column, &all);
             let floor = LEAST_ERROR * scales[unknown];
             state.errors[unknown] = error.max(floor);
-            if self.unknowns[unknown].channels().is_empty() {
+            if !self.unknowns[unknown].is_applied() {
                 state.sizes[unknown] = x[column];
                 continue;
             }
@@ -322,7 +327,7 @@ impl Search<'_> {
             let rivals =
                 selection.rivals(unknown, &present.0.chosen, &self.applied_sizes(&present.0));
             // The columns of laws do not move, so the selection has ranked them exactly.
-            let is_law = |unknown: usize| self.unknowns[unknown].channels().is_empty();
+            let is_law = |unknown: usize| !self.unknowns[unknown].is_applied();
             let tangents =
                 (rivals.into_iter()).filter(|(rival, _)| !is_law(unknown) || !is_law(*rival));
             for (rival, _) in tangents.take(RIVALS).collect::<Vec<_>>() {
@@ -360,7 +365,7 @@ impl Search<'_> {
         let period = smoothed.period();
         let theta = self.floored(&state.theta, smoothed.segments(), period);
         let laws: Vec<usize> = (state.chosen.iter().copied())
-            .filter(|&unknown| self.unknowns[unknown].channels().is_empty())
+            .filter(|&unknown| !self.unknowns[unknown].is_applied())
             .collect();
         let zero = Direction {
             unknown: 0,
@@ -378,9 +383,13 @@ impl Search<'_> {
         } else {
             vec![zero]
         };
-        let rows =
-            self.former(period)
-                .form(smoothed.segments(), &theta, &self.unknowns, &with_laws)?;
+        let model = self.sharpened(&state.sizes);
+        let rows = self.former(&model, period).form(
+            smoothed.segments(),
+            &theta,
+            &self.unknowns,
+            &with_laws,
+        )?;
         let scales = vec![1e9; self.unknowns.len()];
         let untouched = State {
             sizes: vec![0.0; self.unknowns.len()],
@@ -462,12 +471,19 @@ impl Search<'_> {
                     .map(|(parameter, _)| {
                         self.model.parameters()[self.free[parameter]].name.clone()
                     });
+                let (value, standard_error) = match unknown.effect {
+                    Effect::Sharpness(joint) => {
+                        let sharpness = self.model.sharpness(joint) * state.sizes[k].exp();
+                        (sharpness, sharpness * state.errors[k])
+                    }
+                    Effect::Channels(..) | Effect::Law { .. } => (state.sizes[k], state.errors[k]),
+                };
                 Found {
                     id: unknown.id.clone(),
                     kind: unknown.kind,
                     place: unknown.place,
-                    value: state.sizes[k],
-                    standard_error: state.errors[k],
+                    value,
+                    standard_error,
                     unit: unknown.unit,
                     begins: unknown.begins(),
                     law: unknown.added().cloned(),

@@ -16,6 +16,7 @@ use crate::model::Model;
 use crate::prepare::{PrepareError, Prepared, fit_rows};
 use crate::progress::Listener;
 use crate::regression::Reading;
+use sprung_core::friction::Scale;
 use sprung_core::parameters::JointParameter;
 
 /// Prepared logs with what was found in the first of them.
@@ -157,12 +158,14 @@ fn with_confirmed_laws(mut found: Vec<Found>, prepared: &Prepared) -> Vec<Found>
     }
     let reading = reading.without_weights();
     let reading = reading.with_delays(&with_found(&reading, &found));
+    let reading = reading.with_model(sharpened(reading.model().clone(), &found, channels));
     let model = reading.model();
     let of_laws = laws
         .iter()
         .map(|(joint, law)| (names[*joint].as_str(), law));
     let richer = Model::new(&with_laws(prepared.experiment(), of_laws));
-    let Ok(richer) = richer.map(|richer| richer.with_velocities_of(model)) else {
+    let richer = richer.map(|richer| sharpened(richer.with_velocities_of(model), &found, channels));
+    let Ok(richer) = richer else {
         return found;
     };
     let missed = |reading: &Reading| {
@@ -267,10 +270,16 @@ fn result(of: &Telling<'_>) -> UnknownResult {
     UnknownResult {
         id: found.id.clone(),
         kind: found.kind.name().to_owned(),
-        place: if found.kind == Kind::Law {
-            of.joint.to_owned()
-        } else {
-            of.columns.join(", ")
+        place: match found.kind {
+            Kind::Law | Kind::Sharpness => of.joint.to_owned(),
+            Kind::Delay
+            | Kind::Timing
+            | Kind::Gain
+            | Kind::Offset
+            | Kind::Drift
+            | Kind::LostCounts
+            | Kind::Eccentricity
+            | Kind::Saturation => of.columns.join(", "),
         },
         value: found.value,
         standard_error: found.standard_error,
@@ -313,8 +322,9 @@ fn applied(
     if needs_offset {
         experiment.identify.encoder_offset = Some(EncoderOffset::Estimate);
     }
+    let has_sharpness = found.iter().any(|one| one.kind == Kind::Sharpness);
     let needs_model = needs_offset || unknowns.iter().any(|one| one.used_law().is_some());
-    if delays == prepared.reading().delays() && !needs_model {
+    if delays == prepared.reading().delays() && !needs_model && !has_sharpness {
         return Ok(prepared);
     }
     let model = if needs_model {
@@ -324,9 +334,20 @@ fn applied(
         None
     };
     let model = model.unwrap_or_else(|| prepared.reading().model().clone());
+    let model = sharpened(model, found, &channels);
     let again = prepared.again(&experiment, &model, progress)?;
     let reading = again.reading().with_delays(&delays);
     Ok(again.with_reading(reading))
+}
+
+/// Returns a model with the sharpness that was found.
+fn sharpened(mut model: Model, found: &[Found], channels: &Channels) -> Model {
+    for one in found.iter().filter(|one| one.kind == Kind::Sharpness) {
+        if let Some(joint) = joint(one.place, channels) {
+            model.set_scale(joint, Scale::Sharpness, one.value);
+        }
+    }
+    model
 }
 
 /// Returns the joints that get Stribeck friction of a velocity which the description does not give.

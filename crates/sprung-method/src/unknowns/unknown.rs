@@ -28,6 +28,8 @@ pub(crate) enum Kind {
     Eccentricity,
     /// The acting torque grows less or more than the logged one.
     Saturation,
+    /// Coulomb friction changes its direction over other velocities than assumed.
+    Sharpness,
     /// The description lacks a law.
     Law,
 }
@@ -44,6 +46,7 @@ impl Kind {
             Self::LostCounts => "lost-counts",
             Self::Eccentricity => "eccentricity",
             Self::Saturation => "saturation",
+            Self::Sharpness => "sharpness",
             Self::Law => "law",
         }
     }
@@ -51,7 +54,7 @@ impl Kind {
     /// Returns whether sprung corrects it without being asked.
     pub(crate) fn is_applied(self) -> bool {
         match self {
-            Self::Delay | Self::Timing | Self::Offset => true,
+            Self::Delay | Self::Timing | Self::Offset | Self::Sharpness => true,
             Self::Gain
             | Self::Drift
             | Self::LostCounts
@@ -144,6 +147,8 @@ pub(crate) enum Effect {
         column: LawColumn,
         added: Option<AddedLaw>,
     },
+    /// It multiplies the sharpness of Coulomb friction of a joint; its size is the logarithm of the factor.
+    Sharpness(usize),
 }
 
 /// An unknown.
@@ -171,11 +176,16 @@ pub(crate) struct Unknown {
 }
 
 impl Unknown {
+    /// Returns whether what is applied of it changes the equations; the coefficient of a law is a parameter instead.
+    pub(crate) fn is_applied(&self) -> bool {
+        !matches!(self.effect, Effect::Law { .. })
+    }
+
     /// Returns the channels that it changes.
     pub(crate) fn channels(&self) -> &[usize] {
         match &self.effect {
             Effect::Channels(channels, _) => channels,
-            Effect::Law { .. } => &[],
+            Effect::Law { .. } | Effect::Sharpness(_) => &[],
         }
     }
 
@@ -194,7 +204,7 @@ impl Unknown {
     pub(crate) fn has_rate(&self) -> bool {
         match &self.effect {
             Effect::Channels(_, effect) => effect.has_rate(),
-            Effect::Law { .. } => true,
+            Effect::Law { .. } | Effect::Sharpness(_) => true,
         }
     }
 
@@ -202,14 +212,14 @@ impl Unknown {
     pub(crate) fn begins(&self) -> Option<f64> {
         match &self.effect {
             Effect::Channels(_, effect) => effect.begins(),
-            Effect::Law { .. } => None,
+            Effect::Law { .. } | Effect::Sharpness(_) => None,
         }
     }
 
     /// Returns the law that it adds to a description, if it does.
     pub(crate) fn added(&self) -> Option<&AddedLaw> {
         match &self.effect {
-            Effect::Channels(..) => None,
+            Effect::Channels(..) | Effect::Sharpness(_) => None,
             Effect::Law { added, .. } => added.as_ref(),
         }
     }

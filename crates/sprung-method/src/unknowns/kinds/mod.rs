@@ -9,6 +9,7 @@ mod laws;
 pub(super) mod lost_counts;
 mod offset;
 mod saturation;
+mod sharpness;
 mod words;
 
 pub(super) use catalogued::Catalogued;
@@ -30,6 +31,8 @@ pub(super) fn finding(of: &Telling<'_>) -> Option<Finding> {
         Kind::Eccentricity => eccentricity::finding(of),
         Kind::Saturation => saturation::finding(of),
         Kind::Law => return laws::finding(of),
+        // The list of unknowns says it.
+        Kind::Sharpness => return None,
     })
 }
 
@@ -43,6 +46,7 @@ pub(super) fn catalogue(of: &Catalogued<'_>) -> Vec<Unknown> {
         lost_counts::list,
         eccentricity::list,
         saturation::list,
+        sharpness::list,
         laws::list,
     ]
     .iter()

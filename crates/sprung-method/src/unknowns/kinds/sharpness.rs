@@ -1,0 +1,27 @@
+//! Coulomb friction that changes its direction over other velocities than the description assumes without being told.
+
+use super::catalogued::Catalogued;
+use crate::unknowns::unknown::{Effect, Kind, Place, Unknown};
+
+/// Usual change of its logarithm, and least change that affects a regression.
+const USUAL: f64 = 0.3;
+const LEAST: f64 = 0.1;
+
+pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
+    (of.model.open_sharpness().iter())
+        .filter(|&&joint| of.speeds[joint] > 0.0)
+        .map(|&joint| Unknown {
+            id: format!("sharpness {}", of.names[joint]),
+            kind: Kind::Sharpness,
+            place: Place::Joint(joint),
+            scale: USUAL,
+            expected: 0.0,
+            least: LEAST,
+            is_rare: false,
+            is_last: false,
+            is_positive: false,
+            unit: "s/rad (s/m)",
+            effect: Effect::Sharpness(joint),
+        })
+        .collect()
+}
