@@ -9,9 +9,8 @@ use super::scale::USUAL_RATIOS;
 use super::trial::Group;
 use crate::finding::{Finding, Severity};
 use crate::log::{Quantity, Signal, rounded, slope_remedy};
-use crate::prepare::{
-    DelayEstimate, Excerpt, MotorRowFit, OfRow, RowFit, estimate_delays, fit_rows,
-};
+use crate::prepare::{Excerpt, MotorRowFit, OfRow, RowFit, fit_rows};
+use crate::unknowns::{Found, Kind, Place, settle};
 
 /// Scales of a motor position in the scan about the ratio of standard deviations: number on each side,
 /// and ratio of neighbours, of a coarse and of a fine scan.
@@ -193,45 +192,43 @@ impl CheckContext<'_> {
         .mended_by("[log]", &line)
     }
 
-    /// Finding: a position has the wrong sign and is late, and either of both alone explains the torque worse.
-    pub(super) fn opposite_and_late(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
+    /// Finding: a position has the wrong sign and is late, and sizes of unknowns alone explain the torques worse.
+    pub(super) fn opposite_and_late(&self, joint: usize) -> Option<Finding> {
         let channels = self.reading.channels();
         let of = |signal: Signal| channels.telling(signal, joint);
         let (link, motor, torque) = (of(Signal::Link)?, of(Signal::Motor)?, of(Signal::Torque)?);
         if [link, motor, torque].map(|i| channels.all[i].delay) != [None; 3] {
             return None;
         }
-        let late = |excerpt: &Excerpt, channel: usize| {
-            let found = estimate_delays(excerpt, self.reading, &[channel])?.pop()?;
-            (found.found && found.with.plausible).then_some(found)
-        };
-        let residual = |estimate: &DelayEstimate| estimate.with.relative_residual;
-        let by_delay = [link, motor, torque]
-            .into_iter()
-            .filter_map(|i| late(self.excerpt, i));
-        let before = fit.relative_residual();
-        let least = by_delay
-            .map(|estimate| residual(&estimate))
-            .fold(before, f64::min);
-        let turned = [link, motor]
-            .into_iter()
-            .filter_map(|i| late(&self.excerpt.scaled(i, -1.0), i));
-        let best = (turned.filter(|estimate| residual(estimate) < BETTER_RESIDUAL_SHARE * least))
-            .min_by(|a, b| residual(a).total_cmp(&residual(b)))?;
-        let (column, delay) = (&channels.all[best.channel].column, best.delay);
+        let settled = |excerpt: &Excerpt| settle(self.experiment, self.reading, excerpt);
+        let before = settled(self.excerpt).map(|settled| settled.unexplained)?;
+        let turned = [link, motor].into_iter().filter_map(|channel| {
+            let settled = settled(&self.excerpt.scaled(channel, -1.0))?;
+            let is_late =
+                |one: &Found| one.kind == Kind::Delay && one.place == Place::Channel(channel);
+            let delay = settled.found.into_iter().find(is_late)?;
+            (settled.unexplained < BETTER_RESIDUAL_SHARE * before).then_some((
+                channel,
+                delay,
+                settled.unexplained,
+            ))
+        });
+        let (channel, delay, left) = turned.min_by(|a, b| a.2.total_cmp(&b.2))?;
+        let column = &channels.all[channel].column;
         let lines =
             format!("sign = {{ \"{column}\" = -1 }}\ndelay_s = {{ \"{column}\" = \"estimate\" }}");
         let text = format!(
-            "{}: \"{column}\" has the wrong direction and was recorded {delay:.3} s late (standard error {:.3} s): with both \
-             the motor row leaves {:.1} % of the torque unexplained instead of {:.1} %, and every parameter is positive",
+            "{}: \"{column}\" has the wrong direction and was recorded {:.3} s late (standard error {:.3} s): with both the \
+             equations leave {:.1} % of the torques unexplained instead of {:.1} %, and no parameter is negative",
             self.name(joint),
-            best.standard_error,
-            100.0 * residual(&best),
+            delay.value,
+            delay.standard_error,
+            100.0 * left,
             100.0 * before
         );
         let remedy = format!("set in [log] {}", lines.replace('\n', " and "));
         let finding = Finding::new(Severity::Error, "opposite-signs", text, &remedy);
-        Some((finding.seen(self.file, column, residual(&best), "")).mended_by("[log]", &lines))
+        Some((finding.seen(self.file, column, left, "")).mended_by("[log]", &lines))
     }
 
     /// Returns the ratio by which the motor position of a joint is too large by the motor row, with the fit on the

@@ -97,7 +97,7 @@ pub(super) fn joints(
     context.tell(&swaps, &few, &mut reported, &mut findings);
     for &joint in &weak {
         if !reported.contains(&joint)
-            && let Some(finding) = context.opposite_and_late(joint, &fits[joint])
+            && let Some(finding) = context.opposite_and_late(joint)
         {
             findings.push(finding);
             reported.push(joint);

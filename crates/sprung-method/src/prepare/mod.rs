@@ -7,7 +7,6 @@
 
 mod as_given;
 mod cutoff;
-mod delay;
 mod estimated_columns;
 mod excerpt;
 mod factors;
@@ -32,7 +31,6 @@ mod weights;
 
 pub(crate) use as_given::as_given;
 pub(crate) use cutoff::{choose_cutoff, limit_by_rate};
-pub(crate) use delay::{DelayEstimate, estimate_delays};
 pub(crate) use excerpt::Excerpt;
 pub use excerpt::excerpt;
 pub use factors::{FactorError, Factors, find_factors};

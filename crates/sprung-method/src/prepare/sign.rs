@@ -1,6 +1,5 @@
 //! Signs of columns, from the torque equation of each joint.
 
-use super::delay::estimate_delays;
 use super::estimated_columns::FoundSign;
 use super::excerpt::Excerpt;
 use super::row::{OfRow, RowFit, fit_rows, independent};
@@ -16,6 +15,12 @@ const MAX_SIGNS_TOGETHER: usize = 10;
 
 /// Residuals below this fraction of the torque count as equal.
 const MIN_RESIDUAL_SHARE: f64 = 1e-4;
+
+/// Delays that are tried with each choice of signs, in steps of so many seconds, and samples in a step.
+const DELAY_STEP_S: f64 = 0.01;
+const SAMPLES_PER_DELAY_STEP: f64 = 2.5;
+const EARLIEST_STEPS: i32 = -5;
+const LATEST_STEPS: i32 = 50;
 
 /// Finds all open signs; the error names the sign that the log does not determine, and a remedy.
 pub(super) fn signs(
@@ -139,26 +144,30 @@ fn decide(
         .collect()
 }
 
-/// Returns a reading with the delays that some joints' rows leave open: each choice of signs is tried with its best delays.
+/// Returns a reading with coarse delays of the channels that the description leaves open: each choice of signs is tried with its best
+/// delays.
 fn with_open_delays(excerpt: &Excerpt, reading: &Reading, rows: &[usize]) -> Reading {
     let all = reading.channels().all.iter().enumerate();
-    let open: Vec<usize> = all
-        .filter(|(_, channel)| {
-            channel.delay == Some(Delay::Estimate) && rows.contains(&channel.joint)
-        })
-        .map(|(i, _)| i)
-        .collect();
-    let mut delays = reading.delays().to_vec();
-    if !open.is_empty() {
-        for estimate in (estimate_delays(excerpt, reading, &open)
-            .into_iter()
-            .flatten())
-        .filter(|estimate| estimate.found)
-        {
-            delays[estimate.channel] = estimate.delay;
-        }
-    }
-    reading.with_delays(&delays)
+    let open = all.filter(|(_, channel)| {
+        channel.delay == Some(Delay::Estimate) && rows.contains(&channel.joint)
+    });
+    let few = excerpt.thinned_for(reading, DELAY_STEP_S / SAMPLES_PER_DELAY_STEP);
+    let left = |reading: &Reading| {
+        let fits = fit_rows(&few, reading, rows)?;
+        let score = |fit: &RowFit| score(fit, reading, independent(&few, reading));
+        Some(fits.iter().map(score).sum::<f64>())
+    };
+    open.fold(reading.clone(), |reading, (channel, _)| {
+        let tried = (EARLIEST_STEPS..=LATEST_STEPS).filter_map(|steps| {
+            let mut delays = reading.delays().to_vec();
+            delays[channel] = f64::from(steps) * DELAY_STEP_S;
+            let late = reading.with_delays(&delays);
+            // With a long delay a short log can have too few samples.
+            Some((left(&late)?, late))
+        });
+        let best = tried.max_by(|a, b| a.0.total_cmp(&b.0));
+        best.map_or(reading, |(_, late)| late)
+    })
 }
 
 /// Logarithm of the likelihood of a row's residual, plus that of the probability that its physical

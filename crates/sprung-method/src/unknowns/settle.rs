@@ -51,16 +51,16 @@ struct Round {
 }
 
 /// What a search found.
-pub(super) struct Settlement {
-    pub(super) found: Vec<Found>,
+pub(crate) struct Settlement {
+    pub(crate) found: Vec<Found>,
     /// Part of the torques that stays unexplained on held-out parts (root mean square over the rows).
-    pub(super) unexplained: f64,
+    pub(crate) unexplained: f64,
 }
 
 /// Finds the unknowns of the beginning of a log.
 ///
 /// Returns `None` if the log is too short for the filters, or its robot has link positions without an encoder.
-pub(super) fn settle(
+pub(crate) fn settle(
     experiment: &Experiment,
     reading: &Reading,
     excerpt: &Excerpt,
