@@ -13,7 +13,7 @@ The script generates the logs that FOLDER lacks, and keeps them. Each identifica
 - error: median error relative to the truth
 - width: median ratio of half the interval to that of the Cramér-Rao bound (`bound.py`), without one-sided intervals
 
-A second table has verdicts, findings and processor time of each record and rate. Findings of CLAIMS, laws by hold-out
+A second table has verdicts, findings and processor time of each record and rate. Findings of CLAIMS, laws of `unknowns`
 and changes that sprung applies name effects. An effect is there if the robot has it. The lag of the torque is there if it is not zero, and `sharpness` if
 it is not 100. Without an effect, each requirement has a line with the measured number; with --strict the exit code is 1 if
 one of them is missed. --declared gives the true lag and sharpness to sprung.

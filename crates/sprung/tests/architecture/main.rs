@@ -47,9 +47,10 @@ const ORDER: [&str; 29] = [
 const LEAVES: [&str; 1] = ["demo"];
 
 /// Folders and files of `estimate` in order. Each uses only those before it.
-const ESTIMATE: [&str; 15] = [
+const ESTIMATE: [&str; 16] = [
     "errors",
     "result",
+    "refined_unknowns",
     "statistics",
     "nuisances",
     "laws",
