@@ -10,7 +10,6 @@ use super::refine::{End, Refinery};
 use super::refined::Refined;
 use super::retiming::{Retiming, Timing};
 use super::rung::Rung;
-use crate::description::Laws;
 use crate::estimate::statistics::SMALL_SHARE;
 use crate::progress::Listener;
 use crate::regression::PassError;
@@ -68,8 +67,7 @@ pub(super) fn climb(
         Timing::Found(retiming) => retiming.end.as_ref(),
         Timing::Open | Timing::Kept => None,
     };
-    let is_auto = refinery.reading.settings().laws == Laws::Auto;
-    let is_open = is_auto && matches!(before.timing, Timing::Open);
+    let is_open = matches!(before.timing, Timing::Open);
     let mut folds: Option<Folds<'_>> = None;
     for rung in Rung::ALL {
         // A rung that predicts badly is a bad start.

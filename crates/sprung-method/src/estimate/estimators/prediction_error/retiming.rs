@@ -7,7 +7,7 @@ use super::refine::{End, Refinery};
 use super::refined::Refined;
 use super::rung::Rung;
 use super::undeclared::Cause;
-use crate::description::{Delay, Experiment};
+use crate::description::{Delay, Experiment, Laws};
 use crate::estimate::result::Refinement;
 use crate::estimate::statistics::{CERTAIN_SIGMAS, MIN_DELAY_SAMPLES};
 use crate::finding::{Finding, Severity};
@@ -22,9 +22,13 @@ use sprung_core::friction::Scale;
 /// channel.
 const LONGEST_SAMPLES: f64 = 2.0;
 
-/// Rise of the held-out error of the equations that contradicts a delay. Smearing by the filter of the positions moves
-/// the delay at which this error is least by up to a third of a sample.
+/// Rise of the held-out error of the equations that contradicts a delay of at most so many samples, by which smearing by the
+/// filter of the positions moves the delay where this error is least. Any rise contradicts a longer delay.
 const OBJECTION: f64 = 0.1;
+const SMEARED_SAMPLES: f64 = 1.0 / 3.0;
+
+/// Change of an estimated delay, in samples, from which the regression is repeated with it.
+const LEAST_MOVE_SAMPLES: f64 = 0.02;
 
 /// Change of the logarithm of a sharpness that does not affect a regression.
 const SAME_SHARPNESS: f64 = 0.1;
@@ -44,6 +48,8 @@ pub(in crate::estimate) enum Timing<'a> {
 pub(in crate::estimate) struct Retiming {
     /// Common delay of all torques, s, with its standard error and the gain of the equations by it; `None` if it stays.
     pub(in crate::estimate) torques: Option<TorquesDelay>,
+    /// Delays of all channels, s, if those that are estimated have moved.
+    delays: Option<Vec<f64>>,
     /// Sharpness of Coulomb friction, s/rad (s/m), by joint.
     pub(in crate::estimate) sharpness: Vec<(usize, f64)>,
     /// End of the first refinement, from which the second one starts; `None` after another model.
@@ -53,21 +59,24 @@ pub(in crate::estimate) struct Retiming {
 /// The timing that a refinement finds.
 pub(super) struct Wanted {
     torques: Option<TorquesDelay>,
+    delays: Option<Vec<f64>>,
     sharpness: Vec<(usize, f64)>,
 }
 
 impl Wanted {
     /// - `end`: of the refinement; `reading`: of the logs, with the timing before.
     pub(super) fn with(self, end: End, reading: &Reading) -> Retiming {
-        let by = self.torques.map_or(0.0, |torques| torques.by);
-        Retiming {
-            end: Some(End {
-                delays: delayed(reading, by),
-                ..end
-            }),
+        let mut retiming = Retiming {
+            end: None,
             torques: self.torques,
+            delays: self.delays,
             sharpness: self.sharpness,
-        }
+        };
+        retiming.end = Some(End {
+            delays: retiming.delays(reading),
+            ..end
+        });
+        retiming
     }
 }
 
@@ -98,9 +107,17 @@ impl Retiming {
 
     /// Returns the settings for reading the logs with the new timing.
     pub(in crate::estimate) fn applied(&self, reading: &Reading) -> Reading {
-        let by = self.torques.map_or(0.0, |torques| torques.by);
         let model = sharpened(reading.model(), &self.sharpness);
-        (reading.with_delays(&delayed(reading, by))).with_model(model)
+        (reading.with_delays(&self.delays(reading))).with_model(model)
+    }
+
+    /// Returns the delays of all channels, s.
+    fn delays(&self, reading: &Reading) -> Vec<f64> {
+        let by = self.torques.map_or(0.0, |torques| torques.by);
+        match &self.delays {
+            Some(delays) => delayed(&reading.with_delays(delays), by),
+            None => delayed(reading, by),
+        }
     }
 }
 
@@ -145,8 +162,15 @@ impl Refinery<'_> {
         if !end.refined.converged() {
             return Ok(None);
         }
-        let sharpness = sharpness(self.reading.model(), end);
-        let mut torques = self.torques_delay(end, &sharpness);
+        let delays = self.moved_delays(end);
+        let is_auto = self.reading.settings().laws == Laws::Auto;
+        let sharpness = if is_auto {
+            sharpness(self.reading.model(), end)
+        } else {
+            Vec::new()
+        };
+        let torques = self.torques_delay(end, &sharpness);
+        let mut torques = torques.filter(|_| is_auto);
         if torques.is_some() {
             let undeclared = self.undeclared(rung, end, experiment)?;
             let is_torques_delay =
@@ -157,8 +181,26 @@ impl Refinery<'_> {
                     .any(|undeclared| is_torques_delay(&undeclared.cause))
             });
         }
-        let wanted = torques.is_some() || !sharpness.is_empty();
-        Ok(wanted.then_some(Wanted { torques, sharpness }))
+        let wanted = torques.is_some() || delays.is_some() || !sharpness.is_empty();
+        Ok(wanted.then_some(Wanted {
+            torques,
+            delays,
+            sharpness,
+        }))
+    }
+
+    /// Returns the delays of all channels if one that is estimated differs clearly from that of the regression and the equations do
+    /// not contradict it. The search finds a late link less what viscous friction of the motor resembles.
+    fn moved_delays(&self, end: &End) -> Option<Vec<f64>> {
+        let period = self.excerpt.period();
+        let delays = end.refined.channels.delays.iter();
+        let has_moved = delays.filter(|delay| delay.estimated).any(|delay| {
+            let by = (delay.assumed - self.reading.delays()[delay.channel]).abs();
+            by > CERTAIN_SIGMAS * delay.standard_error && by > LEAST_MOVE_SAMPLES * period
+        });
+        has_moved.then_some(())?;
+        let gain = DelayGain::between(self.excerpt, self.reading, &end.delays)?;
+        (gain.with < (1.0 + OBJECTION) * gain.without).then(|| end.delays.clone())
     }
 
     /// - `sharpness`: of Coulomb friction by joint, with which hold-out compares.
@@ -177,7 +219,12 @@ impl Refinery<'_> {
             .with_model(sharpened(self.reading.model(), sharpness));
         let by = delay.correction;
         let gain = DelayGain::between(self.excerpt, &reading, &delayed(&reading, by))?;
-        (gain.with < (1.0 + OBJECTION) * gain.without).then_some(TorquesDelay {
+        let allowed = if by.abs() < SMEARED_SAMPLES * period {
+            OBJECTION
+        } else {
+            0.0
+        };
+        (gain.with < (1.0 + allowed) * gain.without).then_some(TorquesDelay {
             by,
             delay: delay.value(),
             standard_error: delay.standard_error,
