@@ -156,7 +156,7 @@ pub(super) fn unknowns(found: &[UnknownResult]) -> Option<Section> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sprung_method::unknowns::CompetingUnknown;
+    use sprung_method::unknowns::{AddedLaw, CompetingUnknown};
 
     fn unknown(id: &str, kind: &str, place: &str, unit: &str) -> UnknownResult {
         UnknownResult {
@@ -167,6 +167,7 @@ mod tests {
             standard_error: 0.000_023,
             unit: unit.to_owned(),
             begins_s: None,
+            law: None,
             status: UnknownStatus::Applied,
             competing: Vec::new(),
             effect: 0.417,
@@ -194,6 +195,16 @@ mod tests {
             ..unknown("lost counts q1_rad 4", "lost-counts", "q1_rad", "rad")
         };
         assert_eq!(shown(&jump)[0], "lost counts 3.00 s");
+        let law = UnknownResult {
+            law: Some(AddedLaw {
+                of: "motor_friction".to_owned(),
+                law: "stribeck".to_owned(),
+                stribeck_velocity: Some(0.04),
+                stribeck_velocity_error: None,
+            }),
+            ..unknown("law a1.motor_friction.stribeck", "law", "a1", "N·m")
+        };
+        assert_eq!(shown(&law)[..2], ["motor_friction \"stribeck\"", "a1"]);
     }
 
     #[test]

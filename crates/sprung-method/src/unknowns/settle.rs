@@ -85,11 +85,18 @@ impl Search<'_> {
             ..State::default()
         };
         state.chosen.clone_from(&self.asked);
+        let plain = state.clone();
         self.start_far(&mut state)?;
-        let mut round = self.repeated(&mut state, true)?;
-        while let Some(better) = self.tried(&state, &round)? {
-            state = better;
-            round = self.repeated(&mut state, true)?;
+        let is_started = state.chosen.len() > plain.chosen.len();
+        let mut round = self.grown(&mut state)?;
+        if is_started {
+            // A law may explain what looks like a long delay.
+            let mut near = plain;
+            let near_round = self.grown(&mut near)?;
+            let weights = round.evidence.weights.clone();
+            if self.left(&near, &weights)? < self.left(&state, &weights)? {
+                (state, round) = (near, near_round);
+            }
         }
         if self.has_other_meaning(&state)? {
             return None;
@@ -131,6 +138,16 @@ impl Search<'_> {
                 break;
             }
             round = self.round(state, grows)?;
+        }
+        Some(round)
+    }
+
+    /// Adds unknowns and applies them until nothing is left.
+    fn grown(&mut self, state: &mut State) -> Option<Round> {
+        let mut round = self.repeated(state, true)?;
+        while let Some(better) = self.tried(state, &round)? {
+            *state = better;
+            round = self.repeated(state, true)?;
         }
         Some(round)
     }

@@ -39,13 +39,13 @@ pub(crate) fn other_plant(demo: &Demo, arguments: &Arguments) {
             let settings = demo.settings(seed);
             let log = other.log(&settings);
             let found: Vec<_> = ways.iter().map(|(_, way)| identified(way, &log)).collect();
-            let (results, laws) = found.into_iter().unzip();
+            let (results, unknowns) = found.into_iter().unzip();
             OnLog {
                 trial: Trial {
                     results,
                     bound: other.bound(&settings, &log),
                 },
-                laws,
+                unknowns,
             }
         })
         .collect();

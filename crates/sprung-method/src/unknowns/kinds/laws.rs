@@ -30,6 +30,10 @@ const SATURATED_ARGUMENT: f64 = 2.0;
 /// Fall of the error of the torques (root mean square) from which on a law that is not applied is a warning.
 const LARGE_FALL: f64 = 0.08;
 
+/// Usual part of the torque that this friction takes. The torque of a joint that only overcomes friction is its own column, with a part of
+/// nearly one.
+const USUAL_LOAD: f64 = 0.05;
+
 /// Key without a law of the description.
 const TORQUE_LOAD: &str = "friction proportional to the torque";
 
@@ -144,6 +148,7 @@ impl OfJoint<'_> {
         }
         if !is_flexible && self.model.robot().coupling.is_none() {
             all.push(Unknown {
+                scale: USUAL_LOAD,
                 is_positive: true,
                 is_last: true,
                 ..self.law(TORQUE_LOAD, "", LawColumn::Measured(load))
