@@ -404,6 +404,46 @@ impl Rows<'_> {
         sum
     }
 
+    /// Writes the torques of laws and of sharpnesses in a row at one sample, per unit of their sizes.
+    fn write_torques<'u>(
+        &self,
+        (row, unknowns): (&RowOf, impl Iterator<Item = &'u Unknown>),
+        (signals, k): (&SignalBlock, usize),
+        (theta, scales): (&[f64], &[JointScales]),
+        torques: &mut [f64],
+    ) {
+        let n = self.model.joint_count();
+        let state = state_at(signals, k, n);
+        let drive = |joint| self.model.robot().drive(&state_of(&state, n), joint);
+        for (torque, unknown) in torques.iter_mut().zip(unknowns) {
+            *torque = match &unknown.effect {
+                Effect::Law {
+                    column: LawColumn::Terms(terms),
+                    ..
+                } => (terms.iter())
+                    .filter(|(term, _)| row.of_model.contains(&term.row))
+                    .map(|(term, shape)| term.rest(&drive(term.joint), shape))
+                    .sum(),
+                Effect::Law {
+                    column: LawColumn::Measured(of_torque),
+                    ..
+                } => of_torque(
+                    signals.tau[row.joint][k],
+                    signals.dphi[row.joint][k],
+                    &scales[row.joint],
+                ),
+                Effect::Sharpness(joint) => (self.terms_of(row, *joint))
+                    .map(|term| {
+                        let shape = self.model.shape(term.joint);
+                        let by_log = term.by_log(Scale::Sharpness, &drive(term.joint), shape);
+                        theta[term.column] * by_log
+                    })
+                    .sum(),
+                Effect::Channels(..) => 0.0,
+            };
+        }
+    }
+
     /// Forms one row of a segment; returns its columns, its values and the reliability of its samples.
     #[expect(
         clippy::too_many_arguments,
@@ -456,36 +496,9 @@ impl Rows<'_> {
                     self.change_of(row, sample, direction, (segment, k));
             }
             if !laws.is_empty() {
-                let n = self.model.joint_count();
-                let state = state_at(signals, k, n);
-                let drive = |joint| self.model.robot().drive(&state_of(&state, n), joint);
-                for (i, (_, unknown)) in laws.iter().enumerate() {
-                    rest[base + acting.len() + i] = match &unknown.effect {
-                        Effect::Law {
-                            column: LawColumn::Terms(terms),
-                            ..
-                        } => (terms.iter())
-                            .filter(|(term, _)| row.of_model.contains(&term.row))
-                            .map(|(term, shape)| term.rest(&drive(term.joint), shape))
-                            .sum(),
-                        Effect::Law {
-                            column: LawColumn::Measured(torque),
-                            ..
-                        } => torque(
-                            signals.tau[row.joint][k],
-                            signals.dphi[row.joint][k],
-                            &scales[row.joint],
-                        ),
-                        Effect::Sharpness(joint) => (self.terms_of(row, *joint))
-                            .map(|term| {
-                                let shape = self.model.shape(term.joint);
-                                theta[term.column]
-                                    * term.by_log(Scale::Sharpness, &drive(term.joint), shape)
-                            })
-                            .sum(),
-                        Effect::Channels(..) => 0.0,
-                    };
-                }
+                let unknowns = laws.iter().map(|(_, unknown)| *unknown);
+                let torques = &mut rest[base + acting.len()..];
+                self.write_torques((row, unknowns), (signals, k), (theta, scales), torques);
             }
             let filtered = bank.process(entries, &momentum, &rest);
             let is_kept = k >= self.edge && k + self.edge < samples;

@@ -118,7 +118,7 @@ const CONTRADICTED: f64 = 1.05;
 fn confirmed(found: Vec<Found>, prepared: &Prepared) -> Vec<Found> {
     let reading = prepared.examined();
     let is_tested =
-        |one: &Found| one.kind == Kind::Delay && status(one, &prepared) == UnknownStatus::Applied;
+        |one: &Found| one.kind == Kind::Delay && status(one, prepared) == UnknownStatus::Applied;
     if !found.iter().any(is_tested) {
         return found;
     }
