@@ -45,6 +45,7 @@ from sprung._excitation import Excitation, LimitUsed, More, Promised, Trajectory
 from sprung._experiment import Experiment
 from sprung._finding import Evidence, Finding
 from sprung._identification import (
+    AddedLaw,
     Applied,
     CompetingUnknown,
     Delay,
@@ -75,6 +76,7 @@ __version__ = GENERATOR.removeprefix("sprung ")
 
 __all__ = [
     "Accelerations",
+    "AddedLaw",
     "Applied",
     "Bodies",
     "Check",
