@@ -149,12 +149,12 @@ class Unknown:
     Attributes:
         id: stable name, as in ``delay q1_rad``.
         kind: ``delay``, ``timing``, ``offset``, ``gain``, ``drift``, ``lost-counts``, ``eccentricity``,
-            ``saturation`` or ``law``.
-        place: column, or joint of a law; the columns of one signal of all joints are separated by commas.
+            ``saturation``, ``sharpness`` or ``law``.
+        place: column, or joint of a law or a sharpness; the columns of one signal of all joints are separated by commas.
         value: size, in ``unit``: the time by which a delayed column is late; otherwise what a correction adds to the
             column, for a gain relative to it.
         standard_error: its standard error, in ``unit``.
-        unit: ``s``, ``rad``, ``m``, or empty for ratios.
+        unit: ``s``, ``rad``, ``m``, empty for ratios, or that of the coefficient of a law.
         status: ``given`` or ``estimated`` as the experiment says, ``applied`` to all results, or only ``found``.
         effect: fall of the squared error of the torques on held-out parts of the log, relative to it.
         begins_s: time at which it begins, s; ``None`` if it acts during the whole log.
