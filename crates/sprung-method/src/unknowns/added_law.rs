@@ -5,7 +5,7 @@ use sprung_core::friction::Family;
 use sprung_core::parameters::Side;
 
 use super::result::{UnknownResult, UnknownStatus};
-use crate::description::{Experiment, FrictionLaw, Joint, SpringTerm};
+use crate::description::{Experiment, FrictionLaw, Joint, Laws, SpringTerm};
 
 /// A law of a joint beyond those of its description.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -64,6 +64,12 @@ pub(super) fn with_laws<'a>(
         }
     }
     with
+}
+
+/// Returns whether laws beyond the declared ones may be added to a joint.
+pub(super) fn may_add_laws(experiment: &Experiment, joint: usize) -> bool {
+    let of_joint = experiment.robot.joint[joint].laws;
+    of_joint.unwrap_or(experiment.identify.laws) == Laws::Auto
 }
 
 /// Returns the friction laws of a side of a joint.

@@ -1,6 +1,6 @@
 //! Applies what was found to the preparation of an identification or a check.
 
-use super::added_law::{AddedLaw, with_added_laws, with_laws};
+use super::added_law::{AddedLaw, may_add_laws, with_added_laws, with_laws};
 use super::evidence::PARTS;
 use super::found::{Found, Telling};
 use super::gauge::relative;
@@ -8,7 +8,7 @@ use super::kinds::finding;
 use super::result::{CompetingUnknown, UnknownResult, UnknownStatus};
 use super::settle::{Settlement, settle};
 use super::unknown::{Kind, Place};
-use crate::description::{Delay, EncoderOffset, Experiment, Laws};
+use crate::description::{Delay, EncoderOffset, Experiment};
 use crate::finding::Finding;
 use crate::fit::{HoldOut, Missed};
 use crate::log::{Channels, Signal};
@@ -234,6 +234,8 @@ fn is_addable(found: &Found, prepared: &Prepared) -> bool {
 
 fn status(found: &Found, prepared: &Prepared) -> UnknownStatus {
     let reading = prepared.reading();
+    let may_add = joint(found.place, reading.channels())
+        .is_some_and(|joint| may_add_laws(prepared.experiment(), joint));
     let (is_asked, has_preload) = match found.place {
         Place::Channel(at) => {
             let channel = &reading.channels().all[at];
@@ -249,20 +251,10 @@ fn status(found: &Found, prepared: &Prepared) -> UnknownStatus {
     match found.kind {
         Kind::Delay if is_asked => UnknownStatus::Estimated,
         Kind::Offset if has_preload => UnknownStatus::Estimated,
-        Kind::Law if is_addable(found, prepared) && laws(found.place, prepared) == Laws::Auto => {
-            UnknownStatus::Applied
-        }
+        Kind::Law if is_addable(found, prepared) && may_add => UnknownStatus::Applied,
         kind if kind.is_applied() && !is_refused => UnknownStatus::Applied,
         _ => UnknownStatus::Found,
     }
-}
-
-/// Returns the setting of the laws for a joint.
-fn laws(place: Place, prepared: &Prepared) -> Laws {
-    let experiment = prepared.experiment();
-    let of_joint = joint(place, prepared.reading().channels())
-        .and_then(|joint| experiment.robot.joint[joint].laws);
-    of_joint.unwrap_or(experiment.identify.laws)
 }
 
 fn result(of: &Telling<'_>) -> UnknownResult {
