@@ -38,7 +38,7 @@ fn json_is_all_that_is_printed() {
     let file = std::fs::read(case.path("sprung-out/identification.json")).unwrap();
     let written: serde_json::Value = serde_json::from_slice(&file).unwrap();
     assert_eq!(printed, written);
-    assert_eq!(printed["format"], 2);
+    assert_eq!(printed["format"], 3);
     let first = &printed["results"][0];
     assert_eq!(first["estimator"], "least-squares");
     assert_eq!(first["rank"], 15);

@@ -18,8 +18,13 @@ use crate::unknowns::AboutUnknowns;
 const NOTED_JITTER_SHARE: f64 = 0.01;
 
 /// Codes of faults that wrong kinematics may cause.
-const MAY_FOLLOW_FROM_KINEMATICS: [&str; 3] =
-    ["delayed-channel", "torque-scale", "torque-unexplained"];
+const MAY_FOLLOW_FROM_KINEMATICS: [&str; 5] = [
+    "channel-gain",
+    "delayed-channel",
+    "laws-missing",
+    "torque-scale",
+    "torque-unexplained",
+];
 
 /// Codes of findings about the scales of the two encoders of a joint.
 const SCALES_OF_ENCODERS: [&str; 2] = ["units-disagree", "slope-not-one"];

@@ -1,47 +1,10 @@
 //! Laws of friction and springs that a description gets from a log.
 
-use serde::{Deserialize, Serialize};
 use sprung_core::friction::Family;
 use sprung_core::parameters::Side;
 
-use super::result::{UnknownResult, UnknownStatus};
+use super::result::{AddedLaw, UnknownResult};
 use crate::description::{Experiment, FrictionLaw, Joint, Laws, SpringTerm};
-
-/// A law of a joint beyond those of its description.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct AddedLaw {
-    /// The key that it concerns: `link_friction`, `motor_friction`, `spring`, or words for an effect that no key describes.
-    pub of: String,
-    /// The law, by its name in the description; empty without a key.
-    pub law: String,
-    /// Velocity at which Stribeck friction has fallen to 1/e, rad/s (m/s).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub stribeck_velocity: Option<f64>,
-    /// Standard error of this velocity, rad/s (m/s); absent unless the likelihood gave it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub stribeck_velocity_error: Option<f64>,
-}
-
-impl AddedLaw {
-    /// Returns the law in words: `motor_friction "stribeck"` or `friction proportional to the torque`.
-    #[must_use]
-    pub fn words(&self) -> String {
-        if self.law.is_empty() {
-            self.of.clone()
-        } else {
-            format!("{} \"{}\"", self.of, self.law)
-        }
-    }
-}
-
-impl UnknownResult {
-    /// Returns the law that it adds to the joint of its place, if all results use it.
-    #[must_use]
-    pub fn used_law(&self) -> Option<&AddedLaw> {
-        let is_used = matches!(self.status, UnknownStatus::Applied | UnknownStatus::Given);
-        self.law.as_ref().filter(|_| is_used)
-    }
-}
 
 /// Returns an experiment with the laws of unknowns that are used. Laws that it has already stay single.
 #[must_use]
@@ -119,6 +82,7 @@ pub(crate) fn changed(mut joint: Joint, of: &str, law: &str, velocity: Option<f6
 
 #[cfg(test)]
 mod tests {
+    use super::super::result::UnknownStatus;
     use super::*;
     use crate::demo;
     use crate::description::{self, no_files};

@@ -1,7 +1,6 @@
 //! What a search found, and what a finding says of it.
 
-use super::added_law::AddedLaw;
-use super::result::UnknownStatus;
+use super::result::{AddedLaw, UnknownStatus};
 use super::unknown::{Kind, Place};
 
 /// A rival of an unknown.

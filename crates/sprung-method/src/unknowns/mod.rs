@@ -24,10 +24,10 @@ mod state;
 mod unknown;
 
 pub(crate) use added_law::changed;
-pub use added_law::{AddedLaw, with_added_laws};
+pub use added_law::with_added_laws;
 pub(crate) use found::Found;
 pub(crate) use kinds::LAWS_MISSING;
-pub use result::{CompetingUnknown, UnknownResult, UnknownStatus};
+pub use result::{AddedLaw, CompetingUnknown, UnknownResult, UnknownStatus};
 pub(crate) use settle::settle;
 pub use settled::AboutUnknowns;
 pub(crate) use settled::{Settled, settled};

@@ -1,6 +1,5 @@
 //! The list of what was found, as files contain it.
 
-use super::added_law::AddedLaw;
 use serde::{Deserialize, Serialize};
 
 /// What sprung did with an unknown.
@@ -69,4 +68,40 @@ pub struct UnknownResult {
     pub competing: Vec<CompetingUnknown>,
     /// Fall of the squared error of the torques on held-out parts of the log, relative to it.
     pub effect: f64,
+}
+
+/// A law of a joint beyond those of its description.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AddedLaw {
+    /// The key that it concerns: `link_friction`, `motor_friction`, `spring`, or words for an effect that no key describes.
+    pub of: String,
+    /// The law, by its name in the description; empty without a key.
+    pub law: String,
+    /// Velocity at which Stribeck friction has fallen to 1/e, rad/s (m/s).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stribeck_velocity: Option<f64>,
+    /// Standard error of this velocity, rad/s (m/s); absent unless the likelihood gave it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stribeck_velocity_error: Option<f64>,
+}
+
+impl AddedLaw {
+    /// Returns the law in words: `motor_friction "stribeck"` or `friction proportional to the torque`.
+    #[must_use]
+    pub fn words(&self) -> String {
+        if self.law.is_empty() {
+            self.of.clone()
+        } else {
+            format!("{} \"{}\"", self.of, self.law)
+        }
+    }
+}
+
+impl UnknownResult {
+    /// Returns the law that it adds to the joint of its place, if all results use it.
+    #[must_use]
+    pub fn used_law(&self) -> Option<&AddedLaw> {
+        let is_used = matches!(self.status, UnknownStatus::Applied | UnknownStatus::Given);
+        self.law.as_ref().filter(|_| is_used)
+    }
 }

@@ -1,11 +1,11 @@
 //! Applies what was found to the preparation of an identification or a check.
 
-use super::added_law::{AddedLaw, may_add_laws, with_added_laws, with_laws};
+use super::added_law::{may_add_laws, with_added_laws, with_laws};
 use super::evidence::PARTS;
 use super::found::{Found, Telling};
 use super::gauge::relative;
 use super::kinds::finding;
-use super::result::{CompetingUnknown, UnknownResult, UnknownStatus};
+use super::result::{AddedLaw, CompetingUnknown, UnknownResult, UnknownStatus};
 use super::settle::{Settlement, settle};
 use super::unknown::{Kind, Place};
 use crate::description::{Delay, EncoderOffset, Experiment};

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use sprung_core::drives::Term;
 use sprung_core::friction::Shape;
 
-use super::added_law::AddedLaw;
+use super::result::AddedLaw;
 use crate::log::{Channels, Signal};
 
 /// Kind of an unknown.

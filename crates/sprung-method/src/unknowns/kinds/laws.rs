@@ -9,9 +9,9 @@ use super::words::{falls, or_else};
 use crate::description::{Experiment, FrictionLaw, Joint, SpringTerm};
 use crate::finding::{Finding, Severity};
 use crate::model::Model;
-use crate::unknowns::added_law::{AddedLaw, laws_of};
+use crate::unknowns::added_law::laws_of;
 use crate::unknowns::found::Telling;
-use crate::unknowns::result::UnknownStatus;
+use crate::unknowns::result::{AddedLaw, UnknownStatus};
 use crate::unknowns::unknown::{Effect, JointScales, Kind, LawColumn, Place, Unknown};
 
 /// Code of the finding that laws would predict the log better.

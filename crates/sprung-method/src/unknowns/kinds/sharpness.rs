@@ -1,5 +1,7 @@
 //! Coulomb friction that changes its direction over other velocities than the description assumes without being told.
 
+use sprung_core::friction::Scale;
+
 use super::catalogued::Catalogued;
 use crate::unknowns::added_law::may_add_laws;
 use crate::unknowns::unknown::{Effect, Kind, Place, Unknown};
@@ -11,6 +13,8 @@ const LEAST: f64 = 0.1;
 pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
     (of.model.open_sharpness().iter())
         .filter(|&&joint| of.speeds[joint] > 0.0 && may_add_laws(of.experiment, joint))
+        // Stribeck friction has nearly the same effect.
+        .filter(|&&joint| !of.model.has_law(Scale::Stribeck, joint))
         .map(|&joint| Unknown {
             id: format!("sharpness {}", of.names[joint]),
             kind: Kind::Sharpness,
