@@ -214,7 +214,7 @@ fn files_that_are_no_identification_are_named() {
     write("cut.json", &text[..end]);
     write(
         "newer.json",
-        &text.replacen("\"format\": 2", "\"format\": 7", 1),
+        &text.replacen("\"format\": 3", "\"format\": 7", 1),
     );
     write("list.json", "[1, 2]");
     write("schema.json", &stdout(&sprung(&["schema"])));
