@@ -117,8 +117,8 @@ def test_laws_of_earlier_results(
     assert new_parameters, "the offset of the torque is a law that the log asks for"
     again = experiment.identify(log, laws_from=[result, earlier])
     assert list(again.parameters) == list(earlier.parameters)
-    kinds = [change.kind for change in again.applied]
-    assert kinds == ["law"] * len(new_parameters)
+    given = [unknown.status for unknown in again.unknowns if unknown.law is not None]
+    assert given == ["given"] * len(new_parameters)
     other = sprung.Experiment.demo({"robot.name": "other"})
     with pytest.raises(sprung.SprungError, match='its robot is "'):
         other.identify(log, laws_from=[result])
