@@ -10,7 +10,11 @@ use sprung_method::estimate::Identification;
 /// [`serde_json::Error`] if it has other contents.
 pub(super) fn identification_from(mut json: Value) -> Result<Identification, serde_json::Error> {
     let rungs = json.pointer("/laws/rungs").and_then(Value::as_array);
-    let laws: Vec<Value> = rungs.into_iter().flatten().map(as_unknown).collect();
+    let laws: Vec<Value> = rungs
+        .into_iter()
+        .flatten()
+        .map(|rung| as_unknown(rung, &json))
+        .collect();
     if let Some(contents) = json.as_object_mut() {
         let unknowns = contents.entry("unknowns").or_insert_with(|| json!([]));
         if let Some(unknowns) = unknowns.as_array_mut() {
@@ -20,19 +24,31 @@ pub(super) fn identification_from(mut json: Value) -> Result<Identification, ser
     serde_json::from_value(json)
 }
 
-/// Returns a law of version 2 as an unknown. The coefficient is a parameter of the results.
-fn as_unknown(rung: &Value) -> Value {
+/// Returns a law of version 2 as an unknown, with the value of its parameter in the first result.
+fn as_unknown(rung: &Value, identification: &Value) -> Value {
     let text = |key: &str| rung[key].as_str().unwrap_or_default();
     let id = format!("law {}.{}.{}", text("joint"), text("of"), text("law"));
     let is_made = rung["made"].as_bool().unwrap_or_default();
     let gain = rung["gain"].as_f64().unwrap_or_default();
+    let side = text("of").trim_end_matches("_friction");
+    let parameter = match (text("of"), text("law")) {
+        ("spring", "cubic") => "cubic_stiffness".to_owned(),
+        ("spring", law) => law.to_owned(),
+        (_, "viscous-asymmetric") => format!("{side}_viscous_positive"),
+        (_, law) => format!("{side}_{law}"),
+    };
+    let name = format!("{}.{parameter}", text("joint"));
+    let all = identification.pointer("/results/0/parameters");
+    let all = all.and_then(Value::as_array).into_iter().flatten();
+    let found = all.clone().find(|found| found["name"] == *name);
+    let number = |key: &str| found.and_then(|found| found[key].as_f64());
     json!({
         "id": id.trim_end_matches('.'),
         "kind": "law",
         "place": text("joint"),
-        "value": 0.0,
-        "standard_error": 0.0,
-        "unit": "",
+        "value": number("value").unwrap_or_default(),
+        "standard_error": number("standard_error").unwrap_or(f64::MAX),
+        "unit": found.and_then(|found| found["unit"].as_str()).unwrap_or_default(),
         "law": rung,
         "status": if is_made { "applied" } else { "found" },
         "effect": 1.0 - (1.0 - gain).powi(2),
