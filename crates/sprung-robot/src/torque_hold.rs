@@ -67,6 +67,19 @@ impl TorqueHold {
         self.controller_period.unwrap_or(unsaid).min(period)
     }
 
+    /// Returns the time for which torques are held, in periods of the log, by their delay, where a description says nothing. A torque
+    /// acts, on average, half of the controller's period after its stamp, or before it if the log has the previous one.
+    ///
+    /// ```text
+    /// h = |T − 2 d|, at most T
+    /// ```
+    ///
+    /// - `delay`: d/T.
+    #[must_use]
+    pub fn hold_by_delay(delay: f64) -> f64 {
+        (1.0 - 2.0 * delay).abs().min(1.0)
+    }
+
     /// Returns whether the log lacks torques, because the controller has several periods in one of the log.
     ///
     /// - `period`: of the log, s.

@@ -192,6 +192,23 @@ impl Channels {
             .collect()
     }
 
+    /// Returns the time for which the values of each channel are held, in periods of the log: of torques by the description or by
+    /// their delays, of other channels 1.
+    ///
+    /// - `delays`: of the channels beyond the description, s; `period`: of the log, s.
+    #[must_use]
+    pub fn holds(&self, delays: &[f64], period: f64) -> Vec<f64> {
+        (self.all.iter().zip(delays))
+            .map(|(channel, delay)| match channel.quantity.signal() {
+                Signal::Torque => match self.torque_hold {
+                    Some(torque_hold) => torque_hold.hold(period) / period,
+                    None => TorqueHold::hold_by_delay(delay / period),
+                },
+                _ => 1.0,
+            })
+            .collect()
+    }
+
     /// Returns the channels with link and motor columns of a joint exchanged, to test whether they
     /// are exchanged in the description; `None` if one of the two positions has no column. The
     /// order of the values in blocks stays.

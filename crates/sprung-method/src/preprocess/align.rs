@@ -19,7 +19,7 @@ enum Reading {
     Sample,
     /// Mean of two values that are each held for a period, weighted by the durations for which they act.
     Held([f64; 2]),
-    /// Lagrange weights of the samples -1, 0, 1, 2 around it.
+    /// Weights of the samples -1, 0, 1, 2 around it.
     Cubic([f64; 4]),
 }
 
@@ -33,13 +33,22 @@ struct Lead {
 /// Fraction of a sample that counts as zero.
 const WHOLE_SAMPLE_TOLERANCE: f64 = 1e-6;
 
-/// Lagrange weights of the samples -1, 0, 1 and 2 at position `f` between 0 and 1.
-fn cubic(f: f64) -> [f64; 4] {
+/// Hold in periods from which a value counts as held for the whole period.
+const WHOLE_HOLD: f64 = 1.0 - WHOLE_SAMPLE_TOLERANCE;
+
+/// Weights of the samples -1, 0, 1 and 2 for the mean of a cubic over values at positions of mean `f`, between 0 and 1, that
+/// fill a period in steps of length `hold`, in periods. With a hold of 1 it is the value at `f`.
+///
+/// ```text
+/// w_i = L_i(f) + V/2 L_i''(f)        V = (1 − hold²)/12        L_i: Lagrange cubic
+/// ```
+fn cubic_mean(f: f64, hold: f64) -> [f64; 4] {
+    let half_variance = (1.0 - hold * hold) / 24.0;
     [
-        -f * (f - 1.0) * (f - 2.0) / 6.0,
-        (f + 1.0) * (f - 1.0) * (f - 2.0) / 2.0,
-        -(f + 1.0) * f * (f - 2.0) / 2.0,
-        (f + 1.0) * f * (f - 1.0) / 6.0,
+        -f * (f - 1.0) * (f - 2.0) / 6.0 + half_variance * (1.0 - f),
+        (f + 1.0) * (f - 1.0) * (f - 2.0) / 2.0 + half_variance * (3.0 * f - 2.0),
+        -(f + 1.0) * f * (f - 2.0) / 2.0 + half_variance * (1.0 - 3.0 * f),
+        (f + 1.0) * f * (f - 1.0) / 6.0 + half_variance * f,
     ]
 }
 
@@ -79,7 +88,7 @@ impl Aligner {
     ///   [`Channels::all`].
     /// - `compliances`: of the joints with torque sensor, \[n\], rad/(N·m) (m/N); `period`: T, s.
     ///
-    /// Cubics interpolate delays that are not whole numbers of samples. Torques act from a sample to the next.
+    /// Cubics interpolate delays that are not whole numbers of samples. Torques are means from a sample to the next.
     #[must_use]
     pub(crate) fn new(
         channels: &Channels,
@@ -87,14 +96,14 @@ impl Aligner {
         compliances: &[f64],
         period: f64,
     ) -> Self {
+        let holds = channels.holds(delays, period);
         let delays = &channels.acting_delays(delays, period);
         let earliest = delays.iter().copied().fold(0.0, f64::min);
-        let mut leads: Vec<Lead> = delays
-            .iter()
-            .map(|delay| {
+        let mut leads: Vec<Lead> = (delays.iter().zip(holds))
+            .map(|(delay, hold)| {
                 let (samples, fraction) = split((delay - earliest) / period);
                 let reading = if fraction > WHOLE_SAMPLE_TOLERANCE {
-                    Reading::Cubic(cubic(fraction))
+                    Reading::Cubic(cubic_mean(fraction, hold))
                 } else {
                     Reading::Sample
                 };
@@ -133,17 +142,26 @@ impl Aligner {
     /// - `delays`: delay of each channel relative to the event, s, in the order of [`Channels::all`]; `period`: T, s.
     #[must_use]
     pub(crate) fn at_samples(channels: &Channels, delays: &[f64], period: f64) -> Self {
+        let holds = channels.holds(delays, period);
         let delays = &channels.acting_delays(delays, period);
         let earliest = delays.iter().copied().fold(0.0, f64::min);
-        let first = (-earliest / period).ceil() * period;
+        let has_cubic = holds.iter().any(|hold| *hold < WHOLE_HOLD);
+        // A cubic needs one sample before.
+        let ahead = if has_cubic { 1.0 } else { 0.0 };
+        let first = ((-earliest / period).ceil() + ahead) * period;
         let lead = |delay: &f64| (delay + first) / period;
-        let leads = (channels.all.iter().zip(delays)).map(|(channel, delay)| {
+        let all = channels.all.iter().zip(delays).zip(holds);
+        let leads = all.map(|((channel, delay), hold)| {
             let lead = lead(delay);
             match channel.quantity.signal() {
                 Signal::Torque => {
                     let (samples, fraction) = split(lead);
                     let part = fraction.max(0.0);
-                    let reading = Reading::Held([1.0 - part, part]);
+                    let reading = if hold < WHOLE_HOLD {
+                        Reading::Cubic(cubic_mean(part, hold))
+                    } else {
+                        Reading::Held([1.0 - part, part])
+                    };
                     Some(Lead { samples, reading })
                 }
                 // Covariates are slow.
@@ -161,8 +179,8 @@ impl Aligner {
         });
         let leads = leads.collect();
         let longest = delays.iter().map(lead).fold(0.0, f64::max);
-        // The held value of the latest channel changes during the period after the sample.
-        let reach = longest.ceil().min(1e15) as usize + 1;
+        // The held value of the latest channel changes during the period after the sample; a cubic needs another one.
+        let reach = longest.ceil().min(1e15) as usize + 1 + usize::from(has_cubic);
         Self::of(channels, leads, reach, first)
     }
 
@@ -356,7 +374,7 @@ fn couple(mix: &Mix, columns: &mut [Vec<f64>], samples: std::ops::Range<usize>) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::description::{Instrument, Instrumentation};
+    use crate::description::{Instrument, Instrumentation, TorqueHold, TorqueReading};
     use crate::log::{Channel, CovariateOfJoint, Quantity};
 
     const PERIOD: f64 = 1e-3;
@@ -464,6 +482,39 @@ mod tests {
                 let expected =
                     signal(joint, time) + signal(JOINTS + joint, time) + 0.3 * joint as f64;
                 assert!((samples.q[joint][k] - expected).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn the_mean_of_torques_that_change_within_a_period_is_exact_for_cubics() {
+        let torque = |time: f64| {
+            let x = time / PERIOD / 10.0;
+            x * x * x - 4.0 * x * x + x - 2.0
+        };
+        for steps in [2_u32, 4, 5] {
+            let mut channels = channels(Quantity::LinkPosition);
+            channels.torque_hold = Some(TorqueHold {
+                reading: TorqueReading::Held,
+                controller_period: Some(PERIOD / f64::from(steps)),
+            });
+            let columns: Vec<f64> = (0..60).map(|k| torque(f64::from(k) * PERIOD)).collect();
+            let times = || (0..60).map(|k| f64::from(k) * PERIOD);
+            let delays = [0.0; 6];
+            let aligners = [
+                Aligner::new(&channels, &delays, &[0.0; JOINTS], PERIOD),
+                Aligner::at_samples(&channels, &delays, PERIOD),
+            ];
+            for mut aligner in aligners {
+                let mut out = RawBlock::new(JOINTS);
+                aligner.push_columns(times(), &vec![columns.clone(); 6], &mut out);
+                assert!(out.len() > 50);
+                for (time, found) in out.time.iter().zip(&out.tau[0]) {
+                    let part = PERIOD / f64::from(steps);
+                    let mean = (0..steps).map(|k| torque(time + f64::from(k) * part));
+                    let mean = mean.sum::<f64>() / f64::from(steps);
+                    assert!((found - mean).abs() < 1e-9, "{steps}: {found} {mean}");
+                }
             }
         }
     }

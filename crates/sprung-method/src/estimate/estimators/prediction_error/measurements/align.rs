@@ -160,12 +160,9 @@ pub(super) fn align(
 /// whole period.
 fn moving_shares(model: &Model, channels: &Channels, window: &Window<'_>) -> Arc<[f64]> {
     let mut shares = vec![0.0; model.coordinates()];
-    for (i, channel) in channels.all.iter().enumerate() {
+    let holds = channels.holds(window.delays, window.period);
+    for (channel, hold) in channels.all.iter().zip(holds) {
         if channel.quantity == Quantity::MotorTorque {
-            let hold = match channels.torque_hold {
-                Some(torque_hold) => torque_hold.hold(window.period) / window.period,
-                None => hold_by_delay(window.shift(i)),
-            };
             shares[model.torque_row(channel.joint)] = moving_share(hold);
         }
     }
@@ -181,18 +178,6 @@ fn moving_shares(model: &Model, channels: &Channels, window: &Window<'_>) -> Arc
 /// - `hold`: h/T, the time for which a torque is held over the period of the log.
 fn moving_share(hold: f64) -> f64 {
     1.0 - hold * hold
-}
-
-/// Returns the time for which torques are held, in periods of the log, by their delay. A torque acts, on average, half
-/// of the controller's period after its stamp, or before it if the log has the previous one.
-///
-/// ```text
-/// h = |T − 2 d|, at most T
-/// ```
-///
-/// - `delay`: d/T.
-fn hold_by_delay(delay: f64) -> f64 {
-    (1.0 - 2.0 * delay).abs().min(1.0)
 }
 
 /// Returns the covariates of the joints minus their references, \[samples × n × covariates\]; empty if
@@ -277,7 +262,8 @@ fn rates(torque: &[f64], rows: usize, filter: &Butterworth, period: f64) -> Opti
 
 #[cfg(test)]
 mod tests {
-    use super::{hold_by_delay, moving_share};
+    use super::moving_share;
+    use crate::description::TorqueHold;
 
     #[test]
     fn stairs_have_the_first_moment_of_a_line_with_this_share_of_their_slope() {
@@ -289,12 +275,12 @@ mod tests {
             // ∫ s u(s) ds over the period, with u of slope 1 at the middles of the steps; 1/12 for a line.
             let moment: f64 = (0..steps).map(|k| middle(k).powi(2) / n).sum();
             assert!(
-                (moving_share(hold_by_delay(delay)) - 12.0 * moment).abs() < 1e-12,
+                (moving_share(TorqueHold::hold_by_delay(delay)) - 12.0 * moment).abs() < 1e-12,
                 "{steps}"
             );
         }
         for delay in [1.0, 1.6] {
-            assert!(moving_share(hold_by_delay(delay)).abs() < 1e-12);
+            assert!(moving_share(TorqueHold::hold_by_delay(delay)).abs() < 1e-12);
         }
     }
 }
