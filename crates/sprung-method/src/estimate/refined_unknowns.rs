@@ -1,7 +1,8 @@
 //! What a log shows beyond its description, with the values of a refinement.
 
+use crate::description::Joint;
 use crate::estimate::result::Refinement;
-use crate::unknowns::UnknownResult;
+use crate::unknowns::{LEAST_CHANGE_OF_SHARPNESS, UnknownResult};
 
 /// The Stribeck velocity of a joint by likelihood, rad/s (m/s).
 #[derive(Clone, Copy, Debug)]
@@ -61,5 +62,10 @@ pub(in crate::estimate) fn refined_unknowns(
             (unknown.value, unknown.standard_error) = (value, standard_error);
         }
     }
+    // The likelihood has taken the change back.
+    unknowns.retain(|unknown| {
+        let change = (unknown.value / Joint::USUAL_SHARPNESS).ln();
+        unknown.kind != "sharpness" || change.abs() >= LEAST_CHANGE_OF_SHARPNESS
+    });
     unknowns
 }

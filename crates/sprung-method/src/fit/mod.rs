@@ -3,7 +3,6 @@
 // The compiler names each place that must handle a new law, parameter, quantity or format.
 #![warn(clippy::wildcard_enum_match_arm)]
 
-mod change;
 mod column_fit;
 mod growing;
 mod hold_out;
@@ -23,7 +22,6 @@ pub(crate) use least_squares::{
 pub(crate) use motor_row::MotorRow;
 pub use residual::{residual, torques};
 
-pub(crate) use change::{Direction, Steps, steps_along};
 pub(crate) use column_fit::ColumnFit;
 #[cfg(test)]
 pub(crate) use growing::fits_of_growing;

@@ -33,7 +33,7 @@ pub(super) fn relative(found: Vec<Found>, channels: &Channels, period: f64) -> V
     let is_of_torque = |one: &Found| match one.place {
         Place::All(signal) => signal == Signal::Torque,
         Place::Channel(channel) => is_torque(channel, channels),
-        Place::Joint(_) => false,
+        Place::Joint(_) | Place::Robot => false,
     };
     // A short delay of a torque is that of the controller, which holds all of them.
     let (short, delays): (Vec<Found>, Vec<Found>) =
@@ -195,7 +195,7 @@ fn total<'f>(channel: usize, delays: &'f [Found], channels: &Channels) -> Late<'
     let is_of = |found: &&Found| match found.place {
         Place::Channel(at) => at == channel,
         Place::All(signal) => channels.all[channel].quantity.signal() == signal,
-        Place::Joint(_) => false,
+        Place::Joint(_) | Place::Robot => false,
     };
     let all: Vec<&Found> = delays.iter().filter(is_of).collect();
     Late {

@@ -6,6 +6,7 @@
 //! this until nothing is left. All causes compete.
 
 mod added_law;
+mod changes;
 mod directions;
 mod evidence;
 mod far;
@@ -25,8 +26,9 @@ mod unknown;
 
 pub(crate) use added_law::changed;
 pub use added_law::with_added_laws;
+pub(crate) use changes::{FoundChange, changes};
 pub(crate) use found::Found;
-pub(crate) use kinds::LAWS_MISSING;
+pub(crate) use kinds::{LAWS_MISSING, LEAST_CHANGE_OF_SHARPNESS};
 pub use result::{AddedLaw, CompetingUnknown, UnknownResult, UnknownStatus};
 pub(crate) use settle::settle;
 pub use settled::AboutUnknowns;

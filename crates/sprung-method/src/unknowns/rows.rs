@@ -404,6 +404,14 @@ impl Rows<'_> {
         sum
     }
 
+    /// Returns momentum and rest of a change of parameters in a row.
+    fn change_by(&self, row: &RowOf, sample: &Sampled, by: &[f64]) -> [f64; 2] {
+        (row.of_model.iter()).fold([0.0; 2], |sum, &of| {
+            let more = self.sums(of, by, &sample.momentum, &sample.rest);
+            [sum[0] + more[0], sum[1] + more[1]]
+        })
+    }
+
     /// Writes the torques of laws and of sharpnesses in a row at one sample, per unit of their sizes.
     fn write_torques<'u>(
         &self,
@@ -439,7 +447,7 @@ impl Rows<'_> {
                         theta[term.column] * by_log
                     })
                     .sum(),
-                Effect::Channels(..) => 0.0,
+                Effect::Channels(..) | Effect::Parameters(_) => 0.0,
             };
         }
     }
@@ -482,7 +490,7 @@ impl Rows<'_> {
         columns.extend(laws.iter().map(|(unknown, _)| free + unknown));
         let mut bank = FilterBank::new(vec![0.0; bank_len(width)]);
         let mut torques = vec![FilterState::default(); acting.len()];
-        let mut of_rhs = FilterState::default();
+        let (mut of_rhs, mut of_known) = (FilterState::default(), FilterState::default());
         let (mut momentum, mut rest) = (vec![0.0; width], vec![0.0; width]);
         let samples = signals.len();
         let mut values = Vec::with_capacity((width + 1) * samples);
@@ -499,8 +507,15 @@ impl Rows<'_> {
                 let unknowns = laws.iter().map(|(_, unknown)| *unknown);
                 let torques = &mut rest[base + acting.len()..];
                 self.write_torques((row, unknowns), (signals, k), (theta, scales), torques);
+                for (i, (_, unknown)) in laws.iter().enumerate() {
+                    if let Effect::Parameters(by) = &unknown.effect {
+                        let at = base + acting.len() + i;
+                        [momentum[at], rest[at]] = self.change_by(row, sample, by);
+                    }
+                }
             }
             let filtered = bank.process(entries, &momentum, &rest);
+            let of_known = entries.process(&mut of_known, known[0], known[1]);
             let is_kept = k >= self.edge && k + self.edge < samples;
             let from = values.len();
             if is_kept {
@@ -515,7 +530,7 @@ impl Rows<'_> {
                     .map(|(&column, entry)| theta[column] * entry)
                     .sum();
                 for i in (0..acting.len()).filter(|&i| acting[i].scales_torque) {
-                    values[from + base + i] = -predicted;
+                    values[from + base + i] = -predicted - of_known;
                 }
             }
             for (i, direction) in acting
@@ -588,6 +603,10 @@ impl Rows<'_> {
     fn is_torque_of(&self, row: &RowOf, unknown: &Unknown) -> bool {
         let (column, added) = match &unknown.effect {
             Effect::Channels(..) => return false,
+            Effect::Parameters(by) => {
+                let mut columns = (row.of_model.iter()).flat_map(|&of| self.model.row_columns(of));
+                return columns.any(|&column| by[column] != 0.0);
+            }
             Effect::Sharpness(joint) => {
                 return row.motor.is_some() && self.terms_of(row, *joint).next().is_some();
             }

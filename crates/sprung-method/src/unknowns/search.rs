@@ -58,6 +58,7 @@ impl<'a> Search<'a> {
         let unknowns = catalogue(&catalogued);
         let is_asked = |unknown: &Unknown| {
             unknown.kind == Kind::Delay
+                && !catalogued.is_known
                 && matches!(unknown.channels(), [channel] if channels.all[*channel].delay == Some(Delay::Estimate))
         };
         Self {

@@ -75,7 +75,7 @@ impl Selection<'_> {
         match self.unknowns[unknown].place {
             Place::Channel(channel) => self.evidence.rows_of(joint_of(channel)),
             Place::Joint(joint) => self.evidence.rows_of(joint),
-            Place::All(_) => (0..self.evidence.row_count()).collect(),
+            Place::All(_) | Place::Robot => (0..self.evidence.row_count()).collect(),
         }
     }
 
@@ -268,7 +268,7 @@ impl Selection<'_> {
         let joint = |unknown: &Unknown| match unknown.place {
             Place::Channel(channel) => Some(joint_of(channel)),
             Place::Joint(joint) => Some(joint),
-            Place::All(_) => None,
+            Place::All(_) | Place::Robot => None,
         };
         let is_other_wave = |other: &Unknown| {
             this.kind == Kind::Eccentricity && other.kind == this.kind && other.place == this.place

@@ -43,11 +43,21 @@ const LATE_FOR_EARLY: f64 = 1.05;
 const RIVALS: usize = 3;
 
 /// A round with its evidence.
-struct Round {
-    evidence: Evidence,
+pub(super) struct Round {
+    pub(super) evidence: Evidence,
     scales: Vec<f64>,
     begins: Vec<Option<usize>>,
     changed: bool,
+}
+
+/// What a round adds.
+#[derive(Clone, Copy)]
+pub(super) enum Grows<'c> {
+    No,
+    /// The unknowns that explain most, and those that explain little are dropped.
+    Best,
+    /// Given unknowns, with what they gain.
+    Cause(&'c [usize], f64),
 }
 
 /// What a search found.
@@ -65,6 +75,16 @@ pub(crate) fn settle(
     reading: &Reading,
     excerpt: &Excerpt,
 ) -> Option<Settlement> {
+    in_search(experiment, reading, excerpt, |search| search.settle())
+}
+
+/// Runs a search in the beginning of a log.
+pub(super) fn in_search<T>(
+    experiment: &Experiment,
+    reading: &Reading,
+    excerpt: &Excerpt,
+    run: impl FnOnce(Search<'_>) -> Option<T>,
+) -> Option<T> {
     let cutoff = reading.position_cutoff_hz().min(CUTOFF_HZ);
     let reading = reading.without_weights().with_position_cutoff(cutoff);
     let (model, channels) = (reading.model().clone(), reading.channels().clone());
@@ -72,18 +92,17 @@ pub(crate) fn settle(
         return None;
     }
     let segmented = excerpt.in_segments();
-    let search = Search::new((experiment, &reading), &channels, &model, &segmented);
-    search.settle()
+    run(Search::new(
+        (experiment, &reading),
+        &channels,
+        &model,
+        &segmented,
+    ))
 }
 
 impl Search<'_> {
     fn settle(mut self) -> Option<Settlement> {
-        let mut state = State {
-            sizes: vec![0.0; self.unknowns.len()],
-            errors: vec![0.0; self.unknowns.len()],
-            gains: vec![0.0; self.unknowns.len()],
-            ..State::default()
-        };
+        let mut state = State::new(self.unknowns.len());
         state.chosen.clone_from(&self.asked);
         let plain = state.clone();
         self.start_far(&mut state)?;
@@ -119,7 +138,7 @@ impl Search<'_> {
         })
     }
 
-    fn selection<'s>(&'s self, round: &'s Round) -> Selection<'s> {
+    pub(super) fn selection<'s>(&'s self, round: &'s Round) -> Selection<'s> {
         Selection {
             evidence: &round.evidence,
             unknowns: &self.unknowns,
@@ -131,13 +150,14 @@ impl Search<'_> {
     /// Regresses and applies until nothing changes.
     ///
     /// - `grows`: whether unknowns are added and dropped.
-    fn repeated(&mut self, state: &mut State, grows: bool) -> Option<Round> {
-        let mut round = self.round(state, grows)?;
+    pub(super) fn repeated(&mut self, state: &mut State, grows: bool) -> Option<Round> {
+        let grows = || if grows { Grows::Best } else { Grows::No };
+        let mut round = self.round(state, grows())?;
         for _ in 1..MAX_ROUNDS {
             if !round.changed {
                 break;
             }
-            round = self.round(state, grows)?;
+            round = self.round(state, grows())?;
         }
         Some(round)
     }
@@ -190,9 +210,7 @@ impl Search<'_> {
     }
 
     /// Regresses once with all columns and changes the selection.
-    ///
-    /// - `grows`: whether unknowns are added and dropped.
-    fn round(&mut self, state: &mut State, grows: bool) -> Option<Round> {
+    pub(super) fn round(&mut self, state: &mut State, grows: Grows<'_>) -> Option<Round> {
         let corrected = self.corrected(&state.sizes);
         let smoothed = self.signals(&corrected)?;
         let period = smoothed.period();
@@ -218,7 +236,7 @@ impl Search<'_> {
         let applied = self.applied_sizes(state);
         let joint_of = |channel: usize| self.channels.all[channel].joint;
         let mut added = false;
-        if grows {
+        if let Grows::Best = grows {
             let selection = Selection {
                 evidence: &evidence,
                 unknowns: &self.unknowns,
@@ -238,6 +256,12 @@ impl Search<'_> {
                     changed: true,
                 });
             }
+        }
+        let mut given = match grows {
+            Grows::Cause(cause, gain) => cause.iter().map(|unknown| (*unknown, gain)).collect(),
+            Grows::No | Grows::Best => Vec::new(),
+        };
+        if !matches!(grows, Grows::No) {
             let mut moving = 0;
             while moving < ADDED_IN_A_ROUND && !self.is_full(state) {
                 let selection = Selection {
@@ -246,8 +270,12 @@ impl Search<'_> {
                     scales: &scales,
                     begins: &begins,
                 };
-                let Some(Chosen { unknown, gain, .. }) = selection.best(&state.chosen, &joint_of)
-                else {
+                let next = match grows {
+                    Grows::Best => (selection.best(&state.chosen, &joint_of))
+                        .map(|Chosen { unknown, gain, .. }| (unknown, gain)),
+                    Grows::No | Grows::Cause(..) => given.pop(),
+                };
+                let Some((unknown, gain)) = next else {
                     break;
                 };
                 if self.unknowns[unknown].kind == Kind::LostCounts
@@ -353,8 +381,8 @@ impl Search<'_> {
                 trial.gains[rival] = trial.gains[unknown];
                 trial.sizes[unknown] = 0.0;
                 trial.chosen.push(rival);
-                self.round(&mut trial, false)?;
-                let tried = self.round(&mut trial, false)?;
+                self.round(&mut trial, Grows::No)?;
+                let tried = self.round(&mut trial, Grows::No)?;
                 let left = self.left(&trial, &weights)?;
                 // No channel is early, so a late one may predict a little less well.
                 let is_early = |state: &State, unknown: usize| {
@@ -460,7 +488,7 @@ impl Search<'_> {
         (0..self.model.joint_count()).filter_map(of_joint).collect()
     }
 
-    fn described(&self, state: &State, round: &Round) -> Vec<Found> {
+    pub(super) fn described(&self, state: &State, round: &Round) -> Vec<Found> {
         let selection = self.selection(round);
         let applied = self.applied_sizes(state);
         (state.chosen.iter())
@@ -493,7 +521,9 @@ impl Search<'_> {
                         let sharpness = self.model.sharpness(joint) * state.sizes[k].exp();
                         (sharpness, sharpness * state.errors[k])
                     }
-                    Effect::Channels(..) | Effect::Law { .. } => (state.sizes[k], state.errors[k]),
+                    Effect::Channels(..) | Effect::Law { .. } | Effect::Parameters(_) => {
+                        (state.sizes[k], state.errors[k])
+                    }
                 };
                 Found {
                     id: unknown.id.clone(),

@@ -206,20 +206,20 @@ fn with_found(reading: &Reading, found: &[Found]) -> Vec<f64> {
 }
 
 /// Returns the columns of a place; of a joint that of its torque.
-fn columns(place: Place, channels: &Channels) -> Vec<&str> {
+pub(super) fn columns(place: Place, channels: &Channels) -> Vec<&str> {
     let is_of = |i: usize, joint: usize| match place {
         Place::Joint(of) => joint == of && channels.all[i].quantity.signal() == Signal::Torque,
-        Place::Channel(_) | Place::All(_) => place.contains(i, channels),
+        Place::Channel(_) | Place::All(_) | Place::Robot => place.contains(i, channels),
     };
     let all = (channels.all.iter().enumerate()).filter(|(i, channel)| is_of(*i, channel.joint));
     all.map(|(_, channel)| channel.column.as_str()).collect()
 }
 
-fn joint(place: Place, channels: &Channels) -> Option<usize> {
+pub(super) fn joint(place: Place, channels: &Channels) -> Option<usize> {
     match place {
         Place::Channel(at) => Some(channels.all[at].joint),
         Place::Joint(joint) => Some(joint),
-        Place::All(_) => None,
+        Place::All(_) | Place::Robot => None,
     }
 }
 
@@ -244,7 +244,7 @@ fn status(found: &Found, prepared: &Prepared) -> UnknownStatus {
                 .index(JointParameter::Preload, channel.joint);
             (channel.delay == Some(Delay::Estimate), preload.is_some())
         }
-        Place::All(_) | Place::Joint(_) => (false, false),
+        Place::All(_) | Place::Joint(_) | Place::Robot => (false, false),
     };
     let is_refused = found.kind == Kind::Offset
         && reading.settings().encoder_offset == Some(EncoderOffset::None);
@@ -263,7 +263,9 @@ fn result(of: &Telling<'_>) -> UnknownResult {
         id: found.id.clone(),
         kind: found.kind.name().to_owned(),
         place: match found.kind {
-            Kind::Law | Kind::Sharpness => of.joint.to_owned(),
+            Kind::Law | Kind::Sharpness | Kind::Friction | Kind::Stiffness | Kind::Load => {
+                of.joint.to_owned()
+            }
             Kind::Delay
             | Kind::Timing
             | Kind::Gain

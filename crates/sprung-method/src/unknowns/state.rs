@@ -10,3 +10,15 @@ pub(super) struct State {
     pub(super) gains: Vec<f64>,
     pub(super) theta: Vec<f64>,
 }
+
+impl State {
+    /// Returns the start of a search: nothing is applied.
+    pub(super) fn new(unknowns: usize) -> Self {
+        Self {
+            sizes: vec![0.0; unknowns],
+            errors: vec![0.0; unknowns],
+            gains: vec![0.0; unknowns],
+            ..Self::default()
+        }
+    }
+}

@@ -32,6 +32,12 @@ pub(crate) enum Kind {
     Sharpness,
     /// The description lacks a law.
     Law,
+    /// Friction is not as it was.
+    Friction,
+    /// The stiffness of a joint is not as it was.
+    Stiffness,
+    /// The links carry another load.
+    Load,
 }
 
 impl Kind {
@@ -48,6 +54,9 @@ impl Kind {
             Self::Saturation => "saturation",
             Self::Sharpness => "sharpness",
             Self::Law => "law",
+            Self::Friction => "friction",
+            Self::Stiffness => "stiffness",
+            Self::Load => "load",
         }
     }
 
@@ -60,7 +69,10 @@ impl Kind {
             | Self::LostCounts
             | Self::Eccentricity
             | Self::Saturation
-            | Self::Law => false,
+            | Self::Law
+            | Self::Friction
+            | Self::Stiffness
+            | Self::Load => false,
         }
     }
 }
@@ -74,6 +86,8 @@ pub(crate) enum Place {
     All(Signal),
     /// A joint.
     Joint(usize),
+    /// All links.
+    Robot,
 }
 
 impl Place {
@@ -82,7 +96,7 @@ impl Place {
         match self {
             Self::Channel(at) => at == channel,
             Self::All(signal) => channels.all[channel].quantity.signal() == signal,
-            Self::Joint(_) => false,
+            Self::Joint(_) | Self::Robot => false,
         }
     }
 }
@@ -149,6 +163,8 @@ pub(crate) enum Effect {
     },
     /// It multiplies the sharpness of Coulomb friction of a joint; its size is the logarithm of the factor.
     Sharpness(usize),
+    /// It changes parameters, \[p\] for a size of one.
+    Parameters(Vec<f64>),
 }
 
 /// An unknown.
@@ -158,12 +174,12 @@ pub(crate) struct Unknown {
     pub(crate) id: String,
     pub(crate) kind: Kind,
     pub(crate) place: Place,
-    /// Size that is usual, one standard deviation, in `unit`; infinite for the coefficient of a law.
+    /// Size that is usual, one standard deviation, in `unit`; infinite for the coefficient of a law and the change of a parameter.
     pub(crate) scale: f64,
     /// Size up to which any log may have it, so that significance alone decides; zero for a cause that must explain enough.
     pub(crate) expected: f64,
-    /// Size below which it is no cause, because the resolution of the channel explains as much; of a law with a unit as part of the
-    /// joint's torque.
+    /// Size below which it is no cause, because the resolution of the channel explains as much; of one without a usual size as part
+    /// of the joint's torque.
     pub(crate) least: f64,
     /// Whether it is a rare fault, which must explain more.
     pub(crate) is_rare: bool,
@@ -176,16 +192,17 @@ pub(crate) struct Unknown {
 }
 
 impl Unknown {
-    /// Returns whether what is applied of it changes the equations; the coefficient of a law is a parameter instead.
+    /// Returns whether what is applied of it changes the equations; the coefficient of a law and the change of a parameter are
+    /// estimated with them.
     pub(crate) fn is_applied(&self) -> bool {
-        !matches!(self.effect, Effect::Law { .. })
+        !matches!(self.effect, Effect::Law { .. } | Effect::Parameters(_))
     }
 
     /// Returns the channels that it changes.
     pub(crate) fn channels(&self) -> &[usize] {
         match &self.effect {
             Effect::Channels(channels, _) => channels,
-            Effect::Law { .. } | Effect::Sharpness(_) => &[],
+            Effect::Law { .. } | Effect::Sharpness(_) | Effect::Parameters(_) => &[],
         }
     }
 
@@ -193,7 +210,7 @@ impl Unknown {
     ///
     /// - `scale`: its usual size; of a law the coefficient that makes its torque as large as that of the joint.
     pub(crate) fn least_size(&self, scale: f64) -> f64 {
-        if self.kind == Kind::Law && self.scale.is_infinite() {
+        if self.scale.is_infinite() {
             self.least * scale
         } else {
             self.least
@@ -204,7 +221,7 @@ impl Unknown {
     pub(crate) fn has_rate(&self) -> bool {
         match &self.effect {
             Effect::Channels(_, effect) => effect.has_rate(),
-            Effect::Law { .. } | Effect::Sharpness(_) => true,
+            Effect::Law { .. } | Effect::Sharpness(_) | Effect::Parameters(_) => true,
         }
     }
 
@@ -212,14 +229,14 @@ impl Unknown {
     pub(crate) fn begins(&self) -> Option<f64> {
         match &self.effect {
             Effect::Channels(_, effect) => effect.begins(),
-            Effect::Law { .. } | Effect::Sharpness(_) => None,
+            Effect::Law { .. } | Effect::Sharpness(_) | Effect::Parameters(_) => None,
         }
     }
 
     /// Returns the law that it adds to a description, if it does.
     pub(crate) fn added(&self) -> Option<&AddedLaw> {
         match &self.effect {
-            Effect::Channels(..) | Effect::Sharpness(_) => None,
+            Effect::Channels(..) | Effect::Sharpness(_) | Effect::Parameters(_) => None,
             Effect::Law { added, .. } => added.as_ref(),
         }
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::changes::{Logs, changed, promise_broken};
-use super::diagnosis::smallest_change;
+use super::explained::Beginning;
 use super::findings::{self, TorqueFit};
 use super::metrics::{Rms, Spread};
 use super::proof::{JointProof, is_kept};
@@ -206,15 +206,23 @@ impl Candidate {
 
     /// Returns the result on a log.
     ///
-    /// - `system`: the filtered regression of the log.
-    pub(super) fn finish(mut self, system: &System, logs: &Logs<'_>) -> SetResult {
+    /// - `system`: the filtered regression of the log; `beginning`: the beginning of the log.
+    pub(super) fn finish(
+        mut self,
+        system: &System,
+        beginning: Option<&Beginning<'_>>,
+        logs: &Logs<'_>,
+    ) -> SetResult {
         let proofs = self.proofs(system);
         let torques = self.torques(system, &proofs);
         let kept = is_kept(&proofs);
         let fits = kept != Some(false) && !torques.iter().any(TorqueFit::is_unexplained);
-        let change = (self.theta.as_ref())
-            .filter(|_| !fits && self.modified.is_none())
-            .and_then(|theta| smallest_change(&self.model, system, theta, &proofs));
+        let theta = self.theta.clone();
+        let theta = theta.filter(|_| !fits && self.modified.is_none());
+        let change = theta.and_then(|theta| {
+            let changes = beginning?.changes((&self.model, &theta), &proofs)?;
+            Some((changes, theta))
+        });
         self.findings
             .extend(promise_broken(&self.label, &proofs, change.is_some(), logs));
         let not_broken: Vec<TorqueFit> = (torques.iter().zip(&proofs))
@@ -223,9 +231,10 @@ impl Candidate {
             .collect();
         self.findings
             .extend(findings::poor_prediction(&self.label, &not_broken));
-        if let Some(change) = change {
-            let finding = changed(&self.label, &self.model, &change, &proofs, logs);
-            self.findings.push(finding);
+        if let Some(((changes, left), theta)) = change {
+            let of_set = (&self.label[..], &self.model, &theta[..]);
+            self.findings
+                .extend(changed(of_set, (&changes, &left), &proofs, logs));
         }
         let outcome = self.outcome();
         let motion = self.motion_error();

@@ -1,22 +1,31 @@
-//! Findings about a broken promise and about the change of the robot that explains it.
+//! Findings about a broken promise and about the changes that explain it.
 
-use super::diagnosis::{Change, Kind, Step};
+use super::explained::{Left, over_promise};
 use super::proof::{JointProof, PROMISE_TOLERANCE, QuantityProof, worst};
 use crate::description::Factor;
 use crate::estimate::percent;
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, Signal};
 use crate::model::Model;
+use crate::unknowns::{FoundChange, Kind};
 
 /// Code of the finding about a broken promise.
 pub(super) const PROMISE_BROKEN: &str = "promise-broken";
 
-/// Codes of the findings about a change between the logs.
-pub(super) const CHANGES: [&str; 4] = [
-    "friction-changed",
-    "payload-changed",
-    "stiffness-changed",
-    "torque-scale-changed",
+/// Codes of the findings about changes, and what they mean, as nouns.
+const CHANGES: [(&str, &str); 12] = [
+    ("friction-changed", "a change of friction"),
+    ("payload-changed", "another load"),
+    ("stiffness-changed", "another stiffness"),
+    ("torque-scale-changed", "another scale of the logged torque"),
+    ("channel-gain", "another scale of a column"),
+    ("delayed-channel", "a late column"),
+    ("eccentric-encoder", "an eccentric encoder"),
+    ("encoder-offset", "another zero of an encoder"),
+    ("position-drifts", "an encoder that drifts"),
+    ("position-jumps", "an encoder that loses counts"),
+    ("torque-saturates", "a torque that saturates"),
+    ("torque-timing", "another timing of the torques"),
 ];
 
 /// Maximum number of quantities and of changed values that a text names.
@@ -69,8 +78,7 @@ pub(super) fn promise_broken(
         ("", "follow the finding about the change between the logs")
     } else {
         (
-            ". No change of friction, of a stiffness, of the last link's load or of the scale of one \
-             torque explains this",
+            ". No change of friction, of a stiffness, of the last link's load or of a column explains this",
             "look for an effect that this motion excites and the identification's did not (speed, \
              range, load, a delay of a column), and identify from both logs",
         )
@@ -83,139 +91,184 @@ pub(super) fn promise_broken(
     Some(finding.seen(&logs.run.join(", "), "", worst, ""))
 }
 
-/// Returns the change that a code means, as a noun.
-pub(super) fn change_in_words(code: &str) -> &'static str {
-    match code {
-        "friction-changed" => "a change of friction",
-        "payload-changed" => "another load",
-        "stiffness-changed" => "another stiffness",
-        _ => "another scale of the logged torque",
-    }
+/// Returns what a code means if it is about a change, as a noun.
+pub(super) fn change_in_words(code: &str) -> Option<&'static str> {
+    let mut all = CHANGES.iter();
+    all.find(|(of, _)| *of == code).map(|(_, words)| *words)
 }
 
-/// Reports the change that explains a broken promise.
+/// Reports the changes that explain a broken promise.
+///
+/// - `theta`: parameters of the set, \[p\].
 pub(super) fn changed(
-    label: &str,
-    model: &Model,
-    change: &Change,
+    (label, model, theta): (&str, &Model, &[f64]),
+    (changes, left): (&[FoundChange], &[Left]),
     proofs: &[JointProof],
     logs: &Logs<'_>,
-) -> Finding {
-    let joint = |joint: usize| &model.joints()[joint];
-    let errors = errors(proofs, change);
-    let steps = steps(change);
-    let warning = Severity::Warning;
-    let finding = match change.kind {
-        Kind::Friction(one) => {
-            let whose = one.map_or_else(
-                || "the friction of several joints".to_owned(),
-                |one| format!("the friction of {}", joint(one)),
-            );
-            let finding = Finding::new(
-                warning,
-                CHANGES[0],
-                format!(
-                    "{label}: {whose} differs from that of the identification: with this friction \
-                     alone fitted to this log, {errors}. {steps}"
-                ),
-                "friction changes with temperature, load and wear: record both logs at the same \
-                 temperature, or identify from both",
-            );
-            both_logs(finding, logs)
-        }
-        Kind::Payload(link) => {
-            let whose = match (link, model.tree()) {
-                (Some(link), Some(tree)) => format!("the load of {}", tree.links[link]),
-                _ => "the load of the links".to_owned(),
-            };
-            Finding::new(
-                warning,
-                CHANGES[1],
-                format!(
-                    "{label}: {whose} differs from that of the identification: with its inertial \
-                     parameters alone fitted to this log, {errors}. {steps}"
-                ),
-                "take the payload off, or identify with it; a payload that stays belongs into the \
-                 robot's description (the last link of the URDF)",
-            )
-        }
-        Kind::Stiffness(at) => Finding::new(
-            warning,
-            CHANGES[2],
+) -> Vec<Finding> {
+    let errors = errors(proofs, left);
+    let steps = |kinds: &dyn Fn(&FoundChange) -> bool| -> Vec<&FoundChange> {
+        changes.iter().filter(|change| kinds(change)).collect()
+    };
+    let mut findings: Vec<Finding> = Vec::new();
+    let friction = steps(&|change| change.found.kind == Kind::Friction);
+    if let Some(first) = friction.first() {
+        let is_one = friction.iter().all(|change| change.joint == first.joint);
+        let whose = match first.joint.filter(|_| is_one) {
+            Some(joint) => format!("the friction of {}", model.joints()[joint]),
+            None => "the friction of several joints".to_owned(),
+        };
+        let finding = Finding::new(
+            Severity::Warning,
+            CHANGES[0].0,
             format!(
-                "{label}: the stiffness of {} differs from that of the identification: with this \
-                 stiffness alone fitted to this log, {errors}. {steps}",
-                joint(at)
+                "{label}: {whose} differs from that of the identification: with it fitted to this log, {errors}. {}",
+                values(&friction, model, theta)
+            ),
+            "friction changes with temperature, load and wear: record both logs at the same \
+             temperature, or identify from both",
+        );
+        findings.push(both_logs(about(finding, &friction), logs));
+    }
+    let load = steps(&|change| change.found.kind == Kind::Load);
+    if !load.is_empty() {
+        let whose = match (model.tree(), load[0].parameter()) {
+            (Some(_), Some(name)) => {
+                format!(
+                    "the load of {}",
+                    name.rsplit_once('.').map_or(name, |(link, _)| link)
+                )
+            }
+            _ => "the load of the links".to_owned(),
+        };
+        let finding = Finding::new(
+            Severity::Warning,
+            CHANGES[1].0,
+            format!(
+                "{label}: {whose} differs from that of the identification: with its inertial parameters fitted to this \
+                 log, {errors}. {}",
+                values(&load, model, theta)
+            ),
+            "take the payload off, or identify with it; a payload that stays belongs into the \
+             robot's description (the last link of the URDF)",
+        );
+        findings.push(about(finding, &load));
+    }
+    for change in changes {
+        findings.extend(single((label, model, theta), change, &errors, logs));
+    }
+    let before = worst(proofs).map_or(0.0, |worst| worst.ratio.unwrap_or(0.0));
+    let seen = |finding: Finding| {
+        let column = finding.evidence.as_ref().and_then(|of| of.column.clone());
+        let column = column.unwrap_or_default();
+        finding.seen(&logs.run.join(", "), &column, before, "")
+    };
+    findings.into_iter().map(seen).collect()
+}
+
+/// Reports a change of a stiffness or of a channel; `None` for those that are reported together.
+fn single(
+    (label, model, theta): (&str, &Model, &[f64]),
+    change: &FoundChange,
+    errors: &str,
+    logs: &Logs<'_>,
+) -> Option<Finding> {
+    let value = change.found.value;
+    if change.found.kind == Kind::Stiffness {
+        let joint = model.joints().get(change.joint?)?;
+        let finding = Finding::new(
+            Severity::Warning,
+            CHANGES[2].0,
+            format!(
+                "{label}: the stiffness of {joint} differs from that of the identification: with it fitted to this log, \
+                 {errors}. {}",
+                values(&[change], model, theta)
             ),
             "check the spring or the gear, and the scale of both encoders of the joint; identify \
              from this log",
-        ),
-        Kind::TorqueScale(at) => {
-            let gain = change.steps.first().map_or(1.0, |step| 1.0 + step.change);
-            let finding = Finding::new(
-                warning,
-                CHANGES[3],
-                format!(
-                    "{label}: the torque of {} is logged at another scale than in the \
-                     identification: multiplied by {}, {errors}",
-                    joint(at),
-                    steps
-                ),
-                "check the torque constant, the amplifier and the unit of this log; if the log is \
-                 wrong, give its log this gain",
-            );
-            with_gain(finding, at, gain, logs)
-        }
+        );
+        return Some(about(finding, &[change]));
+    }
+    let mut finding = change.finding.clone()?;
+    let is_torque = |column: &str| {
+        let channels = logs.channels.all.iter();
+        let mut of_column = channels.filter(|channel| channel.column == column);
+        of_column.any(|channel| channel.quantity.signal() == Signal::Torque)
     };
-    let before = worst(proofs).map_or(0.0, |worst| worst.ratio.unwrap_or(0.0));
-    finding.seen(&logs.run.join(", "), "", before, "").about(
-        change
-            .steps
-            .iter()
-            .map(|step| step.name.clone())
-            .filter(|name| !name.is_empty()),
-    )
+    let column = change.column.as_deref();
+    if change.found.kind == Kind::Gain && column.is_some_and(is_torque) {
+        finding = Finding::new(
+            Severity::Warning,
+            CHANGES[3].0,
+            format!(
+                "{label}: the torque of {} is logged at another scale than in the identification: multiplied by {:.4} ± \
+                 {:.1e}, {errors}",
+                model.joints()[change.joint?],
+                1.0 + value,
+                change.found.standard_error
+            ),
+            "check the torque constant, the amplifier and the unit of this log; if the log is \
+             wrong, give its log this gain",
+        );
+    } else {
+        finding.severity = Severity::Warning;
+        finding.text = format!("{label}: unlike in the identification, {}", finding.text);
+    }
+    finding.setting = None;
+    let Some(column) = column else {
+        return Some(finding);
+    };
+    let line = match change.found.kind {
+        Kind::Gain => {
+            let given = (logs.gain)(column).map_or(Some(1.0), Factor::known);
+            given.map(|given| format!("gain = {{ \"{column}\" = {:.4} }}", given * (1.0 + value)))
+        }
+        Kind::Delay => Some(format!("delay_s = {{ \"{column}\" = {value:.5} }}")),
+        _ => None,
+    };
+    Some(match line {
+        Some(line) if logs.channels.torque_mix.is_none() => finding.mended_by(
+            "[[validate]]",
+            &format!("log = {{ {}{line} }}", logs.own_file()),
+        ),
+        _ => finding,
+    })
 }
 
-/// Returns the largest error in proportion to its promise, before and after the change, in words.
-fn errors(proofs: &[JointProof], change: &Change) -> String {
-    let quantities = proofs.iter().flat_map(JointProof::quantities);
-    let size =
-        |quantity: &QuantityProof<'_>| quantity.ratio.unwrap_or(quantity.error / quantity.value);
-    let Some(largest) = quantities.max_by(|a, b| size(a).total_cmp(&size(b))) else {
+/// Adds the names of the parameters that changed.
+fn about(finding: Finding, changes: &[&FoundChange]) -> Finding {
+    let names = changes.iter().filter_map(|change| change.parameter());
+    finding.about(names.map(str::to_owned))
+}
+
+/// Returns the largest error in proportion to its promise, before and after the changes, in words.
+fn errors(proofs: &[JointProof], left: &[Left]) -> String {
+    let joints = proofs.iter().zip(left);
+    let quantities = joints.flat_map(|(proof, left)| proof.quantities().map(move |of| (of, left)));
+    let largest = quantities.max_by(|a, b| over_promise(&a.0).total_cmp(&over_promise(&b.0)));
+    let Some((largest, left)) = largest else {
         return String::new();
     };
-    let after = change
-        .after
-        .iter()
-        .find(|after| after.joint == largest.joint);
-    let after = after.and_then(|after| match largest.name {
-        "torque" => Some(after.torque_error_nm),
-        _ => after.deflection_error_rad,
-    });
     let share = |error: f64| percent(error / largest.value);
     format!(
-        "{} falls from {} to {}",
-        largest.name(),
+        "the {} error of {} falls from {} to {}",
+        largest.name,
+        largest.joint,
         share(largest.error),
-        after.map_or_else(String::new, share)
+        share(largest.error * left.of(&largest))
     )
 }
 
 /// Returns the changed values with their standard errors, in words.
-fn steps(change: &Change) -> String {
-    let one = |step: &Step| {
-        let Step {
-            name,
-            unit,
-            before,
-            change,
-            error,
-        } = step;
-        match before {
-            Some(before) if name.is_empty() => format!("{:.4} ± {error:.1e}", before + change),
+fn values(changes: &[&FoundChange], model: &Model, theta: &[f64]) -> String {
+    let one = |change: &&FoundChange| {
+        let found = &change.found;
+        let name = change.parameter().unwrap_or_default();
+        let (by, error, unit) = (found.value, found.standard_error, found.unit);
+        let same = |at: &usize| model.parameters()[*at].short() == name;
+        match (0..theta.len()).find(same).map(|at| theta[at]) {
             Some(before) => {
-                let share = 100.0 * change / before.abs();
+                let share = 100.0 * by / before.abs();
                 let share = if share.is_finite() {
                     format!(", {share:+.0} %")
                 } else {
@@ -223,17 +276,27 @@ fn steps(change: &Change) -> String {
                 };
                 format!(
                     "{name} {before:.4} → {:.4} ± {error:.1e} {unit}{share}",
-                    before + change
+                    before + by
                 )
             }
-            None => format!("{name} {change:+.4} ± {error:.1e} {unit}"),
+            None => format!("{name} {by:+.4} ± {error:.1e} {unit}"),
         }
     };
-    let mut words: Vec<String> = change.steps.iter().take(MAX_NAMED).map(one).collect();
-    if change.steps.len() > MAX_NAMED {
-        words.push(format!("{} more", change.steps.len() - MAX_NAMED));
+    let mut words: Vec<String> = changes.iter().take(MAX_NAMED).map(one).collect();
+    if changes.len() > MAX_NAMED {
+        words.push(format!("{} more", changes.len() - MAX_NAMED));
     }
     words.join(", ")
+}
+
+impl Logs<'_> {
+    /// Returns the key of the file of the run, if it is not one of the identification.
+    fn own_file(&self) -> String {
+        match self.run {
+            [one] if !self.identified.contains(one) => format!("file = \"{one}\", "),
+            _ => String::new(),
+        }
+    }
 }
 
 /// Adds the line that identifies from the logs of both.
@@ -245,27 +308,4 @@ fn both_logs(finding: Finding, logs: &Logs<'_>) -> Finding {
         .map(|file| format!("\"{file}\""))
         .collect();
     finding.mended_by("[log]", &format!("file = [{}]", files.join(", ")))
-}
-
-/// Adds the line that gives the log of the run a separate gain.
-fn with_gain(finding: Finding, joint: usize, gain: f64, logs: &Logs<'_>) -> Finding {
-    let channels = logs.channels;
-    let channel = channels.telling(Signal::Torque, joint);
-    let (Some(channel), None) = (channel, &channels.torque_mix) else {
-        return finding;
-    };
-    let column = &channels.all[channel].column;
-    let given = (logs.gain)(column).map_or(Some(1.0), Factor::known);
-    let Some(given) = given else { return finding };
-    let file = match logs.run {
-        [one] if !logs.identified.contains(one) => format!("file = \"{one}\", "),
-        _ => String::new(),
-    };
-    finding.mended_by(
-        "[[validate]]",
-        &format!(
-            "log = {{ {file}gain = {{ \"{column}\" = {:.4} }} }}",
-            given * gain
-        ),
-    )
 }

@@ -6,8 +6,8 @@
 mod candidate;
 mod changes;
 mod comparison;
-mod diagnosis;
 mod error;
+mod explained;
 mod findings;
 mod metrics;
 mod proof;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::changes::CHANGES;
+use super::changes::change_in_words;
 use super::proof::JointProof;
 use crate::finding::Finding;
 use crate::named::Named;
@@ -120,7 +120,7 @@ impl SetResult {
     #[must_use]
     pub fn change_code(&self) -> Option<&str> {
         let mut codes = self.findings.iter().map(|finding| finding.code.as_str());
-        codes.find(|code| CHANGES.contains(code))
+        codes.find(|code| change_in_words(code).is_some())
     }
 }
 

@@ -8,6 +8,7 @@ use super::candidate::{Candidate, ParameterSet};
 use super::changes::Logs;
 use super::comparison::Comparison;
 use super::error::ValidateError;
+use super::explained::Beginning;
 use super::findings::until_gap;
 use super::result::{RunResult, Validation};
 use crate::curves::{CurveSet, Curves};
@@ -135,17 +136,24 @@ pub fn validate(
             channels: &channels,
             gain: &|column| log.gain.get(column).copied(),
         };
+        let beginning = outcome.beginning.as_ref().map(|excerpt| Beginning {
+            experiment,
+            reading: &outcome.reading,
+            excerpt,
+            carried: outcome.carried.as_ref(),
+            file: names.first().map_or("", String::as_str),
+        });
         runs.push(RunResult {
             name: described.name.clone(),
             log: names.join(", "),
             same_log: !names.is_empty() && names.iter().all(|name| chosen.logs.contains(name)),
             samples: outcome.samples,
-            position_cutoff_hz: Some(outcome.cutoff_hz),
+            position_cutoff_hz: Some(outcome.reading.position_cutoff_hz()),
             simulated: controller.is_some(),
             findings: outcome.findings,
             sets: candidates
                 .into_iter()
-                .map(|candidate| candidate.finish(&outcome.system, &logs))
+                .map(|candidate| candidate.finish(&outcome.system, beginning.as_ref(), &logs))
                 .collect(),
         });
     }
@@ -180,7 +188,10 @@ struct Simulated {
     samples: u64,
     findings: Vec<Finding>,
     system: System,
-    cutoff_hz: f64,
+    reading: Reading,
+    beginning: Option<Excerpt>,
+    /// Change of theta by the payload of the first log, \[p\].
+    carried: Option<Theta>,
     // Measured curves, then one set per shown candidate.
     curves: Vec<CurveSet>,
 }
@@ -240,6 +251,7 @@ impl Run<'_> {
         let payloads: Vec<Option<Theta>> = (sources.iter())
             .map(|source| self.model.change_by_payload(source.payload()?))
             .collect();
+        let carried = payloads.first().cloned().flatten();
         let mut comparison = Comparison::new(self.controller, candidates, payloads.into_iter());
         let passed = read_through(
             &reading,
@@ -276,7 +288,9 @@ impl Run<'_> {
             samples: passed.logs.iter().map(|log| log.summary.samples()).sum(),
             findings,
             system: passed.system,
-            cutoff_hz: reading.position_cutoff_hz(),
+            reading,
+            beginning,
+            carried,
             curves: comparison.curves(self.model.joint_count()),
         })
     }

@@ -43,9 +43,8 @@ impl Validation {
             all.filter(|proof| proof.set.promise_kept == Some(false))
         };
         if let Some(Proof { run, set, worst }) = largest(broken()) {
-            let reason = set.change_code().map_or_else(String::new, |code| {
-                format!("; {} explains it", change_in_words(code))
-            });
+            let change = set.change_code().and_then(change_in_words);
+            let reason = change.map_or_else(String::new, |words| format!("; {words} explains it"));
             let others = || proofs.iter().filter(|proof| !proof.run.same_log);
             let kept = others().filter(|proof| proof.set.promise_kept == Some(true));
             let kept = match others().count() {

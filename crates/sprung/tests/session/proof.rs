@@ -203,18 +203,60 @@ fn another_stiffness_is_named() {
     assert!(text.contains(", +30 %"), "{text}");
 }
 
+/// The log of the prediction with another column, from its values.
+fn with_column(column: usize, other: impl Fn(&[f64], usize) -> f64) -> Vec<u8> {
+    let original = log(Some("prediction"), truth(), 5);
+    let text = std::str::from_utf8(&original).unwrap();
+    let (header, rows) = text.split_once('\n').unwrap();
+    let mut rows: Vec<Vec<String>> = (rows.lines())
+        .map(|line| line.split(',').map(str::to_owned).collect())
+        .collect();
+    let values: Vec<f64> = rows
+        .iter()
+        .map(|row| row[column].parse().unwrap())
+        .collect();
+    for (k, row) in rows.iter_mut().enumerate() {
+        row[column] = other(&values, k).to_string();
+    }
+    let lines = rows.iter().map(|row| row.join(",") + "\n");
+    format!("{header}\n{}", lines.collect::<String>()).into_bytes()
+}
+
 /// The log of the prediction with one column multiplied by a factor.
 fn scaled(column: usize, factor: f64) -> Vec<u8> {
-    let original = log(Some("prediction"), truth(), 5);
-    let lines = std::str::from_utf8(&original).unwrap().lines().enumerate();
-    let scaled = lines.map(|(row, line)| {
-        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
-        if row > 0 {
-            cells[column] = (factor * cells[column].parse::<f64>().unwrap()).to_string();
-        }
-        cells.join(",") + "\n"
+    with_column(column, |values, k| factor * values[k])
+}
+
+#[test]
+fn a_channel_that_is_late_only_in_this_log_is_named_with_its_line() {
+    let late = 20;
+    let log = with_column(1, |values, k| values[k.saturating_sub(late)]);
+    let (text, line) = names(&validated(log.clone()), "delayed-channel");
+    assert!(text.contains("unlike in the identification"), "{text}");
+    let line = line.unwrap();
+    let start = "[[validate]] log = { file = \"validation.csv\", delay_s = { \"q1_rad\" = ";
+    let delay = line.strip_prefix(start).unwrap_or_else(|| panic!("{line}"));
+    let delay: f64 = delay.trim_end_matches([' ', '}']).parse().unwrap();
+    // The identification has errors, too.
+    assert!((delay - 1e-3 * late as f64).abs() < 1e-3, "{line}");
+    // With this delay the promise is kept.
+    let over = format!("validate.prediction.log.delay_s.q1_rad={delay}");
+    let session = session(files(log), &[&over]);
+    let validation = session
+        .validate(&Parameters::from(identification()), &mut Unheard)
+        .unwrap()
+        .validation;
+    let set = &validation.runs[1].sets[0];
+    assert_eq!(set.promise_kept, Some(true), "{:#?}", set.findings);
+}
+
+#[test]
+fn an_encoder_that_loses_counts_in_this_log_is_named() {
+    let log = with_column(2, |values, k| {
+        values[k] + if k > values.len() / 2 { 0.03 } else { 0.0 }
     });
-    scaled.collect::<String>().into_bytes()
+    let (text, _) = names(&validated(log), "position-jumps");
+    assert!(text.contains("q2_rad"), "{text}");
 }
 
 #[test]

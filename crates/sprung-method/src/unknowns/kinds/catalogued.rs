@@ -17,6 +17,8 @@ pub(in crate::unknowns) struct Catalogued<'a> {
     pub(in crate::unknowns) speeds: Vec<f64>,
     pub(in crate::unknowns) names: &'a [String],
     pub(in crate::unknowns) joints: usize,
+    /// Whether all parameters are known, so that only changes are sought.
+    pub(in crate::unknowns) is_known: bool,
     /// First time of the excerpt and its duration, s.
     pub(in crate::unknowns) span: [f64; 2],
     /// Sampling period, s.
@@ -52,6 +54,7 @@ impl<'a> Catalogued<'a> {
             model,
             names: model.joints(),
             joints: model.joint_count(),
+            is_known: (0..model.parameters().len()).all(|index| model.known(index).is_some()),
             span: [first.copied().unwrap_or_default(), excerpt.duration()],
             period: excerpt.period(),
             excerpt,

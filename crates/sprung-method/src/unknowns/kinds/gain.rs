@@ -24,7 +24,7 @@ impl ChannelEffect for Gain {
 
 pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
     // A common factor of all torques is a factor of all parameters.
-    let signals: &[Signal] = if of.joints > 1 {
+    let signals: &[Signal] = if of.joints > 1 || of.is_known {
         &[Signal::Link, Signal::Motor, Signal::Torque]
     } else {
         &[Signal::Link, Signal::Motor]

@@ -160,6 +160,10 @@ impl OfJoint<'_> {
 
 /// Returns the laws that joints which move may lack.
 pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
+    // A law that a robot lacks, it lacked before.
+    if of.is_known {
+        return Vec::new();
+    }
     let Ok(everything) = Model::new(&with_all_laws(of.experiment)) else {
         return Vec::new();
     };

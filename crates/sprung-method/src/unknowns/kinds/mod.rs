@@ -1,6 +1,7 @@
 //! The catalogue: one file a kind. A new cause is a file and a line of [`catalogue`].
 
 mod catalogued;
+mod changes;
 mod delay;
 mod drift;
 mod eccentricity;
@@ -13,7 +14,9 @@ mod sharpness;
 mod words;
 
 pub(super) use catalogued::Catalogued;
+pub(super) use changes::CHANGE;
 pub(crate) use laws::LAWS_MISSING;
+pub(crate) use sharpness::LEAST_CHANGE_OF_SHARPNESS;
 
 use super::found::Telling;
 use super::unknown::{Kind, Unknown};
@@ -31,8 +34,8 @@ pub(super) fn finding(of: &Telling<'_>) -> Option<Finding> {
         Kind::Eccentricity => eccentricity::finding(of),
         Kind::Saturation => saturation::finding(of),
         Kind::Law => return laws::finding(of),
-        // The list of unknowns says it.
-        Kind::Sharpness => return None,
+        // The list of unknowns says it, or the validation.
+        Kind::Sharpness | Kind::Friction | Kind::Stiffness | Kind::Load => return None,
     })
 }
 
@@ -48,6 +51,7 @@ pub(super) fn catalogue(of: &Catalogued<'_>) -> Vec<Unknown> {
         saturation::list,
         sharpness::list,
         laws::list,
+        changes::list,
     ]
     .iter()
     .flat_map(|list| list(of))

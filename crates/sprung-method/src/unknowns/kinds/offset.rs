@@ -24,7 +24,7 @@ impl ChannelEffect for Offset {
 
 pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
     of.of_signals(&[Signal::Link])
-        .filter(|&channel| !of.has_preload(of.channels.all[channel].joint))
+        .filter(|&channel| of.is_known || !of.has_preload(of.channels.all[channel].joint))
         .filter_map(|channel| {
             Some(Unknown {
                 id: format!("offset {}", of.channels.all[channel].column),

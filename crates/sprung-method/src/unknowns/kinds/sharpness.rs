@@ -6,12 +6,15 @@ use super::catalogued::Catalogued;
 use crate::unknowns::added_law::may_add_laws;
 use crate::unknowns::unknown::{Effect, Kind, Place, Unknown};
 
-/// Usual change of its logarithm, and least change that affects a regression.
+/// Usual change of its logarithm.
 const USUAL: f64 = 0.3;
-const LEAST: f64 = 0.1;
+
+/// Least change of the logarithm of a sharpness that affects a regression.
+pub(crate) const LEAST_CHANGE_OF_SHARPNESS: f64 = 0.1;
 
 pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
     (of.model.open_sharpness().iter())
+        .filter(|_| !of.is_known)
         .filter(|&&joint| of.speeds[joint] > 0.0 && may_add_laws(of.experiment, joint))
         // Stribeck friction has nearly the same effect.
         .filter(|&&joint| !of.model.has_law(Scale::Stribeck, joint))
@@ -21,7 +24,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
             place: Place::Joint(joint),
             scale: USUAL,
             expected: 0.0,
-            least: LEAST,
+            least: LEAST_CHANGE_OF_SHARPNESS,
             is_rare: false,
             is_last: false,
             is_positive: false,

@@ -16,6 +16,7 @@ use crate::model::Model;
 use crate::numbers::in_ms;
 use crate::prepare::{DelayGain, Excerpt};
 use crate::regression::{PassError, Reading};
+use crate::unknowns::LEAST_CHANGE_OF_SHARPNESS;
 use sprung_core::friction::Scale;
 
 /// Longest common delay of all torques by controller and recorder, in samples. A longer one is that of a faulty
@@ -29,9 +30,6 @@ const SMEARED_SAMPLES: f64 = 1.0 / 3.0;
 
 /// Change of an estimated delay, in samples, from which the regression is repeated with it.
 const LEAST_MOVE_SAMPLES: f64 = 0.02;
-
-/// Change of the logarithm of a sharpness that does not affect a regression.
-const SAME_SHARPNESS: f64 = 0.1;
 
 /// Treatment of the timing of torques and of the sharpness of Coulomb friction.
 #[derive(Clone, Copy)]
@@ -306,7 +304,7 @@ fn delayed(reading: &Reading, by: f64) -> Vec<f64> {
 fn sharpness(model: &Model, end: &End) -> Vec<(usize, f64)> {
     let differs = |joint: usize, value: f64, error: f64| {
         let change = (value / model.sharpness(joint)).ln().abs();
-        change > SAME_SHARPNESS && change > CERTAIN_SIGMAS * error / value
+        change > LEAST_CHANGE_OF_SHARPNESS && change > CERTAIN_SIGMAS * error / value
     };
     (end.refined.scales.iter())
         .filter(|scale| scale.scale == Scale::Sharpness)

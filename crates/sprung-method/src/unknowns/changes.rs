@@ -1,0 +1,192 @@
+//! What changed since an identification: the search of the catalogue with known parameters.
+
+use super::evidence::PARTS;
+use super::found::{Found, Telling};
+use super::kinds::{CHANGE, finding};
+use super::result::UnknownStatus;
+use super::search::Search;
+use super::settle::{Grows, Round, in_search};
+use super::settled::{columns, joint};
+use super::state::State;
+use super::unknown::{Effect, Kind, Place};
+use crate::description::Experiment;
+use crate::finding::Finding;
+use crate::model::Theta;
+use crate::prepare::Excerpt;
+use crate::regression::Reading;
+
+/// One thing that changed.
+#[derive(Clone, Debug)]
+pub(crate) struct FoundChange {
+    pub(crate) found: Found,
+    /// Joint; `None` for all of them.
+    pub(crate) joint: Option<usize>,
+    /// Column; `None` for a parameter of the robot and for several columns.
+    pub(crate) column: Option<String>,
+    /// Finding about a channel; `None` for a parameter of the robot.
+    pub(crate) finding: Option<Finding>,
+}
+
+impl FoundChange {
+    /// Returns the name of the parameter that changed; `None` for a channel.
+    pub(crate) fn parameter(&self) -> Option<&str> {
+        self.found.id.strip_prefix(CHANGE)
+    }
+}
+
+/// Finds the fewest changes since an identification that explain a log; `None` if none do, or the log is too short for the filters.
+///
+/// - `theta`: parameters of the identification, \[p\]; `file`: name of the log.
+/// - `explained`: what the caller needs of corrected samples and changed parameters, if they fit.
+pub(crate) fn changes<T>(
+    (experiment, reading, theta): (&Experiment, &Reading, &Theta),
+    (excerpt, file): (&Excerpt, &str),
+    explained: impl Fn(&Excerpt, &Theta) -> Option<T>,
+) -> Option<(Vec<FoundChange>, T)> {
+    let known: Vec<(usize, f64)> = theta.iter().copied().enumerate().collect();
+    let reading = reading.with_model(reading.model().with_fixed(&known));
+    let (found, explained) = in_search(experiment, &reading, excerpt, |search| {
+        search.changed(theta, explained)
+    })?;
+    let (channels, names) = (reading.channels(), reading.model().joints());
+    let found = found.into_iter().map(|found| {
+        let joint = joint(found.place, channels);
+        let columns = columns(found.place, channels);
+        let column = match columns[..] {
+            [column] => Some(column.to_owned()),
+            _ => None,
+        };
+        let telling = Telling {
+            found: &found,
+            columns,
+            joint: joint.map_or("", |joint| &names[joint]),
+            file,
+            status: UnknownStatus::Found,
+            is_addable: false,
+            period: excerpt.period(),
+        };
+        let finding = finding(&telling);
+        FoundChange {
+            column: column.filter(|_| finding.is_some()),
+            finding,
+            joint,
+            found,
+        }
+    });
+    Some((found.collect(), explained))
+}
+
+/// Most causes that are named together.
+const MAX_CAUSES: usize = 3;
+
+/// Causes are equally good if the products of the squared errors of all rows differ by less than this factor; that with the fewest
+/// unknowns is named. A rare fault of a sensor must be better by its square.
+const EQUALLY_GOOD: f64 = 1.3;
+
+/// Standard errors from zero at which a value of a cause is named.
+const SIGNIFICANT: f64 = 2.0;
+
+/// What a cause leaves of held-out parts.
+struct Judged {
+    /// Logarithm of the product of the squared errors of all rows: the likelihood of rows with unknown noise.
+    misfit: f64,
+    /// Squared errors of all rows.
+    squares: f64,
+}
+
+impl Search<'_> {
+    /// Returns the fewest changes that explain the log.
+    fn changed<T>(
+        mut self,
+        theta: &Theta,
+        explained: impl Fn(&Excerpt, &Theta) -> Option<T>,
+    ) -> Option<(Vec<Found>, T)> {
+        let mut state = State::new(self.unknowns.len());
+        let mut round = self.repeated(&mut state, false)?;
+        let causes = self.causes();
+        for _ in 0..MAX_CAUSES {
+            let plain = self.judged(&[], &state, &round);
+            let open = (causes.iter())
+                .filter(|cause| cause.iter().all(|unknown| !state.chosen.contains(unknown)));
+            let judged: Vec<(Judged, &Vec<usize>)> = open
+                .map(|cause| (self.judged(cause, &state, &round), cause))
+                .collect();
+            let all = judged.iter().map(|(judged, _)| judged.misfit);
+            let least = all.fold(plain.misfit, f64::min);
+            let alike =
+                (judged.iter()).filter(|(judged, _)| judged.misfit <= least + EQUALLY_GOOD.ln());
+            let (best, cause) = alike.min_by_key(|(_, cause)| cause.len())?;
+            let gain = 1.0 - best.squares / plain.squares;
+            self.round(&mut state, Grows::Cause(cause, gain))?;
+            round = self.repeated(&mut state, false)?;
+            let (corrected, moved) = (self.corrected(&state.sizes), self.moved(theta, &state));
+            if let Some(explained) = explained(&corrected, &moved) {
+                let mut found = self.described(&state, &round);
+                found.retain(|found| found.value.abs() > SIGNIFICANT * found.standard_error);
+                let significance = |found: &Found| (found.value / found.standard_error).abs();
+                found.sort_by(|a, b| significance(b).total_cmp(&significance(a)));
+                return Some((found, explained));
+            }
+        }
+        None
+    }
+
+    fn judged(&self, cause: &[usize], state: &State, round: &Round) -> Judged {
+        let chosen = [&state.chosen[..], cause].concat();
+        let columns = self.selection(round).columns(&chosen);
+        let held_out = round.evidence.held_out(&columns, None);
+        let all: Vec<usize> = (0..PARTS).collect();
+        let squares: Vec<f64> = (0..self.rows.len())
+            .map(|row| held_out.sum(&[row], &all).max(f64::MIN_POSITIVE))
+            .collect();
+        let is_rare = cause.iter().any(|&unknown| self.unknowns[unknown].is_rare);
+        let penalty = if is_rare {
+            2.0 * EQUALLY_GOOD.ln()
+        } else {
+            0.0
+        };
+        Judged {
+            misfit: squares.iter().map(|squares| squares.ln()).sum::<f64>() + penalty,
+            squares: squares.iter().sum(),
+        }
+    }
+
+    /// Returns the parameters with the changes of a state.
+    fn moved(&self, theta: &Theta, state: &State) -> Theta {
+        let mut moved = theta.clone();
+        for &unknown in &state.chosen {
+            if let Effect::Parameters(by) = &self.unknowns[unknown].effect {
+                for (value, by) in moved.iter_mut().zip(by) {
+                    *value += state.sizes[unknown] * by;
+                }
+            }
+        }
+        moved
+    }
+
+    /// Returns the causes, each with its unknowns: friction of a joint and of all joints, the load, and all others alone.
+    fn causes(&self) -> Vec<Vec<usize>> {
+        let of = |is_meant: &dyn Fn(usize) -> bool| -> Vec<usize> {
+            (0..self.unknowns.len())
+                .filter(|&unknown| is_meant(unknown))
+                .collect()
+        };
+        let is_of = |unknown: usize, kind: Kind| self.unknowns[unknown].kind == kind;
+        let mut causes: Vec<Vec<usize>> = (0..self.unknowns.len())
+            .filter(|&unknown| !is_of(unknown, Kind::Friction) && !is_of(unknown, Kind::Load))
+            .map(|unknown| vec![unknown])
+            .collect();
+        for joint in 0..self.model.joint_count() {
+            causes.push(of(&|unknown| {
+                is_of(unknown, Kind::Friction)
+                    && self.unknowns[unknown].place == Place::Joint(joint)
+            }));
+        }
+        if self.model.joint_count() > 1 {
+            causes.push(of(&|unknown| is_of(unknown, Kind::Friction)));
+        }
+        causes.push(of(&|unknown| is_of(unknown, Kind::Load)));
+        causes.retain(|cause| !cause.is_empty());
+        causes
+    }
+}
