@@ -83,6 +83,9 @@ const MAX_CAUSES: usize = 3;
 /// unknowns is named. A rare fault of a sensor must be better by its square.
 const EQUALLY_GOOD: f64 = 1.3;
 
+/// A cause lowers the product of the squared errors by at least this factor: small effects of the motion add up to less.
+const LEAST_FACTOR: f64 = 2.0;
+
 /// Standard errors from zero at which a value of a cause is named.
 const SIGNIFICANT: f64 = 2.0;
 
@@ -116,6 +119,9 @@ impl Search<'_> {
             let alike =
                 (judged.iter()).filter(|(judged, _)| judged.misfit <= least + EQUALLY_GOOD.ln());
             let (best, cause) = alike.min_by_key(|(_, cause)| cause.len())?;
+            if plain.misfit - best.misfit < LEAST_FACTOR.ln() {
+                return None;
+            }
             let gain = 1.0 - best.squares / plain.squares;
             self.round(&mut state, Grows::Cause(cause, gain))?;
             round = self.repeated(&mut state, false)?;
