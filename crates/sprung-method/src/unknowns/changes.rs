@@ -2,6 +2,7 @@
 
 use super::evidence::PARTS;
 use super::found::{Found, Telling};
+use super::gauge::relative;
 use super::kinds::{CHANGE, finding};
 use super::result::UnknownStatus;
 use super::search::Search;
@@ -23,6 +24,8 @@ pub(crate) struct FoundChange {
     pub(crate) joint: Option<usize>,
     /// Column; `None` for a parameter of the robot and for several columns.
     pub(crate) column: Option<String>,
+    /// Whole delay of its column, s; `None` for what is no delay of one column.
+    pub(crate) delay: Option<f64>,
     /// Finding about a channel; `None` for a parameter of the robot.
     pub(crate) finding: Option<Finding>,
 }
@@ -36,19 +39,19 @@ impl FoundChange {
 
 /// Finds the fewest changes since an identification that explain a log; `None` if none do, or the log is too short for the filters.
 ///
-/// - `theta`: parameters of the identification, \[p\]; `file`: name of the log.
+/// - `reading`: of the log, with a model whose parameters are all known; `file`: name of the log.
 /// - `explained`: what the caller needs of corrected samples and changed parameters, if they fit.
 pub(crate) fn changes<T>(
-    (experiment, reading, theta): (&Experiment, &Reading, &Theta),
+    experiment: &Experiment,
+    reading: &Reading,
     (excerpt, file): (&Excerpt, &str),
     explained: impl Fn(&Excerpt, &Theta) -> Option<T>,
 ) -> Option<(Vec<FoundChange>, T)> {
-    let known: Vec<(usize, f64)> = theta.iter().copied().enumerate().collect();
-    let reading = reading.with_model(reading.model().with_fixed(&known));
-    let (found, explained) = in_search(experiment, &reading, excerpt, |search| {
-        search.changed(theta, explained)
+    let (found, explained) = in_search(experiment, reading, excerpt, |search| {
+        search.changed(explained)
     })?;
     let (channels, names) = (reading.channels(), reading.model().joints());
+    let found = relative(found, channels, excerpt.period());
     let found = found.into_iter().map(|found| {
         let joint = joint(found.place, channels);
         let columns = columns(found.place, channels);
@@ -66,7 +69,12 @@ pub(crate) fn changes<T>(
             period: excerpt.period(),
         };
         let finding = finding(&telling);
+        let delay = match (found.kind, found.place) {
+            (Kind::Delay, Place::Channel(channel)) => Some(reading.delays()[channel] + found.value),
+            _ => None,
+        };
         FoundChange {
+            delay,
             column: column.filter(|_| finding.is_some()),
             finding,
             joint,
@@ -101,7 +109,6 @@ impl Search<'_> {
     /// Returns the fewest changes that explain the log.
     fn changed<T>(
         mut self,
-        theta: &Theta,
         explained: impl Fn(&Excerpt, &Theta) -> Option<T>,
     ) -> Option<(Vec<Found>, T)> {
         let mut state = State::new(self.unknowns.len());
@@ -125,7 +132,7 @@ impl Search<'_> {
             let gain = 1.0 - best.squares / plain.squares;
             self.round(&mut state, Grows::Cause(cause, gain))?;
             round = self.repeated(&mut state, false)?;
-            let (corrected, moved) = (self.corrected(&state.sizes), self.moved(theta, &state));
+            let (corrected, moved) = (self.corrected(&state.sizes), self.moved(&state));
             if let Some(explained) = explained(&corrected, &moved) {
                 let mut found = self.described(&state, &round);
                 found.retain(|found| found.value.abs() > SIGNIFICANT * found.standard_error);
@@ -158,8 +165,8 @@ impl Search<'_> {
     }
 
     /// Returns the parameters with the changes of a state.
-    fn moved(&self, theta: &Theta, state: &State) -> Theta {
-        let mut moved = theta.clone();
+    fn moved(&self, state: &State) -> Theta {
+        let mut moved = self.known();
         for &unknown in &state.chosen {
             if let Effect::Parameters(by) = &self.unknowns[unknown].effect {
                 for (value, by) in moved.iter_mut().zip(by) {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::changes::{Logs, changed, promise_broken};
+use super::changes::{Logs, OfSet, changed, promise_broken};
 use super::explained::Beginning;
 use super::findings::{self, TorqueFit};
 use super::metrics::{Rms, Spread};
@@ -232,9 +232,13 @@ impl Candidate {
         self.findings
             .extend(findings::poor_prediction(&self.label, &not_broken));
         if let Some(((changes, left), theta)) = change {
-            let of_set = (&self.label[..], &self.model, &theta[..]);
+            let of_set = OfSet {
+                label: &self.label,
+                model: &self.model,
+                theta: &theta,
+            };
             self.findings
-                .extend(changed(of_set, (&changes, &left), &proofs, logs));
+                .extend(changed(&of_set, (&changes, &left), &proofs, logs));
         }
         let outcome = self.outcome();
         let motion = self.motion_error();

@@ -97,11 +97,17 @@ pub(super) fn change_in_words(code: &str) -> Option<&'static str> {
     all.find(|(of, _)| *of == code).map(|(_, words)| *words)
 }
 
+/// A parameter set on a log.
+pub(super) struct OfSet<'a> {
+    pub(super) label: &'a str,
+    pub(super) model: &'a Model,
+    /// \[p\].
+    pub(super) theta: &'a [f64],
+}
+
 /// Reports the changes that explain a broken promise.
-///
-/// - `theta`: parameters of the set, \[p\].
 pub(super) fn changed(
-    (label, model, theta): (&str, &Model, &[f64]),
+    set: &OfSet<'_>,
     (changes, left): (&[FoundChange], &[Left]),
     proofs: &[JointProof],
     logs: &Logs<'_>,
@@ -115,15 +121,16 @@ pub(super) fn changed(
     if let Some(first) = friction.first() {
         let is_one = friction.iter().all(|change| change.joint == first.joint);
         let whose = match first.joint.filter(|_| is_one) {
-            Some(joint) => format!("the friction of {}", model.joints()[joint]),
+            Some(joint) => format!("the friction of {}", set.model.joints()[joint]),
             None => "the friction of several joints".to_owned(),
         };
         let finding = Finding::new(
             Severity::Warning,
             CHANGES[0].0,
             format!(
-                "{label}: {whose} differs from that of the identification: with it fitted to this log, {errors}. {}",
-                values(&friction, model, theta)
+                "{}: {whose} differs from that of the identification: with it fitted to this log, {errors}. {}",
+                set.label,
+                values(&friction, set)
             ),
             "friction changes with temperature, load and wear: record both logs at the same \
              temperature, or identify from both",
@@ -132,7 +139,7 @@ pub(super) fn changed(
     }
     let load = steps(&|change| change.found.kind == Kind::Load);
     if !load.is_empty() {
-        let whose = match (model.tree(), load[0].parameter()) {
+        let whose = match (set.model.tree(), load[0].parameter()) {
             (Some(_), Some(name)) => {
                 format!(
                     "the load of {}",
@@ -145,9 +152,10 @@ pub(super) fn changed(
             Severity::Warning,
             CHANGES[1].0,
             format!(
-                "{label}: {whose} differs from that of the identification: with its inertial parameters fitted to this \
+                "{}: {whose} differs from that of the identification: with its inertial parameters fitted to this \
                  log, {errors}. {}",
-                values(&load, model, theta)
+                set.label,
+                values(&load, set)
             ),
             "take the payload off, or identify with it; a payload that stays belongs into the \
              robot's description (the last link of the URDF)",
@@ -155,7 +163,7 @@ pub(super) fn changed(
         findings.push(about(finding, &load));
     }
     for change in changes {
-        findings.extend(single((label, model, theta), change, &errors, logs));
+        findings.extend(single(set, change, &errors, logs));
     }
     let before = worst(proofs).map_or(0.0, |worst| worst.ratio.unwrap_or(0.0));
     let seen = |finding: Finding| {
@@ -167,22 +175,18 @@ pub(super) fn changed(
 }
 
 /// Reports a change of a stiffness or of a channel; `None` for those that are reported together.
-fn single(
-    (label, model, theta): (&str, &Model, &[f64]),
-    change: &FoundChange,
-    errors: &str,
-    logs: &Logs<'_>,
-) -> Option<Finding> {
+fn single(set: &OfSet<'_>, change: &FoundChange, errors: &str, logs: &Logs<'_>) -> Option<Finding> {
     let value = change.found.value;
     if change.found.kind == Kind::Stiffness {
-        let joint = model.joints().get(change.joint?)?;
+        let joint = set.model.joints().get(change.joint?)?;
         let finding = Finding::new(
             Severity::Warning,
             CHANGES[2].0,
             format!(
-                "{label}: the stiffness of {joint} differs from that of the identification: with it fitted to this log, \
+                "{}: the stiffness of {joint} differs from that of the identification: with it fitted to this log, \
                  {errors}. {}",
-                values(&[change], model, theta)
+                set.label,
+                values(&[change], set)
             ),
             "check the spring or the gear, and the scale of both encoders of the joint; identify \
              from this log",
@@ -201,9 +205,10 @@ fn single(
             Severity::Warning,
             CHANGES[3].0,
             format!(
-                "{label}: the torque of {} is logged at another scale than in the identification: multiplied by {:.4} ± \
+                "{}: the torque of {} is logged at another scale than in the identification: multiplied by {:.4} ± \
                  {:.1e}, {errors}",
-                model.joints()[change.joint?],
+                set.label,
+                set.model.joints()[change.joint?],
                 1.0 + value,
                 change.found.standard_error
             ),
@@ -212,7 +217,10 @@ fn single(
         );
     } else {
         finding.severity = Severity::Warning;
-        finding.text = format!("{label}: unlike in the identification, {}", finding.text);
+        finding.text = format!(
+            "{}: unlike in the identification, {}",
+            set.label, finding.text
+        );
     }
     finding.setting = None;
     let Some(column) = column else {
@@ -223,7 +231,9 @@ fn single(
             let given = (logs.gain)(column).map_or(Some(1.0), Factor::known);
             given.map(|given| format!("gain = {{ \"{column}\" = {:.4} }}", given * (1.0 + value)))
         }
-        Kind::Delay => Some(format!("delay_s = {{ \"{column}\" = {value:.5} }}")),
+        Kind::Delay => {
+            (change.delay).map(|delay| format!("delay_s = {{ \"{column}\" = {delay:.5} }}"))
+        }
         _ => None,
     };
     Some(match line {
@@ -260,7 +270,8 @@ fn errors(proofs: &[JointProof], left: &[Left]) -> String {
 }
 
 /// Returns the changed values with their standard errors, in words.
-fn values(changes: &[&FoundChange], model: &Model, theta: &[f64]) -> String {
+fn values(changes: &[&FoundChange], set: &OfSet<'_>) -> String {
+    let OfSet { model, theta, .. } = set;
     let one = |change: &&FoundChange| {
         let found = &change.found;
         let name = change.parameter().unwrap_or_default();

@@ -79,8 +79,14 @@ impl Beginning<'_> {
                 .collect();
             is_explained(&left, proofs).then_some(left)
         };
-        let of_robot = (self.experiment, &reading, &theta);
-        changes(of_robot, (self.excerpt, self.file), explained)
+        let known: Vec<(usize, f64)> = theta.iter().copied().enumerate().collect();
+        let known = reading.with_model(reading.model().with_fixed(&known));
+        changes(
+            self.experiment,
+            &known,
+            (self.excerpt, self.file),
+            explained,
+        )
     }
 }
 
