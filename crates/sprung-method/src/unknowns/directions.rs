@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::rows::Direction;
 use super::search::Search;
-use super::unknown::{Effect, Kind};
+use super::unknown::Effect;
 use crate::log::{LogBlock, Signal};
 use crate::prepare::{Excerpt, Smoothed};
 use crate::preprocess::SignalBlock;
@@ -130,7 +130,7 @@ impl Search<'_> {
                 joints,
                 segments,
                 has_rate: self.unknowns[unknown].has_rate(),
-                scales_torque: is_torque && self.unknowns[unknown].kind == Kind::Gain,
+                scales_torque: self.unknowns[unknown].scales_torque,
             }
         });
         Some(directions.collect())

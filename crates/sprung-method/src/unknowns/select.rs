@@ -9,6 +9,9 @@ use super::unknown::{Kind, Place, Unknown};
 /// candidates.
 pub(super) const SIGNIFICANT: f64 = 5.0;
 
+/// The same for the factor of a torque, which parameters mimic.
+const CERTAIN: f64 = 2.0 * SIGNIFICANT;
+
 /// Least size in standard errors of an unknown that is tried in earnest.
 const DOUBTFUL: f64 = 3.0;
 
@@ -242,7 +245,9 @@ impl Selection<'_> {
         let free: Vec<usize> = columns.iter().copied().filter(used).collect();
         let own = self.evidence.directions(&free).own(self.evidence, column);
         let needed = (least * (CLEAR_OWN / (own + 1e-9)).max(1.0)).min(0.5);
-        (is_law || gain > needed).then_some((
+        // The factor of a torque is one of its joint's parameters but for those that joints share, so these tell it.
+        let is_told = self.unknowns[unknown].scales_torque && significance > CERTAIN;
+        (is_law || is_told || gain > needed).then_some((
             fall,
             Chosen {
                 unknown,

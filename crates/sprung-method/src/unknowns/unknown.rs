@@ -187,11 +187,37 @@ pub(crate) struct Unknown {
     pub(crate) is_last: bool,
     /// Whether only positive sizes exist.
     pub(crate) is_positive: bool,
+    /// Whether it is the factor of a torque.
+    pub(crate) scales_torque: bool,
     pub(crate) unit: &'static str,
     pub(crate) effect: Effect,
 }
 
 impl Unknown {
+    /// Returns an unknown of any size, that is no rare fault.
+    pub(crate) fn new(
+        id: String,
+        kind: Kind,
+        place: Place,
+        unit: &'static str,
+        effect: Effect,
+    ) -> Self {
+        Self {
+            id,
+            kind,
+            place,
+            scale: f64::INFINITY,
+            expected: 0.0,
+            least: 0.0,
+            is_rare: false,
+            is_last: false,
+            is_positive: false,
+            scales_torque: false,
+            unit,
+            effect,
+        }
+    }
+
     /// Returns whether what is applied of it changes the equations; the coefficient of a law and the change of a parameter are
     /// estimated with them.
     pub(crate) fn is_applied(&self) -> bool {

@@ -75,16 +75,13 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
 
 fn change(kind: Kind, place: Place, name: String, unit: &'static str, by: Vec<f64>) -> Unknown {
     Unknown {
-        id: format!("{CHANGE}{name}"),
-        kind,
-        place,
-        scale: f64::INFINITY,
-        expected: 0.0,
         least: LEAST,
-        is_rare: false,
-        is_last: false,
-        is_positive: false,
-        unit,
-        effect: Effect::Parameters(by),
+        ..Unknown::new(
+            format!("{CHANGE}{name}"),
+            kind,
+            place,
+            unit,
+            Effect::Parameters(by),
+        )
     }
 }

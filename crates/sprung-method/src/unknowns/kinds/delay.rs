@@ -52,17 +52,15 @@ impl ChannelEffect for Delay {
 pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
     let unknown =
         |id: String, place: Place, channels: Vec<usize>, scale: f64, expected: f64| Unknown {
-            id,
-            kind: Kind::Delay,
-            place,
             scale,
             expected,
-            least: 0.0,
-            is_rare: false,
-            is_last: false,
-            is_positive: false,
-            unit: "s",
-            effect: Effect::Channels(channels, Arc::new(Delay)),
+            ..Unknown::new(
+                id,
+                Kind::Delay,
+                place,
+                "s",
+                Effect::Channels(channels, Arc::new(Delay)),
+            )
         };
     let open = |channel: &usize| !matches!(of.channels.all[*channel].delay, Some(Given::Known(_)));
     let is_only_torque = |channel: &usize| {

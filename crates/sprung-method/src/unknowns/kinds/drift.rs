@@ -26,17 +26,16 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
     of.of_signals(&[Signal::Link, Signal::Motor])
         .filter_map(|channel| {
             Some(Unknown {
-                id: format!("drift {}", of.channels.all[channel].column),
-                kind: Kind::Drift,
-                place: Place::Channel(channel),
                 scale: of.deflection(channel)?,
-                expected: 0.0,
                 least: of.count(channel),
                 is_rare: true,
-                is_last: false,
-                is_positive: false,
-                unit: of.unit_of_position(channel),
-                effect: Effect::Channels(vec![channel], Arc::new(Drift)),
+                ..Unknown::new(
+                    format!("drift {}", of.channels.all[channel].column),
+                    Kind::Drift,
+                    Place::Channel(channel),
+                    of.unit_of_position(channel),
+                    Effect::Channels(vec![channel], Arc::new(Drift)),
+                )
             })
         })
         .collect()

@@ -41,17 +41,16 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
                 continue;
             };
             all.push(Unknown {
-                id: format!("eccentricity {} {name}", of.channels.all[channel].column),
-                kind: Kind::Eccentricity,
-                place: Place::Channel(channel),
                 scale: USUAL_DEFLECTIONS * deflection,
-                expected: 0.0,
                 least: of.count(channel),
                 is_rare: true,
-                is_last: false,
-                is_positive: false,
-                unit: "rad",
-                effect: Effect::Channels(vec![channel], Arc::new(Eccentricity { is_cosine })),
+                ..Unknown::new(
+                    format!("eccentricity {} {name}", of.channels.all[channel].column),
+                    Kind::Eccentricity,
+                    Place::Channel(channel),
+                    "rad",
+                    Effect::Channels(vec![channel], Arc::new(Eccentricity { is_cosine })),
+                )
             });
         }
     }

@@ -29,24 +29,23 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
     } else {
         &[Signal::Link, Signal::Motor]
     };
+    let is_torque = |channel: usize| of.channels.all[channel].quantity.signal() == Signal::Torque;
     of.of_signals(signals)
         .filter(|channel| of.is_measured_twice(*channel))
         .map(|channel| Unknown {
-            id: format!("gain {}", of.channels.all[channel].column),
-            kind: Kind::Gain,
-            place: Place::Channel(channel),
-            scale: if of.channels.all[channel].quantity.signal() == Signal::Torque {
+            scale: if is_torque(channel) {
                 USUAL_OF_TORQUE
             } else {
                 USUAL_OF_POSITION
             },
-            expected: 0.0,
-            least: 0.0,
-            is_rare: false,
-            is_last: false,
-            is_positive: false,
-            unit: "",
-            effect: Effect::Channels(vec![channel], Arc::new(Gain)),
+            scales_torque: is_torque(channel),
+            ..Unknown::new(
+                format!("gain {}", of.channels.all[channel].column),
+                Kind::Gain,
+                Place::Channel(channel),
+                "",
+                Effect::Channels(vec![channel], Arc::new(Gain)),
+            )
         })
         .collect()
 }

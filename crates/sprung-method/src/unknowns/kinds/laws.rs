@@ -60,25 +60,22 @@ impl OfJoint<'_> {
     fn law(&self, of: &str, law: &str, column: LawColumn) -> Unknown {
         let id = format!("law {}.{of}.{law}", self.name);
         Unknown {
-            id: id.trim_end_matches('.').to_owned(),
-            kind: Kind::Law,
-            place: Place::Joint(self.joint),
-            scale: f64::INFINITY,
-            expected: 0.0,
             least: LEAST_SHARE,
-            is_rare: false,
-            is_last: false,
-            is_positive: false,
-            unit: "",
-            effect: Effect::Law {
-                column,
-                added: Some(AddedLaw {
-                    of: of.to_owned(),
-                    law: law.to_owned(),
-                    stribeck_velocity: None,
-                    stribeck_velocity_error: None,
-                }),
-            },
+            ..Unknown::new(
+                id.trim_end_matches('.').to_owned(),
+                Kind::Law,
+                Place::Joint(self.joint),
+                "",
+                Effect::Law {
+                    column,
+                    added: Some(AddedLaw {
+                        of: of.to_owned(),
+                        law: law.to_owned(),
+                        stribeck_velocity: None,
+                        stribeck_velocity_error: None,
+                    }),
+                },
+            )
         }
     }
 
@@ -124,6 +121,7 @@ impl OfJoint<'_> {
             // Beside the viscous law its coefficient is the difference of both directions.
             Law::ViscousPositive => vec![Unknown {
                 is_positive: false,
+                scales_torque: false,
                 ..with_shape(shape)
             }],
             _ => vec![with_shape(shape)],
@@ -150,6 +148,7 @@ impl OfJoint<'_> {
             all.push(Unknown {
                 scale: USUAL_LOAD,
                 is_positive: true,
+                scales_torque: false,
                 is_last: true,
                 ..self.law(TORQUE_LOAD, "", LawColumn::Measured(load))
             });

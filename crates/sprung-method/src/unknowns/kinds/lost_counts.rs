@@ -42,17 +42,16 @@ impl ChannelEffect for Jump {
 /// Returns the jump of a channel at a time.
 pub(crate) fn at(of: &Catalogued<'_>, channel: usize, at: f64, is_sharp: bool) -> Option<Unknown> {
     Some(Unknown {
-        id: format!("lost counts {}", of.channels.all[channel].column),
-        kind: Kind::LostCounts,
-        place: Place::Channel(channel),
         scale: if is_sharp { 5.0 } else { 1.0 } * of.deflection(channel)?,
-        expected: 0.0,
         least: of.count(channel),
         is_rare: true,
-        is_last: false,
-        is_positive: false,
-        unit: of.unit_of_position(channel),
-        effect: Effect::Channels(vec![channel], Arc::new(Jump { at, is_sharp })),
+        ..Unknown::new(
+            format!("lost counts {}", of.channels.all[channel].column),
+            Kind::LostCounts,
+            Place::Channel(channel),
+            of.unit_of_position(channel),
+            Effect::Channels(vec![channel], Arc::new(Jump { at, is_sharp })),
+        )
     })
 }
 

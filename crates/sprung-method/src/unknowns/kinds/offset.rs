@@ -27,17 +27,15 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
         .filter(|&channel| of.is_known || !of.has_preload(of.channels.all[channel].joint))
         .filter_map(|channel| {
             Some(Unknown {
-                id: format!("offset {}", of.channels.all[channel].column),
-                kind: Kind::Offset,
-                place: Place::Channel(channel),
                 scale: USUAL_DEFLECTIONS * of.deflection(channel)?,
-                expected: 0.0,
                 least: of.count(channel),
-                is_rare: false,
-                is_last: false,
-                is_positive: false,
-                unit: of.unit_of_position(channel),
-                effect: Effect::Channels(vec![channel], Arc::new(Offset)),
+                ..Unknown::new(
+                    format!("offset {}", of.channels.all[channel].column),
+                    Kind::Offset,
+                    Place::Channel(channel),
+                    of.unit_of_position(channel),
+                    Effect::Channels(vec![channel], Arc::new(Offset)),
+                )
             })
         })
         .collect()

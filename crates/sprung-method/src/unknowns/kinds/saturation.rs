@@ -20,20 +20,18 @@ fn missing(torque: f64, _: f64, of: &JointScales) -> f64 {
 pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
     (of.names.iter().enumerate())
         .map(|(joint, name)| Unknown {
-            id: format!("saturation {name}"),
-            kind: Kind::Saturation,
-            place: Place::Joint(joint),
             scale: USUAL,
-            expected: 0.0,
             least: LEAST,
-            is_rare: false,
-            is_last: false,
-            is_positive: false,
-            unit: "",
-            effect: Effect::Law {
-                column: LawColumn::Measured(missing),
-                added: None,
-            },
+            ..Unknown::new(
+                format!("saturation {name}"),
+                Kind::Saturation,
+                Place::Joint(joint),
+                "",
+                Effect::Law {
+                    column: LawColumn::Measured(missing),
+                    added: None,
+                },
+            )
         })
         .collect()
 }

@@ -19,17 +19,15 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
         // Stribeck friction has nearly the same effect.
         .filter(|&&joint| !of.model.has_law(Scale::Stribeck, joint))
         .map(|&joint| Unknown {
-            id: format!("sharpness {}", of.names[joint]),
-            kind: Kind::Sharpness,
-            place: Place::Joint(joint),
             scale: USUAL,
-            expected: 0.0,
             least: LEAST_CHANGE_OF_SHARPNESS,
-            is_rare: false,
-            is_last: false,
-            is_positive: false,
-            unit: "s/rad (s/m)",
-            effect: Effect::Sharpness(joint),
+            ..Unknown::new(
+                format!("sharpness {}", of.names[joint]),
+                Kind::Sharpness,
+                Place::Joint(joint),
+                "s/rad (s/m)",
+                Effect::Sharpness(joint),
+            )
         })
         .collect()
 }
