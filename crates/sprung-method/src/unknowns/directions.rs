@@ -130,7 +130,7 @@ impl Search<'_> {
                 joints,
                 segments,
                 has_rate: self.unknowns[unknown].has_rate(),
-                scales_torque: self.unknowns[unknown].scales_torque,
+                scales_torque: self.unknowns[unknown].scales_torque(),
             }
         });
         Some(directions.collect())

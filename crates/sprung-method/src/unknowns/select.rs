@@ -246,7 +246,7 @@ impl Selection<'_> {
         let own = self.evidence.directions(&free).own(self.evidence, column);
         let needed = (least * (CLEAR_OWN / (own + 1e-9)).max(1.0)).min(0.5);
         // The factor of a torque is one of its joint's parameters but for those that joints share, so these tell it.
-        let is_told = self.unknowns[unknown].scales_torque && significance > CERTAIN;
+        let is_told = self.unknowns[unknown].scales_torque() && significance > CERTAIN;
         (is_law || is_told || gain > needed).then_some((
             fall,
             Chosen {

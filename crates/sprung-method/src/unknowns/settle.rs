@@ -75,6 +75,10 @@ pub(crate) fn settle(
     reading: &Reading,
     excerpt: &Excerpt,
 ) -> Option<Settlement> {
+    #[expect(
+        clippy::redundant_closure_for_method_calls,
+        reason = "the method itself is not general enough"
+    )]
     in_search(experiment, reading, excerpt, |search| search.settle())
 }
 

@@ -130,6 +130,11 @@ pub(crate) trait ChannelEffect: Debug + Send + Sync {
     fn begins(&self) -> Option<f64> {
         None
     }
+
+    /// Returns whether it is the factor of a torque.
+    fn scales_torque(&self) -> bool {
+        false
+    }
 }
 
 /// Figures of a joint that give a law of its measured torque its scales.
@@ -187,8 +192,7 @@ pub(crate) struct Unknown {
     pub(crate) is_last: bool,
     /// Whether only positive sizes exist.
     pub(crate) is_positive: bool,
-    /// Whether it is the factor of a torque.
-    pub(crate) scales_torque: bool,
+
     pub(crate) unit: &'static str,
     pub(crate) effect: Effect,
 }
@@ -212,7 +216,6 @@ impl Unknown {
             is_rare: false,
             is_last: false,
             is_positive: false,
-            scales_torque: false,
             unit,
             effect,
         }
@@ -256,6 +259,14 @@ impl Unknown {
         match &self.effect {
             Effect::Channels(_, effect) => effect.begins(),
             Effect::Law { .. } | Effect::Sharpness(_) | Effect::Parameters(_) => None,
+        }
+    }
+
+    /// Returns whether it is the factor of a torque.
+    pub(crate) fn scales_torque(&self) -> bool {
+        match &self.effect {
+            Effect::Channels(_, effect) => effect.scales_torque(),
+            Effect::Law { .. } | Effect::Sharpness(_) | Effect::Parameters(_) => false,
         }
     }
 

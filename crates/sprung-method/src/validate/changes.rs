@@ -234,7 +234,17 @@ fn single(set: &OfSet<'_>, change: &FoundChange, errors: &str, logs: &Logs<'_>) 
         Kind::Delay => {
             (change.delay).map(|delay| format!("delay_s = {{ \"{column}\" = {delay:.5} }}"))
         }
-        _ => None,
+        Kind::Timing
+        | Kind::Offset
+        | Kind::Drift
+        | Kind::LostCounts
+        | Kind::Eccentricity
+        | Kind::Saturation
+        | Kind::Sharpness
+        | Kind::Law
+        | Kind::Friction
+        | Kind::Stiffness
+        | Kind::Load => None,
     };
     Some(match line {
         Some(line) if logs.channels.torque_mix.is_none() => finding.mended_by(

@@ -32,12 +32,12 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
             _ => return None,
         };
         let moves = of.speeds[joint] > 0.0;
-        let name = parameter.short().into_owned();
+        let name = parameter.short();
         moves.then(|| {
             change(
                 kind,
                 Place::Joint(joint),
-                name,
+                &name,
                 parameter.unit,
                 single(index),
             )
@@ -47,11 +47,11 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
         None => (model.parameters().iter().enumerate())
             .filter(|(_, parameter)| parameter.joint.is_none())
             .map(|(index, parameter)| {
-                let name = parameter.short().into_owned();
+                let name = parameter.short();
                 change(
                     Kind::Load,
                     Place::Robot,
-                    name,
+                    &name,
                     parameter.unit,
                     single(index),
                 )
@@ -65,7 +65,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
                 .map(|(joint, k)| {
                     let name = format!("{}.{}", tree.links[joint], BODY_NAMES[k]);
                     let by = model.change_by_standard(joint * BODY + k);
-                    change(Kind::Load, Place::Robot, name, BODY_UNITS[k], by)
+                    change(Kind::Load, Place::Robot, &name, BODY_UNITS[k], by)
                 })
                 .collect()
         }
@@ -73,7 +73,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
     of_joints.chain(loads).collect()
 }
 
-fn change(kind: Kind, place: Place, name: String, unit: &'static str, by: Vec<f64>) -> Unknown {
+fn change(kind: Kind, place: Place, name: &str, unit: &'static str, by: Vec<f64>) -> Unknown {
     Unknown {
         least: LEAST,
         ..Unknown::new(

@@ -14,11 +14,17 @@ const USUAL_OF_POSITION: f64 = 0.05;
 const USUAL_OF_TORQUE: f64 = 0.2;
 
 #[derive(Debug)]
-struct Gain;
+struct Gain {
+    is_of_torque: bool,
+}
 
 impl ChannelEffect for Gain {
     fn perturb(&self, samples: &Samples<'_>, size: f64) -> Vec<f64> {
         samples.values.iter().map(|x| (1.0 + size) * x).collect()
+    }
+
+    fn scales_torque(&self) -> bool {
+        self.is_of_torque
     }
 }
 
@@ -38,13 +44,17 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
             } else {
                 USUAL_OF_POSITION
             },
-            scales_torque: is_torque(channel),
             ..Unknown::new(
                 format!("gain {}", of.channels.all[channel].column),
                 Kind::Gain,
                 Place::Channel(channel),
                 "",
-                Effect::Channels(vec![channel], Arc::new(Gain)),
+                Effect::Channels(
+                    vec![channel],
+                    Arc::new(Gain {
+                        is_of_torque: is_torque(channel),
+                    }),
+                ),
             )
         })
         .collect()

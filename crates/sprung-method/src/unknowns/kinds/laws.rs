@@ -121,7 +121,6 @@ impl OfJoint<'_> {
             // Beside the viscous law its coefficient is the difference of both directions.
             Law::ViscousPositive => vec![Unknown {
                 is_positive: false,
-                scales_torque: false,
                 ..with_shape(shape)
             }],
             _ => vec![with_shape(shape)],
@@ -148,7 +147,6 @@ impl OfJoint<'_> {
             all.push(Unknown {
                 scale: USUAL_LOAD,
                 is_positive: true,
-                scales_torque: false,
                 is_last: true,
                 ..self.law(TORQUE_LOAD, "", LawColumn::Measured(load))
             });
