@@ -23,10 +23,9 @@ use crate::regression::PassError;
 use sprung_core::friction::Law;
 use sprung_core::parameters::JointParameter;
 
-/// Error of the correction for noise of the logged torques, relative to a correction by at most a standard error. Errors in
-/// tests of the correction: up to 10 % for single parameters. A larger correction has a larger error, in proportion: of ten
-/// standard errors up to 130 %.
-const ERROR_OF_NOISE_CORRECTION: f64 = 0.08;
+/// Error of the correction for noise of the logged torques, relative to the correction. Errors in tests of the
+/// correction: up to 10 % for single parameters.
+const ERROR_OF_NOISE_CORRECTION: f64 = 0.05;
 
 /// Least practical sizes: of a torque relative to the standard deviation of the joint's torque, of a delay in samples,
 /// of an angle in counts of an encoder.
@@ -84,9 +83,7 @@ pub(super) fn bias(refined: &Refined, undeclared: &[Undeclared]) -> Vec<f64> {
     let moves = undeclared.iter().map(|undeclared| &undeclared.moves[..]);
     let mut largest = largest_moves(refined.theta.len(), &refined.free, moves);
     for (&index, moved) in refined.free.iter().zip(&refined.by_noise) {
-        let over_error = (moved / refined.standard_error[index]).abs().max(1.0);
-        let error = (ERROR_OF_NOISE_CORRECTION * over_error).min(1.0) * moved.abs();
-        largest[index] = largest[index].max(error);
+        largest[index] = largest[index].max(ERROR_OF_NOISE_CORRECTION * moved.abs());
     }
     largest
 }

@@ -58,7 +58,7 @@ pub(in super::super) fn build(
     Ok(Some(Measurements {
         reversals: Reversals::new(model, &speeds),
         torque_scale: torque_scale(model, &segments),
-        fast_noise: fast_noise(model.coordinates(), &segments),
+        fast_noise: fast_noise(model, channels, raw),
         sensors,
         segments: Arc::new(segments),
         left_out,

@@ -1,7 +1,9 @@
 //! Torques on the rows.
 
 use super::deviation::deviation;
+use super::read::RawSegment;
 use super::segment::Segment;
+use crate::log::{Channels, Quantity};
 use crate::model::Model;
 use crate::prepare::white_noise;
 use crate::preprocess::RawBlock;
@@ -32,15 +34,28 @@ pub(super) fn torque_scale(model: &Model, segments: &[Segment]) -> Vec<f64> {
 /// Returns the white noise of the logged torque on each row by its differences from sample to
 /// sample, N·m (N). It also contains fast changes of the acting torque, so it is an upper limit of
 /// the noise of the log.
-pub(super) fn fast_noise(rows: usize, segments: &[Segment]) -> Vec<f64> {
-    let of_row = |row: usize| -> f64 {
-        let torques = segments.iter().map(|segment| {
-            let torque = segment.torque.iter().skip(row).step_by(rows);
-            white_noise(&torque.copied().collect::<Vec<f64>>())
-        });
-        torques.fold(0.0, f64::max)
-    };
-    (0..rows).map(of_row).collect()
+///
+/// The noise of the logged values counts: the mean of a period, which the filter uses, is smoother.
+pub(super) fn fast_noise(model: &Model, channels: &Channels, raw: &[RawSegment]) -> Vec<f64> {
+    let mut of_joints = vec![0.0; model.joint_count()];
+    for (i, channel) in channels.all.iter().enumerate() {
+        if channel.quantity == Quantity::MotorTorque {
+            let noises = raw.iter().map(|segment| white_noise(&segment.values[i]));
+            of_joints[channel.joint] = noises.fold(0.0, f64::max);
+        }
+    }
+    if let Some(mix) = &channels.torque_mix {
+        let variance = |row: &Vec<f64>| -> f64 {
+            let of_motors = row.iter().zip(&of_joints);
+            of_motors.map(|(part, noise)| (part * noise).powi(2)).sum()
+        };
+        of_joints = mix.forward.iter().map(|row| variance(row).sqrt()).collect();
+    }
+    let mut of_rows = vec![0.0; model.coordinates()];
+    for (joint, noise) in of_joints.into_iter().enumerate() {
+        of_rows[model.torque_row(joint)] = noise;
+    }
+    of_rows
 }
 
 /// Returns the torque on each row, held during a period, N·m (N), \[samples × rows\].
