@@ -122,6 +122,7 @@ pub(in crate::estimate) fn prediction_error(
             };
             if let Some(used) = choose(&tried).map(|index| &tried[index])
                 && let Some(end) = &used.end
+                && !end.refined.is_outweighed_by_noise()
             {
                 missing = refinery.undeclared(used.rung, end, before.experiment)?;
             }

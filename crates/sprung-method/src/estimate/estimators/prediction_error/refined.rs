@@ -5,6 +5,7 @@ use sprung_core::parameters::Side;
 
 use super::channel_updates::ChannelUpdate;
 use super::descent::Ending;
+use crate::estimate::statistics::CERTAIN_SIGMAS;
 use crate::model::Theta;
 
 /// Result of a refinement.
@@ -114,6 +115,13 @@ impl Refined {
     /// Returns whether a disturbance ended at its upper bound.
     pub(super) fn at_bound(&self) -> bool {
         self.noise.rows.iter().any(|level| level.at_bound)
+    }
+
+    /// Returns whether the correction for noise of the logged torques moves a parameter by far more than its standard error. The
+    /// columns of effects that the model lacks have no such correction, so they all seem to be missing then.
+    pub(super) fn is_outweighed_by_noise(&self) -> bool {
+        let mut moves = self.free.iter().zip(&self.by_noise);
+        moves.any(|(&index, moved)| moved.abs() > CERTAIN_SIGMAS * self.standard_error[index])
     }
 
     /// Returns whether the search converged.
