@@ -70,3 +70,41 @@ pub(super) fn torques(model: &Model, inputs: &RawBlock) -> Vec<f64> {
     }
     torque
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::demo;
+    use crate::description::{no_files, read};
+    use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn the_noise_is_that_of_the_logged_torques() {
+        let experiment = read("experiment.toml", demo::EXPERIMENT, &[], &mut no_files).unwrap();
+        let model = Model::new(&experiment).unwrap();
+        let channels = Channels::new(&experiment.robot, experiment.log.as_ref().unwrap()).unwrap();
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+        let width = 0.4;
+        let mut column = |_| -> Vec<f64> {
+            let slow = (0..4000).map(|k| (f64::from(k) / 300.0).sin());
+            slow.map(|value| value + rng.random_range(-width..width))
+                .collect()
+        };
+        let values = channels.all.iter().map(&mut column).collect();
+        let raw = RawSegment {
+            log: 0,
+            period: 1e-3,
+            begin: 0.0,
+            payload: None,
+            values,
+        };
+        let noise = fast_noise(&model, &channels, &[raw]);
+        let deviation = width / 3.0_f64.sqrt();
+        for (row, noise) in noise.into_iter().enumerate() {
+            let is_of_motor = row == model.torque_row(model.joint_of(row));
+            let expected = if is_of_motor { deviation } else { 0.0 };
+            // The median of 4000 differences has an error of 2 to 3 %.
+            assert!((noise - expected).abs() <= 0.1 * expected, "{row}: {noise}");
+        }
+    }
+}
