@@ -81,7 +81,8 @@ pub(crate) fn changes<T>(
             found,
         }
     });
-    Some((found.collect(), explained))
+    let found: Vec<FoundChange> = found.collect();
+    (!found.is_empty()).then_some((found, explained))
 }
 
 /// Most causes that are named together.

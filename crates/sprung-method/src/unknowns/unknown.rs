@@ -192,7 +192,6 @@ pub(crate) struct Unknown {
     pub(crate) is_last: bool,
     /// Whether only positive sizes exist.
     pub(crate) is_positive: bool,
-
     pub(crate) unit: &'static str,
     pub(crate) effect: Effect,
 }

@@ -78,7 +78,7 @@ pub(super) fn promise_broken(
         ("", "follow the finding about the change between the logs")
     } else {
         (
-            ". No change of friction, of a stiffness, of the last link's load or of a column explains this",
+            ". sprung found no change of the robot or of a column that explains this",
             "look for an effect that this motion excites and the identification's did not (speed, \
              range, load, a delay of a column), and identify from both logs",
         )
