@@ -6,6 +6,7 @@
 use crate::covariate::Covariate;
 use crate::friction::{Conditions, Scale, Shape};
 use crate::parameters::{JointParameter, Side};
+use crate::presliding::ELEMENTS;
 use crate::scalar::{Dual, Scalar};
 
 /// One parameter of a drive in one row of the regressor.
@@ -41,6 +42,9 @@ pub struct State<'s> {
     /// Covariates of each joint minus their references, \[n × [`Covariate::COUNT`]\]; empty if no
     /// friction depends on any.
     pub excess: &'s [f64],
+    /// Elements of presliding friction of each motor, \[n × [`ELEMENTS`]\]; empty if no joint has
+    /// this friction.
+    pub presliding: &'s [f64],
 }
 
 /// Motion of one joint, as the columns of its drive need it.
@@ -56,6 +60,8 @@ pub struct Drive<S = f64> {
     pub motor_velocity: S,
     /// Covariates minus their references.
     pub excess: [f64; Covariate::COUNT],
+    /// Elements of presliding friction of the motor.
+    pub presliding: [S; ELEMENTS],
 }
 
 impl Drive {
@@ -70,6 +76,7 @@ impl Drive {
             link_velocity: state.dq[joint],
             motor_velocity,
             excess: excess_of(state.excess, joint),
+            presliding: of_joint(state.presliding, joint),
         }
     }
 }
@@ -80,11 +87,16 @@ impl Drive {
 #[must_use]
 #[inline]
 pub fn excess_of(all: &[f64], joint: usize) -> [f64; Covariate::COUNT] {
-    let mut excess = [0.0; Covariate::COUNT];
-    if let Some(given) = all.get(joint * Covariate::COUNT..(joint + 1) * Covariate::COUNT) {
-        excess.copy_from_slice(given);
+    of_joint(all, joint)
+}
+
+/// Returns the numbers of one joint among those of all; zeros if there are none.
+fn of_joint<const COUNT: usize>(all: &[f64], joint: usize) -> [f64; COUNT] {
+    let mut numbers = [0.0; COUNT];
+    if let Some(given) = all.get(joint * COUNT..(joint + 1) * COUNT) {
+        numbers.copy_from_slice(given);
     }
-    excess
+    numbers
 }
 
 impl<S: Scalar> Drive<S> {
@@ -98,6 +110,10 @@ impl<S: Scalar> Drive<S> {
                 Side::Motor => self.motor_velocity,
             },
             deflection: self.deflection,
+            presliding: match side {
+                Side::Link => [S::ZERO; ELEMENTS],
+                Side::Motor => self.presliding,
+            },
         }
     }
 }
@@ -186,6 +202,7 @@ impl Term {
             link_velocity: Dual::variable(drive.link_velocity, 2),
             motor_velocity: Dual::variable(drive.motor_velocity, 3),
             excess: drive.excess,
+            presliding: drive.presliding.map(Dual::constant),
         };
         let [deflection, deflection_rate, link_velocity, motor_velocity] =
             self.rest(&at, shape).partials;
@@ -195,6 +212,7 @@ impl Term {
             link_velocity,
             motor_velocity,
             excess: [0.0; Covariate::COUNT],
+            presliding: [0.0; ELEMENTS],
         }
     }
 }
@@ -206,7 +224,7 @@ mod tests {
     const SHAPE: Shape = Shape {
         sharpness: 100.0,
         stribeck_velocity: 0.1,
-        residual_velocity: 0.5,
+        presliding_width: 0.5,
     };
 
     const DRIVE: Drive = Drive {
@@ -215,6 +233,7 @@ mod tests {
         link_velocity: 0.02,
         motor_velocity: -0.01,
         excess: [3.0, -2.0, 0.5, 1.0, 4.0, -1.0],
+        presliding: [1.0, -1.0, 0.7, -0.4, 0.1, 0.0],
     };
 
     #[test]

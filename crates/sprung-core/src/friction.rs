@@ -7,6 +7,7 @@
 
 use crate::chain::JointKind;
 use crate::covariate::{Covariate, names_of_changes, units_of_changes};
+use crate::presliding::ELEMENTS;
 use crate::scalar::Scalar;
 
 /// Quantities on which a friction law depends. A law that needs another quantity needs another field
@@ -17,6 +18,26 @@ pub struct Conditions<S = f64> {
     pub velocity: S,
     /// Deflection of the spring, rad (m). It is zero in a rigid joint.
     pub deflection: S,
+    /// Elements of presliding friction, from −1 to 1. They follow from the motion until now, so they
+    /// do not depend on the velocity.
+    pub presliding: [S; ELEMENTS],
+}
+
+impl Conditions {
+    /// Returns the conditions of a steady motion, in which all elements slide.
+    #[must_use]
+    pub fn sliding(velocity: f64, deflection: f64) -> Self {
+        let direction = if velocity == 0.0 {
+            0.0
+        } else {
+            velocity.signum()
+        };
+        Self {
+            velocity,
+            deflection,
+            presliding: [direction; ELEMENTS],
+        }
+    }
 }
 
 /// Values in which the laws are not linear. They are fixed while the parameters are estimated.
@@ -26,9 +47,9 @@ pub struct Shape {
     pub sharpness: f64,
     /// Velocity at which the Stribeck friction is 1/e of its largest value, rad/s (m/s), positive.
     pub stribeck_velocity: f64,
-    /// Velocity `v_0` that scales the residual laws, rad/s (m/s), positive; twice the root mean
-    /// square of the joint's velocity is a good choice.
-    pub residual_velocity: f64,
+    /// Width of the widest element of presliding friction, rad (m), positive; 0.2 s times the root
+    /// mean square of the joint's velocity is a good choice.
+    pub presliding_width: f64,
 }
 
 impl Shape {
@@ -38,7 +59,7 @@ impl Shape {
         match scale {
             Scale::Sharpness => self.sharpness,
             Scale::Stribeck => self.stribeck_velocity,
-            Scale::Residual => self.residual_velocity,
+            Scale::Presliding => self.presliding_width,
         }
     }
 
@@ -47,7 +68,7 @@ impl Shape {
         *match scale {
             Scale::Sharpness => &mut self.sharpness,
             Scale::Stribeck => &mut self.stribeck_velocity,
-            Scale::Residual => &mut self.residual_velocity,
+            Scale::Presliding => &mut self.presliding_width,
         } = value;
     }
 }
@@ -71,15 +92,15 @@ enum Power {
     Either,
 }
 
-/// The value of [`Shape`] that scales the velocity of a law.
+/// The value of [`Shape`] that scales a law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
     /// No scale but the sharpness of the transition at zero velocity.
     Sharpness,
     /// The Stribeck velocity.
     Stribeck,
-    /// The velocity of the residual laws.
-    Residual,
+    /// The width of presliding friction.
+    Presliding,
 }
 
 /// Declares the laws, one row each. Each family has a word, by which a description chooses its
@@ -217,16 +238,21 @@ laws! {
         /// Load-dependent friction: its coefficient times the stiffness.
         Load "load", TorquePerDeflection, Taken, Sharpness;
     }
-    /// Four smooth functions of the velocity, for friction that no other law explains.
-    Residual "residual": {
-        /// Residual friction at low velocity.
-        ResidualSlow "residual_slow", Torque, Either, Residual;
-        /// Residual friction at medium velocity.
-        ResidualMedium "residual_medium", Torque, Either, Residual;
-        /// Residual friction that grows with the square of the velocity.
-        ResidualFast "residual_fast", Torque, Either, Residual;
-        /// Residual friction that differs between the directions.
-        ResidualEven "residual_even", Torque, Either, Residual;
+    /// Friction that grows with the travel after a reversal until it slides: elastic elements of six
+    /// widths.
+    Presliding "presliding": {
+        /// Presliding friction of element 1.
+        Presliding1 "presliding_1", Torque, Taken, Presliding;
+        /// Presliding friction of element 2.
+        Presliding2 "presliding_2", Torque, Taken, Presliding;
+        /// Presliding friction of element 3.
+        Presliding3 "presliding_3", Torque, Taken, Presliding;
+        /// Presliding friction of element 4.
+        Presliding4 "presliding_4", Torque, Taken, Presliding;
+        /// Presliding friction of element 5.
+        Presliding5 "presliding_5", Torque, Taken, Presliding;
+        /// Presliding friction of element 6.
+        Presliding6 "presliding_6", Torque, Taken, Presliding;
     }
 }
 
@@ -265,12 +291,12 @@ impl Law {
             Self::Stribeck => Form::Jump(stribeck_fraction(at, shape)),
             Self::Quadratic => Form::Smooth(at.velocity * at.velocity.abs()),
             Self::Load => Form::Jump(at.deflection.abs()),
-            Self::ResidualSlow => Form::Jump((relative_speed(at, shape) * -8.0).exp()),
-            Self::ResidualMedium => Form::Jump((relative_speed(at, shape) * -2.0).exp()),
-            Self::ResidualFast => Form::Smooth(
-                at.velocity * relative_speed(at, shape) * (1.0 / shape.residual_velocity),
-            ),
-            Self::ResidualEven => Form::Smooth(relative_speed(at, shape)),
+            Self::Presliding1 => Form::Smooth(at.presliding[0]),
+            Self::Presliding2 => Form::Smooth(at.presliding[1]),
+            Self::Presliding3 => Form::Smooth(at.presliding[2]),
+            Self::Presliding4 => Form::Smooth(at.presliding[3]),
+            Self::Presliding5 => Form::Smooth(at.presliding[4]),
+            Self::Presliding6 => Form::Smooth(at.presliding[5]),
         }
     }
 
@@ -297,7 +323,7 @@ impl Law {
     }
 
     /// Returns the derivative of the column by the logarithm of the sharpness or of the Stribeck velocity; zero
-    /// for a law that does not contain it. The velocity of the residual laws is not estimated.
+    /// for a law that does not contain it. The width of presliding friction is not estimated.
     #[must_use]
     pub fn by_log(self, of: Scale, at: &Conditions, shape: &Shape) -> f64 {
         match (of, self.scale()) {
@@ -310,7 +336,7 @@ impl Law {
                 let part = at.velocity / shape.stribeck_velocity;
                 2.0 * part * part * self.column(at, shape)
             }
-            (Scale::Stribeck | Scale::Residual, _) => 0.0,
+            (Scale::Stribeck | Scale::Presliding, _) => 0.0,
         }
     }
 
@@ -366,11 +392,6 @@ fn stribeck_fraction<S: Scalar>(at: &Conditions<S>, shape: &Shape) -> S {
     (-(part * part)).exp()
 }
 
-/// Returns the speed relative to the velocity that scales the residual laws.
-fn relative_speed<S: Scalar>(at: &Conditions<S>, shape: &Shape) -> S {
-    at.velocity.abs() * (1.0 / shape.residual_velocity)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -379,8 +400,10 @@ mod tests {
     const SHAPE: Shape = Shape {
         sharpness: 100.0,
         stribeck_velocity: 0.1,
-        residual_velocity: 0.5,
+        presliding_width: 0.5,
     };
+
+    const ELEMENTS_AT: [f64; ELEMENTS] = [1.0, -1.0, 0.7, -0.4, 0.1, 0.0];
 
     /// Velocities on both sides of zero, near which every law is smooth.
     const VELOCITIES: [f64; 5] = [-0.7, -0.02, 0.003, 0.05, 0.4];
@@ -389,6 +412,7 @@ mod tests {
         let at = Conditions {
             velocity,
             deflection,
+            presliding: ELEMENTS_AT,
         };
         law.column(&at, &SHAPE)
     }
@@ -396,7 +420,8 @@ mod tests {
     #[test]
     fn friction_dissipates_power_at_any_velocity() {
         for velocity in [-3.0, -1e-3, 0.0, 1e-3, 3.0] {
-            let odd = |law: &Law| !matches!(law, Law::Offset | Law::ResidualEven);
+            // Presliding friction returns energy between reversal and sliding.
+            let odd = |law: &Law| *law != Law::Offset && law.scale() != Scale::Presliding;
             for law in Law::all().filter(odd) {
                 assert!(velocity * column(law, velocity, -0.4) >= 0.0, "{law:?}");
             }
@@ -415,6 +440,7 @@ mod tests {
                 let at = Conditions {
                     velocity: Dual::<2>::variable(velocity, 0),
                     deflection: Dual::variable(deflection, 1),
+                    presliding: ELEMENTS_AT.map(Dual::constant),
                 };
                 let dual = law.column(&at, &SHAPE);
                 let value = column(law, velocity, deflection);
@@ -442,6 +468,7 @@ mod tests {
             let at = Conditions {
                 velocity,
                 deflection: 0.05,
+                presliding: ELEMENTS_AT,
             };
             for law in Law::all() {
                 for of in [Scale::Sharpness, Scale::Stribeck] {
@@ -463,28 +490,15 @@ mod tests {
         let at = Conditions {
             velocity: 0.07,
             deflection: 0.05,
+            presliding: ELEMENTS_AT,
         };
-        let wider = [
-            (
-                Scale::Stribeck,
-                Shape {
-                    stribeck_velocity: 0.2,
-                    ..SHAPE
-                },
-            ),
-            (
-                Scale::Residual,
-                Shape {
-                    residual_velocity: 0.9,
-                    ..SHAPE
-                },
-            ),
-        ];
+        let wider = Shape {
+            stribeck_velocity: 0.2,
+            ..SHAPE
+        };
         for law in Law::all() {
-            for (scale, shape) in wider {
-                let changes = (law.column(&at, &shape) - law.column(&at, &SHAPE)).abs() > 1e-6;
-                assert_eq!(changes, law.scale() == scale, "{law:?}");
-            }
+            let changes = (law.column(&at, &wider) - law.column(&at, &SHAPE)).abs() > 1e-6;
+            assert_eq!(changes, law.scale() == Scale::Stribeck, "{law:?}");
         }
     }
 
@@ -494,6 +508,7 @@ mod tests {
             let at = Conditions {
                 velocity: Dual::<1>::variable(velocity, 0),
                 deflection: Dual::constant(0.0),
+                presliding: ELEMENTS_AT.map(Dual::constant),
             };
             law.column(&at, &SHAPE).partials[0]
         };
@@ -516,6 +531,7 @@ mod tests {
             let at = Conditions {
                 velocity,
                 deflection: 0.05,
+                presliding: ELEMENTS_AT,
             };
             for law in Law::all() {
                 if let Some(jump) = law.jump(&at, &SHAPE) {
@@ -556,15 +572,6 @@ mod tests {
             }
             let quadratic = column(Law::Quadratic, velocity, 0.0);
             assert!((quadratic - velocity * libm::fabs(velocity)).abs() < 1e-15);
-            // The fast residual law is quadratic friction in units of the torque at v_0 = 0.5 rad/s.
-            let fast = column(Law::ResidualFast, velocity, 0.0);
-            assert!((0.25 * fast - quadratic).abs() < 1e-15);
-            let even = column(Law::ResidualEven, velocity, 0.0);
-            assert!((even - column(Law::ResidualEven, -velocity, 0.0)).abs() < 1e-15);
         }
-        // At v_0 the slow and the medium law have fallen to exp(-8) and exp(-2).
-        let fraction = |law: Law| column(law, 0.5, 0.0) / column(Law::Coulomb, 0.5, 0.0);
-        assert!((fraction(Law::ResidualSlow) - libm::exp(-8.0)).abs() < 1e-15);
-        assert!((fraction(Law::ResidualMedium) - libm::exp(-2.0)).abs() < 1e-15);
     }
 }

@@ -12,6 +12,7 @@
 //! - [`spatial`]: motions and forces of rigid bodies, and the kernel of all link columns,
 //! - [`chain`]: trees of joints,
 //! - `space`: operations on motions and forces, in three dimensions or in a plane,
+//! - [`presliding`]: elastic elements that remember the last reversal,
 //! - [`friction`]: the table of friction laws, with one formula per law,
 //! - [`parameters`]: kinds of parameter, their order, names and units,
 //! - [`links`]: link columns of any tree,
@@ -48,6 +49,7 @@ pub mod linearized;
 pub mod links;
 mod motion;
 pub mod parameters;
+pub mod presliding;
 pub mod pull;
 pub mod recursive;
 mod regressor;

@@ -7,7 +7,7 @@
 
 use crate::chain::JointKind;
 use crate::covariate::Covariate;
-use crate::friction::{Family, Law};
+use crate::friction::{Family, Law, Scale};
 
 /// A side of the joint's spring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -119,6 +119,12 @@ impl JointParameter {
             Friction(_, law) => law.unit(kind),
             Change(_, law, with) => law.unit_of_change(with, kind),
         }
+    }
+
+    /// Returns whether the parameter is one of several coefficients of a curve, which means little by itself.
+    #[must_use]
+    pub const fn is_of_curve(self) -> bool {
+        matches!(self, Friction(_, law) | Change(_, law, _) if matches!(law.scale(), Scale::Presliding))
     }
 
     /// Returns whether the parameter, if positive, only dissipates energy.
@@ -268,14 +274,18 @@ mod tests {
             "motor_quadratic",
             "link_load",
             "motor_load",
-            "link_residual_slow",
-            "link_residual_medium",
-            "link_residual_fast",
-            "link_residual_even",
-            "motor_residual_slow",
-            "motor_residual_medium",
-            "motor_residual_fast",
-            "motor_residual_even",
+            "link_presliding_1",
+            "link_presliding_2",
+            "link_presliding_3",
+            "link_presliding_4",
+            "link_presliding_5",
+            "link_presliding_6",
+            "motor_presliding_1",
+            "motor_presliding_2",
+            "motor_presliding_3",
+            "motor_presliding_4",
+            "motor_presliding_5",
+            "motor_presliding_6",
             "spring_damping",
             "cubic_stiffness",
             "spring_preload",

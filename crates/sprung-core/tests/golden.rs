@@ -93,7 +93,7 @@ fn check_filters(golden: &Value) {
 const SHAPES: [Shape; JOINTS] = [Shape {
     sharpness: 100.0,
     stribeck_velocity: 0.1,
-    residual_velocity: 0.5,
+    presliding_width: 0.5,
 }; JOINTS];
 
 fn check_regressor(golden: &Value) {
@@ -106,6 +106,7 @@ fn check_regressor(golden: &Value) {
             phi: &phi,
             dphi: &dphi,
             excess: &[],
+            presliding: &[],
         };
         with_workspace(|workspace| {
             let [mut momentum, mut rest] = [[f64::NAN; ENTRIES]; 2];

@@ -31,7 +31,7 @@ const fn shapes<const N: usize>() -> [Shape; N] {
     [Shape {
         sharpness: 100.0,
         stribeck_velocity: 0.1,
-        residual_velocity: 0.5,
+        presliding_width: 0.5,
     }; N]
 }
 
@@ -63,6 +63,7 @@ fn assert_physics_is_free<const N: usize, const PAIRS: usize, const NUMBERS: usi
         phi: &[0.15; N],
         dphi: &[0.3; N],
         excess: &[],
+        presliding: &[],
     };
     let mut workspace = Workspace {
         joints: &mut [JointScratch::default(); N],
@@ -236,6 +237,7 @@ fn controllers_are_free_of_allocations() {
             phi: &two,
             dphi: &two,
             excess: &[],
+            presliding: &[],
         };
         let mut tau = black_box([1.0; 2]);
         state_feedback(&[&[1.0; 8][..]; 2], &state, &black_box(state), &mut tau);

@@ -298,9 +298,11 @@ fn of_law(side: Side, law: Law) -> (How, String) {
         Law::Viscous
         | Law::Coulomb
         | Law::Quadratic
-        | Law::ResidualSlow
-        | Law::ResidualMedium
-        | Law::ResidualFast
-        | Law::ResidualEven => (How::Dropped, "the format has no such law".to_owned()),
+        | Law::Presliding1
+        | Law::Presliding2
+        | Law::Presliding3
+        | Law::Presliding4
+        | Law::Presliding5
+        | Law::Presliding6 => (How::Dropped, "the format has no such law".to_owned()),
     }
 }

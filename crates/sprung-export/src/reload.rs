@@ -245,6 +245,7 @@ impl Reference<'_> {
             phi: &phi,
             dphi: &dphi,
             excess: &[],
+            presliding: &[],
         };
         for term in robot.terms {
             let drive = robot.drive(&state, term.joint);

@@ -276,10 +276,12 @@ fn take(drive: &mut DriveValues, kind: JointParameter, value: f64) -> bool {
             | Law::Stribeck
             | Law::Quadratic
             | Law::Load
-            | Law::ResidualSlow
-            | Law::ResidualMedium
-            | Law::ResidualFast
-            | Law::ResidualEven => false,
+            | Law::Presliding1
+            | Law::Presliding2
+            | Law::Presliding3
+            | Law::Presliding4
+            | Law::Presliding5
+            | Law::Presliding6 => false,
         },
         JointParameter::CubicStiffness | JointParameter::Preload | JointParameter::Change(..) => {
             false

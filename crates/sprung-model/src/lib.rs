@@ -18,6 +18,7 @@ mod links;
 mod nearest_bodies;
 mod parameter;
 mod payload;
+mod presliding;
 mod regions;
 mod scratch;
 mod second_moments;
@@ -45,10 +46,11 @@ use layout::Layout;
 pub use convex::{Block, Entry, NoSolution, Program, ROWS};
 pub use links::TreeLinks;
 pub use parameter::{ModelError, Parameter, short};
+pub use presliding::Presliding;
 pub use regions::Region;
 pub use scratch::Scratch;
 pub use second_moments::{is_possible, second_moments};
-pub use shapes::residual_name;
+pub use shapes::presliding_name;
 pub use shapes::sharpness_name;
 pub use shapes::stribeck_name;
 
@@ -111,10 +113,8 @@ struct Fixed {
     unknown_stribeck: Vec<usize>,
     /// Joints whose sharpness of Coulomb friction the description does not give.
     open_sharpness: Vec<usize>,
-    /// Joints with residual laws.
-    residual: Vec<usize>,
-    /// Joints with residual laws whose velocity scale a log must give.
-    unknown_residual: Vec<usize>,
+    /// Joints for whose presliding friction a log must give the width.
+    open_presliding: Vec<usize>,
 }
 
 /// Returns the value of a drive's parameter that the description fixes.
@@ -205,7 +205,6 @@ impl Model {
                 joint: Some((kind, joint)),
             });
         }
-        let residual = layout.joints_with(Scale::Residual);
         let unknown_stribeck: Vec<usize> = (layout.joints_with(Scale::Stribeck).into_iter())
             .filter(|&i| robot.joint[i].stribeck_velocity_rad_per_s.is_none())
             .collect();
@@ -222,10 +221,9 @@ impl Model {
                     .filter(|&i| robot.joint[i].coulomb_sharpness_s_per_rad.is_none())
                     .collect(),
                 instruments,
-                unknown_residual: (residual.iter().copied())
-                    .filter(|&i| robot.joint[i].residual_velocity_rad_per_s.is_none())
+                open_presliding: (0..robot.joint.len())
+                    .filter(|&i| robot.joint[i].presliding_width_rad.is_none())
                     .collect(),
-                residual,
                 parameters,
                 inertial,
                 links,

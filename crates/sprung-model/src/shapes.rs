@@ -91,10 +91,7 @@ impl Model {
 
     /// Returns the indices in theta of a joint's friction parameters whose laws jump at zero velocity.
     pub fn jumps(&self, joint: usize) -> impl Iterator<Item = usize> {
-        let at_rest = Conditions {
-            velocity: 0.0,
-            deflection: 0.0,
-        };
+        let at_rest = Conditions::sliding(0.0, 0.0);
         let shape = self.shape(joint);
         let has_jump = move |kind: JointParameter| matches!(kind, JointParameter::Friction(_, law) if law.jump(&at_rest, shape).is_some());
         (self.parameters().iter().enumerate())
@@ -104,18 +101,18 @@ impl Model {
             .map(|(index, _)| index)
     }
 
-    /// Returns the joints with residual laws whose velocity scale a log must give.
+    /// Returns the joints for whose presliding friction a log must give the width, whether they have this friction or not.
     #[must_use]
-    pub fn unknown_residual(&self) -> &[usize] {
-        &self.fixed.unknown_residual
+    pub fn open_presliding(&self) -> &[usize] {
+        &self.fixed.open_presliding
     }
 
-    /// Returns the velocity that scales the residual laws of a joint, rad/s (m/s); `None` if the
-    /// joint has no residual laws.
+    /// Returns the width of the widest element of presliding friction of a joint, rad (m); `None` if the
+    /// joint has no presliding friction.
     #[must_use]
-    pub fn residual_velocity(&self, joint: usize) -> Option<f64> {
-        let has = self.fixed.residual.contains(&joint);
-        has.then(|| self.shapes[joint].residual_velocity)
+    pub fn presliding_width(&self, joint: usize) -> Option<f64> {
+        let has = self.has_law(Scale::Presliding, joint);
+        has.then(|| self.shapes[joint].presliding_width)
     }
 
     /// Returns a model with the velocities of the laws that another one has as well.
@@ -125,18 +122,16 @@ impl Model {
             if other.has_law(Scale::Stribeck, joint) {
                 self.set_stribeck(joint, other.stribeck_velocity(joint));
             }
-            if let Some(velocity) = other.residual_velocity(joint) {
-                self = self.with_residual_velocity(joint, velocity);
-            }
+            self.shapes[joint].presliding_width = other.shape(joint).presliding_width;
         }
         self.with_open_stribeck(other.open_stribeck())
     }
 
-    /// Returns a copy with another velocity scale of the residual laws of a joint.
+    /// Returns a copy with another width of the presliding friction of a joint.
     #[must_use]
-    pub fn with_residual_velocity(&self, joint: usize, velocity: f64) -> Self {
+    pub fn with_presliding_width(&self, joint: usize, width: f64) -> Self {
         let mut changed = self.clone();
-        changed.shapes[joint].residual_velocity = velocity;
+        changed.shapes[joint].presliding_width = width;
         changed
     }
 
@@ -148,8 +143,8 @@ impl Model {
             if let Some(velocity) = values.get(&stribeck_name(name)) {
                 shape.stribeck_velocity = *velocity;
             }
-            if let Some(velocity) = values.get(&residual_name(name)) {
-                shape.residual_velocity = *velocity;
+            if let Some(width) = values.get(&presliding_name(name)) {
+                shape.presliding_width = *width;
             }
             if let Some(sharpness) = values.get(&sharpness_name(name)) {
                 shape.sharpness = *sharpness;
@@ -165,10 +160,10 @@ pub fn stribeck_name(joint: &str) -> String {
     format!("{joint}.stribeck_velocity")
 }
 
-/// Returns the name of the velocity that scales the residual laws of a joint among named values.
+/// Returns the name of the width of presliding friction of a joint among named values.
 #[must_use]
-pub fn residual_name(joint: &str) -> String {
-    format!("{joint}.residual_velocity")
+pub fn presliding_name(joint: &str) -> String {
+    format!("{joint}.presliding_width")
 }
 
 /// Returns the name of the sharpness of a joint's Coulomb friction among named values.

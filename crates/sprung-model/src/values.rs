@@ -10,7 +10,7 @@ use sprung_core::spatial::BODY;
 
 use super::parameter::{ModelError, Parameter};
 use super::scratch::Scratch;
-use super::{Model, Theta, TreeLinks, residual_name, sharpness_name, stribeck_name};
+use super::{Model, Theta, TreeLinks, presliding_name, sharpness_name, stribeck_name};
 
 /// Link parameters in a message about a mass matrix.
 const PARAMETERS_SHOWN: usize = 3;
@@ -80,7 +80,7 @@ impl Model {
                 .flat_map(|joint| {
                     [
                         stribeck_name(joint),
-                        residual_name(joint),
+                        presliding_name(joint),
                         sharpness_name(joint),
                     ]
                 })

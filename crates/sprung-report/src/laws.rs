@@ -68,7 +68,7 @@ fn of_residual_laws(result: &EstimateResult) -> Option<Block> {
     };
     let priors = result
         .refined()
-        .map_or(&[][..], |found| &found.residual_levels);
+        .map_or(&[][..], |found| &found.presliding_levels);
     let priors: Vec<String> = (priors.iter())
         .map(|prior| {
             let level = significant(prior.level_nm, 2);

@@ -30,6 +30,13 @@ impl TryFrom<String> for FrictionLaw {
     type Error = String;
 
     fn try_from(word: String) -> Result<Self, String> {
+        if word == "residual" {
+            return Err(
+                "the law \"residual\" is no longer part of sprung; use \"presliding\" for friction near reversals, or \"stribeck\" and \"quadratic\" for its \
+                 dependence on the velocity"
+                    .to_owned(),
+            );
+        }
         let index = choose("friction law", &word, &words())?;
         Ok(Self(Family::ALL[index]))
     }

@@ -236,9 +236,9 @@ pub struct Joint {
     /// Velocity at which Stribeck friction has fallen to 1/e, rad/s (m/s). If absent, a search in the
     /// log determines it, and the refinement estimates it with the parameters.
     pub stribeck_velocity_rad_per_s: Option<f64>,
-    /// Velocity that scales the residual laws; twice the root mean square of the joint's velocity in
-    /// the log if absent.
-    pub residual_velocity_rad_per_s: Option<f64>,
+    /// Width of the widest of the six elements of presliding friction, rad (m): the travel from the middle until it slides. If
+    /// absent, 0.2 s times the root mean square of the joint's velocity in the log.
+    pub presliding_width_rad: Option<f64>,
     /// Beta of the Coulomb friction `tanh(beta * velocity)`, s/rad (s/m). If absent, 100, and the refinement estimates
     /// it with the parameters.
     pub coulomb_sharpness_s_per_rad: Option<f64>,
@@ -475,7 +475,7 @@ impl Joint {
                     | Family::Stribeck
                     | Family::Quadratic
                     | Family::Load
-                    | Family::Residual => *other == law,
+                    | Family::Presliding => *other == law,
                 };
                 // No deflection measures the load of a rigid joint.
                 if law.0 != Family::Load && !laws.iter().any(contains) {

@@ -10,7 +10,7 @@ use crate::support::{JointState, feedforward};
 const SHAPES: [Shape; 2] = [Shape {
     sharpness: 100.0,
     stribeck_velocity: 0.1,
-    residual_velocity: 0.5,
+    presliding_width: 0.5,
 }; 2];
 
 fn nominal(theta: &[f64; PARAMETERS], q_d: &[[f64; 5]; 2]) -> (Vec<f64>, JointState) {
@@ -45,6 +45,7 @@ fn state_feedback_takes_errors_in_the_printed_order() {
         phi: &zero,
         dphi: &zero,
         excess: &[],
+        presliding: &[],
     };
     // The errors of q, phi, dq and dphi are distinct decimal digits, so each digit of the torque shows one gain.
     let measured = State {
@@ -53,6 +54,7 @@ fn state_feedback_takes_errors_in_the_printed_order() {
         dq: &[-1e4, -1e5],
         dphi: &[-1e6, -1e7],
         excess: &[],
+        presliding: &[],
     };
     let mut tau = [0.5, -0.5];
     state_feedback(&gain, &desired, &measured, &mut tau);

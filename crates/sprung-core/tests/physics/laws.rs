@@ -45,13 +45,14 @@ impl Case {
             shapes: [(); 2].map(|()| Shape {
                 sharpness: random.between(20.0, 200.0),
                 stribeck_velocity: 0.1,
-                residual_velocity: 0.5,
+                presliding_width: 0.5,
             }),
             state: JointState {
                 q: q.to_vec(),
                 dq: random.list(2, 3.0),
                 phi: vec![q[0] + deflection[0], q[1] + deflection[1]],
                 dphi: random.list(2, 3.0),
+                presliding: Vec::new(),
             },
             tau: random.pair(5.0),
         }
@@ -126,7 +127,7 @@ fn terms_stand_where_the_order_of_theta_puts_them() {
         &[Shape {
             sharpness: 1.0,
             stribeck_velocity: 1.0,
-            residual_velocity: 0.5,
+            presliding_width: 0.5,
         }; 2],
     );
     for term in arm.terms {

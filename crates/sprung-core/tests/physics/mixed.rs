@@ -5,10 +5,11 @@
 use std::collections::BTreeMap;
 
 use sprung_core::drives::Term;
-use sprung_core::friction::{Law, Shape};
+use sprung_core::friction::{Family, Law, Shape};
 use sprung_core::links::LengthError;
 use sprung_core::parameters::JointParameter::{self, Change, Friction};
 use sprung_core::parameters::Side;
+use sprung_core::presliding::ELEMENTS;
 use sprung_core::robot::{Links, Robot, Torques, Values};
 use sprung_core::spatial::BODY;
 
@@ -62,7 +63,7 @@ impl Mixed {
                 .map(|_| Shape {
                     sharpness: random.between(20.0, 200.0),
                     stribeck_velocity: random.between(0.1, 1.0),
-                    residual_velocity: random.between(0.1, 1.0),
+                    presliding_width: random.between(0.1, 1.0),
                 })
                 .collect(),
             coupling: coupled.then(|| ratios.concat()),
@@ -239,6 +240,7 @@ impl Mixed {
             dphi: beside(&dq, 1.5),
             q,
             dq,
+            presliding: random.list(n * ELEMENTS, 1.0),
         }
     }
 
@@ -270,8 +272,8 @@ impl Mixed {
         sum
     }
 
-    /// Power of friction and damping that cannot be negative, and power of offsets and of friction
-    /// that differs between the directions.
+    /// Power of friction and damping that cannot be negative, and power of offsets and of presliding
+    /// friction.
     fn losses(&self, s: &JointState) -> (f64, f64) {
         let (mut lost, mut of_offsets) = (0.0, 0.0);
         for i in 0..s.q.len() {
@@ -291,14 +293,13 @@ impl Mixed {
                 lost += v * step * (of(Law::Coulomb) + coulomb + of(Law::Stribeck) * (-bell).exp());
                 lost += v * v * v.abs() * of(Law::Quadratic);
                 lost += v * step * (s.phi[i] - s.q[i]).abs() * of(Law::Load);
-                let speed = v.abs() / self.shapes[i].residual_velocity;
-                lost += v
-                    * step
-                    * (of(Law::ResidualSlow) * (-8.0 * speed).exp()
-                        + of(Law::ResidualMedium) * (-2.0 * speed).exp());
-                lost += v.abs() * speed * speed * of(Law::ResidualFast);
-                of_offsets += v * speed * of(Law::ResidualEven);
                 of_offsets += v * of(Law::Offset);
+                if side == Side::Motor {
+                    let elements = &s.presliding[i * ELEMENTS..(i + 1) * ELEMENTS];
+                    let laws = Family::Presliding.laws().iter();
+                    let torque = laws.zip(elements).map(|(&law, z)| of(law) * z);
+                    of_offsets += v * torque.sum::<f64>();
+                }
             }
             let rate = s.dphi[i] - s.dq[i];
             lost += self.value(JointParameter::Damping, i) * rate * rate;

@@ -236,6 +236,7 @@ impl<'a> Control<'a> {
             phi,
             dphi,
             excess: &[],
+            presliding: &[],
         };
         let controller = self.controller();
         let mut tau = tau_d.clone();

@@ -155,6 +155,7 @@ impl Vector {
             phi: &self.phi,
             dphi: &self.dphi,
             excess: &[],
+            presliding: &[],
         };
         for term in robot.terms {
             let drive = robot.drive(&state, term.joint);
@@ -201,6 +202,7 @@ impl Vector {
             phi: &self.phi,
             dphi: &self.dphi,
             excess: &[],
+            presliding: &[],
         };
         let mut accelerations = vec![0.0; rows];
         accelerations[..n].copy_from_slice(&self.ddq);

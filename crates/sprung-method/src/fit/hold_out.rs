@@ -2,6 +2,7 @@
 //! predicted by a fit of the other parts.
 
 use super::least_squares::weighted;
+use super::non_negative::with_signs;
 use super::unknowns::Free;
 use crate::model::{Model, Theta};
 use crate::regression::{System, SystemPart, Triangle, solve, solve_quickly};
@@ -30,6 +31,8 @@ pub(crate) struct HoldOut<'a> {
     parts: Vec<Vec<Triangle>>,
     // Weight of each row in fits.
     weights: Option<Vec<f64>>,
+    // Unknowns that are not negative in fits, if some are not.
+    positive: Option<Vec<bool>>,
 }
 
 impl<'a> HoldOut<'a> {
@@ -40,6 +43,19 @@ impl<'a> HoldOut<'a> {
             free: Free::new(model),
             parts: system.groups(count),
             weights: None,
+            positive: None,
+        }
+    }
+
+    /// Fits without negative friction, stiffnesses and rotor inertias.
+    pub(crate) fn with_signs(self) -> Self {
+        let is_positive = |&parameter: &usize| {
+            let of_joint = self.model.parameters()[parameter].joint;
+            of_joint.is_some_and(|(kind, _)| kind.is_vital() || kind.is_friction())
+        };
+        Self {
+            positive: Some(self.free.unknowns.iter().map(is_positive).collect()),
+            ..self
         }
     }
 
@@ -116,6 +132,9 @@ impl<'a> HoldOut<'a> {
         let factors = self.free.factors(factors);
         let parts: Vec<SystemPart<'_>> = self.free.parts(&factors);
         let unknowns = self.free.unknowns.len();
+        if let Some(positive) = &self.positive {
+            return Some(self.free.whole(&with_signs(&parts, positive), |value| value));
+        }
         let x = match solve_quickly(&parts, unknowns) {
             Some(x) => x,
             None => solve(&parts, unknowns)?.x,

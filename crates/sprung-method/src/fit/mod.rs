@@ -10,6 +10,7 @@ mod jackknife;
 mod joint_fit;
 mod least_squares;
 mod motor_row;
+mod non_negative;
 mod parts;
 mod residual;
 mod unknowns;
@@ -26,6 +27,7 @@ pub(crate) use column_fit::ColumnFit;
 #[cfg(test)]
 pub(crate) use growing::fits_of_growing;
 pub(crate) use hold_out::{HoldOut, Missed, is_clearly_below, over_reference};
+pub(crate) use non_negative::{RIDGE, non_negative};
 pub(crate) use jackknife::{influences, scatter};
 pub(crate) use joint_fit::{JointFit, joint_fits};
 pub(crate) use least_squares::fit_values;

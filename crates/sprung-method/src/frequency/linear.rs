@@ -116,6 +116,7 @@ fn along(model: &Model, segment: &Segment, k: usize, take: &mut dyn FnMut(usize,
         phi: &phi,
         dphi: &dphi,
         excess: &[],
+        presliding: &[],
     };
     for (index, term) in robot.terms.iter().enumerate() {
         if let JointParameter::Friction(side, _) = term.what {
@@ -182,6 +183,7 @@ impl Linear {
             phi: &pose.phi,
             dphi: &still,
             excess: &[],
+            presliding: &[],
         };
         let mut scratch = Scratch::new(n);
         let mut workspace = scratch.workspace();

@@ -6,7 +6,7 @@ use super::factors::{FactorError, Factors, find_factors};
 use super::held_out::held_out;
 use super::inertial_findings::about_stiffnesses;
 use super::springs::find_springs;
-use super::stribeck::{by_likelihood, find_stribeck, with_residual_velocities};
+use super::stribeck::{by_likelihood, find_stribeck, with_presliding_widths};
 use super::sweep::{Sweep, sweep};
 use super::velocity_by_likelihood::VelocityByLikelihood;
 use super::weights::find_weights;
@@ -158,11 +158,7 @@ fn with_stribeck_velocities(
     reading: Reading,
     excerpt: &Excerpt,
 ) -> (Reading, Vec<(usize, Finding)>) {
-    let reading = if reading.model().unknown_residual().is_empty() {
-        reading
-    } else {
-        reading.with_model(with_residual_velocities(&reading, excerpt))
-    };
+    let reading = reading.with_model(with_presliding_widths(&reading, excerpt));
     if reading.model().unknown_stribeck().is_empty() {
         return (reading, Vec::new());
     }
@@ -341,12 +337,18 @@ impl Prepared {
     }
 
     fn weigh(&mut self) {
+        self.reading = self.weighted_reading();
+    }
+
+    /// Returns the reading with weights for its model and filters.
+    pub(crate) fn weighted_reading(&self) -> Reading {
         let weights = match self.reading.settings().weights {
             Weights::None => None,
             Weights::Transition => find_weights(&self.reading, &self.excerpt),
         };
-        if let Some(weights) = weights {
-            self.reading = self.reading.with_weights(weights);
+        match weights {
+            Some(weights) => self.reading.with_weights(weights),
+            None => self.reading.clone(),
         }
     }
 }

@@ -13,6 +13,9 @@ use crate::regression::{Reading, SystemPart, Triangle, solve};
 const SLOWEST_SHARE: f64 = 0.003;
 const FASTEST_SHARE: f64 = 0.5;
 
+/// Width of the widest element of presliding friction over the root mean square of the joint's velocity, s.
+const PRESLIDING_S: f64 = 0.2;
+
 /// Velocities in the first scan, in equal ratios.
 const VELOCITIES_TRIED: usize = 9;
 
@@ -136,15 +139,15 @@ pub(super) fn by_likelihood(model: &Model, found: &VelocityByLikelihood) -> Find
     )
 }
 
-/// Returns the model with the velocity scales of its residual laws that the description leaves open:
-/// twice the root mean square of each joint's velocity.
+/// Returns the model with the widths of presliding friction that the description leaves open, of all joints: the search for
+/// laws uses them before a joint has this friction.
 #[must_use]
-pub(crate) fn with_residual_velocities(reading: &Reading, excerpt: &Excerpt) -> Model {
+pub(crate) fn with_presliding_widths(reading: &Reading, excerpt: &Excerpt) -> Model {
     let speeds = rms_speeds(reading, excerpt);
-    (reading.model().unknown_residual().iter())
+    (reading.model().open_presliding().iter())
         .filter(|&&joint| speeds[joint] > 0.0)
         .fold(reading.model().clone(), |model, &joint| {
-            model.with_residual_velocity(joint, 2.0 * speeds[joint])
+            model.with_presliding_width(joint, PRESLIDING_S * speeds[joint])
         })
 }
 

@@ -4,6 +4,8 @@ use rayon::prelude::*;
 use sprung_core::covariate::Covariate;
 
 use super::raw_block::RawBlock;
+use crate::model::Presliding;
+
 use super::zero_phase::{Butterworth, ZeroPhase};
 
 /// Samples for the regressor: filtered positions, velocities and torques.
@@ -97,6 +99,24 @@ impl SignalBlock {
                 .collect(),
             excess: of_joints(&self.excess),
         }
+    }
+
+    /// Moves elements of presliding friction along the samples and returns those of each, \[samples × n × elements\]; empty if
+    /// no motor has this friction.
+    #[must_use]
+    pub(crate) fn presliding(&self, elements: &mut Presliding) -> Vec<f64> {
+        let mut all = Vec::new();
+        if elements.is_empty() {
+            return all;
+        }
+        let mut phi = vec![0.0; self.phi.len()];
+        for k in 0..self.len() {
+            for (position, column) in phi.iter_mut().zip(&self.phi) {
+                *position = column[k];
+            }
+            all.extend_from_slice(elements.advance(&phi));
+        }
+        all
     }
 
     /// Returns the first of every `count` samples.

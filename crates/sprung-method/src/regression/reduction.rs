@@ -13,7 +13,7 @@ use super::row_reduction::RowReduction;
 use super::system::{KEPT_SAMPLES, Kept, System, joined_in_pairs};
 use super::weights::{Standing, TransitionWeights};
 use crate::description::DiscretizationName;
-use crate::model::Model;
+use crate::model::{Model, Presliding};
 use crate::preprocess::{Decimator, SignalBlock};
 
 /// Number of segments of samples in memory, at most. They are divided into 32 parts or fewer.
@@ -39,6 +39,7 @@ pub struct Reduction {
     kept: Decimator<f64>,
     samples: u64,
     standing: Standing,
+    presliding: Presliding,
 }
 
 impl Reduction {
@@ -74,6 +75,7 @@ impl Reduction {
             kept: Decimator::new(KEPT_SAMPLES),
             samples: 0,
             standing: Standing::default(),
+            presliding: model.presliding(),
         }
     }
 
@@ -127,6 +129,7 @@ impl Reduction {
     pub fn restart(&mut self) {
         self.rows.iter_mut().for_each(RowReduction::restart);
         self.standing = Standing::default();
+        self.presliding.restart();
     }
 
     /// Sets the change of the parameters by a known payload in the samples that come: its torques are
@@ -167,11 +170,13 @@ impl Reduction {
             }
             None => Vec::new(),
         };
-        self.batch.form(signals, 0, &bounds);
+        let presliding = signals.presliding(&mut self.presliding);
+        let beside = (bounds.as_slice(), presliding.as_slice());
+        self.batch.form(signals, 0, beside);
         for first in (0..signals.len()).step_by(BATCH_SAMPLES) {
             let (batch, next, rows) = (&self.batch, &mut self.next, &mut self.rows);
             rayon::join(
-                || next.form(signals, first + BATCH_SAMPLES, &bounds),
+                || next.form(signals, first + BATCH_SAMPLES, beside),
                 // Row widths differ much, so single rows balance the load of the threads best.
                 || {
                     (rows.par_iter_mut().with_max_len(1)).for_each(|row| row.take(&pairs, batch));

@@ -25,6 +25,7 @@ const SATURATED_ARGUMENT: f64 = 20.0;
 const AT_REST: Conditions = Conditions {
     velocity: 0.0,
     deflection: 0.0,
+    presliding: [0.0; _],
 };
 
 /// Standard deviations of the velocity noise, rad/s (m/s), each \[n\].
@@ -281,7 +282,7 @@ mod tests {
             shape: Shape {
                 sharpness: 100.0,
                 stribeck_velocity: 0.1,
-                residual_velocity: 0.5,
+                presliding_width: 0.5,
             },
             laws: vec![(Law::CoulombPositive, 2.0), (Law::CoulombNegative, 1.0)],
         }

@@ -295,6 +295,7 @@ impl ClosedLoop {
                     phi: &nominal.phi,
                     dphi: &nominal.dphi,
                     excess: &[],
+                    presliding: &[],
                 };
                 let measured = State {
                     q,
@@ -302,6 +303,7 @@ impl ClosedLoop {
                     phi,
                     dphi,
                     excess: &[],
+                    presliding: &[],
                 };
                 let gain: Vec<&[f64]> = gain.iter().map(Vec::as_slice).collect();
                 state_feedback(&gain, &desired, &measured, &mut tau);

@@ -5,7 +5,7 @@ use sprung_core::robot::{Torques, Values};
 use sprung_core::spatial::BODY;
 
 use super::integrator::{Integrator, StepsExhausted};
-use crate::model::{Model, Scratch};
+use crate::model::{Model, Presliding, Scratch};
 
 /// Positions and velocities of all joints, each \[n\].
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -41,6 +41,7 @@ impl JointState {
             phi: &self.phi,
             dphi: &self.dphi,
             excess: &[],
+            presliding: &[],
         }
     }
 }
@@ -62,6 +63,9 @@ pub(super) struct Plant {
     /// Covariates of the joints minus their references, \[n × `Covariate::COUNT`\]; empty if no
     /// friction depends on any.
     pub(super) excess: Vec<f64>,
+    // Elements of presliding friction at the beginning of a step, and within it.
+    presliding: Presliding,
+    within: Vec<f64>,
 }
 
 impl Plant {
@@ -84,6 +88,8 @@ impl Plant {
             joints: vec![0.0; 4 * n],
             torque: vec![0.0; model.coordinates()],
             excess: Vec::new(),
+            presliding: begun(model, &start.phi),
+            within: Vec::new(),
             model: model.clone(),
         }
     }
@@ -129,6 +135,9 @@ impl Plant {
         let mut x = std::mem::take(&mut self.x);
         let done = integrator.advance(&mut x, duration, self.derivative(torques));
         self.x = x;
+        if !self.presliding.is_empty() {
+            self.presliding.advance(&self.state().phi);
+        }
         done
     }
 
@@ -143,6 +152,8 @@ impl Plant {
             joints,
             torque,
             excess,
+            presliding,
+            within,
             ..
         } = self;
         let (robot, n) = (model.robot(), torques.motor.len());
@@ -152,12 +163,14 @@ impl Plant {
         move |x, rate| {
             unpack(x, flexible, n, joints);
             let (link, motor) = joints.split_at(2 * n);
+            presliding.write_at(&motor[..n], within);
             let state = State {
                 q: &link[..n],
                 dq: &link[n..],
                 phi: &motor[..n],
                 dphi: &motor[n..],
                 excess,
+                presliding: within,
             };
             let (positions, accelerations) = rate.split_at_mut(x.len() / 2);
             positions.copy_from_slice(&x[positions.len()..]);
@@ -168,6 +181,13 @@ impl Plant {
             }
         }
     }
+}
+
+/// Returns the elements of presliding friction of a robot that begins to move at these positions of the motors, \[n\].
+fn begun(model: &Model, phi: &[f64]) -> Presliding {
+    let mut presliding = model.presliding();
+    presliding.advance(phi);
+    presliding
 }
 
 /// Writes q, dq, phi and dphi to `all`.

@@ -4,12 +4,10 @@ use faer::Mat;
 use sprung_core::linear::{factor, solve};
 
 use super::rows::Row;
+use crate::fit::{RIDGE, non_negative};
 
 /// Number of consecutive parts; each is predicted by a fit of the others.
 pub(super) const PARTS: usize = 8;
-
-/// Ridge of unit columns, which keeps collinear columns solvable.
-const RIDGE: f64 = 1e-9;
 
 /// Products of the columns of one row, part by part.
 struct RowProducts {
@@ -357,56 +355,6 @@ impl Evidence {
         length * scale.min(1e12) < 1e-6 * self.all[(self.columns, self.columns)].sqrt()
             || length == 0.0
     }
-}
-
-/// Solves normal equations whose marked values must not be negative: the most negative one is left out, and taken up again if it would
-/// be positive beside the others.
-fn non_negative(matrix: &[f64], rhs: &[f64], positive: &[bool]) -> Vec<f64> {
-    let n = rhs.len();
-    let mut free: Vec<usize> = (0..n).collect();
-    let mut best = (f64::INFINITY, vec![0.0; n]);
-    for _ in 0..=2 * n {
-        let m = free.len();
-        let mut of_free: Vec<f64> = (free.iter())
-            .flat_map(|&i| free.iter().map(move |&j| matrix[i * n + j]))
-            .collect();
-        let mut value: Vec<f64> = free.iter().map(|&i| rhs[i]).collect();
-        if !factor(&mut of_free, m) {
-            break;
-        }
-        solve(&of_free, &mut value);
-        let worst = (0..m)
-            .filter(|&at| positive[free[at]] && value[at] < 0.0)
-            .min_by(|&a, &b| value[a].total_cmp(&value[b]));
-        if let Some(at) = worst {
-            free.remove(at);
-            continue;
-        }
-        // The cost without the squares of the torques.
-        let cost: f64 = -free
-            .iter()
-            .zip(&value)
-            .map(|(&i, v)| rhs[i] * v)
-            .sum::<f64>();
-        if cost >= best.0 {
-            break;
-        }
-        let mut x = vec![0.0; n];
-        for (&i, v) in free.iter().zip(&value) {
-            x[i] = *v;
-        }
-        let slope = |i: usize| rhs[i] - (0..n).map(|j| matrix[i * n + j] * x[j]).sum::<f64>();
-        let again = (0..n)
-            .filter(|i| !free.contains(i) && slope(*i) > RIDGE * rhs[*i].abs())
-            .max_by(|&a, &b| slope(a).total_cmp(&slope(b)));
-        best = (cost, x);
-        let Some(again) = again else {
-            break;
-        };
-        free.push(again);
-        free.sort_unstable();
-    }
-    best.1
 }
 
 /// The fit of all parts but one.

@@ -7,6 +7,7 @@
 
 mod added_law;
 mod changes;
+mod confirmed_laws;
 mod directions;
 mod evidence;
 mod far;

@@ -184,12 +184,13 @@ impl Rows<'_> {
         let steps = self.steps(segments);
         let parts: Vec<Vec<RowOfSegment>> = (segments.iter().enumerate())
             .map(|(s, signals)| {
-                let sampled = self.sampled(signals, theta, &steps, !directions.is_empty());
+                let segment = Sliding::new(self.model, signals);
+                let sampled = self.sampled(&segment, theta, &steps, !directions.is_empty());
                 (self.all.par_iter())
                     .map(|row| {
                         self.form_row(
                             row,
-                            (s, signals),
+                            (s, &segment),
                             &sampled,
                             theta,
                             (unknowns, directions),
@@ -271,19 +272,19 @@ impl Rows<'_> {
     /// Returns the regressor and the slopes of all samples of a segment.
     fn sampled(
         &self,
-        signals: &SignalBlock,
+        segment: &Sliding<'_>,
         theta: &[f64],
         steps: &[f64],
         with_slopes: bool,
     ) -> Vec<Sampled> {
         let n = self.model.joint_count();
         let count = self.model.entries();
-        (0..signals.len())
+        (0..segment.signals.len())
             .into_par_iter()
             .map_init(
                 || (Scratch::new(n), vec![0.0; count], vec![0.0; count]),
                 |(scratch, moved, moved_rest), k| {
-                    let mut state = state_at(signals, k, n);
+                    let mut state = segment.state_at(k);
                     let rows = self.model.rows();
                     let (mut momentum, mut rest) = (vec![0.0; count], vec![0.0; count]);
                     self.entries(&state, scratch, &mut momentum, &mut rest);
@@ -416,12 +417,13 @@ impl Rows<'_> {
     fn write_torques<'u>(
         &self,
         (row, unknowns): (&RowOf, impl Iterator<Item = &'u Unknown>),
-        (signals, k): (&SignalBlock, usize),
+        (segment, k): (&Sliding<'_>, usize),
         (theta, scales): (&[f64], &[JointScales]),
         torques: &mut [f64],
     ) {
         let n = self.model.joint_count();
-        let state = state_at(signals, k, n);
+        let state = segment.state_at(k);
+        let signals = segment.signals;
         let drive = |joint| self.model.robot().drive(&state_of(&state, n), joint);
         for (torque, unknown) in torques.iter_mut().zip(unknowns) {
             *torque = match &unknown.effect {
@@ -460,13 +462,14 @@ impl Rows<'_> {
     fn form_row(
         &self,
         row: &RowOf,
-        (segment, signals): (usize, &SignalBlock),
+        (index, segment): (usize, &Sliding<'_>),
         sampled: &[Sampled],
         theta: &[f64],
         (unknowns, directions): (&[Unknown], &[Direction]),
         scales: &[JointScales],
         entries: &FilterPair,
     ) -> RowOfSegment {
+        let signals = segment.signals;
         let base = row.columns.len();
         let acting: Vec<&Direction> = directions
             .iter()
@@ -501,12 +504,12 @@ impl Rows<'_> {
             let known = self.write_parameters(row, sample, theta, [&mut momentum, &mut rest]);
             for (i, direction) in acting.iter().enumerate() {
                 [momentum[base + i], rest[base + i]] =
-                    self.change_of(row, sample, direction, (segment, k));
+                    self.change_of(row, sample, direction, (index, k));
             }
             if !laws.is_empty() {
                 let unknowns = laws.iter().map(|(_, unknown)| *unknown);
                 let torques = &mut rest[base + acting.len()..];
-                self.write_torques((row, unknowns), (signals, k), (theta, scales), torques);
+                self.write_torques((row, unknowns), (segment, k), (theta, scales), torques);
                 for (i, (_, unknown)) in laws.iter().enumerate() {
                     if let Effect::Parameters(by) = &unknown.effect {
                         let at = base + acting.len() + i;
@@ -538,7 +541,7 @@ impl Rows<'_> {
                 .enumerate()
                 .filter(|(_, direction)| !direction.scales_torque)
             {
-                let change = &direction.segments[segment];
+                let change = &direction.segments[index];
                 if let Some(motor) = row.motor.filter(|_| !change.tau.is_empty()) {
                     let by = entries.process(
                         &mut torques[i],
@@ -653,29 +656,47 @@ impl Rows<'_> {
     }
 }
 
-/// Returns positions, velocities and covariates of one sample.
-fn state_at(signals: &SignalBlock, k: usize, n: usize) -> Vec<f64> {
-    let mut state = Vec::with_capacity((4 + Covariate::COUNT) * n);
-    for columns in [&signals.q, &signals.dq, &signals.phi, &signals.dphi] {
-        state.extend(columns.iter().map(|column| column[k]));
-    }
-    state.extend(
-        signals
-            .excess
-            .iter()
-            .map(|column| column.get(k).copied().unwrap_or_default()),
-    );
-    state
+/// A segment with the elements of presliding friction.
+struct Sliding<'a> {
+    signals: &'a SignalBlock,
+    /// \[samples × n × elements\]; empty if no motor has this friction.
+    presliding: Vec<f64>,
 }
 
-/// Returns the parts of a state as [`state_at`] has it.
+impl<'a> Sliding<'a> {
+    fn new(model: &Model, signals: &'a SignalBlock) -> Self {
+        Self {
+            presliding: signals.presliding(&mut model.presliding()),
+            signals,
+        }
+    }
+
+    /// Returns positions, velocities, covariates and elements of one sample.
+    fn state_at(&self, k: usize) -> Vec<f64> {
+        let signals = self.signals;
+        let n = signals.q.len();
+        let mut state = Vec::with_capacity((4 + Covariate::COUNT) * n);
+        for columns in [&signals.q, &signals.dq, &signals.phi, &signals.dphi] {
+            state.extend(columns.iter().map(|column| column[k]));
+        }
+        let excess = signals.excess.iter();
+        state.extend(excess.map(|column| column.get(k).copied().unwrap_or_default()));
+        let per_sample = self.presliding.len() / signals.len();
+        state.extend_from_slice(&self.presliding[k * per_sample..(k + 1) * per_sample]);
+        state
+    }
+}
+
+/// Returns the parts of a state as [`Sliding::state_at`] has it.
 fn state_of(state: &[f64], n: usize) -> State<'_> {
     let (link, behind) = state.split_at(2 * n);
+    let (excess, presliding) = behind[2 * n..].split_at(n * Covariate::COUNT);
     State {
         q: &link[..n],
         dq: &link[n..],
         phi: &behind[..n],
         dphi: &behind[n..2 * n],
-        excess: &behind[2 * n..],
+        excess,
+        presliding,
     }
 }

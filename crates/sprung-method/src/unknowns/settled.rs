@@ -1,7 +1,7 @@
 //! Applies what was found to the preparation of an identification or a check.
 
-use super::added_law::{may_add_laws, with_added_laws, with_laws};
-use super::evidence::PARTS;
+use super::added_law::{may_add_laws, with_added_laws};
+use super::confirmed_laws::{presliding, with_confirmed_laws};
 use super::found::{Found, Telling};
 use super::gauge::relative;
 use super::kinds::finding;
@@ -10,7 +10,6 @@ use super::settle::{Settlement, settle};
 use super::unknown::{Kind, Place};
 use crate::description::{Delay, EncoderOffset, Experiment};
 use crate::finding::Finding;
-use crate::fit::{HoldOut, Missed};
 use crate::log::{Channels, Signal};
 use crate::model::Model;
 use crate::prepare::{PrepareError, Prepared, fit_rows};
@@ -80,17 +79,38 @@ pub(crate) fn settled(
     };
     found.sort_by_key(rank);
     found = with_confirmed_laws(found, &prepared);
+    let (mut unknowns, mut about) = told(&found, &prepared);
+    about.unexplained = Some(unexplained);
+    let mut prepared = applied(prepared, (&found, &unknowns), progress)?;
+    let presliding = presliding(&prepared);
+    if !presliding.is_empty() {
+        let (more, more_about) = told(&presliding, &prepared);
+        prepared = applied(prepared, (&presliding, &more), progress)?;
+        unknowns.extend(more);
+        about.findings.extend(more_about.findings);
+    }
+    Ok(Settled {
+        prepared,
+        unknowns,
+        about,
+    })
+}
+
+/// Returns the results about what was found, and the findings.
+fn told(found: &[Found], prepared: &Prepared) -> (Vec<UnknownResult>, AboutUnknowns) {
+    let channels = prepared.reading().channels();
+    let period = prepared.excerpt().period();
     let file = prepared.names().first().cloned().unwrap_or_default();
     let names = prepared.reading().model().joints().to_vec();
     let (mut unknowns, mut findings) = (Vec::new(), Vec::new());
-    for one in &found {
+    for one in found {
         let telling = Telling {
             found: one,
-            columns: columns(one.place, &channels),
-            joint: joint(one.place, &channels).map_or("", |joint| &names[joint]),
+            columns: columns(one.place, channels),
+            joint: joint(one.place, channels).map_or("", |joint| &names[joint]),
             file: &file,
-            status: status(one, &prepared),
-            is_addable: is_addable(one, &prepared),
+            status: status(one, prepared),
+            is_addable: is_addable(one, prepared),
             period,
         };
         unknowns.push(result(&telling));
@@ -99,15 +119,11 @@ pub(crate) fn settled(
             findings.extend(finding(&telling));
         }
     }
-    let prepared = applied(prepared, (&found, &unknowns), progress)?;
-    Ok(Settled {
-        prepared,
-        unknowns,
-        about: AboutUnknowns {
-            findings,
-            unexplained: Some(unexplained),
-        },
-    })
+    let about = AboutUnknowns {
+        findings,
+        unexplained: None,
+    };
+    (unknowns, about)
 }
 
 /// A delay that raises the residual of the torques of its joint by this factor is contradicted.
@@ -143,55 +159,8 @@ fn confirmed(found: Vec<Found>, prepared: &Prepared) -> Vec<Found> {
         .collect()
 }
 
-/// Returns the unknowns with the fall of the error by the laws of each joint with the filters of the description, and without laws that
-/// they do not show. The search gives samples near reversals little weight.
-fn with_confirmed_laws(mut found: Vec<Found>, prepared: &Prepared) -> Vec<Found> {
-    let reading = prepared.reading();
-    let (channels, names) = (reading.channels(), reading.model().joints());
-    let added = |one: &Found| {
-        let law = one.law.clone().filter(|law| !law.law.is_empty())?;
-        Some((joint(one.place, channels)?, law))
-    };
-    let laws: Vec<(usize, AddedLaw)> = found.iter().filter_map(added).collect();
-    if laws.is_empty() {
-        return found;
-    }
-    let reading = reading.without_weights();
-    let reading = reading.with_delays(&with_found(&reading, &found));
-    let reading = reading.with_model(sharpened(reading.model().clone(), &found, channels));
-    let model = reading.model();
-    let of_laws = laws
-        .iter()
-        .map(|(joint, law)| (names[*joint].as_str(), law));
-    let richer = Model::new(&with_laws(prepared.experiment(), of_laws));
-    let richer = richer.map(|richer| sharpened(richer.with_velocities_of(model), &found, channels));
-    let Ok(richer) = richer else {
-        return found;
-    };
-    let missed = |reading: &Reading| {
-        let system = prepared.excerpt().reduce(reading)?;
-        HoldOut::new(reading.model(), &system, PARTS).missed_by_fits()
-    };
-    let both = missed(&reading).zip(missed(&reading.with_model(richer)));
-    let Some((without, with)) = both else {
-        return found;
-    };
-    let left = |missed: &Missed, joint: usize| {
-        let rows = [joint, model.torque_row(joint)];
-        let of_row = |row: usize| missed.residual[row] / missed.torque[row].max(f64::MIN_POSITIVE);
-        rows.map(of_row).iter().sum::<f64>()
-    };
-    for one in &mut found {
-        if let Some((joint, _)) = added(one) {
-            one.fall = 1.0 - (left(&with, joint) / left(&without, joint)).sqrt();
-        }
-    }
-    found.retain(|one| added(one).is_none() || one.fall >= LEAST_FALL);
-    found
-}
-
 /// Returns the delay of each channel with those that were found.
-fn with_found(reading: &Reading, found: &[Found]) -> Vec<f64> {
+pub(super) fn with_found(reading: &Reading, found: &[Found]) -> Vec<f64> {
     let mut delays = reading.delays().to_vec();
     for one in found {
         if matches!(one.kind, Kind::Delay | Kind::Timing) {
@@ -223,16 +192,13 @@ pub(super) fn joint(place: Place, channels: &Channels) -> Option<usize> {
     }
 }
 
-/// Least fall of the error of a joint's torques (root mean square) by its laws. The smearing of the filters fakes 4 %.
-const LEAST_FALL: f64 = 0.05;
-
 /// Returns whether sprung may add a law by itself. Damping of a spring has the same column as a delay of its deflection.
 fn is_addable(found: &Found, prepared: &Prepared) -> bool {
     let is_told = |law: &AddedLaw| !law.law.is_empty() && law.law != "damping";
     found.law.as_ref().is_some_and(is_told) && prepared.reading().channels().inertial.is_none()
 }
 
-fn status(found: &Found, prepared: &Prepared) -> UnknownStatus {
+pub(super) fn status(found: &Found, prepared: &Prepared) -> UnknownStatus {
     let reading = prepared.reading();
     let may_add = joint(found.place, reading.channels())
         .is_some_and(|joint| may_add_laws(prepared.experiment(), joint));
@@ -335,7 +301,7 @@ fn applied(
 }
 
 /// Returns a model with the sharpness that was found.
-fn sharpened(mut model: Model, found: &[Found], channels: &Channels) -> Model {
+pub(super) fn sharpened(mut model: Model, found: &[Found], channels: &Channels) -> Model {
     for one in found.iter().filter(|one| one.kind == Kind::Sharpness) {
         if let Some(joint) = joint(one.place, channels) {
             model.set_scale(joint, Scale::Sharpness, one.value);

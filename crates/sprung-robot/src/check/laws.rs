@@ -99,15 +99,14 @@ fn covariate_of(
 /// Returns the laws that a law already includes, and why if it is not plain.
 fn included(law: Family) -> (&'static [Family], &'static str) {
     use Family::{
-        Coulomb, CoulombAsymmetric, Load, Offset, Quadratic, Residual, Stribeck, Viscous,
+        Coulomb, CoulombAsymmetric, Load, Offset, Presliding, Quadratic, Stribeck, Viscous,
         ViscousAsymmetric,
     };
     const EQUAL: &str = ": they are equal at every velocity except zero";
     match law {
-        Residual => (&[Quadratic, ViscousAsymmetric], ""),
         ViscousAsymmetric => (&[Viscous], EQUAL),
         CoulombAsymmetric => (&[Coulomb, Offset], EQUAL),
-        Viscous | Coulomb | Offset | Stribeck | Quadratic | Load => (&[], ""),
+        Viscous | Coulomb | Offset | Stribeck | Quadratic | Load | Presliding => (&[], ""),
     }
 }
 
@@ -136,6 +135,14 @@ pub(super) fn laws(joint: &Joint, at: &str) -> Result<(), Fault> {
             ));
         }
         let has = |family| laws.contains(&FrictionLaw(family));
+        if has(Family::Presliding) && key == "link_friction" {
+            return Err(fault(
+                &path,
+                format!(
+                    "{name}: \"presliding\" is friction of motor and gear; list it in motor_friction"
+                ),
+            ));
+        }
         for &other in Family::ALL.iter().filter(|&&family| has(family)) {
             let (inside, why) = included(other);
             if let Some(one) = inside.iter().find(|one| has(**one)) {

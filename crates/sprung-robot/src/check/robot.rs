@@ -148,10 +148,7 @@ fn positive(joint: &Joint, at: &str) -> Result<(), Fault> {
             "stribeck_velocity_rad_per_s",
             joint.stribeck_velocity_rad_per_s,
         ),
-        (
-            "residual_velocity_rad_per_s",
-            joint.residual_velocity_rad_per_s,
-        ),
+        ("presliding_width_rad", joint.presliding_width_rad),
     ];
     for (key, value) in values {
         if let Some(value) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {

@@ -33,7 +33,7 @@ stribeck_velocity_rad_per_s = 0.3
 name = "slide"
 transmission = "rigid"
 motor_friction = ["viscous", "coulomb", "offset", "residual"]
-residual_velocity_rad_per_s = 0.5
+presliding_width_rad = 0.5
 [log]
 time_s = "t"
 link_position_rad = ["q1", "q2"]

@@ -152,9 +152,9 @@ fn price(model: &Model, result: &EstimateResult, linear: &Linear<'_>) -> Option<
     let held: Vec<&ParameterEstimate> = (result.parameters.iter().zip(model.parameters()))
         .filter(|(p, known)| {
             negative(p)
-                && known
-                    .joint
-                    .is_some_and(|(kind, _)| kind.is_vital() || kind.is_friction())
+                && known.joint.is_some_and(|(kind, _)| {
+                    (kind.is_vital() || kind.is_friction()) && !kind.is_of_curve()
+                })
         })
         .map(|(p, _)| p)
         .collect();

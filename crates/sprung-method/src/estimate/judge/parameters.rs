@@ -33,6 +33,7 @@ pub(super) fn weak(model: &Model, result: &EstimateResult, findings: &mut Vec<Fi
         // An interval that ends at zero already shows the uncertainty. Offsets and preloads may be zero, so their
         // relative error has no meaning.
         .filter(|(p, known)| match known.joint {
+            Some((kind, _)) if kind.is_of_curve() => false,
             Some((kind, joint)) if p.one_sided => kind.is_vital() && model.is_flexible(joint),
             Some((kind, _)) if kind.is_friction() => p.value.is_none_or(|value| value >= 0.0),
             Some(_) => is_vital(known),
@@ -79,7 +80,9 @@ pub(super) fn little_torque(model: &Model, result: &EstimateResult, findings: &m
             // Offsets and preloads may be zero.
             let counts = known
                 .joint
-                .is_none_or(|(kind, _)| kind.is_vital() || kind.is_friction());
+                .is_none_or(|(kind, _)| {
+                    (kind.is_vital() || kind.is_friction()) && !kind.is_of_curve()
+                });
             counts
                 && p.torque_over_residual
                     .is_some_and(|ratio| ratio < LITTLE_TORQUE_OVER_RESIDUAL)

@@ -28,6 +28,9 @@ pub(super) fn parts_disagree(model: &Model, linear: &Linear<'_>) -> Option<Findi
     let mut severity = Severity::Info;
     let mut count = 0;
     for (i, parameter) in model.parameters().iter().enumerate() {
+        if (parameter.joint).is_some_and(|(kind, _)| kind.is_of_curve()) {
+            continue;
+        }
         let Some(values) = linear.parts.cautious(i) else {
             continue;
         };
@@ -116,7 +119,9 @@ pub(super) fn cutoff_drift(
     let mut names = Vec::new();
     let mut severity = Severity::Info;
     for (i, estimate) in result.parameters.iter().enumerate() {
-        let Some([low, high]) = estimate.ci95.filter(|_| !estimate.fixed) else {
+        let of_joint = model.parameters()[i].joint;
+        let of_curve = of_joint.is_some_and(|(kind, _)| kind.is_of_curve());
+        let Some([low, high]) = estimate.ci95.filter(|_| !estimate.fixed && !of_curve) else {
             continue;
         };
         let change = |theta: &[f64]| (theta[i] - chosen.theta[i]).abs();

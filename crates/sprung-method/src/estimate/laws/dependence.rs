@@ -48,10 +48,12 @@ fn is_further(law: Law) -> bool {
         Law::Stribeck
         | Law::Quadratic
         | Law::Load
-        | Law::ResidualSlow
-        | Law::ResidualMedium
-        | Law::ResidualFast
-        | Law::ResidualEven => true,
+        | Law::Presliding1
+        | Law::Presliding2
+        | Law::Presliding3
+        | Law::Presliding4
+        | Law::Presliding5
+        | Law::Presliding6 => true,
         Law::Viscous
         | Law::ViscousPositive
         | Law::ViscousNegative

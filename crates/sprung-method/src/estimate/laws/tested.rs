@@ -38,7 +38,7 @@ fn tested_friction() -> impl Iterator<Item = (Family, Law)> {
         | Family::ViscousAsymmetric
         | Family::CoulombAsymmetric
         | Family::Quadratic
-        | Family::Residual => None,
+        | Family::Presliding => None,
     })
 }
 

@@ -46,7 +46,7 @@ pub struct Choices {
     delay_s: Vec<f64>,
     /// Of each joint.
     stribeck_velocity: Vec<f64>,
-    residual_velocity: Vec<f64>,
+    presliding_width: Vec<f64>,
     /// Parameters about which the regression is linear in the stiffnesses without link encoder.
     springs: Option<Packed>,
     /// Mounting and bias of each sensor on a link.
@@ -96,7 +96,7 @@ impl Choices {
             stribeck_velocity: (joints.clone())
                 .map(|i| model.stribeck_velocity(i))
                 .collect(),
-            residual_velocity: joints.map(|i| model.shape(i).residual_velocity).collect(),
+            presliding_width: joints.map(|i| model.shape(i).presliding_width).collect(),
             springs: model.springs().map(|theta| Packed(theta.to_vec())),
             mountings: (sensors.flat_map(|inertial| &inertial.all))
                 .map(|sensor| Packed(sensor.found()))
@@ -138,9 +138,9 @@ impl Choices {
                 "they have another number of values".to_owned(),
             ));
         }
-        let shapes = self.stribeck_velocity.iter().zip(&self.residual_velocity);
+        let shapes = self.stribeck_velocity.iter().zip(&self.presliding_width);
         let model = (shapes.enumerate()).fold(model, |model, (joint, (stribeck, residual))| {
-            (model.with_stribeck(joint, *stribeck)).with_residual_velocity(joint, *residual)
+            (model.with_stribeck(joint, *stribeck)).with_presliding_width(joint, *residual)
         });
         let channels = self.mounted(channels);
         let mut reading = Reading::new(
@@ -248,8 +248,8 @@ impl Choices {
                 same(&self.stribeck_velocity, &other.stribeck_velocity),
             ),
             (
-                "velocities of residual laws",
-                same(&self.residual_velocity, &other.residual_velocity),
+                "widths of presliding friction",
+                same(&self.presliding_width, &other.presliding_width),
             ),
             ("stiffnesses", self.springs == other.springs),
             (
@@ -269,7 +269,7 @@ impl Choices {
         let sensors = (channels.inertial.as_ref()).map_or(&[][..], |inertial| &inertial.all);
         self.delay_s.len() == channels.all.len()
             && self.stribeck_velocity.len() == n
-            && self.residual_velocity.len() == n
+            && self.presliding_width.len() == n
             && self
                 .springs
                 .as_ref()

@@ -288,10 +288,7 @@ impl<'a> Robots<'a> {
                 };
                 let name = format!("{} friction of {}", side.name(), self.model.joints()[joint]);
                 for velocity in VELOCITIES.iter().flat_map(|v| [v * speed, -v * speed]) {
-                    let at = Conditions {
-                        velocity,
-                        deflection: 0.0,
-                    };
+                    let at = Conditions::sliding(velocity, 0.0);
                     let shape = self.model.shape(joint);
                     let sign = velocity.signum();
                     let (mut known, mut terms) = (0.0, Vec::new());

@@ -152,12 +152,12 @@ impl Posterior {
 }
 
 /// Returns the speeds up to which sums of friction laws take energy, rad/s (m/s), \[n\]. Results without them use the
-/// velocity of the residual laws, which is the largest speed of the log, too.
+/// velocity of the presliding friction, which is the largest speed of the log, too.
 fn speeds(model: &Model, result: &EstimateResult) -> Vec<f64> {
     (model.joints().iter().enumerate())
         .map(|(joint, name)| {
             let speed = result.friction_speed.get(name);
-            speed.unwrap_or(model.shape(joint).residual_velocity)
+            speed.unwrap_or(model.shape(joint).presliding_width)
         })
         .collect()
 }

@@ -44,7 +44,7 @@ pub struct Samples {
     /// Inertial parameters of single links whose draws come from nominal or ordinary bodies: the log removes at most a
     /// tenth of their variance.
     pub undetermined_standard: Vec<String>,
-    /// Constants of friction laws by name, equal in all robots: Stribeck velocities, velocities of residual laws,
+    /// Constants of friction laws by name, equal in all robots: Stribeck velocities, widths of presliding friction,
     /// sharpnesses.
     pub constants: BTreeMap<String, f64>,
     /// How the robots were drawn.

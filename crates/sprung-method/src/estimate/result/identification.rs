@@ -15,7 +15,7 @@ use super::springs::RigidJoint;
 use super::verdict::{Decision, Verdict};
 use crate::finding::Finding;
 use crate::frequency::{FrequencyResponse, SpringFromMotor};
-use crate::model::{residual_name, sharpness_name, stribeck_name};
+use crate::model::{presliding_name, sharpness_name, stribeck_name};
 use crate::named::Named;
 use crate::unknowns::UnknownResult;
 
@@ -203,14 +203,14 @@ pub struct EstimateResult {
     /// Sharpness of Coulomb friction that was estimated, s/rad (s/m), by joint.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub coulomb_sharpness: Named,
-    /// Velocities that scale the residual laws, rad/s (m/s), by joint.
+    /// Width of presliding friction, rad/s (m/s), by joint.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
-    pub residual_velocity: Named,
+    pub presliding_width: Named,
     /// Speeds up to which friction takes energy where only the sum of its laws does, rad/s (m/s), by joint: the largest
     /// ones of the log. Joints without such laws are absent.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub friction_speed: Named,
-    /// Friction parameters beside residual laws: raw, projected, and their difference.
+    /// Friction parameters beside presliding friction: raw, projected, and their difference.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dependence: Vec<ModelDependence>,
     /// The program that found possible bodies; absent if it found none.
@@ -269,16 +269,16 @@ pub struct SimulationFit {
     pub torque_mismatch: Named,
 }
 
-/// A friction parameter beside residual laws, which explain a part of the same friction.
+/// A friction parameter beside presliding friction, which explain a part of the same friction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ModelDependence {
     /// Name of the parameter.
     pub name: String,
     /// Unit.
     pub unit: String,
-    /// Value beside the residual laws; it holds only together with them.
+    /// Value beside the presliding friction; it holds only together with them.
     pub raw: f64,
-    /// Value of the model without residual laws that is nearest to all friction of this side, by
+    /// Value of the model without presliding friction that is nearest to all friction of this side, by
     /// least squares along the motion.
     pub projected: f64,
     /// Projected value minus raw value: the dependence on the model.
@@ -472,12 +472,12 @@ impl EstimateResult {
     #[must_use]
     pub fn values(&self) -> BTreeMap<String, f64> {
         let stribeck = self.stribeck_velocity.iter();
-        let residual = self.residual_velocity.iter();
+        let residual = self.presliding_width.iter();
         let sharpness = self.coulomb_sharpness.iter();
         (self.parameters.iter())
             .filter_map(|p| Some((p.name.clone(), p.value?)))
             .chain(stribeck.map(|(joint, velocity)| (stribeck_name(joint), velocity)))
-            .chain(residual.map(|(joint, velocity)| (residual_name(joint), velocity)))
+            .chain(residual.map(|(joint, velocity)| (presliding_name(joint), velocity)))
             .chain(sharpness.map(|(joint, sharpness)| (sharpness_name(joint), sharpness)))
             .collect()
     }

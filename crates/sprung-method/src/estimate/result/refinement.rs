@@ -59,9 +59,9 @@ pub struct Refinement {
     /// Eccentricities of the link encoders by likelihood.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub eccentricities: Vec<RefinedEccentricity>,
-    /// Prior levels of the residual laws.
+    /// Prior levels of the presliding friction.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub residual_levels: Vec<ResidualPrior>,
+    pub presliding_levels: Vec<ResidualPrior>,
     /// Stribeck velocities that the description leaves open, estimated with the parameters.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stribeck_velocities: Vec<RefinedVelocity>,
@@ -207,7 +207,7 @@ pub struct RefinedSharpness {
     pub standard_error: f64,
 }
 
-/// Prior of the residual laws on one side of a joint.
+/// Prior of the presliding friction on one side of a joint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ResidualPrior {
     /// Name of the joint.

@@ -82,7 +82,7 @@ pub(super) fn result_of(
         encoder_offsets,
         stribeck_velocity: stribeck_velocities(model, &found.criterion),
         coulomb_sharpness: sharpnesses(model, &found.criterion),
-        residual_velocity: residual_velocities(model),
+        presliding_width: presliding_widths(model),
         friction_speed: (linear.speeds.iter().enumerate())
             .filter(|(joint, _)| constrained.is_some() && has_sum(model, *joint))
             .map(|(joint, speed)| (model.joints()[joint].clone(), *speed))
@@ -276,10 +276,10 @@ fn sharpnesses(model: &Model, criterion: &Criterion) -> Named {
         .collect()
 }
 
-/// Returns the velocities that scale the residual laws of the joints that have such laws.
-fn residual_velocities(model: &Model) -> Named {
+/// Returns the Width of presliding friction of the joints that have such laws.
+fn presliding_widths(model: &Model) -> Named {
     (model.joints().iter().enumerate())
-        .filter_map(|(joint, name)| Some((name.clone(), model.residual_velocity(joint)?)))
+        .filter_map(|(joint, name)| Some((name.clone(), model.presliding_width(joint)?)))
         .collect()
 }
 

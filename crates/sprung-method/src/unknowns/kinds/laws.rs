@@ -195,14 +195,14 @@ fn missing_friction(joint: &Joint, side: Side) -> Vec<(Family, Law)> {
             Family::Viscous => (has(Family::ViscousAsymmetric), Law::Viscous),
             // With the viscous law it spans both directions.
             Family::ViscousAsymmetric => (
-                has(Family::Residual) || !has(Family::Viscous),
+                !has(Family::Viscous),
                 Law::ViscousPositive,
             ),
             Family::Stribeck => (false, Law::Stribeck),
-            Family::Quadratic => (has(Family::Residual), Law::Quadratic),
+            Family::Quadratic => (false, Law::Quadratic),
             Family::Load => (!joint.is_flexible(), Law::Load),
-            // Coulomb friction and an offset span the first; the second has several coefficients.
-            Family::CoulombAsymmetric | Family::Residual => return None,
+            // Coulomb friction and an offset span the first; the second has several coefficients, which are judged together.
+            Family::CoulombAsymmetric | Family::Presliding => return None,
         };
         (!has(family) && !excluded).then_some((family, law))
     };

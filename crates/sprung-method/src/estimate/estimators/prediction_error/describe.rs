@@ -96,7 +96,7 @@ pub(super) fn describe(
                 standard_error_rad: Some(eccentricity.standard_error).filter(|e| e.is_finite()),
             })
             .collect(),
-        residual_levels: (refined.noise.residual.iter())
+        presliding_levels: (refined.noise.residual.iter())
             .map(|(joint, side, level)| ResidualPrior {
                 joint: model.joints()[*joint].clone(),
                 side: side.name().to_owned(),

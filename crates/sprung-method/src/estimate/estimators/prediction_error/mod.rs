@@ -29,7 +29,7 @@ mod parts;
 mod problem;
 mod refine;
 mod refined;
-mod residual_levels;
+mod presliding_levels;
 mod residual_ratio;
 mod retiming;
 mod reversals;

@@ -188,7 +188,7 @@ impl<'a> NoiseSource<'a> {
                     spread: &spread,
                 };
                 changes.clear();
-                dynamics.set_excess(segment.excess(sample));
+                dynamics.set_known(segment.known(sample));
                 dynamics.visit_pulse_torques(pulse, &noisy, |pushed, row, column, torque| {
                     if let Some(place) = places[column] {
                         changes.push((pushed, row, place, torque));

@@ -21,7 +21,7 @@ use super::levels::{Levels, UnknownLevels};
 use super::measurements::{Extent, Measurements, RawSegment, build, read};
 use super::problem::Problem;
 use super::refined::Refined;
-use super::residual_levels::ResidualLevel;
+use super::presliding_levels::PreslidingLevel;
 use super::residual_ratio::Guard;
 use super::rung::Rung;
 use super::start_levels::{Searches, TorqueNoise, levels_after, start_levels, with_sensor_noise};
@@ -83,8 +83,8 @@ pub(super) struct End {
     pub(super) levels: Levels,
     /// Delay of each channel, s.
     pub(super) delays: Vec<f64>,
-    /// Prior levels of the residual laws.
-    pub(super) residual: Vec<ResidualLevel>,
+    /// Prior levels of the presliding friction.
+    pub(super) residual: Vec<PreslidingLevel>,
 }
 
 impl End {
@@ -171,7 +171,7 @@ impl<'a> Refinery<'a> {
     }
 
     /// Refines the parameters on one rung: measurements, start levels, descent, result. Repeats this while open delays
-    /// or prior levels of residual laws change.
+    /// or prior levels of presliding friction change.
     ///
     /// - `before`: end of an earlier rung, from which this one starts.
     /// - `progress`: is called before each run of the filter.
@@ -203,7 +203,7 @@ impl<'a> Refinery<'a> {
             let measurements = &*measurements;
             let mut unknowns = self.unknowns(measurements);
             if let Some(levels) = residual.take() {
-                unknowns = unknowns.with_residual_levels(levels);
+                unknowns = unknowns.with_presliding_levels(levels);
             }
             let (z, levels) = match last {
                 None => self.first(rung, before, &unknowns, measurements),
@@ -239,7 +239,7 @@ impl<'a> Refinery<'a> {
             };
             let used = delays.clone();
             let moved = self.move_delays(&refined, &mut delays);
-            let (levels, settled) = residual_levels(&unknowns.residual, &refined);
+            let (levels, settled) = presliding_levels(&unknowns.residual, &refined);
             if round == MAX_ROUNDS || !moved && settled {
                 return Ok(Some(End {
                     refined,
@@ -340,15 +340,15 @@ fn descend_with_noise<'p>(
     Ok(descent.map(|descent| (descent, problem)))
 }
 
-/// Returns the prior levels of the residual laws after a refinement, and whether they have settled.
-fn residual_levels(before: &[ResidualLevel], refined: &Refined) -> (Vec<ResidualLevel>, bool) {
+/// Returns the prior levels of the presliding friction after a refinement, and whether they have settled.
+fn presliding_levels(before: &[PreslidingLevel], refined: &Refined) -> (Vec<PreslidingLevel>, bool) {
     let values: Vec<f64> = refined.free.iter().map(|&i| refined.theta[i]).collect();
     let mut settled = true;
     let after = (before.iter())
         .map(|residual| {
             let level = residual.evidence(&values, &refined.covariance, values.len());
             settled &= (level / residual.level).ln().abs() < SETTLED;
-            ResidualLevel {
+            PreslidingLevel {
                 level,
                 ..residual.clone()
             }

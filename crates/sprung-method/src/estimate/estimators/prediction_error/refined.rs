@@ -79,7 +79,7 @@ pub(super) struct FoundNoise {
     pub(super) corner: f64,
     /// Noise of sensors beyond the noise that their samples show.
     pub(super) sensors: Vec<SensorLevel>,
-    /// Prior levels of the residual laws by joint and side, N·m (N).
+    /// Prior levels of the presliding friction by joint and side, N·m (N).
     pub(super) residual: Vec<(usize, Side, f64)>,
 }
 

@@ -3,7 +3,7 @@
 use super::dynamics::{ScaleOfJoint, ScalePlace};
 use super::effects::Effect;
 use super::measurements::{Measurement, Measurements, Segment, Sensor};
-use super::residual_levels::ResidualLevel;
+use super::presliding_levels::PreslidingLevel;
 use crate::estimate::estimators::prediction_error::state_layout::state_count;
 use crate::log::{Channels, Signal};
 use crate::model::{Model, Theta};
@@ -41,7 +41,7 @@ impl Bend {
     fn deviation(&self) -> f64 {
         match self.scale {
             Scale::Sharpness => LOG_SHARPNESS_DEVIATION,
-            Scale::Stribeck | Scale::Residual => LOG_VELOCITY_DEVIATION,
+            Scale::Stribeck | Scale::Presliding => LOG_VELOCITY_DEVIATION,
         }
     }
 }
@@ -68,8 +68,8 @@ pub(super) struct Unknowns {
     pub(super) free: Vec<usize>,
     pub(super) offsets: Vec<Offset>,
     pub(super) bends: Vec<Bend>,
-    /// Prior levels of the residual laws.
-    pub(super) residual: Vec<ResidualLevel>,
+    /// Prior levels of the presliding friction.
+    pub(super) residual: Vec<PreslidingLevel>,
     /// Channel of each effect, and the effect.
     effects: Vec<(usize, Effect)>,
 }
@@ -140,7 +140,7 @@ impl Unknowns {
         });
         Self {
             bends: bends.collect(),
-            residual: ResidualLevel::all(model, &free, theta),
+            residual: PreslidingLevel::all(model, &free, theta),
             known: theta.to_vec(),
             free,
             offsets,
@@ -187,8 +187,8 @@ impl Unknowns {
             .collect()
     }
 
-    /// Returns the same unknowns with other prior levels of the residual laws.
-    pub(super) fn with_residual_levels(mut self, levels: Vec<ResidualLevel>) -> Self {
+    /// Returns the same unknowns with other prior levels of the presliding friction.
+    pub(super) fn with_presliding_levels(mut self, levels: Vec<PreslidingLevel>) -> Self {
         self.residual = levels;
         self
     }
@@ -202,7 +202,7 @@ impl Unknowns {
         self
     }
 
-    /// Returns the priors of residual laws, offsets and scales of friction laws.
+    /// Returns the priors of presliding friction, offsets and scales of friction laws.
     pub(super) fn priors(&self) -> impl Iterator<Item = Prior> {
         let offsets = (self.offsets.iter()).map(|offset| (0.0, offset.deviation));
         let bends = (self.bends.iter()).map(|bend| (bend.start, bend.deviation()));

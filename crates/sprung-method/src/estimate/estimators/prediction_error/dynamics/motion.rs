@@ -32,6 +32,8 @@ pub(in crate::estimate::estimators::prediction_error) struct Dynamics {
     joints: Vec<f64>,
     // Covariates minus their references, [n × covariates]; empty if no friction depends on any.
     pub(super) excess: Vec<f64>,
+    // Elements of presliding friction, [n × elements]; empty if no motor has this friction.
+    presliding: Vec<f64>,
     /// Rate of the torque within a period, N·m/s (N/s), \[rows\]; empty if the torque is held.
     pub(super) ramp: Vec<f64>,
     pub(super) rate: Vec<f64>,
@@ -105,6 +107,7 @@ impl Dynamics {
             scratch: Scratch::new(n),
             joints: vec![0.0; 4 * n],
             excess: Vec::new(),
+            presliding: Vec::new(),
             ramp: Vec::new(),
             inverse: vec![0.0; rows * rows],
             rate: vec![0.0; rows],
@@ -166,11 +169,17 @@ impl Dynamics {
         self.ramp.extend(ramp);
     }
 
-    /// Replaces the covariates of the joints minus their references, \[n × covariates\]; empty if no
-    /// friction depends on any.
-    pub(in crate::estimate::estimators::prediction_error) fn set_excess(&mut self, excess: &[f64]) {
+    /// Replaces what friction depends on beside the state: the covariates of the joints minus their references,
+    /// \[n × covariates\], and the elements of presliding friction, \[n × elements\]. Both are empty if no friction depends
+    /// on any.
+    pub(in crate::estimate::estimators::prediction_error) fn set_known(
+        &mut self,
+        [excess, presliding]: [&[f64]; 2],
+    ) {
         self.excess.clear();
         self.excess.extend_from_slice(excess);
+        self.presliding.clear();
+        self.presliding.extend_from_slice(presliding);
     }
 
     pub(super) fn unpack(&mut self, x: &[f64]) {
@@ -187,7 +196,7 @@ impl Dynamics {
     /// Writes the accelerations at a state.
     pub(super) fn accelerate(&mut self, x: &[f64], torque: &[f64]) {
         self.unpack(x);
-        let state = state(&self.joints, self.n, &self.excess);
+        let state = state(&self.joints, self.n, [&self.excess, &self.presliding]);
         let values = Values {
             theta: &self.theta,
             bodies: &self.bodies,
@@ -204,7 +213,7 @@ impl Dynamics {
     /// Writes the accelerations at a state and the inverse of the mass matrix.
     pub(super) fn accelerate_and_invert(&mut self, x: &[f64], torque: &[f64]) {
         self.unpack(x);
-        let state = state(&self.joints, self.n, &self.excess);
+        let state = state(&self.joints, self.n, [&self.excess, &self.presliding]);
         let values = Values {
             theta: &self.theta,
             bodies: &self.bodies,
@@ -223,7 +232,7 @@ impl Dynamics {
     /// entries.
     pub(super) fn differentiate(&mut self, x: &[f64], torque: &[f64]) {
         self.accelerate_and_invert(x, torque);
-        let state = state(&self.joints, self.n, &self.excess);
+        let state = state(&self.joints, self.n, [&self.excess, &self.presliding]);
         let values = Values {
             theta: &self.theta,
             bodies: &self.bodies,
@@ -257,7 +266,7 @@ impl Dynamics {
 
     /// Writes the entries of the regressor at the state unpacked last.
     pub(super) fn write_entries(&mut self) {
-        let state = state(&self.joints, self.n, &self.excess);
+        let state = state(&self.joints, self.n, [&self.excess, &self.presliding]);
         let mut workspace = self.scratch.workspace();
         let robot = self.model.robot();
         let entries = &mut self.regressor.entries;
@@ -277,7 +286,7 @@ impl Dynamics {
         mut visit: impl FnMut(usize, f64),
     ) {
         let robot = self.model.robot();
-        let drive = robot.drive(&state(&self.joints, self.n, &self.excess), joint);
+        let drive = robot.drive(&state(&self.joints, self.n, [&self.excess, &self.presliding]), joint);
         for term in robot.terms.iter().filter(|term| term.joint == joint) {
             let by_log = term.by_log(scale, &drive, &robot.shapes[joint]);
             if by_log != 0.0 {
@@ -287,8 +296,8 @@ impl Dynamics {
     }
 }
 
-/// Returns positions and velocities of links and motors, each \[n\], with covariates.
-fn state<'s>(joints: &'s [f64], n: usize, excess: &'s [f64]) -> State<'s> {
+/// Returns positions and velocities of links and motors, each \[n\], with covariates and elements of presliding friction.
+fn state<'s>(joints: &'s [f64], n: usize, [excess, presliding]: [&'s [f64]; 2]) -> State<'s> {
     let (link, motor) = joints.split_at(2 * n);
     State {
         q: &link[..n],
@@ -296,5 +305,6 @@ fn state<'s>(joints: &'s [f64], n: usize, excess: &'s [f64]) -> State<'s> {
         phi: &motor[..n],
         dphi: &motor[n..],
         excess,
+        presliding,
     }
 }

@@ -23,7 +23,7 @@ impl Filter<'_> {
         let (moving, disturbance) = self.x.split_at_mut(2 * rows);
         self.velocities.copy_from_slice(&moving[rows..]);
         segment.write_torque(sample, disturbance, &mut self.torque);
-        self.dynamics.set_excess(segment.excess(sample));
+        self.dynamics.set_known(segment.known(sample));
         self.dynamics.set_ramp(segment.ramp(sample));
         let steps = self.dynamics.steps(moving, &self.torque, period);
         let tangent = &mut self.tangent;

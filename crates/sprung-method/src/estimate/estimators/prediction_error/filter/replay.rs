@@ -100,7 +100,7 @@ impl Replay<'_> {
                 trajectory.disturbances.extend_from_slice(disturbance);
             }
             segment.write_torque(k, disturbance, &mut torque);
-            self.dynamics.set_excess(segment.excess(k));
+            self.dynamics.set_known(segment.known(k));
             self.dynamics.set_ramp(segment.ramp(k));
             (self.dynamics).advance(moving, &torque, segment.period, usize::from(steps));
             scale(disturbance, decay.factor);

@@ -1,6 +1,7 @@
 //! Alignment: raw samples become torques and measurements without their delays.
 
 use std::borrow::Cow;
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::encoder_edges::{EdgePosition, encoder_edges};
@@ -118,7 +119,11 @@ pub(super) fn align(
     found.sort_by_key(|(sample, measurement)| (*sample, measurement.sensor));
     let torque = torques(model, &inputs);
     let excess = covariates(channels, &inputs);
-    let per_sample = excess.len() / window.samples;
+    let presliding = presliding(model, &inputs, filter)?;
+    let of_samples = |all: &[f64], within: Range<usize>| {
+        let per_sample = all.len() / window.samples;
+        all[within.start * per_sample..within.end * per_sample].to_vec()
+    };
     let torque_rate = rates(&torque, rows, filter, period)?;
     let moving = moving_shares(model, channels, &window);
     let first = first_of_samples(&found, window.samples);
@@ -140,7 +145,8 @@ pub(super) fn align(
             torque: torque[of_rows.clone()].to_vec(),
             torque_rate: torque_rate[of_rows].to_vec(),
             moving: moving.clone(),
-            excess: excess[within.from * per_sample..within.to * per_sample].to_vec(),
+            excess: of_samples(&excess, within.from..within.to),
+            presliding: of_samples(&presliding, within.from..within.to),
             first: (first[within.from..=within.to].iter())
                 .map(|at| at - range.start)
                 .collect(),
@@ -191,6 +197,30 @@ fn covariates(channels: &Channels, inputs: &RawBlock) -> Vec<f64> {
         .collect()
 }
 
+/// Returns the elements of presliding friction in the middle of each period, by the smoothed positions of the motors,
+/// \[samples × n × elements\]; empty if no motor has this friction. `None` if there are too few samples for the filter.
+fn presliding(model: &Model, inputs: &RawBlock, filter: &Butterworth) -> Option<Vec<f64>> {
+    let mut presliding = model.presliding();
+    if presliding.is_empty() {
+        return Some(Vec::new());
+    }
+    let phi: Option<Vec<Vec<f64>>> = (inputs.phi.iter())
+        .map(|values| smoothed(values, filter))
+        .collect();
+    let phi = phi?;
+    let last = inputs.len().saturating_sub(1);
+    let middle = |k: usize| -> Vec<f64> {
+        (phi.iter())
+            .map(|column| 0.5 * (column[k] + column[(k + 1).min(last)]))
+            .collect()
+    };
+    let mut all = Vec::new();
+    for k in 0..inputs.len() {
+        all.extend_from_slice(presliding.advance(&middle(k)));
+    }
+    Some(all)
+}
+
 /// Visits the positions that a channel measures.
 fn positions(
     values: &[f64],
@@ -230,12 +260,7 @@ fn first_of_samples(found: &[(usize, Measurement)], samples: usize) -> Vec<usize
 
 /// Returns the velocity of the smoothed values.
 fn velocity(values: &[f64], filter: &Butterworth, period: f64) -> Option<Vec<f64>> {
-    let mut smooth = Vec::with_capacity(values.len());
-    let mut running = ZeroPhase::new(filter.clone());
-    running.push(values, &mut smooth);
-    if !running.finish(&mut smooth) {
-        return None;
-    }
+    let smooth = smoothed(values, filter)?;
     let last = smooth.len() - 1;
     Some(
         (0..=last)
@@ -245,6 +270,14 @@ fn velocity(values: &[f64], filter: &Butterworth, period: f64) -> Option<Vec<f64
             })
             .collect(),
     )
+}
+
+/// Returns smoothed values; `None` if there are too few for the filter.
+fn smoothed(values: &[f64], filter: &Butterworth) -> Option<Vec<f64>> {
+    let mut smooth = Vec::with_capacity(values.len());
+    let mut running = ZeroPhase::new(filter.clone());
+    running.push(values, &mut smooth);
+    running.finish(&mut smooth).then_some(smooth)
 }
 
 /// Returns the rates of the smoothed torques, \[samples × rows\].

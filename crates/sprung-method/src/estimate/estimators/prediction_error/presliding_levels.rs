@@ -1,4 +1,4 @@
-//! Prior levels of the residual laws, by the evidence of the log.
+//! Prior levels of the presliding friction, by the evidence of the log.
 //!
 //! # Source
 //!
@@ -15,10 +15,10 @@ const MIN_DETERMINED: f64 = 0.2;
 /// Least prior level, N·m (N).
 const MIN_LEVEL: f64 = 1e-6;
 
-/// The coefficients of the residual laws of one side of a joint. Their prior has one standard
+/// The coefficients of the presliding friction of one side of a joint. Their prior has one standard
 /// deviation, because all of their columns have the size of Coulomb friction's.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct ResidualLevel {
+pub(super) struct PreslidingLevel {
     pub(super) joint: usize,
     pub(super) side: Side,
     /// Places of the coefficients among the refined parameters.
@@ -27,8 +27,8 @@ pub(super) struct ResidualLevel {
     pub(super) level: f64,
 }
 
-impl ResidualLevel {
-    /// Returns the levels of all sides with residual laws, at a parameter vector.
+impl PreslidingLevel {
+    /// Returns the levels of all sides with presliding friction, at a parameter vector.
     ///
     /// - `free`: indices of the refined parameters.
     pub(super) fn all(model: &Model, free: &[usize], theta: &[f64]) -> Vec<Self> {
@@ -36,7 +36,7 @@ impl ResidualLevel {
             .flat_map(|joint| [Side::Link, Side::Motor].map(|side| (joint, side)));
         sides
             .filter_map(|(joint, side)| {
-                let kinds = Family::Residual.laws().iter();
+                let kinds = Family::Presliding.laws().iter();
                 let indices = kinds
                     .filter_map(|&law| model.index(JointParameter::Friction(side, law), joint));
                 let places: Vec<usize> = indices
@@ -79,8 +79,8 @@ fn root_mean_square(values: &[f64], count: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn level(level: f64) -> ResidualLevel {
-        ResidualLevel {
+    fn level(level: f64) -> PreslidingLevel {
+        PreslidingLevel {
             joint: 0,
             side: Side::Motor,
             places: vec![1, 2],

@@ -1,0 +1,219 @@
+//! Laws of the joints, judged on held-out parts of the log with the filters of the description.
+
+use sprung_core::friction::Family;
+use sprung_core::parameters::{JointParameter, Side};
+
+use super::added_law::{laws_of, may_add_laws, with_laws};
+use super::evidence::PARTS;
+use super::found::Found;
+use super::result::AddedLaw;
+use super::settled::{joint, sharpened, with_found};
+use super::unknown::{Kind, Place};
+use crate::description::FrictionLaw;
+use crate::fit::{HoldOut, Missed, fit_values, row_weights};
+use crate::model::{Model, Theta};
+use crate::prepare::{Prepared, rms_speeds};
+use crate::regression::Reading;
+
+/// Least fall of the error of a joint's torques (root mean square) by its laws. The smearing of the filters fakes 4 %.
+const LEAST_FALL: f64 = 0.05;
+
+/// Least fall of the errors of all joints (mean of their logarithms) by presliding friction, and the same over its standard error.
+/// Robots without this friction show at most 0.01, robots with it 0.08 to 0.2.
+const LEAST_FALL_BY_PRESLIDING: f64 = 0.04;
+const LEAST_SIGNIFICANCE: f64 = 3.0;
+
+/// A model with the laws of some joints on the excerpt of a log.
+struct Judged {
+    model: Model,
+    /// Fit without each part.
+    fits: Vec<Theta>,
+    /// What it misses of this part.
+    missed: Vec<Missed>,
+}
+
+impl Judged {
+    /// - `laws`: beyond the description.
+    fn new(prepared: &Prepared, reading: &Reading, laws: &[(usize, AddedLaw)]) -> Option<Self> {
+        let names = reading.model().joints();
+        let laws = laws
+            .iter()
+            .map(|(joint, law)| (names[*joint].as_str(), law));
+        let model = Model::new(&with_laws(prepared.experiment(), laws)).ok()?;
+        let mut model = model.with_velocities_of(reading.model());
+        for joint in 0..model.joint_count() {
+            let scale = sprung_core::friction::Scale::Sharpness;
+            model.set_scale(joint, scale, reading.model().sharpness(joint));
+        }
+        let reading = reading.with_model(model);
+        let system = prepared.excerpt().reduce(&reading)?;
+        let values = fit_values(reading.model(), &system)?;
+        let weights = row_weights(reading.model(), &system, &values);
+        let hold_out = HoldOut::new(reading.model(), &system, PARTS);
+        let hold_out = hold_out.weighted(&weights).with_signs();
+        let fits: Option<Vec<Theta>> = hold_out.fits_without_each().into_iter().collect();
+        let fits = fits?;
+        Some(Self {
+            missed: (fits.iter().enumerate())
+                .map(|(part, theta)| hold_out.missed(part, theta))
+                .collect(),
+            fits,
+            model: reading.model().clone(),
+        })
+    }
+
+    /// Returns the relative squared residual of a joint in each part.
+    fn left(&self, joint: usize) -> Vec<f64> {
+        let rows = [joint, self.model.torque_row(joint)];
+        let torque = |row: usize| -> f64 {
+            let all = self.missed.iter().map(|missed| missed.torque[row]);
+            all.sum::<f64>().max(f64::MIN_POSITIVE)
+        };
+        let torques = rows.map(torque);
+        let of_part = |missed: &Missed| {
+            (rows.iter().zip(torques))
+                .map(|(&row, torque)| missed.residual[row] / torque)
+                .sum()
+        };
+        self.missed.iter().map(of_part).collect()
+    }
+
+    /// Returns mean and jackknife error of the sum of some parameters.
+    fn sum(&self, parameters: &[usize]) -> (f64, f64) {
+        let sums = self.fits.iter().map(|theta| -> f64 {
+            let values = parameters.iter().map(|&parameter| theta[parameter]);
+            values.sum()
+        });
+        mean_and_error(&sums.collect::<Vec<f64>>())
+    }
+}
+
+/// Returns mean and jackknife error of a value without each part.
+fn mean_and_error(values: &[f64]) -> (f64, f64) {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    (mean, ((count - 1.0) / count * squares).sqrt())
+}
+
+/// Returns the reading with delays and sharpness that were found, in which all samples count alike.
+fn reading_with(found: &[Found], prepared: &Prepared) -> Reading {
+    let reading = prepared.reading().without_weights();
+    let reading = reading.with_delays(&with_found(&reading, found));
+    let model = sharpened(reading.model().clone(), found, reading.channels());
+    reading.with_model(model)
+}
+
+fn added(one: &Found, prepared: &Prepared) -> Option<(usize, AddedLaw)> {
+    let law = one.law.clone().filter(|law| !law.law.is_empty())?;
+    Some((joint(one.place, prepared.reading().channels())?, law))
+}
+
+/// Returns the unknowns with the fall of the error by the laws of each joint, and without laws that the log does not show. The
+/// search gives samples near reversals little weight.
+pub(super) fn with_confirmed_laws(mut found: Vec<Found>, prepared: &Prepared) -> Vec<Found> {
+    let laws: Vec<(usize, AddedLaw)> = (found.iter())
+        .filter_map(|one| added(one, prepared))
+        .collect();
+    if laws.is_empty() {
+        return found;
+    }
+    let reading = reading_with(&found, prepared);
+    let without = Judged::new(prepared, &reading, &[]);
+    let Some((without, with)) = without.zip(Judged::new(prepared, &reading, &laws)) else {
+        return found;
+    };
+    let left = |of: &Judged, joint: usize| of.left(joint).iter().sum::<f64>();
+    for one in &mut found {
+        if let Some((joint, _)) = added(one, prepared) {
+            one.fall = 1.0 - (left(&with, joint) / left(&without, joint)).sqrt();
+        }
+    }
+    found.retain(|one| added(one, prepared).is_none() || one.fall >= LEAST_FALL);
+    found
+}
+
+/// Returns presliding friction of the motors that the log shows, judged for all motors together beside what is applied.
+pub(super) fn presliding(prepared: &Prepared) -> Vec<Found> {
+    let experiment = prepared.experiment();
+    let speeds = rms_speeds(prepared.reading(), prepared.excerpt());
+    let family = FrictionLaw(Family::Presliding);
+    let may_have = |joint: usize| {
+        let laws = laws_of(&experiment.robot.joint[joint], Side::Motor);
+        may_add_laws(experiment, joint)
+            && speeds[joint] > 0.0
+            && laws.contains(&FrictionLaw(Family::Coulomb))
+            && !laws.contains(&family)
+    };
+    let law = AddedLaw {
+        of: "motor_friction".to_owned(),
+        law: family.name().to_owned(),
+        stribeck_velocity: None,
+        stribeck_velocity_error: None,
+    };
+    let candidates: Vec<(usize, AddedLaw)> = (0..experiment.robot.joint.len())
+        .filter(|&joint| may_have(joint))
+        .map(|joint| (joint, law.clone()))
+        .collect();
+    if candidates.is_empty() {
+        return Vec::new();
+    }
+    // Filters smear reversals, so samples near them count as in the estimate.
+    let reading = prepared.weighted_reading();
+    let without = Judged::new(prepared, &reading, &[]);
+    let Some((without, with)) = without.zip(Judged::new(prepared, &reading, &candidates)) else {
+        return Vec::new();
+    };
+    let of_joints: Vec<[Vec<f64>; 2]> = (candidates.iter())
+        .map(|(joint, _)| [without.left(*joint), with.left(*joint)])
+        .collect();
+    // Mean over the joints of the logarithm of the error with the law over that without, root mean squares.
+    let change = |left_out: Option<usize>| -> f64 {
+        let changes = of_joints.iter().map(|both| ratio_of(both, left_out).ln());
+        changes.sum::<f64>() / of_joints.len() as f64
+    };
+    let without_each: Vec<f64> = (0..PARTS).map(|part| change(Some(part))).collect();
+    let (_, error) = mean_and_error(&without_each);
+    if -change(None) < LEAST_FALL_BY_PRESLIDING.max(LEAST_SIGNIFICANCE * error) {
+        return Vec::new();
+    }
+    let of_joint = |(at, (joint, _)): (usize, &(usize, AddedLaw))| {
+        let (joint, fall) = (*joint, 1.0 - ratio_of(&of_joints[at], None));
+        let kinds = Family::Presliding.laws().iter();
+        let parameters: Vec<usize> = kinds
+            .filter_map(|&law| with.model.index(JointParameter::Friction(Side::Motor, law), joint))
+            .collect();
+        let (value, standard_error) = with.sum(&parameters);
+        Some(Found {
+            id: format!(
+                "law {}.motor_friction.{}",
+                experiment.robot.joint[joint].name,
+                family.name()
+            ),
+            kind: Kind::Law,
+            place: Place::Joint(joint),
+            value,
+            standard_error,
+            unit: with.model.parameters()[*parameters.first()?].unit,
+            begins: None,
+            law: Some(law.clone()),
+            gain: (1.0 - (1.0 - fall).powi(2)).max(0.0),
+            own: 1.0,
+            mimic: None,
+            fall,
+            competing: Vec::new(),
+        })
+    };
+    (candidates.iter().enumerate())
+        .filter_map(of_joint)
+        .collect()
+}
+
+/// Returns the error with a law over that without (root mean squares), in all parts or in all but one.
+fn ratio_of([before, after]: &[Vec<f64>; 2], left_out: Option<usize>) -> f64 {
+    let sum = |of: &[f64]| -> f64 {
+        let kept = (of.iter().enumerate()).filter(|(part, _)| Some(*part) != left_out);
+        kept.map(|(_, squares)| squares).sum()
+    };
+    (sum(after) / sum(before).max(f64::MIN_POSITIVE)).sqrt()
+}
