@@ -139,7 +139,7 @@ impl<S: Scalar> Feedforward<'_, S> {
                 motor_velocity: (turns.map(|(k, dphi)| *dphi * robot.ratio(term.joint, k)))
                     .fold(S::ZERO, Add::add),
                 excess: [0.0; _],
-                presliding: [Scalar::ZERO; _],
+                presliding: None,
             };
             if let Some(loss) = losses.torque(term, Side::Motor, &drive) {
                 let tau = &mut self.tau[robot.joint_of(term.row)];
@@ -355,7 +355,7 @@ impl<S: Scalar> Link<'_, S> {
             link_velocity: self.velocity,
             motor_velocity: Jet::ZERO,
             excess: [0.0; _],
-            presliding: [Scalar::ZERO; _],
+            presliding: None,
         };
         let terms = self.losses.robot.terms.iter();
         (terms.filter(|term| term.row == self.joint))

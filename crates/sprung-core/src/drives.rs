@@ -43,7 +43,7 @@ pub struct State<'s> {
     /// friction depends on any.
     pub excess: &'s [f64],
     /// Elements of presliding friction of each motor, \[n × [`ELEMENTS`]\]; empty if no joint has
-    /// this friction.
+    /// this friction, or the motion until now is not known and all elements slide.
     pub presliding: &'s [f64],
 }
 
@@ -60,8 +60,8 @@ pub struct Drive<S = f64> {
     pub motor_velocity: S,
     /// Covariates minus their references.
     pub excess: [f64; Covariate::COUNT],
-    /// Elements of presliding friction of the motor.
-    pub presliding: [S; ELEMENTS],
+    /// Elements of presliding friction of the motor; `None` if all slide.
+    pub presliding: Option<[S; ELEMENTS]>,
 }
 
 impl Drive {
@@ -76,7 +76,7 @@ impl Drive {
             link_velocity: state.dq[joint],
             motor_velocity,
             excess: excess_of(state.excess, joint),
-            presliding: of_joint(state.presliding, joint),
+            presliding: (!state.presliding.is_empty()).then(|| of_joint(state.presliding, joint)),
         }
     }
 }
@@ -111,7 +111,7 @@ impl<S: Scalar> Drive<S> {
             },
             deflection: self.deflection,
             presliding: match side {
-                Side::Link => [S::ZERO; ELEMENTS],
+                Side::Link => None,
                 Side::Motor => self.presliding,
             },
         }
@@ -202,7 +202,9 @@ impl Term {
             link_velocity: Dual::variable(drive.link_velocity, 2),
             motor_velocity: Dual::variable(drive.motor_velocity, 3),
             excess: drive.excess,
-            presliding: drive.presliding.map(Dual::constant),
+            presliding: drive
+                .presliding
+                .map(|elements| elements.map(Dual::constant)),
         };
         let [deflection, deflection_rate, link_velocity, motor_velocity] =
             self.rest(&at, shape).partials;
@@ -212,7 +214,7 @@ impl Term {
             link_velocity,
             motor_velocity,
             excess: [0.0; Covariate::COUNT],
-            presliding: [0.0; ELEMENTS],
+            presliding: None,
         }
     }
 }
@@ -233,7 +235,7 @@ mod tests {
         link_velocity: 0.02,
         motor_velocity: -0.01,
         excess: [3.0, -2.0, 0.5, 1.0, 4.0, -1.0],
-        presliding: [1.0, -1.0, 0.7, -0.4, 0.1, 0.0],
+        presliding: Some([1.0, -1.0, 0.7, -0.4, 0.1, 0.0]),
     };
 
     #[test]

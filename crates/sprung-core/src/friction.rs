@@ -19,23 +19,19 @@ pub struct Conditions<S = f64> {
     /// Deflection of the spring, rad (m). It is zero in a rigid joint.
     pub deflection: S,
     /// Elements of presliding friction, from −1 to 1. They follow from the motion until now, so they
-    /// do not depend on the velocity.
-    pub presliding: [S; ELEMENTS],
+    /// do not depend on the velocity. `None` where the motion until now is not known: then all
+    /// elements slide, and their friction is Coulomb friction.
+    pub presliding: Option<[S; ELEMENTS]>,
 }
 
 impl Conditions {
-    /// Returns the conditions of a steady motion, in which all elements slide.
+    /// Returns the conditions of a motion in which all elements of presliding friction slide.
     #[must_use]
-    pub fn sliding(velocity: f64, deflection: f64) -> Self {
-        let direction = if velocity == 0.0 {
-            0.0
-        } else {
-            velocity.signum()
-        };
+    pub const fn sliding(velocity: f64, deflection: f64) -> Self {
         Self {
             velocity,
             deflection,
-            presliding: [direction; ELEMENTS],
+            presliding: None,
         }
     }
 }
@@ -291,12 +287,12 @@ impl Law {
             Self::Stribeck => Form::Jump(stribeck_fraction(at, shape)),
             Self::Quadratic => Form::Smooth(at.velocity * at.velocity.abs()),
             Self::Load => Form::Jump(at.deflection.abs()),
-            Self::Presliding1 => Form::Smooth(at.presliding[0]),
-            Self::Presliding2 => Form::Smooth(at.presliding[1]),
-            Self::Presliding3 => Form::Smooth(at.presliding[2]),
-            Self::Presliding4 => Form::Smooth(at.presliding[3]),
-            Self::Presliding5 => Form::Smooth(at.presliding[4]),
-            Self::Presliding6 => Form::Smooth(at.presliding[5]),
+            Self::Presliding1 => element(at, 0),
+            Self::Presliding2 => element(at, 1),
+            Self::Presliding3 => element(at, 2),
+            Self::Presliding4 => element(at, 3),
+            Self::Presliding5 => element(at, 4),
+            Self::Presliding6 => element(at, 5),
         }
     }
 
@@ -381,6 +377,14 @@ impl Law {
     }
 }
 
+/// Returns the formula of an element of presliding friction.
+fn element<S: Scalar>(at: &Conditions<S>, index: usize) -> Form<S> {
+    match at.presliding {
+        Some(elements) => Form::Smooth(elements[index]),
+        None => Form::Jump(S::constant(1.0)),
+    }
+}
+
 /// Returns the Stribeck friction at a velocity, as a fraction of its largest value.
 ///
 /// # Source
@@ -412,7 +416,7 @@ mod tests {
         let at = Conditions {
             velocity,
             deflection,
-            presliding: ELEMENTS_AT,
+            presliding: Some(ELEMENTS_AT),
         };
         law.column(&at, &SHAPE)
     }
@@ -440,7 +444,7 @@ mod tests {
                 let at = Conditions {
                     velocity: Dual::<2>::variable(velocity, 0),
                     deflection: Dual::variable(deflection, 1),
-                    presliding: ELEMENTS_AT.map(Dual::constant),
+                    presliding: Some(ELEMENTS_AT.map(Dual::constant)),
                 };
                 let dual = law.column(&at, &SHAPE);
                 let value = column(law, velocity, deflection);
@@ -468,7 +472,7 @@ mod tests {
             let at = Conditions {
                 velocity,
                 deflection: 0.05,
-                presliding: ELEMENTS_AT,
+                presliding: Some(ELEMENTS_AT),
             };
             for law in Law::all() {
                 for of in [Scale::Sharpness, Scale::Stribeck] {
@@ -490,7 +494,7 @@ mod tests {
         let at = Conditions {
             velocity: 0.07,
             deflection: 0.05,
-            presliding: ELEMENTS_AT,
+            presliding: Some(ELEMENTS_AT),
         };
         let wider = Shape {
             stribeck_velocity: 0.2,
@@ -503,12 +507,23 @@ mod tests {
     }
 
     #[test]
+    fn presliding_friction_without_a_known_motion_is_coulomb_friction() {
+        for velocity in VELOCITIES {
+            let at = Conditions::sliding(velocity, 0.0);
+            for law in Family::Presliding.laws() {
+                let coulomb = Law::Coulomb.column(&at, &SHAPE);
+                assert!((law.column(&at, &SHAPE) - coulomb).abs() < 1e-15);
+            }
+        }
+    }
+
+    #[test]
     fn laws_of_one_direction_have_their_one_sided_slope_at_zero() {
         let slope = |law: Law, velocity: f64| {
             let at = Conditions {
                 velocity: Dual::<1>::variable(velocity, 0),
                 deflection: Dual::constant(0.0),
-                presliding: ELEMENTS_AT.map(Dual::constant),
+                presliding: Some(ELEMENTS_AT.map(Dual::constant)),
             };
             law.column(&at, &SHAPE).partials[0]
         };
@@ -531,7 +546,7 @@ mod tests {
             let at = Conditions {
                 velocity,
                 deflection: 0.05,
-                presliding: ELEMENTS_AT,
+                presliding: Some(ELEMENTS_AT),
             };
             for law in Law::all() {
                 if let Some(jump) = law.jump(&at, &SHAPE) {

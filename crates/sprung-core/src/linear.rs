@@ -16,8 +16,7 @@ pub fn factor(a: &mut [f64], n: usize) -> bool {
         for j in first..i {
             // Entries of row i before j are those of L D; entries after j are still those of A.
             let other = &above[j * n..j * n + j];
-            let known: f64 = (first..j).map(|k| row[k] * other[k]).sum();
-            row[j] -= known;
+            row[j] -= dot(&row[first..j], &other[first..]);
         }
         for j in first..i {
             let scaled = row[j] * above[j * n + j];
@@ -83,11 +82,22 @@ pub fn invert(factors: &[f64], n: usize, inverse: &mut [f64]) {
     }
 }
 
-/// Returns the scalar product of two vectors, summed from the first entry to the last.
+/// Number of sums that a scalar product of long vectors adds up side by side.
+const LANES: usize = 8;
+
+/// Returns the scalar product of two vectors. Its bits do not depend on the machine.
 #[must_use]
 #[inline]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
+    let mut lanes = [0.0; LANES];
+    for (a, b) in a.iter().zip(b) {
+        for (lane, (a, b)) in lanes.iter_mut().zip(a.iter().zip(b)) {
+            *lane += a * b;
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    lanes.iter().sum::<f64>() + rest
 }
 
 /// Subtracts `factor` times the first `count` numbers of row `of` from row `row`.

@@ -92,10 +92,10 @@ impl Presliding {
 
     /// Moves on by a travel of each motor.
     ///
-    /// - `travel`: of the motors behind gear and coupling, \[n\], rad (m).
-    pub fn travel(&mut self, travel: &[f64]) -> &[f64] {
+    /// - `travel`: of the motors before the coupled transmission, \[n\], rad (m).
+    pub fn turn(&mut self, travel: &[f64]) -> &[f64] {
         for motor in &self.motors {
-            slide(&mut self.elements, motor, motor.at(travel));
+            slide(&mut self.elements, motor, travel[motor.joint]);
         }
         &self.elements
     }

@@ -20,7 +20,13 @@ pub(super) struct Misfit {
 }
 
 /// Keys of earlier versions: block, key, and what replaces it.
-const REMOVED: [(&str, &str, &str); 8] = [
+const REMOVED: [(&str, &str, &str); 9] = [
+    (
+        "robot.joint",
+        "residual_velocity_rad_per_s",
+        "the law \"residual\" is no longer part of sprung: remove the key; \"presliding\" in motor_friction is friction \
+         near reversals, and presliding_width_rad its width",
+    ),
     (
         "identify",
         "instruments",

@@ -22,7 +22,7 @@ gravity_m_per_s2 = [1.0, -2.0, -9.0]
 name = "a"
 spring = ["linear", "damping", "cubic"]
 gear_ratio = 50.0
-motor_friction = ["viscous", "coulomb", "load", "residual"]
+motor_friction = ["viscous", "coulomb", "load", "presliding"]
 [[robot.joint]]
 name = "int"
 [[robot.joint]]
@@ -40,8 +40,8 @@ const DRIVES: &str = r#"
 "a.motor_viscous" = 3.0
 "a.motor_coulomb" = 1.5
 "a.motor_load" = 2.5
-"a.motor_residual_slow" = 0.3
-"a.motor_residual_even" = 0.1
+"a.motor_presliding_2" = 0.3
+"a.motor_presliding_5" = 0.1
 "int.rotor_inertia" = 4.0
 "int.stiffness" = 9000.0
 "int.motor_viscous" = 30.0

@@ -26,6 +26,7 @@ use super::reload::Proof;
 use super::standard::Extra;
 use crate::description::ControllerKind;
 use crate::model::{Model, ModelError, Theta};
+use sprung_core::friction::Scale;
 use sprung_core::links::LengthError;
 use sprung_core::parameters::JointParameter;
 
@@ -173,6 +174,10 @@ pub(super) fn said(model: &Model, extras: &[Extra], control: Option<&ControlCode
             "all identified laws, tanh(beta v) included",
         ),
     ];
+    if (0..model.joint_count()).any(|joint| model.has_law(Scale::Presliding, joint)) {
+        let note = "the code has no memory of the motion: its elements slide, as Coulomb friction";
+        rows.push(row("presliding friction", How::Approximated, note));
+    }
     if (0..model.joint_count()).any(|joint| model.is_flexible(joint)) {
         let note = "stiffness, damping, cubic stiffness and preload, as identified";
         rows.push(row("springs", How::Exact, note));

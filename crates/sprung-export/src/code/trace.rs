@@ -120,7 +120,7 @@ impl<'g> Motion<'g> {
             link_velocity: self.dq[joint],
             motor_velocity: self.dphi[joint],
             excess: [0.0; _],
-            presliding: [Scalar::ZERO; _],
+            presliding: None,
         }
     }
 }

@@ -1,8 +1,10 @@
 //! What a log shows beyond its description, with the values of a refinement.
 
+use sprung_core::friction::Family;
+
 use crate::description::Joint;
-use crate::estimate::result::Refinement;
-use crate::unknowns::{LEAST_CHANGE_OF_SHARPNESS, UnknownResult};
+use crate::estimate::result::{EstimateResult, Refinement};
+use crate::unknowns::{AddedLaw, LEAST_CHANGE_OF_SHARPNESS, UnknownResult};
 
 /// The Stribeck velocity of a joint by likelihood, rad/s (m/s).
 #[derive(Clone, Copy, Debug)]
@@ -67,5 +69,34 @@ pub(in crate::estimate) fn refined_unknowns(
         let change = (unknown.value / Joint::USUAL_SHARPNESS).ln();
         unknown.kind != "sharpness" || change.abs() >= LEAST_CHANGE_OF_SHARPNESS
     });
+    unknowns
+}
+
+/// Returns unknowns in which a law of several coefficients has their sum in a result: its torque in steady motion.
+pub(in crate::estimate) fn with_curves(
+    mut unknowns: Vec<UnknownResult>,
+    result: Option<&EstimateResult>,
+) -> Vec<UnknownResult> {
+    let Some(result) = result else {
+        return unknowns;
+    };
+    for unknown in &mut unknowns {
+        let is_curve = |law: &&AddedLaw| law.law == Family::Presliding.word();
+        let Some(law) = unknown.law.as_ref().filter(is_curve) else {
+            continue;
+        };
+        let side = law.of.trim_end_matches("friction");
+        let prefix = format!("{}.{side}{}_", unknown.place, law.law);
+        let of_curve = |name: &str| name.starts_with(&prefix);
+        let values = (result.parameters.iter()).filter(|parameter| of_curve(&parameter.name));
+        let value: f64 = values.filter_map(|parameter| parameter.value).sum();
+        let variance = result
+            .covariance
+            .as_ref()
+            .map_or(0.0, |covariance| covariance.of_sum(|name| of_curve(name)));
+        if variance > 0.0 {
+            (unknown.value, unknown.standard_error) = (value, variance.sqrt());
+        }
+    }
     unknowns
 }

@@ -133,7 +133,10 @@ impl<'a> HoldOut<'a> {
         let parts: Vec<SystemPart<'_>> = self.free.parts(&factors);
         let unknowns = self.free.unknowns.len();
         if let Some(positive) = &self.positive {
-            return Some(self.free.whole(&with_signs(&parts, positive), |value| value));
+            return Some(
+                self.free
+                    .whole(&with_signs(&parts, positive), |value| value),
+            );
         }
         let x = match solve_quickly(&parts, unknowns) {
             Some(x) => x,

@@ -27,10 +27,10 @@ pub(crate) use column_fit::ColumnFit;
 #[cfg(test)]
 pub(crate) use growing::fits_of_growing;
 pub(crate) use hold_out::{HoldOut, Missed, is_clearly_below, over_reference};
-pub(crate) use non_negative::{RIDGE, non_negative};
 pub(crate) use jackknife::{influences, scatter};
 pub(crate) use joint_fit::{JointFit, joint_fits};
 pub(crate) use least_squares::fit_values;
+pub(crate) use non_negative::{RIDGE, non_negative};
 pub(crate) use parts::{PartFit, fit_of_log, fits_of_quarters};
 pub(crate) use residual::unweighted;
 pub(crate) use unknowns::Free;

@@ -134,7 +134,7 @@ fn choose(
     let mut choosing = |choice| progress.tell(Phase::Preparing, choice, Some(CHOICES));
     let (reading, cutoff_reason) = as_given(model, &experiment.identify, channels, &excerpt);
     choosing(2)?;
-    let (reading, about_stribeck) = with_stribeck_velocities(reading, &excerpt);
+    let (reading, about_stribeck) = with_stribeck_velocities(&reading, &excerpt);
     let (reading, mut about_springs) = find_springs(&reading, &excerpt);
     about_springs.extend(about_stiffnesses(&reading, &excerpt));
     Ok(Prepared {
@@ -155,10 +155,10 @@ fn choose(
 /// Returns the reading with estimates of the Stribeck velocities that the model leaves open, and
 /// findings about them.
 fn with_stribeck_velocities(
-    reading: Reading,
+    reading: &Reading,
     excerpt: &Excerpt,
 ) -> (Reading, Vec<(usize, Finding)>) {
-    let reading = reading.with_model(with_presliding_widths(&reading, excerpt));
+    let reading = reading.with_model(with_presliding_widths(reading, excerpt));
     if reading.model().unknown_stribeck().is_empty() {
         return (reading, Vec::new());
     }

@@ -25,7 +25,7 @@ const SATURATED_ARGUMENT: f64 = 20.0;
 const AT_REST: Conditions = Conditions {
     velocity: 0.0,
     deflection: 0.0,
-    presliding: [0.0; _],
+    presliding: Some([0.0; _]),
 };
 
 /// Standard deviations of the velocity noise, rad/s (m/s), each \[n\].

@@ -32,8 +32,8 @@ stribeck_velocity_rad_per_s = 0.3
 [[robot.joint]]
 name = "slide"
 transmission = "rigid"
-motor_friction = ["viscous", "coulomb", "offset", "residual"]
-presliding_width_rad = 0.5
+motor_friction = ["viscous", "coulomb", "offset", "presliding"]
+presliding_width_rad = 0.2
 [log]
 time_s = "t"
 link_position_rad = ["q1", "q2"]
@@ -63,7 +63,7 @@ sines = [
 duration_s = 20.0
 "#;
 
-const TRUTH: [(&str, f64); 38] = [
+const TRUTH: [(&str, f64); 40] = [
     ("shoulder.rotor_inertia", 0.3),
     ("shoulder.stiffness", 900.0),
     ("shoulder.cubic_stiffness", 3e5),
@@ -91,10 +91,12 @@ const TRUTH: [(&str, f64); 38] = [
     ("slide.motor_viscous", 30.0),
     ("slide.motor_coulomb", 8.0),
     ("slide.motor_offset", 2.0),
-    ("slide.motor_residual_slow", 3.0),
-    ("slide.motor_residual_medium", -2.0),
-    ("slide.motor_residual_fast", 4.0),
-    ("slide.motor_residual_even", 1.0),
+    ("slide.motor_presliding_1", 0.0),
+    ("slide.motor_presliding_2", 0.0),
+    ("slide.motor_presliding_3", 3.0),
+    ("slide.motor_presliding_4", 2.0),
+    ("slide.motor_presliding_5", 4.0),
+    ("slide.motor_presliding_6", 1.0),
     ("link1.m", 4.0),
     ("link1.mx", 0.8),
     ("link1.izz", 0.25),

@@ -58,7 +58,12 @@ fn log(part: f64) -> String {
 }
 
 fn identified(laws: &str, log: &str) -> Identification {
-    let text = WHEEL.replace("LAWS", laws);
+    identified_with(laws, log, "declared")
+}
+
+/// - `further`: value of the key `laws`.
+fn identified_with(laws: &str, log: &str, further: &str) -> Identification {
+    let text = WHEEL.replace("LAWS", laws).replace("declared", further);
     let experiment: Experiment =
         description::read("experiment.toml", &text, &[], &mut no_files).unwrap();
     let model = Model::new(&experiment).unwrap();
@@ -114,4 +119,81 @@ fn constant_torque_and_coulomb_friction_in_one_direction_are_named_together() {
         let id = format!("law wheel.motor_friction.{law}");
         assert!(both.contains(&id.as_str()), "{both:?}");
     }
+}
+
+/// Returns a log of 20 s with reversals of large and small motion.
+///
+/// - `friction`: Coulomb friction by velocity and travel since the last call.
+fn reversing(mut friction: impl FnMut(f64, f64) -> f64) -> String {
+    let mut text = "t,phi,tau\n".to_owned();
+    let waves = [(0.3, 2.0, 0.0), (0.1, 5.3, 1.0), (0.05, 11.7, 2.0)];
+    let sum = |of: &dyn Fn(f64, f64, f64) -> f64| -> f64 {
+        waves
+            .iter()
+            .map(|&(size, rate, phase)| of(size, rate, phase))
+            .sum()
+    };
+    let mut before = None;
+    for k in 0..20_000 {
+        let t = f64::from(k) * 1e-3;
+        let position = sum(&|size, rate, phase| size * (rate * t + phase).sin());
+        let velocity = sum(&|size, rate, phase| size * rate * (rate * t + phase).cos());
+        let acceleration = sum(&|size, rate, phase| -size * rate * rate * (rate * t + phase).sin());
+        let travel = position - before.unwrap_or(position);
+        before = Some(position);
+        let noise = 5e-3 * (t * t * 1e4).sin();
+        let torque =
+            INERTIA * acceleration + VISCOUS * velocity + friction(velocity, travel) + noise;
+        writeln!(text, "{t:.3},{position:.9},{torque:.6}").unwrap();
+    }
+    text
+}
+
+/// Returns the names of the laws that are used beyond those of the description.
+fn used_laws(found: &Identification) -> Vec<&str> {
+    let laws = found.unknowns.iter().filter_map(UnknownResult::used_law);
+    laws.map(|law| law.law.as_str()).collect()
+}
+
+fn inertia(found: &Identification) -> f64 {
+    let parameters = &found.results[0].parameters;
+    let inertia = parameters.iter().find(|p| p.unit == "kg·m²");
+    inertia.and_then(|p| p.value).unwrap()
+}
+
+/// Friction of Canudas de Wit, Olsson, Åström and Lischinsky, IEEE Transactions on Automatic Control 1995 (LuGre): a bristle of
+/// this width bends before it slides. It is no sum of elements.
+#[test]
+fn presliding_friction_of_bristles_is_found_and_keeps_the_inertia_true() {
+    let laws = r#"["viscous", "coulomb", "offset"]"#;
+    let mut bend = 0.0;
+    let width = 0.01;
+    let log = reversing(|_, travel| {
+        // The log's samples are a tenth of the width apart at most, so a few steps suffice.
+        for _ in 0..100 {
+            let step: f64 = travel / 100.0;
+            bend += step - step.abs() * bend / width;
+        }
+        COULOMB * bend / width
+    });
+    let found = identified(laws, &log);
+    assert!(used_laws(&found).is_empty());
+    let declared = inertia(&found);
+    let found = identified_with(laws, &log, "auto");
+    assert_eq!(used_laws(&found), ["presliding"]);
+    let with = inertia(&found);
+    assert!((with / INERTIA - 1.0).abs() < 0.02, "{with}");
+    assert!((declared / INERTIA - 1.0).abs() > 0.05, "{declared}");
+    let sliding: f64 = (found.results[0].parameters.iter())
+        .filter(|p| p.name.contains("presliding") || p.name.ends_with("motor_coulomb"))
+        .filter_map(|p| p.value)
+        .sum();
+    assert!((sliding / COULOMB - 1.0).abs() < 0.05, "{sliding}");
+}
+
+#[test]
+fn friction_that_jumps_is_no_presliding() {
+    let laws = r#"["viscous", "coulomb", "offset"]"#;
+    let log = reversing(|velocity, _| COULOMB * (100.0 * velocity).tanh());
+    assert!(used_laws(&identified_with(laws, &log, "auto")).is_empty());
 }

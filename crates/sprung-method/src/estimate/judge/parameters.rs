@@ -78,11 +78,9 @@ pub(super) fn little_torque(model: &Model, result: &EstimateResult, findings: &m
         .zip(model.parameters())
         .filter(|(p, known)| {
             // Offsets and preloads may be zero.
-            let counts = known
-                .joint
-                .is_none_or(|(kind, _)| {
-                    (kind.is_vital() || kind.is_friction()) && !kind.is_of_curve()
-                });
+            let counts = known.joint.is_none_or(|(kind, _)| {
+                (kind.is_vital() || kind.is_friction()) && !kind.is_of_curve()
+            });
             counts
                 && p.torque_over_residual
                     .is_some_and(|ratio| ratio < LITTLE_TORQUE_OVER_RESIDUAL)

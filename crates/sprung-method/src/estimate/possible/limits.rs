@@ -92,6 +92,13 @@ impl Robots<'_> {
             best,
         };
         let limits = (known.par_iter().enumerate()).map(|(at, &index)| {
+            let of_joint = self.model.parameters()[index].joint;
+            if of_joint.is_some_and(|(kind, _)| kind.is_of_curve()) {
+                return Some(cut_at_zero(
+                    estimated.theta[index],
+                    width * estimated.errors[index],
+                ));
+            }
             let by_equations = covariance[(at, at)].sqrt();
             profile.limits(
                 index,
@@ -100,6 +107,14 @@ impl Robots<'_> {
             )
         });
         Some(limits.collect())
+    }
+}
+
+/// Returns the interval of a coefficient of a curve. It means little by itself, so no search finds its ends.
+fn cut_at_zero(value: f64, half: f64) -> Limits {
+    Limits {
+        ends: [(value - half).max(0.0), value.max(0.0) + half],
+        is_one_sided: value <= half,
     }
 }
 

@@ -67,3 +67,16 @@ pub struct CovarianceOfErrors {
     /// The lower triangle, row by row, in the products of the units of the parameters.
     pub values: Vec<Vec<f64>>,
 }
+
+impl CovarianceOfErrors {
+    /// Returns the variance of the sum of the parameters that `holds` chooses.
+    pub(in crate::estimate) fn of_sum(&self, holds: impl Fn(&str) -> bool) -> f64 {
+        let chosen: Vec<usize> = (0..self.parameters.len())
+            .filter(|&i| holds(&self.parameters[i]))
+            .collect();
+        let entry = |i: usize, j: usize| self.values[i.max(j)][i.min(j)];
+        let rows = chosen.iter();
+        rows.map(|&i| chosen.iter().map(|&j| entry(i, j)).sum::<f64>())
+            .sum()
+    }
+}

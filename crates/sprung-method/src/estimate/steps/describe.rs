@@ -14,7 +14,7 @@ use crate::estimate::judge::{
     after_estimation, applied, decide, judge, tilt_is_possible, tilted, unpredicted,
     with_held_out_delay,
 };
-use crate::estimate::refined_unknowns::refined_unknowns;
+use crate::estimate::refined_unknowns::{refined_unknowns, with_curves};
 use crate::estimate::result::{
     CutoffChoice, DelayUsed, EstimateResult, GENERATOR, IDENTIFICATION_FORMAT, Identification,
     RigidJoint, SettingsUsed,
@@ -141,6 +141,7 @@ fn assemble(
         .collect();
     let refined = judged.results.iter().find_map(EstimateResult::refined);
     let unknowns = refined_unknowns(&basis.ready.unknowns, refined);
+    let unknowns = with_curves(unknowns, judged.results.first());
     let retiming = match basis.timing {
         Timing::Found(retiming) => Some(retiming),
         Timing::Open | Timing::Kept => None,

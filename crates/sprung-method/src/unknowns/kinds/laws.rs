@@ -194,10 +194,7 @@ fn missing_friction(joint: &Joint, side: Side) -> Vec<(Family, Law)> {
             Family::Coulomb => (has(Family::CoulombAsymmetric), Law::Coulomb),
             Family::Viscous => (has(Family::ViscousAsymmetric), Law::Viscous),
             // With the viscous law it spans both directions.
-            Family::ViscousAsymmetric => (
-                !has(Family::Viscous),
-                Law::ViscousPositive,
-            ),
+            Family::ViscousAsymmetric => (!has(Family::Viscous), Law::ViscousPositive),
             Family::Stribeck => (false, Law::Stribeck),
             Family::Quadratic => (false, Law::Quadratic),
             Family::Load => (!joint.is_flexible(), Law::Load),

@@ -12,6 +12,9 @@ use crate::model::Model;
 /// Least number of coefficients that the log determines; it bounds the fixed point.
 const MIN_DETERMINED: f64 = 0.2;
 
+/// Largest prior level over the sum of the coefficients.
+const LARGEST_SHARE: f64 = 0.5;
+
 /// Least prior level, N·m (N).
 const MIN_LEVEL: f64 = 1e-6;
 
@@ -61,12 +64,15 @@ impl PreslidingLevel {
     ///
     /// - `values`: refined parameters; `covariance`: their covariance, \[width × width\].
     pub(super) fn evidence(&self, values: &[f64], covariance: &[f64], width: usize) -> f64 {
-        let residuals: Vec<f64> = self.places.iter().map(|&place| values[place]).collect();
+        let coefficients: Vec<f64> = self.places.iter().map(|&place| values[place]).collect();
         let trace: f64 = (self.places.iter())
             .map(|&place| covariance[place * (width + 1)])
             .sum();
-        let determined = residuals.len() as f64 - trace / (self.level * self.level);
-        root_mean_square(&residuals, determined.max(MIN_DETERMINED))
+        let determined = coefficients.len() as f64 - trace / (self.level * self.level);
+        let level = root_mean_square(&coefficients, determined.max(MIN_DETERMINED));
+        // Of collinear coefficients the log determines little more than the sum.
+        let sum: f64 = coefficients.iter().map(|value| value.abs()).sum();
+        level.min(LARGEST_SHARE * sum).max(MIN_LEVEL)
     }
 }
 
@@ -79,29 +85,30 @@ fn root_mean_square(values: &[f64], count: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn level(level: f64) -> PreslidingLevel {
+    fn level(level: f64, places: Vec<usize>) -> PreslidingLevel {
         PreslidingLevel {
             joint: 0,
             side: Side::Motor,
-            places: vec![1, 2],
+            places,
             level,
         }
     }
 
     #[test]
     fn the_level_is_that_of_coefficients_that_the_log_determines() {
-        // Two coefficients of 3 and 4 N·m, known exactly, among three parameters.
-        let values = [100.0, 3.0, 4.0];
-        let known = level(1.0).evidence(&values, &[0.0; 9], 3);
-        assert!((known - 12.5_f64.sqrt()).abs() < 1e-12);
+        // Two coefficients of 3 and 4 N·m, known exactly, among three parameters: at most half their sum.
+        let of_two = |start: f64| level(start, vec![1, 2]);
+        let known = of_two(1.0).evidence(&[100.0, 3.0, 4.0], &[0.0; 9], 3);
+        assert!((known - 3.5).abs() < 1e-12);
         // A fixed point: c_i² = s² − C_ii.
-        let mut covariance = [0.0; 9];
-        (covariance[4], covariance[8]) = (25.0 - 9.0, 25.0 - 16.0);
-        let same = level(5.0).evidence(&values, &covariance, 3);
-        assert!((same - 5.0).abs() < 1e-12);
+        let mut covariance = [0.0; 36];
+        (0..6).for_each(|i| covariance[7 * i] = 0.25);
+        let fixed = 1.25_f64.sqrt();
+        let same = level(fixed, (0..6).collect()).evidence(&[1.0; 6], &covariance, 6);
+        assert!((same - fixed).abs() < 1e-12);
         // Undetermined coefficients: the level falls to the limit of the determined ones.
         let none =
-            level(1.0).evidence(&[0.0; 3], &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0], 3);
+            of_two(1.0).evidence(&[0.0; 3], &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0], 3);
         assert!((none - MIN_LEVEL).abs() < 1e-12);
     }
 }

@@ -19,9 +19,9 @@ use super::expected_time::expected_seconds;
 use super::finish::finish;
 use super::levels::{Levels, UnknownLevels};
 use super::measurements::{Extent, Measurements, RawSegment, build, read};
+use super::presliding_levels::PreslidingLevel;
 use super::problem::Problem;
 use super::refined::Refined;
-use super::presliding_levels::PreslidingLevel;
 use super::residual_ratio::Guard;
 use super::rung::Rung;
 use super::start_levels::{Searches, TorqueNoise, levels_after, start_levels, with_sensor_noise};
@@ -341,7 +341,10 @@ fn descend_with_noise<'p>(
 }
 
 /// Returns the prior levels of the presliding friction after a refinement, and whether they have settled.
-fn presliding_levels(before: &[PreslidingLevel], refined: &Refined) -> (Vec<PreslidingLevel>, bool) {
+fn presliding_levels(
+    before: &[PreslidingLevel],
+    refined: &Refined,
+) -> (Vec<PreslidingLevel>, bool) {
     let values: Vec<f64> = refined.free.iter().map(|&i| refined.theta[i]).collect();
     let mut settled = true;
     let after = (before.iter())

@@ -16,7 +16,7 @@ const REVERSAL_SHARE: f64 = 0.1;
 const MOVING: Conditions = Conditions {
     velocity: 1.0,
     deflection: 1.0,
-    presliding: [1.0; _],
+    presliding: Some([1.0; _]),
 };
 
 /// A velocity whose friction acts on a row.

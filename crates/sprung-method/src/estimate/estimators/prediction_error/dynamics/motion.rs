@@ -286,7 +286,10 @@ impl Dynamics {
         mut visit: impl FnMut(usize, f64),
     ) {
         let robot = self.model.robot();
-        let drive = robot.drive(&state(&self.joints, self.n, [&self.excess, &self.presliding]), joint);
+        let drive = robot.drive(
+            &state(&self.joints, self.n, [&self.excess, &self.presliding]),
+            joint,
+        );
         for term in robot.terms.iter().filter(|term| term.joint == joint) {
             let by_log = term.by_log(scale, &drive, &robot.shapes[joint]);
             if by_log != 0.0 {

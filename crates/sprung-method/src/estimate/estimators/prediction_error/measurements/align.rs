@@ -95,6 +95,7 @@ pub(super) fn align(
     // Position and velocity of each sensor at the beginning of each segment.
     let mut begins = vec![Vec::with_capacity(sensors.len()); ranges.len()];
     let mut speeds = Vec::with_capacity(sensors.len());
+    let mut motors: Vec<Option<MotorVelocity>> = vec![None; model.joint_count()];
     for (index, sensor) in sensors.iter().enumerate() {
         let factor = sensor.factor();
         let values: Cow<'_, [f64]> = if sensor.spring.is_some() {
@@ -114,12 +115,16 @@ pub(super) fn align(
             begins.push((values[at] + sensor.offset, velocity[at]));
         }
         let squares: f64 = velocity.iter().map(|v| v * v).sum();
+        let channel = &channels.all[sensor.channel];
+        if channel.quantity == Quantity::MotorPosition {
+            motors[channel.joint] = Some((first, velocity.clone()));
+        }
         speeds.push((squares / velocity.len().max(1) as f64).sqrt());
     }
     found.sort_by_key(|(sample, measurement)| (*sample, measurement.sensor));
     let torque = torques(model, &inputs);
     let excess = covariates(channels, &inputs);
-    let presliding = presliding(model, &inputs, filter)?;
+    let presliding = presliding(model, &motors, &window);
     let of_samples = |all: &[f64], within: Range<usize>| {
         let per_sample = all.len() / window.samples;
         all[within.start * per_sample..within.end * per_sample].to_vec()
@@ -197,28 +202,29 @@ fn covariates(channels: &Channels, inputs: &RawBlock) -> Vec<f64> {
         .collect()
 }
 
-/// Returns the elements of presliding friction in the middle of each period, by the smoothed positions of the motors,
-/// \[samples × n × elements\]; empty if no motor has this friction. `None` if there are too few samples for the filter.
-fn presliding(model: &Model, inputs: &RawBlock, filter: &Butterworth) -> Option<Vec<f64>> {
+/// Measured velocity of a motor, rad/s (m/s), with the index of the first sample of a window.
+type MotorVelocity = (usize, Vec<f64>);
+
+/// Returns the elements of presliding friction in the middle of each period, by the measured velocities of the motors,
+/// \[samples × n × elements\]; empty if no motor has this friction.
+fn presliding(model: &Model, motors: &[Option<MotorVelocity>], window: &Window<'_>) -> Vec<f64> {
     let mut presliding = model.presliding();
-    if presliding.is_empty() {
-        return Some(Vec::new());
-    }
-    let phi: Option<Vec<Vec<f64>>> = (inputs.phi.iter())
-        .map(|values| smoothed(values, filter))
-        .collect();
-    let phi = phi?;
-    let last = inputs.len().saturating_sub(1);
-    let middle = |k: usize| -> Vec<f64> {
-        (phi.iter())
-            .map(|column| 0.5 * (column[k] + column[(k + 1).min(last)]))
-            .collect()
-    };
     let mut all = Vec::new();
-    for k in 0..inputs.len() {
-        all.extend_from_slice(presliding.advance(&middle(k)));
+    if presliding.is_empty() {
+        return all;
     }
-    Some(all)
+    for k in 0..window.samples {
+        let travel = motors.iter().map(|motor| {
+            let velocity = motor.as_ref().map(|(first, velocity)| {
+                let last = velocity.len() - 1;
+                velocity[(first + k).min(last)]
+            });
+            velocity.unwrap_or_default() * window.period
+        });
+        let travel: Vec<f64> = travel.collect();
+        all.extend_from_slice(presliding.turn(&travel));
+    }
+    all
 }
 
 /// Visits the positions that a channel measures.
@@ -260,7 +266,12 @@ fn first_of_samples(found: &[(usize, Measurement)], samples: usize) -> Vec<usize
 
 /// Returns the velocity of the smoothed values.
 fn velocity(values: &[f64], filter: &Butterworth, period: f64) -> Option<Vec<f64>> {
-    let smooth = smoothed(values, filter)?;
+    let mut smooth = Vec::with_capacity(values.len());
+    let mut running = ZeroPhase::new(filter.clone());
+    running.push(values, &mut smooth);
+    if !running.finish(&mut smooth) {
+        return None;
+    }
     let last = smooth.len() - 1;
     Some(
         (0..=last)
@@ -270,14 +281,6 @@ fn velocity(values: &[f64], filter: &Butterworth, period: f64) -> Option<Vec<f64
             })
             .collect(),
     )
-}
-
-/// Returns smoothed values; `None` if there are too few for the filter.
-fn smoothed(values: &[f64], filter: &Butterworth) -> Option<Vec<f64>> {
-    let mut smooth = Vec::with_capacity(values.len());
-    let mut running = ZeroPhase::new(filter.clone());
-    running.push(values, &mut smooth);
-    running.finish(&mut smooth).then_some(smooth)
 }
 
 /// Returns the rates of the smoothed torques, \[samples × rows\].
