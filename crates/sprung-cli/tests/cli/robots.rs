@@ -236,7 +236,7 @@ fn stribeck_velocity_is_found() {
 #[test]
 fn validation_uses_the_velocities_of_the_identification() {
     let case = wheel("\"viscous\", \"coulomb\", \"stribeck\"", 0.03);
-    let laws = "robot.joint.wheel.motor_friction=[\"viscous\", \"coulomb\", \"residual\"]";
+    let laws = "robot.joint.wheel.motor_friction=[\"viscous\", \"coulomb\", \"presliding\"]";
     for laws in [&[][..], &["--set", laws]] {
         let (_, json) = case.results(laws);
         let identified = json["results"][0]["relative_residual"]["wheel.motor_nm"]

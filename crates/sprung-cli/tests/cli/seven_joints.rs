@@ -55,8 +55,14 @@ fn held_out(result: &Value, key: &str) -> Vec<f64> {
 
 #[test]
 fn a_robot_that_can_exist_predicts_the_second_half_as_well() {
-    let least_squares = ["--set", "identify.estimator=\"least-squares\""];
-    let Some(json) = run("identify", &least_squares) else {
+    // The values are tested with the laws of the file.
+    let settings = [
+        "--set",
+        "identify.estimator=\"least-squares\"",
+        "--set",
+        "identify.laws=\"declared\"",
+    ];
+    let Some(json) = run("identify", &settings) else {
         return;
     };
     let result = &json["results"][0];

@@ -1,5 +1,6 @@
 //! What changed since an identification: the search of the catalogue with known parameters.
 
+use super::confirmed_laws::joint;
 use super::evidence::PARTS;
 use super::found::{Found, Telling};
 use super::gauge::relative;
@@ -7,7 +8,7 @@ use super::kinds::{CHANGE, finding};
 use super::result::UnknownStatus;
 use super::search::Search;
 use super::settle::{Grows, Round, in_search};
-use super::settled::{columns, joint};
+use super::settled::columns;
 use super::state::State;
 use super::unknown::{Effect, Kind, Place};
 use crate::description::Experiment;

@@ -9,10 +9,10 @@ use super::added_law::{laws_of, may_add_laws, with_laws};
 use super::evidence::PARTS;
 use super::found::Found;
 use super::result::AddedLaw;
-use super::settled::{joint, sharpened, with_found};
 use super::unknown::{Kind, Place};
-use crate::description::FrictionLaw;
+use crate::description::{FrictionLaw, Joint, Weights};
 use crate::fit::{HoldOut, Missed, fit_values, row_weights};
+use crate::log::Channels;
 use crate::model::{Model, Theta};
 use crate::prepare::{Prepared, rms_speeds};
 use crate::regression::Reading;
@@ -143,6 +143,13 @@ pub(super) fn with_confirmed_laws(mut found: Vec<Found>, prepared: &Prepared) ->
 /// Returns presliding friction of the motors that the log shows, judged for all motors together beside what is applied.
 pub(super) fn presliding(prepared: &Prepared) -> Vec<Found> {
     let experiment = prepared.experiment();
+    let settings = prepared.reading().settings();
+    // Without weights the smearing of reversals looks like this friction. Disturbances and springs of flexible joints do so with
+    // weights, too.
+    let joints = &experiment.robot.joint;
+    if settings.weights == Weights::None || joints.iter().any(Joint::is_flexible) {
+        return Vec::new();
+    }
     let speeds = rms_speeds(prepared.reading(), prepared.excerpt());
     let family = FrictionLaw(Family::Presliding);
     let may_have = |joint: usize| {
@@ -228,4 +235,38 @@ pub(super) fn presliding(prepared: &Prepared) -> Vec<Found> {
 fn ratio_of([before, after]: &[Vec<f64>; 2], parts: Range<usize>) -> f64 {
     let sum = |of: &[f64]| of[parts.clone()].iter().sum::<f64>().max(f64::MIN_POSITIVE);
     (sum(after) / sum(before)).sqrt()
+}
+
+/// Returns the delay of each channel with those that were found.
+pub(super) fn with_found(reading: &Reading, found: &[Found]) -> Vec<f64> {
+    let mut delays = reading.delays().to_vec();
+    for one in found {
+        if matches!(one.kind, Kind::Delay | Kind::Timing) {
+            for (i, delay) in delays.iter_mut().enumerate() {
+                if one.place.contains(i, reading.channels()) {
+                    *delay += one.value;
+                }
+            }
+        }
+    }
+    delays
+}
+
+/// Returns the joint of a place, if it has one.
+pub(super) fn joint(place: Place, channels: &Channels) -> Option<usize> {
+    match place {
+        Place::Channel(at) => Some(channels.all[at].joint),
+        Place::Joint(joint) => Some(joint),
+        Place::All(_) | Place::Robot => None,
+    }
+}
+
+/// Returns a model with the sharpness that was found.
+pub(super) fn sharpened(mut model: Model, found: &[Found], channels: &Channels) -> Model {
+    for one in found.iter().filter(|one| one.kind == Kind::Sharpness) {
+        if let Some(joint) = joint(one.place, channels) {
+            model.set_scale(joint, Scale::Sharpness, one.value);
+        }
+    }
+    model
 }

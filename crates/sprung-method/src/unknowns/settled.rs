@@ -1,7 +1,7 @@
 //! Applies what was found to the preparation of an identification or a check.
 
 use super::added_law::{may_add_laws, with_added_laws};
-use super::confirmed_laws::{presliding, with_confirmed_laws};
+use super::confirmed_laws::{joint, presliding, sharpened, with_confirmed_laws, with_found};
 use super::found::{Found, Telling};
 use super::gauge::relative;
 use super::kinds::finding;
@@ -14,8 +14,6 @@ use crate::log::{Channels, Signal};
 use crate::model::Model;
 use crate::prepare::{PrepareError, Prepared, fit_rows};
 use crate::progress::Listener;
-use crate::regression::Reading;
-use sprung_core::friction::Scale;
 use sprung_core::parameters::JointParameter;
 
 /// Prepared logs with what was found in the first of them.
@@ -159,21 +157,6 @@ fn confirmed(found: Vec<Found>, prepared: &Prepared) -> Vec<Found> {
         .collect()
 }
 
-/// Returns the delay of each channel with those that were found.
-pub(super) fn with_found(reading: &Reading, found: &[Found]) -> Vec<f64> {
-    let mut delays = reading.delays().to_vec();
-    for one in found {
-        if matches!(one.kind, Kind::Delay | Kind::Timing) {
-            for (i, delay) in delays.iter_mut().enumerate() {
-                if one.place.contains(i, reading.channels()) {
-                    *delay += one.value;
-                }
-            }
-        }
-    }
-    delays
-}
-
 /// Returns the columns of a place; of a joint that of its torque.
 pub(super) fn columns(place: Place, channels: &Channels) -> Vec<&str> {
     let is_of = |i: usize, joint: usize| match place {
@@ -184,21 +167,13 @@ pub(super) fn columns(place: Place, channels: &Channels) -> Vec<&str> {
     all.map(|(_, channel)| channel.column.as_str()).collect()
 }
 
-pub(super) fn joint(place: Place, channels: &Channels) -> Option<usize> {
-    match place {
-        Place::Channel(at) => Some(channels.all[at].joint),
-        Place::Joint(joint) => Some(joint),
-        Place::All(_) | Place::Robot => None,
-    }
-}
-
 /// Returns whether sprung may add a law by itself. Damping of a spring has the same column as a delay of its deflection.
 fn is_addable(found: &Found, prepared: &Prepared) -> bool {
     let is_told = |law: &AddedLaw| !law.law.is_empty() && law.law != "damping";
     found.law.as_ref().is_some_and(is_told) && prepared.reading().channels().inertial.is_none()
 }
 
-pub(super) fn status(found: &Found, prepared: &Prepared) -> UnknownStatus {
+fn status(found: &Found, prepared: &Prepared) -> UnknownStatus {
     let reading = prepared.reading();
     let may_add = joint(found.place, reading.channels())
         .is_some_and(|joint| may_add_laws(prepared.experiment(), joint));
@@ -298,16 +273,6 @@ fn applied(
     let again = prepared.again(&experiment, &model, progress)?;
     let reading = again.reading().with_delays(&delays);
     Ok(again.with_reading(reading))
-}
-
-/// Returns a model with the sharpness that was found.
-pub(super) fn sharpened(mut model: Model, found: &[Found], channels: &Channels) -> Model {
-    for one in found.iter().filter(|one| one.kind == Kind::Sharpness) {
-        if let Some(joint) = joint(one.place, channels) {
-            model.set_scale(joint, Scale::Sharpness, one.value);
-        }
-    }
-    model
 }
 
 /// Returns the joints that get Stribeck friction of a velocity which the description does not give.

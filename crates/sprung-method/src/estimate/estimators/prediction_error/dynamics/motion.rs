@@ -30,10 +30,7 @@ pub(in crate::estimate::estimators::prediction_error) struct Dynamics {
     scratch: Scratch,
     // q, dq, phi, dphi.
     joints: Vec<f64>,
-    // Covariates minus their references, [n × covariates]; empty if no friction depends on any.
-    pub(super) excess: Vec<f64>,
-    // Elements of presliding friction, [n × elements]; empty if no motor has this friction.
-    presliding: Vec<f64>,
+    pub(super) known: Known,
     /// Rate of the torque within a period, N·m/s (N/s), \[rows\]; empty if the torque is held.
     pub(super) ramp: Vec<f64>,
     pub(super) rate: Vec<f64>,
@@ -41,6 +38,15 @@ pub(in crate::estimate::estimators::prediction_error) struct Dynamics {
     pub(super) slopes: Slopes,
     pub(super) regressor: Regressor,
     pub(super) within: WithinStep,
+}
+
+/// What friction depends on beside the state.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Known {
+    /// Covariates minus their references, \[n × covariates\]; empty if no friction depends on any.
+    pub(super) excess: Vec<f64>,
+    /// Elements of presliding friction, \[n × elements\]; empty if no motor has this friction.
+    presliding: Vec<f64>,
 }
 
 /// Derivatives of the accelerations by the state, and their work memory.
@@ -106,8 +112,7 @@ impl Dynamics {
             motors: (0..n).map(|joint| robot.motor_coordinate(joint)).collect(),
             scratch: Scratch::new(n),
             joints: vec![0.0; 4 * n],
-            excess: Vec::new(),
-            presliding: Vec::new(),
+            known: Known::default(),
             ramp: Vec::new(),
             inverse: vec![0.0; rows * rows],
             rate: vec![0.0; rows],
@@ -176,10 +181,10 @@ impl Dynamics {
         &mut self,
         [excess, presliding]: [&[f64]; 2],
     ) {
-        self.excess.clear();
-        self.excess.extend_from_slice(excess);
-        self.presliding.clear();
-        self.presliding.extend_from_slice(presliding);
+        self.known.excess.clear();
+        self.known.excess.extend_from_slice(excess);
+        self.known.presliding.clear();
+        self.known.presliding.extend_from_slice(presliding);
     }
 
     pub(super) fn unpack(&mut self, x: &[f64]) {
@@ -196,7 +201,7 @@ impl Dynamics {
     /// Writes the accelerations at a state.
     pub(super) fn accelerate(&mut self, x: &[f64], torque: &[f64]) {
         self.unpack(x);
-        let state = state(&self.joints, self.n, [&self.excess, &self.presliding]);
+        let state = state(&self.joints, self.n, &self.known);
         let values = Values {
             theta: &self.theta,
             bodies: &self.bodies,
@@ -213,7 +218,7 @@ impl Dynamics {
     /// Writes the accelerations at a state and the inverse of the mass matrix.
     pub(super) fn accelerate_and_invert(&mut self, x: &[f64], torque: &[f64]) {
         self.unpack(x);
-        let state = state(&self.joints, self.n, [&self.excess, &self.presliding]);
+        let state = state(&self.joints, self.n, &self.known);
         let values = Values {
             theta: &self.theta,
             bodies: &self.bodies,
@@ -232,7 +237,7 @@ impl Dynamics {
     /// entries.
     pub(super) fn differentiate(&mut self, x: &[f64], torque: &[f64]) {
         self.accelerate_and_invert(x, torque);
-        let state = state(&self.joints, self.n, [&self.excess, &self.presliding]);
+        let state = state(&self.joints, self.n, &self.known);
         let values = Values {
             theta: &self.theta,
             bodies: &self.bodies,
@@ -266,7 +271,7 @@ impl Dynamics {
 
     /// Writes the entries of the regressor at the state unpacked last.
     pub(super) fn write_entries(&mut self) {
-        let state = state(&self.joints, self.n, [&self.excess, &self.presliding]);
+        let state = state(&self.joints, self.n, &self.known);
         let mut workspace = self.scratch.workspace();
         let robot = self.model.robot();
         let entries = &mut self.regressor.entries;
@@ -286,10 +291,7 @@ impl Dynamics {
         mut visit: impl FnMut(usize, f64),
     ) {
         let robot = self.model.robot();
-        let drive = robot.drive(
-            &state(&self.joints, self.n, [&self.excess, &self.presliding]),
-            joint,
-        );
+        let drive = robot.drive(&state(&self.joints, self.n, &self.known), joint);
         for term in robot.terms.iter().filter(|term| term.joint == joint) {
             let by_log = term.by_log(scale, &drive, &robot.shapes[joint]);
             if by_log != 0.0 {
@@ -300,14 +302,14 @@ impl Dynamics {
 }
 
 /// Returns positions and velocities of links and motors, each \[n\], with covariates and elements of presliding friction.
-fn state<'s>(joints: &'s [f64], n: usize, [excess, presliding]: [&'s [f64]; 2]) -> State<'s> {
+fn state<'s>(joints: &'s [f64], n: usize, known: &'s Known) -> State<'s> {
     let (link, motor) = joints.split_at(2 * n);
     State {
         q: &link[..n],
         dq: &link[n..],
         phi: &motor[..n],
         dphi: &motor[n..],
-        excess,
-        presliding,
+        excess: &known.excess,
+        presliding: &known.presliding,
     }
 }

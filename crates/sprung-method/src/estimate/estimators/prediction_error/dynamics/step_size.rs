@@ -58,7 +58,7 @@ impl Dynamics {
                 deflection_rate: x[rows + motor] - x[rows + joint],
                 link_velocity: slowest(joint),
                 motor_velocity: slowest(motor),
-                excess: excess_of(&self.excess, joint),
+                excess: excess_of(&self.known.excess, joint),
                 // Its elements are constant within a period.
                 presliding: Some([0.0; _]),
             };
