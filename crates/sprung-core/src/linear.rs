@@ -85,10 +85,12 @@ pub fn invert(factors: &[f64], n: usize, inverse: &mut [f64]) {
 /// Number of sums that a scalar product of long vectors adds up side by side.
 const LANES: usize = 8;
 
-/// Returns the scalar product of two vectors. Its bits do not depend on the machine.
+/// Returns the scalar product of two vectors, up to the end of the shorter one. Its bits do not depend on the machine.
 #[must_use]
 #[inline]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let count = a.len().min(b.len());
+    let (a, b) = (&a[..count], &b[..count]);
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
     let mut lanes = [0.0; LANES];
     for (a, b) in a.iter().zip(b) {
@@ -124,6 +126,16 @@ fn first_entry(row: &[f64], diagonal: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_scalar_product_ends_with_the_shorter_vector() {
+        let (mut a, mut b) = ([0.0; 11], [0.0; 19]);
+        for (k, value) in a.iter_mut().enumerate() {
+            *value = k as f64 + 1.0;
+        }
+        b.fill(2.0);
+        assert!((dot(&a, &b) - 132.0).abs() < 1e-12 && (dot(&b, &a) - 132.0).abs() < 1e-12);
+    }
 
     fn assert_close(found: f64, expected: f64) {
         assert!((found - expected).abs() < 1e-15, "{found} {expected}");
