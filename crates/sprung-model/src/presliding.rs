@@ -69,13 +69,7 @@ impl Presliding {
         self.elements.fill(0.0);
     }
 
-    /// Returns the elements at the last sample, \[n × [`ELEMENTS`]\]; empty if no motor has this friction.
-    #[must_use]
-    pub fn elements(&self) -> &[f64] {
-        &self.elements
-    }
-
-    /// Moves on to the next sample and returns its elements, as [`Self::elements`].
+    /// Moves on to the next sample and returns its elements, \[n × [`ELEMENTS`]\]; empty if no motor has this friction.
     ///
     /// - `phi`: positions of the motors behind gear and coupling, \[n\], rad (m).
     pub fn advance(&mut self, phi: &[f64]) -> &[f64] {

@@ -9,7 +9,7 @@ use crate::estimate::{Applied, EstimateResult, Identification, ModelDependence};
 /// Composes the section; `None` if no result has friction parameters beside laws that simulators lack.
 pub(super) fn laws(identification: &Identification) -> Option<Section> {
     let blocks: Vec<Block> = (identification.results.iter())
-        .filter_map(of_residual_laws)
+        .filter_map(of_further_laws)
         .collect();
     (!blocks.is_empty()).then(|| {
         folded(
@@ -55,7 +55,7 @@ pub(super) fn applied(identification: &Identification) -> Option<Section> {
 }
 
 /// Composes the table of friction parameters beside laws that simulators lack; `None` if a result has none.
-fn of_residual_laws(result: &EstimateResult) -> Option<Block> {
+fn of_further_laws(result: &EstimateResult) -> Option<Block> {
     let row = |dependence: &ModelDependence| Row {
         cells: vec![
             dependence.name.clone(),

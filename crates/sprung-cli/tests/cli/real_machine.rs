@@ -61,8 +61,8 @@ fn known_delay_gives_both_estimates_and_says_why_they_differ() {
         text.contains("The link rows have no right-hand side"),
         "{text}"
     );
-    // The held-out part is predicted badly, and the verdict reports it. The ranges of the stiffnesses are the values of this log, 30.8 and
-    // 40.5 N·m/rad, with a margin of 2 %.
+    // The held-out part is predicted badly, and the verdict reports it. The ranges of the stiffnesses are the values of
+    // this log, 30.8 and 40.5 N·m/rad, with a margin of 2 %.
     assert_eq!(json["results"][0]["verdict"], "unusable");
     assert!(finding(&json, "not-predicted").is_some());
 }

@@ -32,8 +32,8 @@ pub use result::{
     DelayUsed, EncoderOffsetResult, ErrorParts, EstimateResult, GainUsed, HeldOutResidual,
     IDENTIFICATION_FORMAT, Identification, JointPrediction, LogInfo, ModelDependence,
     MotorRowResult, ParameterEstimate, PayloadParameter, PayloadResult, PhysicalResult,
-    RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation, RefinedSharpness,
-    RefinedVelocity, Refinement, ResidualPrior, RigidByHoldOut, RigidJoint, RowDisturbance,
+    PreslidingPrior, RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation,
+    RefinedSharpness, RefinedVelocity, Refinement, RigidByHoldOut, RigidJoint, RowDisturbance,
     RungResult, SensorNoise, SettingsUsed, SignUsed, SimulationFit, StandardParameter, Verdict,
     parameters_csv,
 };

@@ -6,7 +6,7 @@ use sprung_core::friction::{Family, Scale};
 use sprung_core::parameters::{JointParameter, Side};
 
 use super::added_law::{laws_of, may_add_laws, with_laws};
-use super::evidence::PARTS;
+use super::evidence::{PARTS, mean_and_error};
 use super::found::Found;
 use super::result::AddedLaw;
 use super::unknown::{Kind, Place};
@@ -93,14 +93,6 @@ impl Judged {
         });
         mean_and_error(&sums.collect::<Vec<f64>>())
     }
-}
-
-/// Returns mean and jackknife error of a value without each part.
-fn mean_and_error(values: &[f64]) -> (f64, f64) {
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    (mean, ((count - 1.0) / count * squares).sqrt())
 }
 
 /// Returns the reading with delays and sharpness that were found, in which all samples count alike.

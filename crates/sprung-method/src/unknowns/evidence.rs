@@ -36,18 +36,17 @@ impl HeldOut {
 
     /// Returns mean and jackknife standard error of a value over some parts.
     pub(super) fn mean_and_error(&self, column: usize, parts: &[usize]) -> (f64, f64) {
-        let count = parts.len() as f64;
-        let mean = parts
-            .iter()
-            .map(|&part| self.values[part][column])
-            .sum::<f64>()
-            / count;
-        let squares: f64 = parts
-            .iter()
-            .map(|&part| (self.values[part][column] - mean).powi(2))
-            .sum();
-        (mean, ((count - 1.0) / count * squares).sqrt())
+        let values = parts.iter().map(|&part| self.values[part][column]);
+        mean_and_error(&values.collect::<Vec<f64>>())
     }
+}
+
+/// Returns mean and jackknife standard error of a value without each part.
+pub(super) fn mean_and_error(values: &[f64]) -> (f64, f64) {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    (mean, ((count - 1.0) / count * squares).sqrt())
 }
 
 /// The normal equations.

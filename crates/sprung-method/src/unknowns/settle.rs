@@ -2,7 +2,7 @@
 
 use sprung_core::parameters::JointParameter;
 
-use super::evidence::{Evidence, PARTS};
+use super::evidence::{Evidence, PARTS, mean_and_error};
 use super::found::{Competing, Found};
 use super::jumps::Formed;
 use super::rows::{Direction, row_cutoff};
@@ -467,9 +467,7 @@ impl Search<'_> {
             let offsets: Vec<f64> = (held_out.values.iter())
                 .map(|values| values[preload] / values[stiffness])
                 .collect();
-            let mean = offsets.iter().sum::<f64>() / PARTS as f64;
-            let squares: f64 = offsets.iter().map(|offset| (offset - mean).powi(2)).sum();
-            let error = ((PARTS as f64 - 1.0) / PARTS as f64 * squares).sqrt();
+            let (mean, error) = mean_and_error(&offsets);
             (mean.is_finite() && mean.abs() > SIGNIFICANT * error && error > 0.0).then(|| Found {
                 id: format!("offset {}", self.channels.all[channel].column),
                 kind: Kind::Offset,

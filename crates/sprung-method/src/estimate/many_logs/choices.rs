@@ -139,8 +139,8 @@ impl Choices {
             ));
         }
         let shapes = self.stribeck_velocity.iter().zip(&self.presliding_width);
-        let model = (shapes.enumerate()).fold(model, |model, (joint, (stribeck, residual))| {
-            (model.with_stribeck(joint, *stribeck)).with_presliding_width(joint, *residual)
+        let model = (shapes.enumerate()).fold(model, |model, (joint, (stribeck, width))| {
+            (model.with_stribeck(joint, *stribeck)).with_presliding_width(joint, *width)
         });
         let channels = self.mounted(channels);
         let mut reading = Reading::new(

@@ -151,13 +151,16 @@ impl Posterior {
     }
 }
 
-/// Returns the speeds up to which sums of friction laws take energy, rad/s (m/s), \[n\]. Results without them use the
-/// velocity of the presliding friction, which is the largest speed of the log, too.
+/// Speed of a joint without one, rad/s (m/s).
+const ORDINARY_SPEED: f64 = 1.0;
+
+/// Returns the speeds up to which sums of friction laws take energy, rad/s (m/s), \[n\]. Results of earlier
+/// versions have none.
 fn speeds(model: &Model, result: &EstimateResult) -> Vec<f64> {
-    (model.joints().iter().enumerate())
-        .map(|(joint, name)| {
+    (model.joints().iter())
+        .map(|name| {
             let speed = result.friction_speed.get(name);
-            speed.unwrap_or(model.shape(joint).presliding_width)
+            speed.unwrap_or(ORDINARY_SPEED)
         })
         .collect()
 }

@@ -203,14 +203,14 @@ pub struct EstimateResult {
     /// Sharpness of Coulomb friction that was estimated, s/rad (s/m), by joint.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub coulomb_sharpness: Named,
-    /// Width of presliding friction, rad/s (m/s), by joint.
+    /// Width of the widest element of presliding friction, rad (m), by joint.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub presliding_width: Named,
     /// Speeds up to which friction takes energy where only the sum of its laws does, rad/s (m/s), by joint: the largest
     /// ones of the log. Joints without such laws are absent.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub friction_speed: Named,
-    /// Friction parameters beside presliding friction: raw, projected, and their difference.
+    /// Friction parameters beside further laws: raw, projected, and their difference.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dependence: Vec<ModelDependence>,
     /// The program that found possible bodies; absent if it found none.
@@ -269,16 +269,16 @@ pub struct SimulationFit {
     pub torque_mismatch: Named,
 }
 
-/// A friction parameter beside presliding friction, which explain a part of the same friction.
+/// A friction parameter beside further laws, which explain a part of the same friction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ModelDependence {
     /// Name of the parameter.
     pub name: String,
     /// Unit.
     pub unit: String,
-    /// Value beside the presliding friction; it holds only together with them.
+    /// Value beside the further laws; it holds only together with them.
     pub raw: f64,
-    /// Value of the model without presliding friction that is nearest to all friction of this side, by
+    /// Value of the model without further laws that is nearest to all friction of this side, by
     /// least squares along the motion.
     pub projected: f64,
     /// Projected value minus raw value: the dependence on the model.

@@ -23,8 +23,8 @@ pub use payload::{PayloadParameter, PayloadResult};
 pub use physical::{CovarianceOfErrors, Decided, PhysicalResult, StandardParameter};
 pub use promise::JointPrediction;
 pub use refinement::{
-    HeldOutResidual, RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation,
-    RefinedSharpness, RefinedVelocity, Refinement, ResidualPrior, RowDisturbance, RungResult,
+    HeldOutResidual, PreslidingPrior, RefinedDelay, RefinedEccentricity, RefinedOffset,
+    RefinedSaturation, RefinedSharpness, RefinedVelocity, Refinement, RowDisturbance, RungResult,
     SensorNoise,
 };
 pub use springs::{RigidByHoldOut, RigidJoint};

@@ -59,9 +59,9 @@ pub struct Refinement {
     /// Eccentricities of the link encoders by likelihood.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub eccentricities: Vec<RefinedEccentricity>,
-    /// Prior levels of the presliding friction.
+    /// Prior levels of presliding friction.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub presliding_levels: Vec<ResidualPrior>,
+    pub presliding_levels: Vec<PreslidingPrior>,
     /// Stribeck velocities that the description leaves open, estimated with the parameters.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stribeck_velocities: Vec<RefinedVelocity>,
@@ -207,9 +207,9 @@ pub struct RefinedSharpness {
     pub standard_error: f64,
 }
 
-/// Prior of the presliding friction on one side of a joint.
+/// Prior of presliding friction on one side of a joint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ResidualPrior {
+pub struct PreslidingPrior {
     /// Name of the joint.
     pub joint: String,
     /// `link` or `motor`.

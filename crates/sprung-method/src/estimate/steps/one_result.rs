@@ -276,7 +276,7 @@ fn sharpnesses(model: &Model, criterion: &Criterion) -> Named {
         .collect()
 }
 
-/// Returns the Width of presliding friction of the joints that have such laws.
+/// Returns the widths of presliding friction of the joints that have it.
 fn presliding_widths(model: &Model) -> Named {
     (model.joints().iter().enumerate())
         .filter_map(|(joint, name)| Some((name.clone(), model.presliding_width(joint)?)))

@@ -8,8 +8,8 @@ use super::ladder::Tried;
 use super::refined::{FrictionScale, Refined};
 use super::status::{Outcome, Status};
 use crate::estimate::result::{
-    HeldOutResidual, RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation,
-    RefinedSharpness, RefinedVelocity, Refinement, ResidualPrior, RowDisturbance, RungResult,
+    HeldOutResidual, PreslidingPrior, RefinedDelay, RefinedEccentricity, RefinedOffset,
+    RefinedSaturation, RefinedSharpness, RefinedVelocity, Refinement, RowDisturbance, RungResult,
     SensorNoise,
 };
 use crate::log::Channels;
@@ -96,8 +96,8 @@ pub(super) fn describe(
                 standard_error_rad: Some(eccentricity.standard_error).filter(|e| e.is_finite()),
             })
             .collect(),
-        presliding_levels: (refined.noise.residual.iter())
-            .map(|(joint, side, level)| ResidualPrior {
+        presliding_levels: (refined.noise.presliding.iter())
+            .map(|(joint, side, level)| PreslidingPrior {
                 joint: model.joints()[*joint].clone(),
                 side: side.name().to_owned(),
                 level_nm: *level,

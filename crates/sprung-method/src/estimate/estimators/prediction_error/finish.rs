@@ -404,8 +404,8 @@ fn found_noise(problem: &Problem<'_>, unknowns: &Unknowns, levels: &Levels) -> F
         rows: row_levels(problem, levels),
         corner: levels.corner,
         sensors: sensor_levels(problem, levels),
-        residual: (unknowns.residual.iter())
-            .map(|residual| (residual.joint, residual.side, residual.level))
+        presliding: (unknowns.presliding.iter())
+            .map(|level| (level.joint, level.side, level.level))
             .collect(),
     }
 }

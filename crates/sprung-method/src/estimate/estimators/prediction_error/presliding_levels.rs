@@ -1,4 +1,4 @@
-//! Prior levels of the presliding friction, by the evidence of the log.
+//! Prior levels of presliding friction, by the evidence of the log.
 //!
 //! # Source
 //!
@@ -18,7 +18,7 @@ const LARGEST_SHARE: f64 = 0.5;
 /// Least prior level, N·m (N).
 const MIN_LEVEL: f64 = 1e-6;
 
-/// The coefficients of the presliding friction of one side of a joint. Their prior has one standard
+/// The coefficients of presliding friction of one side of a joint. Their prior has one standard
 /// deviation, because all of their columns have the size of Coulomb friction's.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PreslidingLevel {

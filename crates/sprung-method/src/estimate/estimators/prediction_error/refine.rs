@@ -83,8 +83,8 @@ pub(super) struct End {
     pub(super) levels: Levels,
     /// Delay of each channel, s.
     pub(super) delays: Vec<f64>,
-    /// Prior levels of the presliding friction.
-    pub(super) residual: Vec<PreslidingLevel>,
+    /// Prior levels of presliding friction.
+    pub(super) presliding: Vec<PreslidingLevel>,
 }
 
 impl End {
@@ -193,7 +193,7 @@ impl<'a> Refinery<'a> {
             .map_or(self.reading.delays(), |end| &end.delays)
             .to_vec();
         let mut last: Option<Descent> = None;
-        let mut residual = before.map(|end| end.residual.clone());
+        let mut presliding = before.map(|end| end.presliding.clone());
         let noisy_rows = start.torque_noise.rows(model);
         for round in 1..=MAX_ROUNDS {
             let reading = self.reading.with_delays(&delays);
@@ -202,7 +202,7 @@ impl<'a> Refinery<'a> {
             };
             let measurements = &*measurements;
             let mut unknowns = self.unknowns(measurements);
-            if let Some(levels) = residual.take() {
+            if let Some(levels) = presliding.take() {
                 unknowns = unknowns.with_presliding_levels(levels);
             }
             let (z, levels) = match last {
@@ -239,17 +239,17 @@ impl<'a> Refinery<'a> {
             };
             let used = delays.clone();
             let moved = self.move_delays(&refined, &mut delays);
-            let (levels, settled) = presliding_levels(&unknowns.residual, &refined);
+            let (levels, settled) = presliding_levels(&unknowns.presliding, &refined);
             if round == MAX_ROUNDS || !moved && settled {
                 return Ok(Some(End {
                     refined,
                     z: descent.z,
                     levels: descent.levels,
                     delays: used,
-                    residual: levels,
+                    presliding: levels,
                 }));
             }
-            residual = Some(levels);
+            presliding = Some(levels);
             last = Some(descent);
         }
         Ok(None)
@@ -340,7 +340,7 @@ fn descend_with_noise<'p>(
     Ok(descent.map(|descent| (descent, problem)))
 }
 
-/// Returns the prior levels of the presliding friction after a refinement, and whether they have settled.
+/// Returns the prior levels of presliding friction after a refinement, and whether they have settled.
 fn presliding_levels(
     before: &[PreslidingLevel],
     refined: &Refined,
@@ -348,12 +348,12 @@ fn presliding_levels(
     let values: Vec<f64> = refined.free.iter().map(|&i| refined.theta[i]).collect();
     let mut settled = true;
     let after = (before.iter())
-        .map(|residual| {
-            let level = residual.evidence(&values, &refined.covariance, values.len());
-            settled &= (level / residual.level).ln().abs() < SETTLED;
+        .map(|known| {
+            let level = known.evidence(&values, &refined.covariance, values.len());
+            settled &= (level / known.level).ln().abs() < SETTLED;
             PreslidingLevel {
                 level,
-                ..residual.clone()
+                ..known.clone()
             }
         })
         .collect();

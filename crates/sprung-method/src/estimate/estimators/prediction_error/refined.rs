@@ -79,8 +79,8 @@ pub(super) struct FoundNoise {
     pub(super) corner: f64,
     /// Noise of sensors beyond the noise that their samples show.
     pub(super) sensors: Vec<SensorLevel>,
-    /// Prior levels of the presliding friction by joint and side, N·m (N).
-    pub(super) residual: Vec<(usize, Side, f64)>,
+    /// Prior levels of presliding friction by joint and side, N·m (N).
+    pub(super) presliding: Vec<(usize, Side, f64)>,
 }
 
 /// What channels do to the quantities.

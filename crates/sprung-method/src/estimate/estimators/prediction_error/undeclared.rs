@@ -160,7 +160,7 @@ impl Refinery<'_> {
             &theta,
         ));
         let unknowns = Unknowns::new(richer, channels, measurements, &theta, free)
-            .with_presliding_levels(end.residual.clone())
+            .with_presliding_levels(end.presliding.clone())
             .with_bends_of(&end.scales())
             .with_effects(effects.clone());
         let mut z = end.z.clone();

@@ -68,8 +68,8 @@ pub(super) struct Unknowns {
     pub(super) free: Vec<usize>,
     pub(super) offsets: Vec<Offset>,
     pub(super) bends: Vec<Bend>,
-    /// Prior levels of the presliding friction.
-    pub(super) residual: Vec<PreslidingLevel>,
+    /// Prior levels of presliding friction.
+    pub(super) presliding: Vec<PreslidingLevel>,
     /// Channel of each effect, and the effect.
     effects: Vec<(usize, Effect)>,
 }
@@ -140,7 +140,7 @@ impl Unknowns {
         });
         Self {
             bends: bends.collect(),
-            residual: PreslidingLevel::all(model, &free, theta),
+            presliding: PreslidingLevel::all(model, &free, theta),
             known: theta.to_vec(),
             free,
             offsets,
@@ -187,9 +187,9 @@ impl Unknowns {
             .collect()
     }
 
-    /// Returns the same unknowns with other prior levels of the presliding friction.
+    /// Returns the same unknowns with other prior levels of presliding friction.
     pub(super) fn with_presliding_levels(mut self, levels: Vec<PreslidingLevel>) -> Self {
-        self.residual = levels;
+        self.presliding = levels;
         self
     }
 
@@ -206,14 +206,14 @@ impl Unknowns {
     pub(super) fn priors(&self) -> impl Iterator<Item = Prior> {
         let offsets = (self.offsets.iter()).map(|offset| (0.0, offset.deviation));
         let bends = (self.bends.iter()).map(|bend| (bend.start, bend.deviation()));
-        let residual = self.residual.iter().flat_map(|residual| {
-            residual.places.iter().map(|&at| Prior {
+        let presliding = self.presliding.iter().flat_map(|level| {
+            level.places.iter().map(|&at| Prior {
                 at,
                 mean: 0.0,
-                deviation: residual.level,
+                deviation: level.level,
             })
         });
-        residual.chain(
+        presliding.chain(
             (offsets.chain(bends).enumerate()).map(|(i, (mean, deviation))| Prior {
                 at: self.free.len() + i,
                 mean,
