@@ -294,11 +294,15 @@ impl Mixed {
                 lost += v * v * v.abs() * of(Law::Quadratic);
                 lost += v * step * (s.phi[i] - s.q[i]).abs() * of(Law::Load);
                 of_offsets += v * of(Law::Offset);
-                if side == Side::Motor {
-                    let elements = &s.presliding[i * ELEMENTS..(i + 1) * ELEMENTS];
-                    let laws = Family::Presliding.laws().iter();
-                    let torque = laws.zip(elements).map(|(&law, z)| of(law) * z);
-                    of_offsets += v * torque.sum::<f64>();
+                let laws = Family::Presliding.laws().iter();
+                match side {
+                    Side::Motor => {
+                        let elements = &s.presliding[i * ELEMENTS..(i + 1) * ELEMENTS];
+                        let torque = laws.zip(elements).map(|(&law, z)| of(law) * z);
+                        of_offsets += v * torque.sum::<f64>();
+                    }
+                    // Links have no elements, so theirs slide.
+                    Side::Link => lost += v * step * laws.map(|&law| of(law)).sum::<f64>(),
                 }
             }
             let rate = s.dphi[i] - s.dq[i];

@@ -46,6 +46,7 @@ pub struct Choices {
     delay_s: Vec<f64>,
     /// Of each joint.
     stribeck_velocity: Vec<f64>,
+    /// Zero for a joint without this friction.
     presliding_width: Vec<f64>,
     /// Parameters about which the regression is linear in the stiffnesses without link encoder.
     springs: Option<Packed>,
@@ -96,7 +97,9 @@ impl Choices {
             stribeck_velocity: (joints.clone())
                 .map(|i| model.stribeck_velocity(i))
                 .collect(),
-            presliding_width: joints.map(|i| model.shape(i).presliding_width).collect(),
+            presliding_width: joints
+                .map(|i| model.presliding_width(i).unwrap_or_default())
+                .collect(),
             springs: model.springs().map(|theta| Packed(theta.to_vec())),
             mountings: (sensors.flat_map(|inertial| &inertial.all))
                 .map(|sensor| Packed(sensor.found()))
