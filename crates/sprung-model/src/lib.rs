@@ -366,6 +366,12 @@ impl Model {
         self.fixed.joints[joint].kind
     }
 
+    /// Returns whether any joint has a spring.
+    #[must_use]
+    pub fn has_springs(&self) -> bool {
+        (0..self.joint_count()).any(|joint| self.is_flexible(joint))
+    }
+
     /// Returns whether a joint has a spring.
     #[must_use]
     pub fn is_flexible(&self, joint: usize) -> bool {

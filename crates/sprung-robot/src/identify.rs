@@ -10,8 +10,9 @@ use super::physical::Physical;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Identify {
-    /// One estimator or several: `"prediction-error"` (the default), `"least-squares"`, `"lsff"`,
-    /// `"output-error"`.
+    /// One estimator or several: `"prediction-error"`, `"least-squares"`, `"lsff"`, `"output-error"`. Without this key
+    /// sprung takes `"prediction-error"` if a joint has a spring that the logs show, or if the residual of every motor is
+    /// below 1.5 % of its torque; else `"least-squares"`.
     #[serde(deserialize_with = "one_or_many")]
     #[schemars(with = "OneOrManyEstimators")]
     pub estimator: Vec<Estimator>,
@@ -56,7 +57,7 @@ pub struct Identify {
 impl Default for Identify {
     fn default() -> Self {
         Self {
-            estimator: vec![Estimator::PredictionError],
+            estimator: Vec::new(),
             start: StartName::LeastSquares,
             filter_cutoff_rad_per_s: 30.0,
             discretization: DiscretizationName::Matched,
@@ -70,6 +71,21 @@ impl Default for Identify {
             springs_from_motor: false,
             constraints: Constraints::Possible,
             physical: Physical::default(),
+        }
+    }
+}
+
+impl Identify {
+    /// Returns the estimators that the file names, or those by default.
+    ///
+    /// - `refines`: whether a joint has a spring, or the equations of rigid joints explain the torques. Otherwise laws of
+    ///   friction limit the result, which no refinement mends.
+    #[must_use]
+    pub fn estimators(&self, refines: bool) -> &[Estimator] {
+        match (self.estimator.is_empty(), refines) {
+            (false, _) => &self.estimator,
+            (true, true) => &[Estimator::PredictionError],
+            (true, false) => &[Estimator::LeastSquares],
         }
     }
 }
@@ -170,6 +186,9 @@ fn one_or_many<'de, D: serde::Deserializer<'de>>(
             let mut all = Vec::new();
             while let Some(one) = list.next_element()? {
                 all.push(one);
+            }
+            if all.is_empty() {
+                return Err(serde::de::Error::custom("the list of estimators is empty"));
             }
             Ok(all)
         }

@@ -63,6 +63,12 @@ pub struct Robot {
 }
 
 impl Robot {
+    /// Returns whether any joint has a spring.
+    #[must_use]
+    pub fn has_springs(&self) -> bool {
+        self.joint.iter().any(Joint::is_flexible)
+    }
+
     /// Returns the kind of a joint by its index.
     #[must_use]
     pub fn kind(&self, joint: usize) -> JointKind {

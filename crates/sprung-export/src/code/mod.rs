@@ -178,7 +178,7 @@ pub(super) fn said(model: &Model, extras: &[Extra], control: Option<&ControlCode
         let note = "the code has no memory of the motion: its elements slide, as Coulomb friction";
         rows.push(row("presliding friction", How::Approximated, note));
     }
-    if (0..model.joint_count()).any(|joint| model.is_flexible(joint)) {
+    if model.has_springs() {
         let note = "stiffness, damping, cubic stiffness and preload, as identified";
         rows.push(row("springs", How::Exact, note));
     }

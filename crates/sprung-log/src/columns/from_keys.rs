@@ -39,7 +39,7 @@ pub(super) fn channels(
 /// positions.
 fn lone_positions(robot: &Robot, log: &Log) -> Result<Vec<Channel>, ChannelError> {
     let mut all = Vec::new();
-    if robot.joint.iter().any(Joint::is_flexible) {
+    if robot.has_springs() {
         return Ok(all);
     }
     for (key, columns) in log.given() {

@@ -101,8 +101,7 @@ pub(super) fn conclude(
         timing,
         fit_seconds: clock.seconds() - on_line_seconds,
     };
-    let refines =
-        (ready.prepared.reading().settings().estimator).contains(&Estimator::PredictionError);
+    let refines = basis.estimators().contains(&Estimator::PredictionError);
     if refines && matches!(timing, Timing::Open) {
         first(&before_refinement(&basis)?);
     }

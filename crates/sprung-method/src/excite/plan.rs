@@ -133,7 +133,7 @@ pub fn certify(
 ) -> Result<Certificate, Broken> {
     let model = task.model;
     let mut certified = Peaks(certify_reference(series, task.bounds)?);
-    let is_rigid = (0..model.joint_count()).all(|joint| !model.is_flexible(joint));
+    let is_rigid = !model.has_springs();
     let controller = Controller {
         reference: series.reference(model),
         ..runs.controller.clone()

@@ -21,7 +21,7 @@ pub(crate) use least_squares::{
     Fitted, fit_quickly, fit_weighted, groups_for, row_weights, student_95,
 };
 pub(crate) use motor_row::MotorRow;
-pub use residual::{residual, torques};
+pub use residual::{relative_residuals, residual, torques};
 
 pub(crate) use column_fit::ColumnFit;
 #[cfg(test)]
@@ -32,5 +32,4 @@ pub(crate) use joint_fit::{JointFit, joint_fits};
 pub(crate) use least_squares::fit_values;
 pub(crate) use non_negative::{RIDGE, non_negative};
 pub(crate) use parts::{PartFit, fit_of_log, fits_of_quarters};
-pub(crate) use residual::unweighted;
 pub(crate) use unknowns::Free;

@@ -41,6 +41,18 @@ pub fn residual(model: &Model, system: &System, theta: &[f64]) -> Vec<(f64, f64)
         .collect()
 }
 
+/// Returns the residual of each row over its right-hand side, without weights if the kept samples allow; `None` for rows
+/// without right-hand side.
+#[must_use]
+pub fn relative_residuals(model: &Model, system: &System, theta: &[f64]) -> Vec<Option<f64>> {
+    (residual(model, system, theta).into_iter().enumerate())
+        .map(|(row, (rms, rhs))| {
+            let values: Vec<f64> = model.row_columns(row).iter().map(|&c| theta[c]).collect();
+            (rhs > 0.0).then(|| unweighted(system, row, &values).unwrap_or(rms / rhs))
+        })
+        .collect()
+}
+
 /// Torque of one parameter in a log.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TorqueOf {

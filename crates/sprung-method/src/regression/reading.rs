@@ -5,7 +5,7 @@ use std::sync::Arc;
 use sprung_core::parameters::JointParameter;
 
 use super::weights::TransitionWeights;
-use crate::description::{Identify, SpringTorque};
+use crate::description::{Estimator, Identify, SpringTorque};
 use crate::log::Channels;
 use crate::model::Model;
 
@@ -56,6 +56,12 @@ impl Reading {
     #[must_use]
     pub fn settings(&self) -> &Identify {
         &self.settings
+    }
+
+    /// Returns the estimators of the identification.
+    #[must_use]
+    pub fn estimators(&self) -> &[Estimator] {
+        self.settings.estimators(self.model.has_springs())
     }
 
     /// Returns the meaning of the columns.

@@ -10,7 +10,7 @@ use super::evidence::{PARTS, mean_and_error};
 use super::found::Found;
 use super::result::AddedLaw;
 use super::unknown::{Kind, Place};
-use crate::description::{FrictionLaw, Joint, Weights};
+use crate::description::{FrictionLaw, Weights};
 use crate::fit::{HoldOut, Missed, fit_values, row_weights};
 use crate::log::Channels;
 use crate::model::{Model, Theta};
@@ -138,8 +138,7 @@ pub(super) fn presliding(prepared: &Prepared) -> Vec<Found> {
     let settings = prepared.reading().settings();
     // Without weights the smearing of reversals looks like this friction. Disturbances and springs of flexible joints do so with
     // weights, too.
-    let joints = &experiment.robot.joint;
-    if settings.weights == Weights::None || joints.iter().any(Joint::is_flexible) {
+    if settings.weights == Weights::None || experiment.robot.has_springs() {
         return Vec::new();
     }
     let speeds = rms_speeds(prepared.reading(), prepared.excerpt());

@@ -28,12 +28,6 @@ fn springs_from_motor(file: &ExperimentFile) -> Result<(), Fault> {
 
 pub(super) fn identify(file: &ExperimentFile) -> Result<(), Fault> {
     let settings = &file.identify;
-    if settings.estimator.is_empty() {
-        return Err(fault(
-            &["identify", "estimator"],
-            "the list of estimators is empty",
-        ));
-    }
     for (i, one) in settings.estimator.iter().enumerate() {
         if settings.estimator[..i].contains(one) {
             return Err(fault(

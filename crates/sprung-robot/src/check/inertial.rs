@@ -98,7 +98,7 @@ pub(super) fn check_estimators(
     robot: &Robot,
     settings: &Identify,
 ) -> Result<(), Fault> {
-    for &estimator in &settings.estimator {
+    for &estimator in settings.estimators(robot.has_springs()) {
         refuse_task(robot, log, Task::Identify(estimator))
             .map_err(|reason| refused(&["identify", "estimator"], &reason))?;
     }

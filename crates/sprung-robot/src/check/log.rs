@@ -85,7 +85,7 @@ fn turning(robot: &Robot, kind: JointKind) -> &'static str {
 
 pub(crate) fn check_log(log: &Log, path: &[&str], robot: &Robot) -> Result<(), Fault> {
     let at = |key| [path, &[key]].concat();
-    let rigid = !robot.joint.iter().any(Joint::is_flexible);
+    let rigid = !robot.has_springs();
     let lone = rigid && !Key::of(Signal::Motor).any(|key| key.is_given(log));
     for (key, list) in log.given() {
         let which = if lone && key.quantity == Quantity::LinkPosition {

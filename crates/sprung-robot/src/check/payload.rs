@@ -43,7 +43,7 @@ pub(super) fn check_payloads(file: &ExperimentFile) -> Result<(), Fault> {
     // The estimator of servos is another one.
     let loaded = parts().filter(|_| !is_servo).filter_map(payload_feature);
     for (feature, name) in loaded {
-        for &estimator in &file.identify.estimator {
+        for &estimator in file.identify.estimators(file.robot.has_springs()) {
             refuse(feature, &name, Task::Identify(estimator))
                 .map_err(|reason| refused(&["identify", "estimator"], &reason))?;
         }

@@ -63,14 +63,30 @@ fn identified(laws: &str, log: &str) -> Identification {
 
 /// - `further`: value of the key `laws`.
 fn identified_with(laws: &str, log: &str, further: &str) -> Identification {
-    let text = WHEEL.replace("LAWS", laws).replace("declared", further);
+    of_file(&WHEEL.replace("LAWS", laws).replace("declared", further), log)
+}
+
+fn of_file(text: &str, log: &str) -> Identification {
     let experiment: Experiment =
-        description::read("experiment.toml", &text, &[], &mut no_files).unwrap();
+        description::read("experiment.toml", text, &[], &mut no_files).unwrap();
     let model = Model::new(&experiment).unwrap();
     with_source(log.as_bytes(), |source| {
         let found = identify(&experiment, &model, &mut [source], &mut Unheard);
         found.unwrap().identification
     })
+}
+
+#[test]
+fn rigid_joints_are_refined_by_default_only_if_their_equations_explain_the_torques() {
+    let by_default = WHEEL.replace("estimator = \"least-squares\"\n", "");
+    for (laws, estimator) in [
+        (r#"["viscous", "coulomb"]"#, "prediction-error"),
+        (r#"["viscous"]"#, "least-squares"),
+    ] {
+        let found = of_file(&by_default.replace("LAWS", laws), &log(0.3));
+        let used: Vec<&str> = (found.results.iter()).map(|one| one.estimator.as_str()).collect();
+        assert_eq!(used, [estimator], "{laws}");
+    }
 }
 
 fn laws(identification: &Identification) -> Vec<&UnknownResult> {

@@ -14,7 +14,7 @@ use crate::estimate::result::{
     CrossCheckResult, Decision, EncoderOffsetResult, EstimateResult, MotorRowResult,
     ParameterEstimate, Verdict,
 };
-use crate::fit::{Fitted, MotorRow, residual, torques, unweighted};
+use crate::fit::{Fitted, MotorRow, relative_residuals, residual, torques};
 use crate::model::{Model, Parameter, Theta};
 use crate::named::Named;
 use crate::regression::System;
@@ -102,7 +102,9 @@ pub(super) fn result_of(
         residual_rms: (rows.iter().enumerate())
             .map(|(i, (rms, _))| (named(i), *rms))
             .collect(),
-        relative_residual: relative_residuals(model, system, theta, &rows),
+        relative_residual: (relative_residuals(model, system, theta).iter().enumerate())
+            .filter_map(|(i, relative)| Some((named(i), (*relative)?)))
+            .collect(),
         resolution_share: (rows.iter().enumerate())
             .filter_map(|(i, _)| Some((named(i), system.kept().transition_share(i)?)))
             .collect(),
@@ -189,23 +191,6 @@ fn without_rounding(model: &Model, theta: &[f64], limits: Option<&[Option<Limits
         if is_zero { 0.0 } else { *value }
     };
     theta.iter().enumerate().map(of).collect()
-}
-
-/// Returns the residual of each row with a right-hand side, relative to it.
-///
-/// - `rows`: root mean squares of the residual and of the right-hand side of each row, N·m (N).
-fn relative_residuals(model: &Model, system: &System, theta: &[f64], rows: &[(f64, f64)]) -> Named {
-    (rows.iter().enumerate())
-        .filter(|(_, (_, rhs))| *rhs > 0.0)
-        .map(|(i, (rms, rhs))| {
-            let columns = model.row_columns(i).iter();
-            let values: Vec<f64> = columns.map(|&c| theta[c]).collect();
-            (
-                model.row_name(i),
-                unweighted(system, i, &values).unwrap_or(rms / rhs),
-            )
-        })
-        .collect()
 }
 
 fn motor_rows(model: &Model, fitted: &Fitted) -> Vec<MotorRowResult> {

@@ -34,7 +34,7 @@ pub(in crate::estimate) fn refine(
     logs: &mut Logs<'_, '_>,
     progress: &mut dyn Listener,
 ) -> Result<Refined, IdentifyError> {
-    let estimators = basis.ready.prepared.reading().settings().estimator.iter();
+    let estimators = basis.estimators().iter();
     let mut robot: Vec<(Estimator, Found)> = Vec::new();
     for &estimator in estimators {
         match run(basis, estimator, logs.of_robot, progress)? {

@@ -214,7 +214,11 @@ fn start<'a>(reading: &Reading, before: &Before<'_>, theta: &'a [f64]) -> Start<
     let (model, channels) = (reading.model(), reading.channels());
     let parameters = model.parameters().iter();
     let free = (parameters.zip(&before.fitted.identifiable).enumerate())
-        .filter(|(_, (parameter, known))| **known && parameter.fixed.is_none())
+        .filter(|(i, (parameter, known))| {
+            // Least squares with signs leave elements of a curve at zero that the log does not need.
+            let of_curve = parameter.joint.is_some_and(|(kind, _)| kind.is_of_curve());
+            **known && parameter.fixed.is_none() && !(of_curve && theta[*i] <= 0.0)
+        })
         .map(|(i, _)| i)
         .collect();
     Start {
@@ -248,6 +252,13 @@ fn wrong_log(about_logs: &[Finding]) -> Option<&Finding> {
 fn refined_numbers(refined: Refined, rung: Rung, fitted: &Fitted, undeclared: &[f64]) -> Numbers {
     let error_parts: Vec<ErrorParts> = (0..refined.theta.len())
         .map(|i| {
+            if fitted.identifiable[i] && !refined.free.contains(&i) {
+                return ErrorParts {
+                    sampling: fitted.standard_error[i],
+                    between_parts: 0.0,
+                    bias: 0.0,
+                };
+            }
             let (error, between) = (refined.standard_error[i], refined.between_parts[i]);
             let within = (error.powi(2) - between.powi(2)).max(0.0).sqrt();
             let both = error.hypot(fitted.standard_error[i]);

@@ -37,7 +37,7 @@ pub(in crate::estimate) fn likely(
     progress: &mut dyn Listener,
 ) -> Result<Vec<VelocityByLikelihood>, PassError> {
     let open = reading.model().open_stribeck();
-    let asked = (reading.settings().estimator).contains(&Estimator::PredictionError);
+    let asked = reading.estimators().contains(&Estimator::PredictionError);
     if open.is_empty() || !asked {
         return Ok(Vec::new());
     }
