@@ -58,40 +58,71 @@ pub(crate) fn settled(
     if prepared.wrong_time_unit().is_some() || leaves_out_springs {
         return Ok(Settled::without(prepared));
     }
+    let Some(alone) = searched(&prepared, progress)? else {
+        return Ok(Settled::without(prepared));
+    };
+    let presliding = presliding(&alone.prepared);
+    if presliding.is_empty() {
+        return Ok(alone);
+    }
+    let (laws, about) = told(&presliding, &alone.prepared);
+    let with = |other: Prepared, progress: &mut dyn Listener| {
+        applied(other, (&presliding, &laws), progress)
+    };
+    // Without this friction its shadows are found: delays, other laws.
+    let again = if alone.unknowns.is_empty() {
+        None
+    } else {
+        searched(&with(prepared, progress)?, progress)?
+    };
+    let mut all = match again {
+        Some(again) => again,
+        None => Settled {
+            prepared: with(alone.prepared, progress)?,
+            ..alone
+        },
+    };
+    all.unknowns.extend(laws);
+    all.about.findings.extend(about.findings);
+    Ok(all)
+}
+
+/// Searches the first log and applies what needs no decision. Returns `None` for a log that cannot be searched.
+///
+/// # Errors
+///
+/// As of [`settled`].
+fn searched(
+    prepared: &Prepared,
+    progress: &mut dyn Listener,
+) -> Result<Option<Settled>, PrepareError> {
     let Some(Settlement { found, unexplained }) = settle(
         prepared.experiment(),
         &prepared.examined(),
         prepared.excerpt(),
     ) else {
-        return Ok(Settled::without(prepared));
+        return Ok(None);
     };
     let channels = prepared.reading().channels().clone();
     let period = prepared.excerpt().period();
-    let mut found = confirmed(relative(found, &channels, period), &prepared);
+    let mut found = confirmed(relative(found, &channels, period), prepared);
     // The least expected first.
     let rank = |one: &Found| match one.kind {
         Kind::Timing => 3,
-        _ if status(one, &prepared) == UnknownStatus::Estimated => 2,
+        _ if status(one, prepared) == UnknownStatus::Estimated => 2,
         Kind::Law => 1,
         _ => 0,
     };
     found.sort_by_key(rank);
-    found = with_confirmed_laws(found, &prepared);
-    let (mut unknowns, mut about) = told(&found, &prepared);
+    found = with_confirmed_laws(found, prepared);
+    let (unknowns, mut about) = told(&found, prepared);
     about.unexplained = Some(unexplained);
-    let mut prepared = applied(prepared, (&found, &unknowns), progress)?;
-    let presliding = presliding(&prepared);
-    if !presliding.is_empty() {
-        let (more, more_about) = told(&presliding, &prepared);
-        prepared = applied(prepared, (&presliding, &more), progress)?;
-        unknowns.extend(more);
-        about.findings.extend(more_about.findings);
-    }
-    Ok(Settled {
+    let prepared = applied(prepared.clone(), (&found, &unknowns), progress)?;
+    Ok(Some(Settled {
         prepared,
         unknowns,
         about,
-    })
+    }))
 }
 
 /// Returns the results about what was found, and the findings.
