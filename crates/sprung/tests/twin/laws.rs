@@ -63,7 +63,10 @@ fn identified(laws: &str, log: &str) -> Identification {
 
 /// - `further`: value of the key `laws`.
 fn identified_with(laws: &str, log: &str, further: &str) -> Identification {
-    of_file(&WHEEL.replace("LAWS", laws).replace("declared", further), log)
+    of_file(
+        &WHEEL.replace("LAWS", laws).replace("declared", further),
+        log,
+    )
 }
 
 fn of_file(text: &str, log: &str) -> Identification {
@@ -84,7 +87,9 @@ fn rigid_joints_are_refined_by_default_only_if_their_equations_explain_the_torqu
         (r#"["viscous"]"#, "least-squares"),
     ] {
         let found = of_file(&by_default.replace("LAWS", laws), &log(0.3));
-        let used: Vec<&str> = (found.results.iter()).map(|one| one.estimator.as_str()).collect();
+        let used: Vec<&str> = (found.results.iter())
+            .map(|one| one.estimator.as_str())
+            .collect();
         assert_eq!(used, [estimator], "{laws}");
     }
 }

@@ -7,6 +7,7 @@
 
 mod accelerometer;
 mod arrays;
+mod bristles;
 mod golden;
 mod gyroscope;
 mod in_memory;

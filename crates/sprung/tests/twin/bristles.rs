@@ -1,0 +1,141 @@
+//! Presliding friction of a flexible joint, from a simulation that shares no code with the models.
+
+use std::f64::consts::TAU;
+use std::fmt::Write;
+
+use sprung_base::progress::Unheard;
+use sprung_method::estimate::{Identification, identify};
+use sprung_model::Model;
+use sprung_robot::{self as description, Experiment, no_files};
+
+use crate::in_memory::with_source;
+
+const JOINT: &str = r#"
+format = 1
+[robot]
+name = "flexible joint"
+dh_modified = [{}]
+[[robot.joint]]
+name = "hip"
+transmission = "flexible"
+motor_friction = ["viscous", "coulomb", "offset"]
+link_friction = ["viscous"]
+[log]
+file = "run.csv"
+time_s = "t"
+motor_position_rad = ["phi"]
+link_position_rad = ["q"]
+motor_torque_nm = ["tau"]
+[identify]
+estimator = "least-squares"
+laws = "LAWS"
+"#;
+
+/// Rotor, kg·m², link, kg·m², stiffness, N·m/rad, viscous friction of motor and link, N·m·s/rad, Coulomb friction, N·m.
+const ROTOR: f64 = 1.0;
+const LINK: f64 = 2.0;
+const STIFFNESS: f64 = 1e4;
+const VISCOUS: [f64; 2] = [6.0, 1.0];
+const COULOMB: f64 = 7.0;
+
+/// Period of the controller and of the log, s, and steps of the simulation in it.
+const PERIOD: f64 = 1e-3;
+const STEPS: usize = 50;
+
+/// Friction of the motor until it slides.
+#[derive(Clone, Copy)]
+enum Sliding {
+    /// It jumps at once.
+    Jump,
+    /// A bristle of this width, rad, bends first (LuGre).
+    Bristle(f64),
+}
+
+/// Returns a log of 15 s under a controller of the motor position, whose torque is held for a period.
+fn log(sliding: Sliding) -> String {
+    let mut text = "t,phi,q,tau\n".to_owned();
+    let sines = [
+        (0.25, 0.13, 0.0),
+        (0.12, 0.37, 1.0),
+        (0.07, 0.9, 2.0),
+        (0.03, 2.1, 3.0),
+    ];
+    let (mut motor, mut link, mut bend) = ([0.0_f64; 2], [0.0_f64; 2], 0.0_f64);
+    for k in 0..15_000 {
+        let time = f64::from(k) * PERIOD;
+        let fade = (time / 1.5).min(1.0);
+        let sum = |phase: f64| -> f64 {
+            let of = |(a, f, p): &(f64, f64, f64)| a * (TAU * f * time + p + phase).sin();
+            fade * fade * sines.iter().map(of).sum::<f64>()
+        };
+        let torque = 3000.0 * (sum(0.0) - motor[0]) - 90.0 * motor[1];
+        // Any deterministic signal with a flat spectrum serves as noise.
+        let noise = |a: f64| 2e-5 * (a * time * time * 1e4).sin();
+        writeln!(
+            text,
+            "{time:.3},{:.9},{:.9},{torque:.6}",
+            motor[0] + noise(1.0),
+            link[0] + noise(1.3)
+        )
+        .unwrap();
+        let step = PERIOD / STEPS as f64;
+        for _ in 0..STEPS {
+            let friction = match sliding {
+                Sliding::Jump => COULOMB * (100.0 * motor[1]).tanh(),
+                Sliding::Bristle(width) => {
+                    bend += step * (motor[1] - motor[1].abs() * bend / width);
+                    COULOMB * bend / width
+                }
+            };
+            let spring = STIFFNESS * (motor[0] - link[0]);
+            motor[1] += step * (torque - spring - VISCOUS[0] * motor[1] - friction) / ROTOR;
+            link[1] += step * (spring - VISCOUS[1] * link[1]) / LINK;
+            motor[0] += step * motor[1];
+            link[0] += step * link[1];
+        }
+    }
+    text
+}
+
+fn identified(laws: &str, log: &str) -> Identification {
+    let text = JOINT.replace("LAWS", laws);
+    let experiment: Experiment =
+        description::read("experiment.toml", &text, &[], &mut no_files).unwrap();
+    let model = Model::new(&experiment).unwrap();
+    with_source(log.as_bytes(), |source| {
+        let found = identify(&experiment, &model, &mut [source], &mut Unheard);
+        found.unwrap().identification
+    })
+}
+
+/// Returns the error of a value relative to the true one.
+fn error(of: &Identification, name: &str, truth: f64) -> f64 {
+    let parameter = (of.results[0].parameters.iter()).find(|one| one.name == name);
+    parameter.and_then(|one| one.value).unwrap() / truth - 1.0
+}
+
+fn used(of: &Identification) -> Vec<&str> {
+    (of.unknowns.iter())
+        .filter_map(|one| Some(one.used_law()?.law.as_str()))
+        .collect()
+}
+
+#[test]
+fn a_flexible_joint_with_bristles_gets_presliding_friction_and_its_true_rotor() {
+    let log = log(Sliding::Bristle(1e-3));
+    let declared = identified("declared", &log);
+    let wrong = error(&declared, "hip.rotor_inertia", ROTOR);
+    assert!(wrong.abs() > 0.05, "{wrong}");
+    let found = identified("auto", &log);
+    assert_eq!(used(&found), ["presliding"]);
+    let rotor = error(&found, "hip.rotor_inertia", ROTOR);
+    let stiffness = error(&found, "hip.stiffness", STIFFNESS);
+    assert!(rotor.abs() < 0.02, "{rotor}");
+    assert!(stiffness.abs() < 0.005, "{stiffness}");
+}
+
+#[test]
+fn a_flexible_joint_whose_friction_jumps_gets_none() {
+    let found = identified("auto", &log(Sliding::Jump));
+    assert!(used(&found).is_empty(), "{:?}", used(&found));
+}
