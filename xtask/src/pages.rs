@@ -9,7 +9,7 @@ use crate::numbers::library;
 use crate::root;
 
 /// Words in the library with the form of a code that are no codes.
-const OTHER_WORDS: [&str; 23] = [
+const OTHER_WORDS: [&str; 22] = [
     "as-stamped",
     "at-a-glance",
     "condition-number",
@@ -24,7 +24,6 @@ const OTHER_WORDS: [&str; 23] = [
     "measured-and-predicted",
     "my-arm",
     "on-cycle",
-    "output-error",
     "prediction-error",
     "scale-invariant",
     "sprung-out",

@@ -329,19 +329,6 @@ fn conditioning(identification: &Identification) -> Section {
             ));
         }
     }
-    for result in &identification.results {
-        if let Some(fit) = &result.simulation {
-            pairs.push((
-                format!("Cost per sample of {}", result.estimator),
-                format!(
-                    "{} over {} samples, after {} iterations (about 1 if the loop is exactly known)",
-                    significant(fit.cost_per_sample, 4),
-                    fit.samples,
-                    fit.iterations
-                ),
-            ));
-        }
-    }
     let mut blocks = vec![
         Block::KeyValues(pairs),
         Block::Table(tables::residuals(identification)),

@@ -10,8 +10,7 @@ use super::physical::Physical;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Identify {
-    /// One estimator or several: `"prediction-error"` (the default), `"least-squares"`, `"lsff"`,
-    /// `"output-error"`.
+    /// One estimator or several: `"prediction-error"` (the default), `"least-squares"`, `"lsff"`.
     #[serde(deserialize_with = "one_or_many")]
     #[schemars(with = "OneOrManyEstimators")]
     pub estimator: Vec<Estimator>,
@@ -77,7 +76,7 @@ impl Default for Identify {
 /// An estimator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(try_from = "String")]
-#[schemars(extend("enum" = ["prediction-error", "least-squares", "lsff", "output-error"]))]
+#[schemars(extend("enum" = ["prediction-error", "least-squares", "lsff"]))]
 pub enum Estimator {
     /// Maximum likelihood on the innovations of an extended Kalman filter, started from least
     /// squares.
@@ -86,8 +85,6 @@ pub enum Estimator {
     LeastSquares,
     /// Recursive least squares with forgetting factor, sample by sample.
     Lsff,
-    /// Fit of the closed loop, simulated with the controller of the file.
-    OutputError,
 }
 
 impl Estimator {
@@ -98,7 +95,6 @@ impl Estimator {
             Self::PredictionError => "prediction-error",
             Self::LeastSquares => "least-squares",
             Self::Lsff => "lsff",
-            Self::OutputError => "output-error",
         }
     }
 }
@@ -107,12 +103,14 @@ impl TryFrom<String> for Estimator {
     type Error = String;
 
     fn try_from(word: String) -> Result<Self, String> {
-        let all = [
-            Self::PredictionError,
-            Self::LeastSquares,
-            Self::Lsff,
-            Self::OutputError,
-        ];
+        if word == "output-error" {
+            return Err(
+                "the estimator \"output-error\" is no longer part of sprung; use \"prediction-error\", which needs no \
+                 controller"
+                    .to_owned(),
+            );
+        }
+        let all = [Self::PredictionError, Self::LeastSquares, Self::Lsff];
         let index = choose("estimator", &word, &all.map(Self::name))?;
         Ok(all[index])
     }

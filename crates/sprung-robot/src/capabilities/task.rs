@@ -89,14 +89,13 @@ impl OwnCall {
 
 impl Task {
     /// Number of tasks.
-    pub(crate) const COUNT: usize = 12;
+    pub(crate) const COUNT: usize = 11;
 
     /// All tasks, in the order of the page.
     pub(crate) const ALL: [Self; Self::COUNT] = [
         Self::Check,
         Self::Identify(Estimator::LeastSquares),
         Self::Identify(Estimator::Lsff),
-        Self::Identify(Estimator::OutputError),
         Self::Identify(Estimator::PredictionError),
         Self::SeveralMachines,
         Self::Validate,
@@ -113,15 +112,14 @@ impl Task {
             Self::Check => 0,
             Self::Identify(Estimator::LeastSquares) => 1,
             Self::Identify(Estimator::Lsff) => 2,
-            Self::Identify(Estimator::OutputError) => 3,
-            Self::Identify(Estimator::PredictionError) => 4,
-            Self::SeveralMachines => 5,
-            Self::Validate => 6,
-            Self::Simulate => 7,
-            Self::Compare => 8,
-            Self::ExportRobot => 9,
-            Self::ExportCode => 10,
-            Self::Dynamics => 11,
+            Self::Identify(Estimator::PredictionError) => 3,
+            Self::SeveralMachines => 4,
+            Self::Validate => 5,
+            Self::Simulate => 6,
+            Self::Compare => 7,
+            Self::ExportRobot => 8,
+            Self::ExportCode => 9,
+            Self::Dynamics => 10,
         }
     }
 

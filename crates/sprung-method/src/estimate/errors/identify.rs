@@ -16,12 +16,6 @@ pub enum IdentifyError {
     /// The logs cannot be prepared.
     #[error(transparent)]
     Prepare(PrepareError),
-    /// Output error has no controller to simulate.
-    #[error(
-        "estimator \"output-error\" simulates the closed loop, and {0}; or use \"least-squares\", which \
-         needs no controller"
-    )]
-    Controller(&'static str),
     /// The refinement is to start from nominal values, but the experiment does not give all of
     /// them.
     #[error("[identify] start = \"nominal\" needs nominal values: {0}")]
