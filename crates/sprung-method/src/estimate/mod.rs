@@ -6,7 +6,6 @@ mod estimators;
 mod identify;
 mod judge;
 mod laws;
-mod many_logs;
 mod nuisances;
 mod payload;
 mod physical;
@@ -18,13 +17,11 @@ mod springs;
 mod statistics;
 mod steps;
 
-pub use errors::{FactorsError, IdentifyError, LsffError};
+pub use errors::{IdentifyError, LsffError};
 pub use estimators::lsff::Lsff;
 pub use estimators::prediction_error::{Bound, KnownNoise, KnownTruth, information_bound};
 pub use identify::{identify, identify_and_tell};
 pub use judge::{percent, predictions};
-pub use many_logs::{Choices, LogFactors};
-pub use many_logs::{choices, factors, identify_factors};
 pub use posterior::{Body, DrawMethod, Posterior, PosteriorError, Samples};
 pub(crate) use result::GENERATOR;
 pub use result::{

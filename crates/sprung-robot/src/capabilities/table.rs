@@ -55,11 +55,6 @@ pub(super) const fn row(feature: Feature) -> [Answer; Task::COUNT] {
         "it takes the load of the log for a part of the robot",
         "set estimator = \"prediction-error\" or \"least-squares\", or leave the log out",
     ));
-    const ONE_PASS: Answer = Refused(reason(
-        "payload-needs-one-pass",
-        "an estimated payload needs one pass over all logs",
-        "leave the log out, or identify all logs on one machine",
-    ));
     const COUPLED: Answer = Refused(reason(
         "coupling-not-exported",
         "no format of export can say a transmission_matrix",
@@ -67,15 +62,15 @@ pub(super) const fn row(feature: Feature) -> [Answer; Task::COUNT] {
     ));
     const ALL: [Answer; Task::COUNT] = [Works; Task::COUNT];
     match feature {
-        //                        check  least   lsff       prediction   several   validate   simulate compare export   code     dynamics
-        //                               squares            error        machines
-        Feature::Gyroscope     => [Works, Works, GYROSCOPE, GYROSCOPE,   Works,    Works,     Works,   Works,  Works,   Works,   Works],
-        Feature::Accelerometer => [Works, Works, ACCELEROMETER, ACCELEROMETER, Works, Works,  Works,   Works,  Works,   Works,   Works],
-        Feature::Servo         => [Works, Works, Works,     Works,       SERVO,    SERVO,     Works,   SERVO,  SERVO,   SERVO,   SERVO],
-        Feature::KnownPayload  => [Works, Works, LOADED,    Works,       Works,    Works,     Works,   Works,  Works,   Works,   Works],
-        Feature::UnknownPayload => [Works, Works, Works,    Works,       ONE_PASS, VALIDATED, Works,   Works,  Works,   Works,   Works],
+        //                        check  least   lsff       prediction   validate   simulate compare export   code     dynamics
+        //                               squares            error
+        Feature::Gyroscope     => [Works, Works, GYROSCOPE, GYROSCOPE,   Works,     Works,   Works,  Works,   Works,   Works],
+        Feature::Accelerometer => [Works, Works, ACCELEROMETER, ACCELEROMETER, Works, Works, Works,  Works,   Works,   Works],
+        Feature::Servo         => [Works, Works, Works,     Works,       SERVO,     Works,   SERVO,  SERVO,   SERVO,   SERVO],
+        Feature::KnownPayload  => [Works, Works, LOADED,    Works,       Works,     Works,   Works,  Works,   Works,   Works],
+        Feature::UnknownPayload => [Works, Works, Works,    Works,       VALIDATED, Works,   Works,  Works,   Works,   Works],
         Feature::CoupledTransmission
-                               => [Works, Works, Works,     Works,       Works,    Works,     Works,   Works,  COUPLED, COUPLED, Works],
+                               => [Works, Works, Works,     Works,       Works,     Works,   Works,  COUPLED, COUPLED, Works],
         Feature::LinkEncoder
         | Feature::DeflectionSensor
         | Feature::TorqueSensor

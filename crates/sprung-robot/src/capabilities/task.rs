@@ -9,8 +9,6 @@ pub enum Task {
     Check,
     /// An identification with an estimator.
     Identify(Estimator),
-    /// Logs that are reduced one by one, on several machines.
-    SeveralMachines,
     /// The validation on other logs.
     Validate,
     /// The digital twin.
@@ -89,7 +87,7 @@ impl OwnCall {
 
 impl Task {
     /// Number of tasks.
-    pub(crate) const COUNT: usize = 11;
+    pub(crate) const COUNT: usize = 10;
 
     /// All tasks, in the order of the page.
     pub(crate) const ALL: [Self; Self::COUNT] = [
@@ -97,7 +95,6 @@ impl Task {
         Self::Identify(Estimator::LeastSquares),
         Self::Identify(Estimator::Lsff),
         Self::Identify(Estimator::PredictionError),
-        Self::SeveralMachines,
         Self::Validate,
         Self::Simulate,
         Self::Compare,
@@ -113,13 +110,12 @@ impl Task {
             Self::Identify(Estimator::LeastSquares) => 1,
             Self::Identify(Estimator::Lsff) => 2,
             Self::Identify(Estimator::PredictionError) => 3,
-            Self::SeveralMachines => 4,
-            Self::Validate => 5,
-            Self::Simulate => 6,
-            Self::Compare => 7,
-            Self::ExportRobot => 8,
-            Self::ExportCode => 9,
-            Self::Dynamics => 10,
+            Self::Validate => 4,
+            Self::Simulate => 5,
+            Self::Compare => 6,
+            Self::ExportRobot => 7,
+            Self::ExportCode => 8,
+            Self::Dynamics => 9,
         }
     }
 
@@ -128,7 +124,6 @@ impl Task {
         match self {
             Self::Identify(estimator) => format!("estimator \"{}\"", estimator.name()),
             Self::Check => "check".to_owned(),
-            Self::SeveralMachines => "identification on several machines".to_owned(),
             Self::Validate => "validate".to_owned(),
             Self::Simulate => "simulate".to_owned(),
             Self::Compare => "compare".to_owned(),
@@ -153,8 +148,7 @@ impl Task {
             (Self::Simulate, Language::Python) => Some("sprung.Servo.simulate"),
             (Self::Check | Self::Identify(_) | Self::Simulate, Language::C | Language::Rust)
             | (
-                Self::SeveralMachines
-                | Self::Validate
+                Self::Validate
                 | Self::Compare
                 | Self::ExportRobot
                 | Self::ExportCode
@@ -170,7 +164,7 @@ impl Task {
             Language::CommandLine => match self {
                 Self::Check => Some("sprung check"),
                 Self::Identify(_) => Some("sprung identify"),
-                Self::SeveralMachines | Self::Dynamics => None,
+                Self::Dynamics => None,
                 Self::Validate => Some("sprung validate"),
                 Self::Simulate => Some("sprung simulate"),
                 Self::Compare => Some("sprung compare"),
@@ -179,7 +173,6 @@ impl Task {
             Language::Library => Some(match self {
                 Self::Check => "Session::check",
                 Self::Identify(_) => "Session::identify",
-                Self::SeveralMachines => "Session::choices, factors, identify_factors",
                 Self::Validate => "Session::validate",
                 Self::Simulate => "Session::twin",
                 Self::Compare => "compare::compare",
@@ -189,7 +182,6 @@ impl Task {
             Language::Python => Some(match self {
                 Self::Check => "Experiment.check",
                 Self::Identify(_) => "Experiment.identify",
-                Self::SeveralMachines => "Experiment.choices, factors, identify_factors",
                 Self::Validate => "Result.validate",
                 Self::Simulate => "Experiment.simulate",
                 Self::Compare => "sprung.compare",
@@ -200,7 +192,6 @@ impl Task {
                 Self::Dynamics => Some("functions of the exported file"),
                 Self::Check
                 | Self::Identify(_)
-                | Self::SeveralMachines
                 | Self::Validate
                 | Self::Simulate
                 | Self::Compare

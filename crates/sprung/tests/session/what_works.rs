@@ -260,12 +260,6 @@ impl Case {
                     session.identify(&mut Unheard)?;
                 }
             }
-            "several machines" => {
-                let choices = session.choices(&mut Unheard)?;
-                let last = usize::from(self.feature == "payload to be estimated");
-                let factors = session.factors(&choices, last, &mut Unheard)?;
-                session.identify_factors(&factors, &mut Unheard)?;
-            }
             "`validate`" => {
                 session.validate(&self.parameters(), &mut Unheard)?;
             }

@@ -1,6 +1,5 @@
 //! Errors of an identification.
 
-use super::factors::FactorsError;
 use super::lsff::LsffError;
 use crate::check::Refusal;
 use crate::log::{ChannelError, LogError};
@@ -32,9 +31,6 @@ pub enum IdentifyError {
     /// A log contradicts the experiment file.
     #[error("{0}; to go on nevertheless set on_check_error = \"go-on\" in [identify]")]
     Refused(Refusal),
-    /// Factors of logs do not belong together.
-    #[error(transparent)]
-    Factors(#[from] FactorsError),
     /// Given values and limits exclude each other.
     #[error(
         "no robot can exist with the given values and limits: {0}; compare fixed, assume_zero, total_mass_kg and \

@@ -144,7 +144,7 @@ fn assemble(
     let unknowns = with_curves(unknowns, judged.results.first());
     let retiming = match basis.timing {
         Timing::Found(retiming) => Some(retiming),
-        Timing::Open | Timing::Kept => None,
+        Timing::Open => None,
     };
     let torques_delay_s = retiming
         .and_then(|retiming| retiming.torques_delay(refined))

@@ -21,6 +21,6 @@ pub(super) use describe::{before_refinement, describe};
 pub(super) use examine::examine;
 pub(super) use fit::fit;
 pub use identified::Identified;
-pub(super) use pass::{ReadLogs, pass, reduce};
+pub(super) use pass::{ReadLogs, pass};
 pub(super) use prepare::{Ready, make_ready};
 pub(super) use refine::{Refined, refine};
