@@ -8,7 +8,9 @@ mod bode;
 mod design;
 mod gains;
 mod judge;
+mod linear;
 mod margins;
+mod modes;
 mod motions;
 mod pictures;
 mod pose;
@@ -36,5 +38,5 @@ pub use shapers::{
     KindTrial, ModeShaper, ShapedImpulse, ShaperDesign, ShaperDesignError, ShaperKind,
     ShaperSettings, TradeOff, design_shaper,
 };
-pub use task::{ControlTask, MeasuredMode};
+pub use task::ControlTask;
 pub use workspace::workspace_poses;

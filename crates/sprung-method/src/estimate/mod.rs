@@ -39,6 +39,4 @@ pub(crate) use statistics::{between_parts, both_tails};
 pub use steps::Identified;
 
 pub use crate::fit::{fit, residual, torques, trace};
-pub use crate::frequency::{
-    Feature, FeatureKind, FrequencyResponse, JointResponse, ResponseCurves, SpringFromMotor, Unseen,
-};
+pub use crate::frequency::SpringFromMotor;

@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 Numbers: TypeAlias = NDArray[np.float64]
 Set: TypeAlias = tuple[str, Numbers, list[tuple[str, Numbers]]]
 Samples: TypeAlias = tuple[list[str], Numbers, Numbers, Numbers, Numbers]
-Figure: TypeAlias = tuple[
-    str, tuple[str, str], Numbers, list[tuple[str, str, Numbers]], list[tuple[float, str]]
-]
+Figure: TypeAlias = tuple[str, tuple[str, str], Numbers, list[tuple[str, str, Numbers]]]
 Path: TypeAlias = str | os.PathLike[str]
 Values: TypeAlias = tuple[Identified, int] | tuple[Identified, dict[str, float]] | dict[str, float] | Path
 Logs: TypeAlias = list[list[tuple[str, Any]]] | None

@@ -105,10 +105,6 @@ const REASONS: &[(&str, &str)] = &[
     ),
     ("refinement-rung", "the model lacks an effect"),
     (
-        "resonance-disagrees",
-        "the resonance in the log is another one than that of the model",
-    ),
-    (
         "reversed-joint",
         "the joint turns in the other direction than in the model",
     ),

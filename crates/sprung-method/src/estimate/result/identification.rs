@@ -14,7 +14,7 @@ use super::refinement::Refinement;
 use super::springs::RigidJoint;
 use super::verdict::{Decision, Verdict};
 use crate::finding::Finding;
-use crate::frequency::{FrequencyResponse, SpringFromMotor};
+use crate::frequency::SpringFromMotor;
 use crate::model::{presliding_name, sharpness_name, stribeck_name};
 use crate::named::Named;
 use crate::unknowns::UnknownResult;
@@ -40,9 +40,6 @@ pub struct Identification {
     /// Changes beyond the description that the log requires and that all results use.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub applied: Vec<Applied>,
-    /// Frequency responses of a log and of the first result; absent without a flexible joint.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub frequency_response: Option<FrequencyResponse>,
     /// Springs of rigid joints by the vibrations of their motors; empty unless
     /// `identify.springs_from_motor` requests them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -5,7 +5,6 @@ mod curves;
 mod describe;
 mod examine;
 mod fit;
-mod frequency;
 mod identified;
 mod inputs;
 mod joint_curves;
@@ -15,6 +14,7 @@ mod pass;
 mod prepare;
 mod refine;
 mod refuse;
+mod springs_of_motors;
 
 pub(super) use basis::{Basis, Logs};
 pub(super) use describe::{before_refinement, describe};
