@@ -35,8 +35,7 @@ pub use result::{
     Proof, Tracking, Vibration, WithDraws,
 };
 pub use shapers::{
-    KindTrial, ModeShaper, ShapedImpulse, ShaperDesign, ShaperDesignError, ShaperKind,
-    ShaperSettings, TradeOff, design_shaper,
+    ModeShaper, ShapedImpulse, ShaperDesign, ShaperDesignError, ShaperSettings, design_shaper,
 };
 pub use task::ControlTask;
 pub use workspace::workspace_poses;
