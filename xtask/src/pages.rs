@@ -9,7 +9,7 @@ use crate::numbers::library;
 use crate::root;
 
 /// Words in the library with the form of a code that are no codes.
-const OTHER_WORDS: [&str; 22] = [
+const OTHER_WORDS: [&str; 23] = [
     "as-stamped",
     "at-a-glance",
     "condition-number",
@@ -24,6 +24,7 @@ const OTHER_WORDS: [&str; 22] = [
     "measured-and-predicted",
     "my-arm",
     "on-cycle",
+    "output-error",
     "prediction-error",
     "scale-invariant",
     "sprung-out",
