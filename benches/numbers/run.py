@@ -65,7 +65,6 @@ CASES = {
 RUNS = [
     ("paper", "least-squares"),
     ("brief", "prediction-error"),
-    ("brief", "output-error"),
     ("lacking", "prediction-error"),
     ("tilted", "least-squares"),
     ("logs", "least-squares"),

@@ -9,7 +9,7 @@ use sprung::export::{Form, Format};
 use sprung::log::Input;
 use sprung::progress::Unheard;
 use sprung::session::{
-    ExportRequest, LogFactors, Parameters, SampleRequest, Session, compare_files, read_control,
+    ExportRequest, Parameters, SampleRequest, Session, compare_files, read_control,
 };
 
 use crate::written;
@@ -51,17 +51,6 @@ pub fn read_design(data: &[u8]) {
             Parameters::open(&written("truth.toml", demo::TRUTH.as_bytes())).expect("it is right")
         });
         export(&file, truth, Some(&design));
-    }
-}
-
-/// Reads factors of logs, and merges them with themselves.
-pub fn read_factors(data: &[u8]) {
-    let Ok(text) = std::str::from_utf8(data) else {
-        return;
-    };
-    if let Ok(factors) = LogFactors::from_json(text) {
-        let _ = factors.clone().merge(factors.clone());
-        let _ = session().identify_factors(&factors, &mut Unheard);
     }
 }
 

@@ -14,7 +14,7 @@ pub enum Phase {
     /// Maximises the likelihood; counted in runs of the filter. The count restarts at 1 when an
     /// estimated delay has changed.
     Refining,
-    /// Fits the simulated loop to the log (output error); counted in simulations.
+    /// Fits the simulated loop of a servo to the log; counted in simulations.
     FittingLoop,
     /// Tests the results: cross-checks and suspected faults; counted in tests.
     Examining,

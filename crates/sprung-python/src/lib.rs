@@ -9,7 +9,6 @@ mod control;
 mod dynamics;
 mod errors;
 mod excite;
-mod many_logs;
 mod plots;
 mod results;
 mod runner;
@@ -35,8 +34,6 @@ fn _sprung(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<excite::Excited>()?;
     module.add_class::<control::Designed>()?;
     module.add_class::<sample::Drawn>()?;
-    module.add_class::<many_logs::RobotChoices>()?;
-    module.add_class::<many_logs::ReducedLogs>()?;
     module.add_class::<dynamics::Dynamics>()?;
     module.add_class::<arrow::Columns>()?;
     module.add_class::<arrow::Numbers>()?;
@@ -44,9 +41,6 @@ fn _sprung(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(start::toml_of_json, module)?)?;
     module.add_function(wrap_pyfunction!(start::joints_of_urdf, module)?)?;
     module.add_function(wrap_pyfunction!(start::experiment_from_log, module)?)?;
-    module.add_function(wrap_pyfunction!(many_logs::choices, module)?)?;
-    module.add_function(wrap_pyfunction!(many_logs::factors, module)?)?;
-    module.add_function(wrap_pyfunction!(many_logs::identify_factors, module)?)?;
     module.add_function(wrap_pyfunction!(plots::joint_figures, module)?)?;
     module.add_function(wrap_pyfunction!(plots::relative_scale, module)?)?;
     module.add_function(wrap_pyfunction!(sample::export_samples, module)?)?;

@@ -6,13 +6,12 @@ use sprung::report::{Figure, JointFigures, Style};
 
 use crate::results::Identified;
 
-/// A figure of one panel: caption, labels of both axes, abscissas, curves with their style and NaN at gaps, vertical lines.
+/// A figure of one panel: caption, labels of both axes, abscissas, curves with their style and NaN at gaps.
 type Drawn<'py> = (
     String,
     (String, String),
     Bound<'py, PyArray1<f64>>,
     Vec<(String, &'static str, Bound<'py, PyArray1<f64>>)>,
-    Vec<(f64, String)>,
 );
 
 /// The four figures of a joint by one estimate: friction, spring, residual, spectrum; `None` for one that there is not.
@@ -27,7 +26,7 @@ pub(crate) fn joint_figures<'py>(
     let Some(result) = found.identification.results.get(set) else {
         return [None, None, None, None];
     };
-    let figures = JointFigures::of(&found.identification, result, &found.fit, joint);
+    let figures = JointFigures::of(result, &found.fit, joint);
     [
         figures.friction,
         figures.spring,
@@ -59,9 +58,6 @@ fn drawn(py: Python<'_>, figure: Figure) -> Option<Drawn<'_>> {
         (figure.x_label, panel.y_label),
         panel.x.to_pyarray(py),
         series,
-        (panel.marks.into_iter())
-            .map(|line| (line.at, line.text))
-            .collect(),
     ))
 }
 

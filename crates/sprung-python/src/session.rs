@@ -60,10 +60,6 @@ impl Session {
         Arc::clone(&self.inner)
     }
 
-    pub(crate) fn inner(&self) -> &sprung::session::Session {
-        &self.inner
-    }
-
     fn of(py: Python<'_>, made: Result<sprung::session::Session, SessionError>) -> PyResult<Self> {
         made.map(|inner| Self {
             inner: Arc::new(inner),

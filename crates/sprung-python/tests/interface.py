@@ -20,7 +20,6 @@ SECTIONS = {
     "Designed experiments": ["_excitation"],
     "Designed controllers": ["_control"],
     "Servos": ["_servo"],
-    "Many logs": ["_sprung"],
     "Findings, errors and names": ["_finding", "_errors", "_named"],
 }
 HEAD = """# Python interface

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import pickle
 import subprocess
 import sys
 import tracemalloc
@@ -122,43 +121,6 @@ def test_laws_of_earlier_results(
     other = sprung.Experiment.demo({"robot.name": "other"})
     with pytest.raises(sprung.SprungError, match='its robot is "'):
         other.identify(log, laws_from=[result])
-
-
-def test_factors_of_logs_merge(experiment: sprung.Experiment, log: Log, tmp_path: Path) -> None:
-    pandas = pytest.importorskip("pandas")
-    paths = []
-    for k, one in enumerate([log, experiment.simulate(seed=5), experiment.simulate(seed=6)]):
-        paths.append(tmp_path / f"log{k}.csv")
-        pandas.DataFrame(one).to_csv(paths[-1], index=False, float_format="%.17g")
-    choices = experiment.choices(paths[0])
-    factors = [experiment.factors(path, order, choices) for order, path in enumerate(paths)]
-    merged = experiment.identify_factors(factors[::-1], paths[0])
-    expected = experiment.identify(paths)
-    for name, parameter in merged.parameters.items():
-        assert parameter.value == pytest.approx(expected.parameters[name].value, rel=1e-10)
-    with pytest.raises(sprung.ExperimentError, match="both are log 0"):
-        experiment.identify_factors([factors[0], factors[0]], paths[0])
-    other = sprung.Experiment.demo([*LEAST_SQUARES, "identify.filter_cutoff_rad_per_s=20"])
-    with pytest.raises(sprung.ExperimentError):
-        other.identify_factors(factors, paths[0])
-    with pytest.raises(sprung.InputError):
-        sprung.Choices.from_json("{}")
-    with pytest.raises(sprung.InputError):
-        sprung.LogFactors.from_json("{}")
-
-
-def test_choices_and_factors_are_values_that_travel(
-    experiment: sprung.Experiment, log: Log, tmp_path: Path
-) -> None:
-    pandas = pytest.importorskip("pandas")
-    path = tmp_path / "log.csv"
-    pandas.DataFrame(log).to_csv(path, index=False, float_format="%.17g")
-    choices = experiment.choices(path)
-    assert pickle.loads(pickle.dumps(choices)) == choices
-    assert sprung.Choices.from_json(choices.to_json()) == choices
-    factors = experiment.factors(path, 0, choices)
-    assert pickle.loads(pickle.dumps(factors)) == factors
-    assert sprung.LogFactors.from_json(factors.to_json()) == factors
 
 
 def test_covariance_has_the_standard_errors(result: sprung.Result) -> None:

@@ -178,14 +178,6 @@ def test_residual_and_spectrum_have_the_same_power(result: sprung.Result, joint:
     assert frequency[-1] <= 0.5 / (time[1] - time[0]) + 1e-9
 
 
-def test_the_spectrum_marks_the_vibrations_of_the_model(result: sprung.Result) -> None:
-    for response in json.loads(result.to_json())["frequency_response"]["joints"]:
-        axes = result.plot.spectrum(response["joint"])
-        expected = {feature["model_hz"] for feature in response["features"]}
-        lines = [curve for curve in axes.get_lines() if "resonance" in str(curve.get_label())]
-        assert {float(np.asarray(curve.get_xdata())[0]) for curve in lines} == expected != set()
-
-
 def test_each_estimator_has_its_own_residual() -> None:
     experiment = sprung.Experiment.demo({"identify.estimator": ["least-squares", "lsff"]})
     both = experiment.identify(experiment.simulate(), progress=False)

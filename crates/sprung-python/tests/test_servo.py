@@ -80,9 +80,6 @@ def test_what_does_not_work_names_the_servo_and_a_call_of_python(
         with pytest.raises(sprung.ExperimentError, match="servo is a position servo") as caught:
             call()
         assert "sprung.Servo." in str(caught.value.remedy) and "Session" not in str(caught.value)
-    with pytest.raises(sprung.ExperimentError) as caught:
-        experiment.choices(EXAMPLE / "light.csv")
-    assert caught.value.code == "servo-without-torque"
     with pytest.raises(sprung.ExperimentError, match="2 files with payloads"):
         servo.identify(logs[0])
     with pytest.raises(sprung.ExperimentError, match="no position servo"):

@@ -7,8 +7,8 @@ use super::overview::overview;
 use super::section::{folded, section, shown};
 use super::verdict::Head;
 use super::{
-    frequency, glossary, joints, laws, payload, plots, refinement, robot_tables, settings, springs,
-    stability, tables, unknowns, validation_tables,
+    glossary, joints, laws, payload, plots, refinement, robot_tables, settings, springs, stability,
+    tables, unknowns, validation_tables,
 };
 use crate::curves::Curves;
 use crate::estimate::Identification;
@@ -75,7 +75,6 @@ pub fn compose(contents: &Contents<'_>) -> Document {
         sections.extend(cross_checks(identification));
         sections.extend(springs::springs(identification));
         sections.extend(springs::rigid(identification));
-        sections.extend(frequency::frequency(identification));
         sections.extend(laws::laws(identification));
         sections.extend(refinement::refinement(identification));
         sections.push(conditioning(identification));
@@ -326,19 +325,6 @@ fn conditioning(identification: &Identification) -> Section {
             pairs.push((
                 format!("Condition number of {}'s motor row", row.joint),
                 or_dash(row.condition_number, 4),
-            ));
-        }
-    }
-    for result in &identification.results {
-        if let Some(fit) = &result.simulation {
-            pairs.push((
-                format!("Cost per sample of {}", result.estimator),
-                format!(
-                    "{} over {} samples, after {} iterations (about 1 if the loop is exactly known)",
-                    significant(fit.cost_per_sample, 4),
-                    fit.samples,
-                    fit.iterations
-                ),
             ));
         }
     }

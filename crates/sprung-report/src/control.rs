@@ -331,40 +331,11 @@ fn shaper(design: &ShaperDesign) -> Section {
             .collect(),
         ..Table::default()
     };
-    let trade_off = Table {
-        caption: "Delay against vibration: the shaper of the design is the shortest that leaves at most the allowed part."
-            .to_owned(),
-        columns: vec![
-            text("Shaper"),
-            number("delay [s]"),
-            number("largest residual [%]"),
-            number("median [%]"),
-        ],
-        rows: (design.trade_off.iter())
-            .map(|row| {
-                let kinds: Vec<&str> = row.kinds.iter().map(|kind| kind.word()).collect();
-                Row {
-                    cells: vec![
-                        kinds.join(" and "),
-                        significant(row.delay_s, 3),
-                        significant(row.largest_percent, 2),
-                        significant(row.median_percent, 2),
-                    ],
-                    tone: if (row.delay_s - design.delay_s).abs() < 1e-9 {
-                        Tone::Good
-                    } else {
-                        Tone::Neutral
-                    },
-                }
-            })
-            .collect(),
-        ..Table::default()
-    };
     let modes: Vec<String> = (design.modes.iter())
         .map(|mode| {
             format!(
-                "{} for {} Hz with damping ratio {}",
-                mode.kind.word(),
+                "{} impulses for {} Hz with damping ratio {}",
+                mode.impulses,
                 significant(mode.centre_hz, 3),
                 significant(mode.damping, 2)
             )
@@ -379,7 +350,7 @@ fn shaper(design: &ShaperDesign) -> Section {
             significant(design.delay_s, 3),
             significant(design.largest_percent, 2)
         ),
-        vec![Block::Table(trade_off), Block::Table(impulses)],
+        vec![Block::Table(impulses)],
     )
 }
 

@@ -1,10 +1,10 @@
 //! Figures of one joint: friction, spring, residual and its spectrum.
 
-use super::document::{Figure, Layout, Line, Panel, Series, Style};
+use super::document::{Figure, Layout, Panel, Series, Style};
 use super::plots::slug;
 use super::spectrum::spectrum;
 use crate::curves::{CurveSet, Curves};
-use crate::estimate::{EstimateResult, FeatureKind, Identification};
+use crate::estimate::EstimateResult;
 
 /// Largest number of points of a cloud.
 const CLOUD_POINTS: usize = 600;
@@ -22,7 +22,7 @@ pub struct JointFigures {
     pub spring: Option<Figure>,
     /// Measured minus predicted torque of the motor over time.
     pub residual: Option<Figure>,
-    /// Power density of the residual, with the vibrations of the model; `None` for a short log.
+    /// Power density of the residual; `None` for a short log.
     pub spectrum: Option<Figure>,
 }
 
@@ -32,12 +32,7 @@ impl JointFigures {
     /// - `fit`: curves of the identification.
     /// - `joint`: name of the joint.
     #[must_use]
-    pub fn of(
-        identification: &Identification,
-        result: &EstimateResult,
-        fit: &Curves,
-        joint: &str,
-    ) -> Self {
+    pub fn of(result: &EstimateResult, fit: &Curves, joint: &str) -> Self {
         let Some((set, measured)) = fit.set(&result.estimator).zip(fit.set("measured")) else {
             return Self::default();
         };
@@ -51,27 +46,9 @@ impl JointFigures {
             friction: curves.friction(),
             spring: curves.spring(),
             residual: curves.residual(),
-            spectrum: curves.spectrum(identification),
+            spectrum: curves.spectrum(),
         }
     }
-}
-
-/// Returns the resonance and the antiresonance of a joint by the model, Hz.
-pub(super) fn vibrations(identification: &Identification, joint: &str) -> Vec<Line> {
-    let responses = identification
-        .frequency_response
-        .iter()
-        .flat_map(|response| &response.joints);
-    let mut features: Vec<_> = (responses.filter(|response| response.joint == joint))
-        .flat_map(|response| &response.features)
-        .collect();
-    features.sort_by_key(|feature| feature.kind != FeatureKind::Resonance);
-    (features.into_iter())
-        .map(|feature| Line {
-            at: feature.model_hz,
-            text: feature.kind.word().to_owned(),
-        })
-        .collect()
 }
 
 /// The curves of one joint.
@@ -192,18 +169,15 @@ impl JointCurves<'_> {
         ))
     }
 
-    fn spectrum(&self, identification: &Identification) -> Option<Figure> {
+    fn spectrum(&self) -> Option<Figure> {
         let (values, unit) = self.difference()?;
         let found = spectrum(&self.measured.time, &values)?;
-        let highest = found.frequency_hz.last().copied()?;
-        let mut marks = vibrations(identification, self.joint);
-        marks.retain(|mark| mark.at <= highest);
         let decibels =
             |density: &f64| Some(10.0 * density.log10()).filter(|level| level.is_finite());
         Some(self.figure(
             "spectrum",
             format!(
-                "Spectrum of the residual of {}. A peak at a vibration of the model says that its frequency or damping is \
+                "Spectrum of the residual of {}. A peak at a vibration of the spring says that its frequency or damping is \
                  wrong, other peaks belong to effects that the model lacks.",
                 self.joint
             ),
@@ -212,7 +186,6 @@ impl JointCurves<'_> {
                 y_label: format!("power density [dB of ({unit})²/Hz]"),
                 series: vec![line(&self.set.label, found.density.iter().map(decibels).collect())],
                 x: found.frequency_hz,
-                marks,
                 ..Panel::default()
             },
         ))

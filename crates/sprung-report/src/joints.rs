@@ -4,7 +4,7 @@ use super::contents::Contents;
 use super::document::{Block, Column, Fold, Row, Section, Table, Tone};
 use super::groups::Joints;
 use super::intervals::half_width;
-use super::joint_figures::{JointFigures, vibrations};
+use super::joint_figures::JointFigures;
 use super::numbers::significant;
 use super::plots::slug;
 use super::section::{folded, section, shown};
@@ -37,7 +37,6 @@ pub(super) fn summary(identification: &Identification) -> Option<Section> {
                     joint.clone(),
                     word.to_owned(),
                     value("stiffness"),
-                    resonance(identification, joint),
                     value("motor_coulomb"),
                     value("motor_viscous"),
                     error.map_or_else(dash, |error| format!("{} %", significant(error, 2))),
@@ -47,11 +46,10 @@ pub(super) fn summary(identification: &Identification) -> Option<Section> {
         })
         .collect();
     let table = Table {
-        caption: "One row per joint, with 95 % intervals. The resonance is that with free motors in the mean pose of the \
-                  log. The last column is the promised error of the motor torque."
+        caption: "One row per joint, with 95 % intervals. The last column is the promised error of the motor torque."
             .to_owned(),
         columns: [
-            "Joint", "Verdict", "Stiffness", "Resonance", "Coulomb friction, motor", "Viscous friction, motor",
+            "Joint", "Verdict", "Stiffness", "Coulomb friction, motor", "Viscous friction, motor",
             "Torque error",
         ]
         .map(column)
@@ -101,13 +99,6 @@ fn with_interval(result: &EstimateResult, name: &str) -> String {
     format!("{} {}{half}", significant(value, 3), parameter.unit)
 }
 
-fn resonance(identification: &Identification, joint: &str) -> String {
-    let lines = vibrations(identification, joint);
-    lines
-        .first()
-        .map_or_else(dash, |line| format!("{} Hz", significant(line.at, 3)))
-}
-
 fn dash() -> String {
     "–".to_owned()
 }
@@ -121,7 +112,7 @@ pub(super) fn pages(identification: &Identification, contents: &Contents<'_>) ->
     let page = |joint: &String| {
         let mut blocks: Vec<Block> = Vec::new();
         if let Some(fit) = contents.fit {
-            let joint_figures = JointFigures::of(identification, result, fit, joint);
+            let joint_figures = JointFigures::of(result, fit, joint);
             let figures = [
                 joint_figures.friction,
                 joint_figures.spring,

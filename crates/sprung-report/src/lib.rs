@@ -16,7 +16,6 @@ mod control;
 mod document;
 mod drift;
 mod excitation;
-mod frequency;
 mod glossary;
 mod groups;
 mod html;

@@ -33,8 +33,6 @@ pub struct Control {
     /// Number of vibrations that the input shaper removes, from the lowest, 0 without shaper; if absent, 2 for a declared
     /// controller without feedforward and 0 with the feedforward, which excites no vibration in smooth motions.
     pub shaper_modes: Option<usize>,
-    /// What tells the vibrations that the shaper removes.
-    pub vibrations: Vibrations,
     /// Number of robots that are drawn from the posterior.
     pub draws: usize,
     /// Number of these robots on which the loop is simulated.
@@ -62,7 +60,6 @@ impl Default for Control {
             phase_margin_deg: 40.0,
             friction_compensation_speed_rad_per_s: None,
             shaper_modes: None,
-            vibrations: Vibrations::default(),
             draws: 100,
             simulations: 10,
             seed: 1,
@@ -70,37 +67,6 @@ impl Default for Control {
             path: None,
             payload: None,
         }
-    }
-}
-
-/// What tells the vibrations that a shaper removes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(try_from = "String", into = "String")]
-#[schemars(extend("enum" = ["model", "log"]))]
-pub enum Vibrations {
-    /// The model with its springs, over poses and robots of the posterior.
-    #[default]
-    Model,
-    /// The antiresonances that the signals of the log show, in the poses of the log. They need no spring in the model.
-    Log,
-}
-
-impl From<Vibrations> for String {
-    fn from(vibrations: Vibrations) -> Self {
-        match vibrations {
-            Vibrations::Model => "model",
-            Vibrations::Log => "log",
-        }
-        .to_owned()
-    }
-}
-
-impl TryFrom<String> for Vibrations {
-    type Error = String;
-
-    fn try_from(word: String) -> Result<Self, String> {
-        let index = choose("vibrations", &word, &["model", "log"])?;
-        Ok([Self::Model, Self::Log][index])
     }
 }
 

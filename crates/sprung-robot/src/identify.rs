@@ -10,7 +10,7 @@ use super::physical::Physical;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Identify {
-    /// One estimator or several: `"prediction-error"`, `"least-squares"`, `"lsff"`, `"output-error"`. Without this key
+    /// One estimator or several: `"prediction-error"`, `"least-squares"`, `"lsff"`. Without this key
     /// sprung takes `"prediction-error"` if a joint has a spring that the logs show, or if the residual of every motor is
     /// below 1.5 % of its torque; else `"least-squares"`.
     #[serde(deserialize_with = "one_or_many")]
@@ -93,7 +93,7 @@ impl Identify {
 /// An estimator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(try_from = "String")]
-#[schemars(extend("enum" = ["prediction-error", "least-squares", "lsff", "output-error"]))]
+#[schemars(extend("enum" = ["prediction-error", "least-squares", "lsff"]))]
 pub enum Estimator {
     /// Maximum likelihood on the innovations of an extended Kalman filter, started from least
     /// squares.
@@ -102,8 +102,6 @@ pub enum Estimator {
     LeastSquares,
     /// Recursive least squares with forgetting factor, sample by sample.
     Lsff,
-    /// Fit of the closed loop, simulated with the controller of the file.
-    OutputError,
 }
 
 impl Estimator {
@@ -114,7 +112,6 @@ impl Estimator {
             Self::PredictionError => "prediction-error",
             Self::LeastSquares => "least-squares",
             Self::Lsff => "lsff",
-            Self::OutputError => "output-error",
         }
     }
 }
@@ -123,12 +120,14 @@ impl TryFrom<String> for Estimator {
     type Error = String;
 
     fn try_from(word: String) -> Result<Self, String> {
-        let all = [
-            Self::PredictionError,
-            Self::LeastSquares,
-            Self::Lsff,
-            Self::OutputError,
-        ];
+        if word == "output-error" {
+            return Err(
+                "the estimator \"output-error\" is no longer part of sprung; use \"prediction-error\", which needs no \
+                 controller"
+                    .to_owned(),
+            );
+        }
+        let all = [Self::PredictionError, Self::LeastSquares, Self::Lsff];
         let index = choose("estimator", &word, &all.map(Self::name))?;
         Ok(all[index])
     }

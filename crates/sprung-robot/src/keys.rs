@@ -20,7 +20,7 @@ pub(super) struct Misfit {
 }
 
 /// Keys of earlier versions: block, key, and what replaces it.
-const REMOVED: [(&str, &str, &str); 9] = [
+const REMOVED: [(&str, &str, &str); 10] = [
     (
         "robot.joint",
         "residual_velocity_rad_per_s",
@@ -57,6 +57,12 @@ const REMOVED: [(&str, &str, &str); 9] = [
         "control",
         "residual_percent",
         "there is no successor: the shaper leaves at most 5 % of a vibration; remove the key",
+    ),
+    (
+        "control",
+        "vibrations",
+        "\"log\" is no longer part of sprung: the shaper always removes the vibrations of the model, as with \"model\"; \
+         remove the key",
     ),
 ];
 

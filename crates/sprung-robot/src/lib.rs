@@ -53,7 +53,7 @@ use sprung_base::{ellipsoid, numbers};
 pub use capabilities::{Feature, Task, refuse, refuse_task};
 pub use capabilities::{Language, NotSupported, OwnCall, refusals, what_works};
 pub use columns::{Column, ColumnName, Columns, PerJoint, StartsAt};
-pub use control::{Control, Feedback, Vibrations};
+pub use control::{Control, Feedback};
 pub use covariates::{CovariateColumns, Drifts};
 pub use delays::DelaysOfLog;
 pub use excite::{Excite, MOST_SAMPLES, Objective};

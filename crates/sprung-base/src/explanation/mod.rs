@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::named::nearest;
 
 /// Sections in the order of the work, and their findings as TOML.
-const SECTIONS: [(&str, &str); 12] = [
+const SECTIONS: [(&str, &str); 11] = [
     ("Log: time", include_str!("time.toml")),
     ("Log: columns", include_str!("columns.toml")),
     ("Log: samples", include_str!("samples.toml")),
@@ -19,7 +19,6 @@ const SECTIONS: [(&str, &str); 12] = [
     ("Result", include_str!("result.toml")),
     ("Refinement", include_str!("refinement.toml")),
     ("LSFF", include_str!("lsff.toml")),
-    ("Output error", include_str!("output-error.toml")),
     ("Servo", include_str!("servo.toml")),
     ("Validation", include_str!("validate.toml")),
     ("Comparison", include_str!("compare.toml")),

@@ -73,18 +73,18 @@ fn say(terminal: Terminal, design: &ControlDesign) {
     terminal.table(&loops_table(design));
     terminal.table(&vibrations_table(design));
     if let Some(shaper) = &design.shaper {
-        let kinds: Vec<String> = (shaper.modes.iter())
+        let modes: Vec<String> = (shaper.modes.iter())
             .map(|mode| {
                 format!(
-                    "{} at {} Hz",
-                    mode.kind.word(),
+                    "{} impulses at {} Hz",
+                    mode.impulses,
                     significant(mode.centre_hz, 3)
                 )
             })
             .collect();
         terminal.say(format!(
             "input shaper: {}, delay {} s, leaves at most {} % of the vibration",
-            kinds.join(" and "),
+            modes.join(" and "),
             significant(shaper.delay_s, 3),
             significant(shaper.largest_percent, 2)
         ));

@@ -10,6 +10,7 @@ const WRONG_TEXTS: &[(&str, &str)] = &[
     ("period_s   = 0.001", "period_s = \"fast\""),
     ("[\"least-squares\", \"lsff\"]", "3"),
     ("\"lsff\"]", "\"lsf\"]"),
+    ("\"lsff\"]", "\"output-error\"]"),
     ("[\"phi1_rad\", \"phi2_rad\"]", "[\"phi1_rad\"]"),
     (
         "{ joint = \"joint1\", amplitude_deg = 3.0, frequency_hz = 1.0",

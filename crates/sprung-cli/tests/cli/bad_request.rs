@@ -58,6 +58,7 @@ const WRONG_KEYS_OF_THE_REST: &[&str] = &[
     "identify.position_filter_order=0",
     "identify.filter_cutoff_rad_per_s=-5",
     "identify.lsff_initial_gain=10.0",
+    "control.vibrations=log",
     "log.gyroscope_x_deg_per_s=[\"a\"]",
     "controller.kp_nm_per_rad=[1,2,3]",
     "controller.kind=lqr",

@@ -74,9 +74,9 @@ fn every_plot_is_drawn_without_a_word_on_the_console() {
             .collect();
         assert!(console.is_empty(), "{console:?}");
         let (drawn, expected) = drawn(&document);
-        // 4 of the overview with their differences, 4 per joint, 15 traces, 8 fits, 4 frequency responses, and for each
+        // 4 of the overview with their differences, 4 per joint, 15 traces, 8 fits, and for each
         // of the two runs 8 positions and 4 torques.
-        assert_eq!(expected, 8 + 2 * 4 + 15 + 8 + 4 + 2 * 12);
+        assert_eq!(expected, 8 + 2 * 4 + 15 + 8 + 2 * 12);
         assert_eq!(drawn, expected);
         // The scripts and the data of the curves follow the page.
         let (page, _) = document.split_once("<script").unwrap();
@@ -264,7 +264,7 @@ fn the_first_screen_has_verdict_joints_and_motion() {
         };
         assert_eq!(*low, "", "{size:?}");
         // Figures in folded sections are drawn when the reader opens them.
-        assert_eq!(*drawn, "8/67");
+        assert_eq!(*drawn, "8/63");
         assert_eq!(notes.len(), 4, "{found}");
         assert!(
             notes.iter().all(|note| note.ends_with(" % explained")),

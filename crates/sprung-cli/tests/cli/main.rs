@@ -34,7 +34,6 @@ mod new;
 mod new_log;
 mod new_log_bags;
 mod new_log_lists;
-mod output_error;
 mod outputs;
 mod pages;
 mod payload;

@@ -482,36 +482,3 @@ fn possible_bodies_predict_held_out_thirds_of_an_industrial_arm() {
     // Bodies that can exist predict as well as others: a ratio below 1.02 is a tie.
     assert!(ratio < 1.02, "{ratio}");
 }
-
-#[test]
-fn a_vibration_by_the_frequency_response_contains_what_least_squares_lose() {
-    let Some(log) = data("quanser_2dsfl/quanser_2dsfl_ctu_lqr.csv") else {
-        return;
-    };
-    let log = format!("log.file={log}");
-    let (_, json) = run("identify", "quanser-2dsfl", &["--set", &log]);
-    let joints = json["frequency_response"]["joints"].as_array().unwrap();
-    let feature = |joint: usize, kind: &str| {
-        let all = joints[joint]["features"].as_array().unwrap();
-        (all.iter().find(|feature| feature["kind"] == kind).unwrap()).clone()
-    };
-    let antiresonance = feature(1, "antiresonance");
-    let number = |key: &str| antiresonance[key].as_f64().unwrap();
-    let [log, model] = ["log_hz", "model_hz"].map(number);
-    let [log_error, model_error] = ["log_standard_error_hz", "model_standard_error_hz"].map(number);
-    println!(
-        "antiresonance of stage 2: log {log:.3} ± {log_error:.3}, model {model:.2} ± {model_error:.2} Hz"
-    );
-    assert!(
-        (log - 5.4).abs() < 0.1 && log_error < 0.03,
-        "{antiresonance}"
-    );
-    // The stacked stiffness is too small, and its interval is wide enough to contain the log.
-    assert!(
-        model < log && log - model < 2.0 * model_error,
-        "{antiresonance}"
-    );
-    assert!(finding(&json, "resonance-disagrees").is_none());
-    // Feedback answers dry friction with torque, so the resonance is not in the log.
-    assert_eq!(feature(1, "resonance")["unseen"], "dry-friction");
-}

@@ -50,24 +50,6 @@ impl InertialSensor {
     pub fn needs_mounting(&self, kind: Inertial) -> bool {
         kind.place_key().is_some() && !self.is_mounted && self.stiffness_error.is_none()
     }
-
-    /// Returns the numbers of mounting, bias and place that sprung finds.
-    #[must_use]
-    pub fn found(&self) -> Vec<f64> {
-        let mounting = self.mounting.iter().flatten();
-        (mounting.chain(&self.bias).chain(&self.position))
-            .copied()
-            .collect()
-    }
-
-    /// Takes these numbers.
-    pub fn take_found(&mut self, numbers: &[f64]) {
-        for (row, line) in self.mounting.iter_mut().zip(numbers.chunks(3)) {
-            row.copy_from_slice(line);
-        }
-        self.bias.copy_from_slice(&numbers[9..12]);
-        self.position.copy_from_slice(&numbers[12..]);
-    }
 }
 
 /// The sensors on the links of a robot, and the joints that carry them.

@@ -1,7 +1,5 @@
 //! Examines logs by their figures and the beginning of the first log.
 
-use serde::{Deserialize, Serialize};
-
 use super::filters::filters;
 use super::frequencies::one_frequency;
 use super::joints::{Tested, joints as examine_joints};
@@ -42,7 +40,7 @@ pub struct Examination {
 }
 
 /// Findings by the figures of one log.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
 pub struct OfLog {
     findings: Vec<Finding>,
     /// Whether any position of a joint changes, \[n\].

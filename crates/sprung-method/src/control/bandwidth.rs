@@ -2,6 +2,7 @@
 
 use super::gains::{Aim, gains, held_hz, of_joints};
 use super::judge::{Case, drawn, identified, keeps, stabilities};
+use super::linear::Linear;
 use super::margins::Stability;
 use super::pose::linear;
 use super::refusal::ControlRefusal;
@@ -9,7 +10,6 @@ use super::result::Bandwidth;
 use super::sampled::Sampled;
 use super::task::ControlTask;
 use crate::description::{Controller, Feedback};
-use crate::frequency::Linear;
 
 /// Tried factors of the proportions, from the largest: steps per factor of ten, and range.
 const PER_DECADE: f64 = 12.0;

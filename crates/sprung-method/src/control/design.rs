@@ -17,7 +17,7 @@ use super::result::{
 };
 use super::shapers::{ShaperDesign, ShaperSettings, design_shaper};
 use super::task::{ControlTask, whole_gain};
-use super::vibrations::{measured_regions, regions, vibrations};
+use super::vibrations::{regions, vibrations};
 use crate::description::{Controller, ControllerKind};
 use crate::simulate::Trajectory;
 
@@ -175,11 +175,7 @@ fn shaper(
     seen: &[Seen],
     assumed: &mut Vec<String>,
 ) -> Result<Option<ShaperDesign>, ControlRefusal> {
-    let other = if has_feedforward && task.measured.is_none() {
-        0
-    } else {
-        MODES
-    };
+    let other = if has_feedforward { 0 } else { MODES };
     let modes = task.settings.shaper_modes.unwrap_or(other);
     if modes == 0 {
         return Ok(None);
@@ -187,10 +183,7 @@ fn shaper(
     let sticking: Vec<bool> = (0..task.model.joint_count())
         .map(|joint| sticks(task, joint))
         .collect();
-    let regions = match task.measured {
-        Some(all) => measured_regions(all, modes),
-        None => regions(seen, modes, &sticking),
-    };
+    let regions = regions(seen, modes, &sticking);
     if regions.is_empty() {
         assumed.push(
             "the loop damps its vibrations by 30 % or more in all poses, so no input shaper is needed".to_owned(),

@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
+use super::linear::Linear;
 use super::sampled::Sampled;
 use crate::description::Feedback;
-use crate::frequency::Linear;
 use crate::model::Model;
 
 /// What the gains are for.

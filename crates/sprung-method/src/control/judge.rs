@@ -2,11 +2,12 @@
 
 use rayon::prelude::*;
 
+use super::linear::Linear;
 use super::margins::{Stability, stability};
+use super::modes::{Mode, assigned};
 use super::pose::linear;
 use super::task::ControlTask;
 use crate::description::{Control, Controller};
-use crate::frequency::{Linear, Mode, assigned};
 use crate::model::{Model, Theta};
 
 /// Number of tested pairs of a robot and a pose beside those of the identified robot.

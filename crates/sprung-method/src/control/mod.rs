@@ -8,7 +8,9 @@ mod bode;
 mod design;
 mod gains;
 mod judge;
+mod linear;
 mod margins;
+mod modes;
 mod motions;
 mod pictures;
 mod pose;
@@ -33,8 +35,7 @@ pub use result::{
     Proof, Tracking, Vibration, WithDraws,
 };
 pub use shapers::{
-    KindTrial, ModeShaper, ShapedImpulse, ShaperDesign, ShaperDesignError, ShaperKind,
-    ShaperSettings, TradeOff, design_shaper,
+    ModeShaper, ShapedImpulse, ShaperDesign, ShaperDesignError, ShaperSettings, design_shaper,
 };
-pub use task::{ControlTask, MeasuredMode};
+pub use task::ControlTask;
 pub use workspace::workspace_poses;

@@ -2,7 +2,7 @@
 
 use sprung_core::parameters::{JointParameter, Side};
 
-use crate::frequency::{Linear, Pose};
+use super::linear::{Linear, Pose};
 use crate::model::{Model, Theta};
 use crate::simulate::{JointState, at_rest_in_springs};
 

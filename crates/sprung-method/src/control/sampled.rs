@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Scale, c64};
 
+use super::linear::Linear;
 use super::riccati;
 use crate::description::{Controller, ControllerKind};
-use crate::frequency::Linear;
 use crate::model::Model;
 
 /// The feedback of a controller: gains on measured positions and on estimated velocities.

@@ -28,23 +28,10 @@ pub struct ControlTask<'a> {
     pub ranges: &'a [[f64; 2]],
     /// Largest torques of the motors, \[n\], N·m (N); infinite without limit.
     pub torque_limits: &'a [f64],
-    /// Vibrations that the signals of the log show, if the shaper is to remove them.
-    pub measured: Option<&'a [MeasuredMode]>,
     /// Sensors and errors of the simulations.
     pub twin: &'a Simulate,
     /// Reference that the links follow in the simulations.
     pub reference: Option<&'a Reference>,
-}
-
-/// A vibration that the signals of a log show.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MeasuredMode {
-    /// Natural frequency, Hz.
-    pub hz: f64,
-    /// Its standard error, Hz.
-    pub standard_error_hz: f64,
-    /// Damping ratio.
-    pub damping: f64,
 }
 
 impl ControlTask<'_> {

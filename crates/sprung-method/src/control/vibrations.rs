@@ -4,15 +4,10 @@ use sprung_core::shaper;
 
 use super::judge::{Point, Seen};
 use super::result::{Mode, Motors, Vibration};
-use super::task::MeasuredMode;
-use crate::estimate::NORMAL_95;
 use crate::model::Model;
 
 /// Damping ratio below which a vibration of the closed loop counts.
 const LIGHT: f64 = 0.3;
-
-/// Frequencies of a measured vibration on either side of the estimate.
-const STEPS: i32 = 8;
 
 /// Part of the robots that an interval holds.
 const HELD: f64 = 0.95;
@@ -75,24 +70,6 @@ pub(super) fn regions(all: &[Seen], most: usize, sticking: &[bool]) -> Vec<Vec<s
     (regions.into_iter())
         .map(|region| region.into_iter().filter_map(mode).collect())
         .collect()
-}
-
-/// Returns the region of each of the lowest measured vibrations, at most `most`: 95 % of the frequencies, and dampings from a half to
-/// twice the measured one.
-pub(super) fn measured_regions(all: &[MeasuredMode], most: usize) -> Vec<Vec<shaper::Mode>> {
-    let mut sorted = all.to_vec();
-    sorted.sort_by(|a, b| a.hz.total_cmp(&b.hz));
-    let region = |mode: &MeasuredMode| {
-        (-STEPS..=STEPS)
-            .flat_map(|k| {
-                let sigmas = NORMAL_95 * f64::from(k) / f64::from(STEPS);
-                let hz = mode.hz + sigmas * mode.standard_error_hz;
-                [0.5, 1.0, 2.0].map(|part| (hz, (part * mode.damping).min(0.9)))
-            })
-            .filter_map(|(hz, damping)| shaper::Mode::from_hz(hz, damping).ok())
-            .collect()
-    };
-    sorted.iter().take(most).map(region).collect()
 }
 
 /// Returns the median frequency of a region, Hz.

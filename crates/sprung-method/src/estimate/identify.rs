@@ -69,7 +69,7 @@ pub fn identify_and_tell(
     )
 }
 
-/// Makes the steps after the pass, which one or several machines have made.
+/// Makes the steps after the pass.
 ///
 /// - `logs`: the logs, for estimators that read them again.
 /// - `clock`: started before the first step; `timing`: of the torques.
@@ -77,7 +77,7 @@ pub fn identify_and_tell(
 /// # Errors
 ///
 /// The errors of [`identify`].
-pub(super) fn conclude(
+fn conclude(
     ready: &Ready,
     read: &ReadLogs,
     logs: &mut Logs<'_, '_>,

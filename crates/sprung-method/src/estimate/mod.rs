@@ -6,7 +6,6 @@ mod estimators;
 mod identify;
 mod judge;
 mod laws;
-mod many_logs;
 mod nuisances;
 mod payload;
 mod physical;
@@ -18,13 +17,11 @@ mod springs;
 mod statistics;
 mod steps;
 
-pub use errors::{FactorsError, IdentifyError, LsffError};
+pub use errors::{IdentifyError, LsffError};
 pub use estimators::lsff::Lsff;
 pub use estimators::prediction_error::{Bound, KnownNoise, KnownTruth, information_bound};
 pub use identify::{identify, identify_and_tell};
 pub use judge::{percent, predictions};
-pub use many_logs::{Choices, LogFactors};
-pub use many_logs::{choices, factors, identify_factors};
 pub use posterior::{Body, DrawMethod, Posterior, PosteriorError, Samples};
 pub(crate) use result::GENERATOR;
 pub use result::{
@@ -34,8 +31,7 @@ pub use result::{
     MotorRowResult, ParameterEstimate, PayloadParameter, PayloadResult, PhysicalResult,
     PreslidingPrior, RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation,
     RefinedSharpness, RefinedVelocity, Refinement, RigidByHoldOut, RigidJoint, RowDisturbance,
-    RungResult, SensorNoise, SettingsUsed, SignUsed, SimulationFit, StandardParameter, Verdict,
-    parameters_csv,
+    RungResult, SensorNoise, SettingsUsed, SignUsed, StandardParameter, Verdict, parameters_csv,
 };
 pub use springs::with_rigid_joints;
 pub use statistics::NORMAL_95;
@@ -43,6 +39,4 @@ pub(crate) use statistics::{between_parts, both_tails};
 pub use steps::Identified;
 
 pub use crate::fit::{fit, residual, torques, trace};
-pub use crate::frequency::{
-    Feature, FeatureKind, FrequencyResponse, JointResponse, ResponseCurves, SpringFromMotor, Unseen,
-};
+pub use crate::frequency::SpringFromMotor;

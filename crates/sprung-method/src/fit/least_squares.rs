@@ -1,7 +1,5 @@
 //! Least squares on the filtered regression.
 
-use faer::Mat;
-
 use super::jackknife::{influences, scatter};
 use super::motor_row::{MotorRow, Reduced, motor_row};
 use super::residual::residual;
@@ -44,9 +42,6 @@ pub struct Fitted {
     pub standard_error: Vec<f64>,
     /// Standard error by the disagreement of segments of the log.
     pub sampling_error: Vec<f64>,
-    /// Changes of each parameter when segments of the log are left out, \[p\]\[segments\]; the sum of their squares is
-    /// the square of the sampling error.
-    pub moves: Vec<Vec<f64>>,
     /// Deviation of each parameter between parts of the logs beyond their sampling errors.
     pub between_parts: Vec<f64>,
     /// Estimated size of the bias that all segments share.
@@ -136,7 +131,6 @@ pub(crate) fn fit_weighted(
         identifiable: free.whole(&solution.identifiable, |_| true),
         standard_error: free.whole(&errors, |_| 0.0),
         sampling_error: free.whole(&errors, |_| 0.0),
-        moves: moves(&free, &stacked),
         between_parts: vec![0.0; model.parameters().len()],
         bias: vec![0.0; model.parameters().len()],
         excitation: Excitation {
@@ -192,24 +186,6 @@ pub(crate) fn row_weights(model: &Model, system: &System, theta: &[f64]) -> Vec<
                 1.0
             }
         })
-        .collect()
-}
-
-/// Returns the changes of all parameters from the influences of the groups on the unknowns.
-fn moves(free: &Free, stacked: &Mat<f64>) -> Vec<Vec<f64>> {
-    let count = stacked.ncols() as f64;
-    let scale = ((count - 1.0) / count).max(0.0).sqrt();
-    let by_group: Vec<Theta> = (0..stacked.ncols())
-        .map(|g| {
-            let movement: Vec<f64> = (0..stacked.nrows())
-                .map(|i| scale * stacked[(i, g)])
-                .collect();
-            free.whole(&movement, |_| 0.0)
-        })
-        .collect();
-    let parameters = 0..by_group.first().map_or(0, Vec::len);
-    parameters
-        .map(|i| by_group.iter().map(|group| group[i]).collect())
         .collect()
 }
 

@@ -27,7 +27,7 @@ pub(super) struct Segment {
     pub(super) log_period: f64,
     /// Number of samples of the log in each sample.
     pub(super) every: usize,
-    /// Motor torques, motor positions and link positions of each joint, \[3n\] vectors.
+    /// Motor torques and motor positions of each joint, \[2n\] vectors.
     pub(super) columns: Vec<Vec<f64>>,
     // Sums of the sample that is not complete, and their number.
     sums: Vec<f64>,
@@ -61,8 +61,8 @@ impl Segment {
         Self {
             log_period: period,
             every: ((1.0 / (LEAST_RATE_HZ * period)) as usize).max(1),
-            columns: vec![Vec::new(); 3 * joints],
-            sums: vec![0.0; 3 * joints],
+            columns: vec![Vec::new(); 2 * joints],
+            sums: vec![0.0; 2 * joints],
             summed: 0,
         }
     }
@@ -79,17 +79,12 @@ impl Segment {
 
     /// Returns the number of joints.
     pub(super) fn joints(&self) -> usize {
-        self.columns.len() / 3
+        self.columns.len() / 2
     }
 
     /// Returns the motor positions of a joint, rad (m).
     pub(super) fn motor(&self, joint: usize) -> &[f64] {
         &self.columns[self.joints() + joint]
-    }
-
-    /// Returns the link positions of a joint, rad (m).
-    pub(super) fn link(&self, joint: usize) -> &[f64] {
-        &self.columns[2 * self.joints() + joint]
     }
 
     /// Returns the samples of both halves.
@@ -114,7 +109,7 @@ impl Segment {
             if self.len() >= limit {
                 return;
             }
-            let all = samples.tau.iter().chain(&samples.phi).chain(&samples.q);
+            let all = samples.tau.iter().chain(&samples.phi);
             for (sum, column) in self.sums.iter_mut().zip(all) {
                 *sum += column[k];
             }
@@ -169,7 +164,6 @@ mod tests {
             block.time.push(1e-3 * k as f64);
             block.tau[0].push(k as f64);
             block.phi[0].push(2.0 * k as f64);
-            block.q[0].push(3.0 * k as f64);
         }
         block
     }
@@ -186,7 +180,6 @@ mod tests {
         assert!((kept.period() - 2e-3).abs() < 1e-15);
         assert!((kept.columns[0][1] - 2.5).abs() < 1e-12);
         assert!((kept.motor(0)[1] - 5.0).abs() < 1e-12);
-        assert!((kept.link(0)[1] - 7.5).abs() < 1e-12);
     }
 
     #[test]

@@ -32,10 +32,10 @@ pub(crate) fn find_weights(reading: &Reading, excerpt: &Excerpt) -> Option<Trans
         let empty = Reduction::new(model);
         let system = signals.reduce_by(empty, &reading.with_weights(weights))?;
         let theta = fit_values(model, &system)?;
-        let slip = (0..model.rows())
+        let slip: Vec<f64> = (0..model.rows())
             .map(|row| slip_scale(model, &system, &theta, row))
             .collect();
-        weights = TransitionWeights::new(model, &noise, &theta, slip);
+        weights = TransitionWeights::new(model, &noise, &theta, &slip);
     }
     Some(weights)
 }

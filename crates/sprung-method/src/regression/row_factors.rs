@@ -30,11 +30,6 @@ impl SegmentLimits {
     }
 }
 
-/// Returns the number of segments up to which neighbours are not merged.
-pub(super) fn max_segments(model: &Model) -> usize {
-    SegmentLimits::of(model).max_factors
-}
-
 impl SegmentLimits {
     /// Returns the limits of one of several logs, whose factors are joined later. Longer first segments save small
     /// factors that would be merged.

@@ -205,18 +205,6 @@ impl System {
         self.all = OnceLock::new();
     }
 
-    /// Merges neighbours within each log and thins the samples for plots, until a system of one log has at most these
-    /// numbers of segments and samples.
-    pub(super) fn reduce_to(&mut self, segments: usize, samples: usize) {
-        while self.ends.len() > segments.max(self.logs.len()) {
-            self.coarsen();
-        }
-        while self.kept.time.len() > samples.max(1) {
-            self.kept.thin();
-        }
-        self.all = OnceLock::new();
-    }
-
     /// Doubles the length of the segments: merges neighbours within each log.
     fn coarsen(&mut self) {
         let mut first = 0;

@@ -23,20 +23,6 @@ impl Triangle {
         }
     }
 
-    /// Returns the factor with these columns down to the diagonal, one after another.
-    pub(super) fn of_columns(width: usize, columns: &[f64]) -> Self {
-        debug_assert_eq!(columns.len(), place(0, width));
-        Self {
-            width,
-            r: columns.to_vec(),
-        }
-    }
-
-    /// Returns the columns down to the diagonal, one after another.
-    pub(super) fn entries(&self) -> &[f64] {
-        &self.r
-    }
-
     /// Adds the first rows of a block, which are overwritten.
     pub(super) fn fold(&mut self, block: &mut RowBlock, rows: usize) {
         block.fold_into(&mut self.r, rows);

@@ -37,17 +37,6 @@ pub struct VelocityNoise {
     pub motor: Vec<f64>,
 }
 
-/// The numbers from which weights were made.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct WeightsMadeOf {
-    /// Of the filtered velocities.
-    pub noise: VelocityNoise,
-    /// Parameters with the friction, \[p\].
-    pub theta: Vec<f64>,
-    /// Scale of each row's residual in sliding, \[rows\], N·m (N).
-    pub slip: Vec<f64>,
-}
-
 /// Friction in one row that changes sign with one velocity.
 #[derive(Clone, Debug)]
 struct Transition {
@@ -116,7 +105,6 @@ pub struct TransitionWeights {
     transitions: Vec<Transition>,
     // Variance of each row's residual in sliding, (N·m)²; infinite until it is known.
     slip: Vec<f64>,
-    made_of: WeightsMadeOf,
 }
 
 impl TransitionWeights {
@@ -134,7 +122,7 @@ impl TransitionWeights {
     /// transitions add is still computed, with the friction of `theta`, \[p\].
     #[must_use]
     pub fn unweighted(model: &Model, noise: &VelocityNoise, theta: &[f64]) -> Self {
-        Self::new(model, noise, theta, vec![f64::INFINITY; model.rows()])
+        Self::new(model, noise, theta, &vec![f64::INFINITY; model.rows()])
     }
 
     /// Returns the weights for the friction of `theta`, \[p\].
@@ -142,7 +130,7 @@ impl TransitionWeights {
     /// - `slip`: scale of each row's residual in sliding, \[rows\], N·m (N); a row with scale zero
     ///   has weight 1.
     #[must_use]
-    pub fn new(model: &Model, noise: &VelocityNoise, theta: &[f64], slip: Vec<f64>) -> Self {
+    pub fn new(model: &Model, noise: &VelocityNoise, theta: &[f64], slip: &[f64]) -> Self {
         let mut transitions: Vec<Transition> = Vec::new();
         for term in model.robot().terms {
             let JointParameter::Friction(side, law) = term.what else {
@@ -175,17 +163,7 @@ impl TransitionWeights {
         Self {
             transitions,
             slip: slip.iter().map(|scale| scale * scale).collect(),
-            made_of: WeightsMadeOf {
-                noise: noise.clone(),
-                theta: theta.to_vec(),
-                slip,
-            },
         }
-    }
-
-    /// Returns the numbers that [`TransitionWeights::new`] makes the same weights of.
-    pub(crate) fn made_of(&self) -> &WeightsMadeOf {
-        &self.made_of
     }
 
     /// Returns the weights for a velocity noise that is `factor` times as large.
@@ -193,10 +171,6 @@ impl TransitionWeights {
     pub fn with_noise(mut self, factor: f64) -> Self {
         for transition in &mut self.transitions {
             transition.noise *= factor;
-        }
-        let noise = &mut self.made_of.noise;
-        for deviation in noise.link.iter_mut().chain(&mut noise.motor) {
-            *deviation *= factor;
         }
         self
     }
@@ -326,7 +300,6 @@ mod tests {
         let weights = TransitionWeights {
             transitions: vec![plain()],
             slip: vec![4.0, 0.0, f64::INFINITY],
-            made_of: WeightsMadeOf::default(),
         };
         assert!((weights.weight(0, 0.0) - 1.0).abs() < 1e-15);
         assert!((weights.weight(0, 12.0) - 0.5).abs() < 1e-15);
@@ -353,7 +326,6 @@ mod tests {
                 ..plain()
             }],
             slip: vec![1.0; 4],
-            made_of: WeightsMadeOf::default(),
         };
         let mut block = SignalBlock::new(2);
         for k in 0..1000 {

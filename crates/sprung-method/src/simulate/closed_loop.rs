@@ -223,12 +223,6 @@ impl ClosedLoop {
         self
     }
 
-    /// Returns the number of attempted integration steps, a measure of the simulation's cost.
-    #[must_use]
-    pub fn steps(&self) -> u64 {
-        self.integrator.steps()
-    }
-
     /// Returns the period of the controller and the log, s.
     #[must_use]
     pub fn period(&self) -> f64 {

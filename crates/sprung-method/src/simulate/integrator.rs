@@ -62,8 +62,6 @@ pub(crate) struct Integrator {
     // Slopes, one vector per stage.
     slopes: [Vec<f64>; STAGES],
     y: Vec<f64>,
-    // Number of attempted steps.
-    steps: u64,
 }
 
 impl Integrator {
@@ -75,16 +73,9 @@ impl Integrator {
         Self {
             tolerance,
             step: f64::INFINITY,
-            steps: 0,
             slopes: std::array::from_fn(|_| vec![0.0; states]),
             y: vec![0.0; states],
         }
-    }
-
-    /// Returns the number of attempted steps.
-    #[must_use]
-    pub(crate) fn steps(&self) -> u64 {
-        self.steps
     }
 
     /// Integrates the state `x` over `duration`, s.
@@ -103,7 +94,6 @@ impl Integrator {
         let mut left = duration;
         rate(x, &mut self.slopes[0]);
         for _ in 0..10_000 {
-            self.steps += 1;
             // Equal steps avoid a very short last step.
             let count = (left / self.step).ceil().max(1.0);
             let h = left / count;

@@ -69,7 +69,7 @@ from sprung._parameters import Parameter, ParameterRow, Parameters
 from sprung._result import Result, load
 from sprung._samples import Bodies, SampledValues, Samples
 from sprung._servo import Servo, ServoCheck, ServoErrors, ServoLog, ServoResult
-from sprung._sprung import GENERATOR, Choices, LogFactors
+from sprung._sprung import GENERATOR
 from sprung._validation import JointErrors, LoopErrors, ValidatedSet, Validation, ValidationRun
 
 __version__ = GENERATOR.removeprefix("sprung ")
@@ -82,7 +82,6 @@ __all__ = [
     "Check",
     "CheckedColumn",
     "CheckedLog",
-    "Choices",
     "Combined",
     "CombinedParameter",
     "ComparedResult",
@@ -105,7 +104,6 @@ __all__ = [
     "JointErrors",
     "LimitUsed",
     "LogError",
-    "LogFactors",
     "LogUsed",
     "LoopErrors",
     "LoopMargins",

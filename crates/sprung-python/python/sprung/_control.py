@@ -135,21 +135,21 @@ class ShapedMode:
     """The part of an input shaper for one vibration.
 
     Attributes:
-        kind: ``zv``, ``zvd``, ``ei``, ``zvdd``, ``two-hump-ei`` or ``three-hump-ei``.
+        impulses: number of its impulses, 2 to 5.
         centre_hz: natural frequency for which it is designed, Hz.
         damping: damping ratio for which it is designed.
         largest_percent: largest vibration that the whole shaper leaves, % of that without it.
         median_percent: median over the region of the mode, %.
     """
 
-    kind: str
+    impulses: int
     centre_hz: float
     damping: float
     largest_percent: float
     median_percent: float
 
     def __str__(self) -> str:
-        return f"{self.kind} at {self.centre_hz:.3g} Hz"
+        return f"{self.impulses} impulses at {self.centre_hz:.3g} Hz"
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,8 +203,8 @@ class Shaper:
         return self.delay_s, residuals, self.reached, self.modes
 
     def __str__(self) -> str:
-        kinds = " and ".join(str(mode) for mode in self.modes)
-        return f"{kinds}, delay {self.delay_s:.3g} s, leaves at most {self.largest_percent:.2g} %"
+        modes = " and ".join(str(mode) for mode in self.modes)
+        return f"{modes}, delay {self.delay_s:.3g} s, leaves at most {self.largest_percent:.2g} %"
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import json
 import os
 import warnings
@@ -33,7 +32,6 @@ from sprung._excitation import Excitation
 from sprung._files import write_text
 from sprung._progress import Callback, Progress, heard
 from sprung._result import Result
-from sprung._sprung import Choices, LogFactors
 from sprung._validation import Validation
 
 if TYPE_CHECKING:
@@ -304,92 +302,6 @@ class Experiment:
             if finding.severity in {"warning", "serious"}:
                 warnings.warn(SprungWarning.of(finding), stacklevel=2)
         return result
-
-    def choices(
-        self, first: str | os.PathLike[str], *, name: str | None = None, threads: int = 0
-    ) -> Choices:
-        """Makes the choices that hold for all logs of a robot, from its first log.
-
-        With `factors` and `identify_factors` any number of machines identify one robot by least squares
-        from any number of logs. The parameters are those of `identify` with all logs.
-
-        Args:
-            first: path of the first log.
-            name: its name in results; its path if absent.
-            threads: number of threads; 0 for one per processor.
-
-        Returns:
-            Choices for `factors`. They can be pickled, and ``to_json`` gives a text.
-        """
-        path = os.path.abspath(first)
-        return _sprung.choices(self._session, name or path, path, run_of(threads, None))
-
-    def factors(
-        self,
-        log: str | os.PathLike[str],
-        order: int,
-        choices: Choices,
-        *,
-        name: str | None = None,
-        threads: int = 0,
-    ) -> LogFactors:
-        """Reduces a log to the factors of least squares.
-
-        Args:
-            log: path of the log.
-            order: its number among all logs of the robot, from 0.
-            choices: what `choices` returned.
-            name: its name in results; its path if absent.
-            threads: number of threads; 0 for one per processor.
-
-        Returns:
-            Factors for `identify_factors`. They can be pickled; ``to_json`` gives a text of about 0.1 MB for
-            two joints, ``merge`` joins two of them.
-        """
-        path = os.path.abspath(log)
-        run = run_of(threads, None)
-        return _sprung.factors(self._session, choices, order, name or path, path, run)
-
-    def identify_factors(
-        self,
-        factors: Sequence[LogFactors],
-        first: str | os.PathLike[str],
-        *,
-        name: str | None = None,
-        threads: int = 0,
-    ) -> Result:
-        """Identifies the parameters from the factors of all logs, in any order.
-
-        Args:
-            factors: what `factors` returned for each log.
-            first: path of the log of the choices; its beginning is read again.
-            name: its name in results; its path if absent.
-            threads: number of threads; 0 for one per processor.
-
-        Raises:
-            ExperimentError: if factors are those of another robot or experiment.
-
-        Example:
-            >>> import pathlib, tempfile, numpy as np, sprung
-            >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
-            >>> folder = pathlib.Path(tempfile.mkdtemp())
-            >>> paths = [folder / "run1.csv", folder / "run2.csv"]
-            >>> for seed, path in enumerate(paths):
-            ...     log = experiment.simulate(seed=seed)
-            ...     table = np.column_stack(list(log.values()))
-            ...     np.savetxt(path, table, delimiter=",", header=",".join(log), comments="")
-            >>> choices = experiment.choices(paths[0])
-            >>> factors = [experiment.factors(path, k, choices) for k, path in enumerate(paths)]
-            >>> experiment.identify_factors(factors, paths[0]).verdict
-            'good'
-        """
-        if not factors:
-            raise InputError("there are no factors", "factors", "give those of at least one log")
-        path = os.path.abspath(first)
-        run = run_of(threads, None)
-        merged = functools.reduce(LogFactors.merge, factors)
-        identified = _sprung.identify_factors(self._session, merged, name or path, path, run)
-        return Result(identified, self)
 
     def _validate(
         self, result: Result, log: Log | None, threads: int, callback: Callback | None

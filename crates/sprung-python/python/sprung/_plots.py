@@ -78,8 +78,6 @@ class Plots:
     def spectrum(self, joint: str, *, ax: Axes | None = None) -> Axes:
         """Plots the power density of the residual of a motor, dB of (N·m)²/Hz over Hz.
 
-        Vertical lines are the resonance and the antiresonance of the model.
-
         Raises:
             InputError: if there is no such joint, or the log is too short.
         """
@@ -369,10 +367,10 @@ def _interval(axes: Axes, place: int, parameter: Parameter, limit: float) -> Non
 
 
 def _draw(axes: Axes, figure: _sprung.Figure, joint: str) -> None:
-    """Draws a figure of the report: points, curves, an interval between two curves, and vertical lines."""
+    """Draws a figure of the report: points, curves, and an interval between two curves."""
     from sprung import _figure
 
-    caption, (x_label, y_label), x, series, marks = figure
+    caption, (x_label, y_label), x, series = figure
     bounds = [values for _, style, values in series if style == "reference"]
     has_points = any(style == "cloud" for _, style, _ in series)
     words = []
@@ -393,15 +391,11 @@ def _draw(axes: Axes, figure: _sprung.Figure, joint: str) -> None:
             x[seen], low, high, color=_MODELS[0], alpha=0.25, linewidth=0, label=label, zorder=2
         )
         words.append(f"{label} up to ± {_two_digits(0.5 * float(np.max(high - low)))}")
-    for (at, text), style in zip(marks, ("--", ":") * len(marks), strict=False):
-        axes.axvline(at, linestyle=style, color=_REFERENCE, label=f"{text}, {at:.3g} Hz", zorder=1)
-        words.append(f"{text} at {at:.3g} Hz")
     axes.set_xlabel(x_label)
     axes.set_ylabel(y_label)
-    has_legend = has_points or bool(marks)
-    axes.set_title(joint if has_legend else f"{joint}, {series[0][0]}", loc="left", fontsize="medium")
+    axes.set_title(joint if has_points else f"{joint}, {series[0][0]}", loc="left", fontsize="medium")
     axes.grid(alpha=0.3)
-    if has_legend:
+    if has_points:
         axes.legend(loc="best", fontsize="small")
     text = f"{caption} Horizontal: {x_label}, {_range(x)}. Vertical: {y_label}: {', '.join(words)}."
     _figure.describe(axes, text)

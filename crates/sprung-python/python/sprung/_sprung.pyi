@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias, TypedDict, final
+from typing import Any, TypeAlias, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 Numbers: TypeAlias = NDArray[np.float64]
 Set: TypeAlias = tuple[str, Numbers, list[tuple[str, Numbers]]]
 Samples: TypeAlias = tuple[list[str], Numbers, Numbers, Numbers, Numbers]
-Figure: TypeAlias = tuple[
-    str, tuple[str, str], Numbers, list[tuple[str, str, Numbers]], list[tuple[float, str]]
-]
+Figure: TypeAlias = tuple[str, tuple[str, str], Numbers, list[tuple[str, str, Numbers]]]
 Path: TypeAlias = str | os.PathLike[str]
 Values: TypeAlias = tuple[Identified, int] | tuple[Identified, dict[str, float]] | dict[str, float] | Path
 Logs: TypeAlias = list[list[tuple[str, Any]]] | None
@@ -181,19 +179,6 @@ class Dynamics:
     def forward_dynamics(self, motion: list[Numbers]) -> Numbers: ...
     def simulate(self, start: list[list[float]], torques: Numbers, period: float) -> Numbers: ...
 
-@final
-class Choices:
-    @staticmethod
-    def from_json(text: str) -> Choices: ...
-    def to_json(self) -> str: ...
-
-@final
-class LogFactors:
-    @staticmethod
-    def from_json(text: str) -> LogFactors: ...
-    def to_json(self) -> str: ...
-    def merge(self, other: LogFactors) -> LogFactors: ...
-
 class Columns:
     @staticmethod
     def read(table: object, wanted: list[str]) -> Columns: ...
@@ -230,13 +215,6 @@ def experiment_from_log(
     folder: Path,
     run: Run,
 ) -> tuple[str, str]: ...
-def choices(session: Session, name: str, path: Path, run: Run) -> Choices: ...
-def factors(
-    session: Session, choices: Choices, order: int, name: str, path: Path, run: Run
-) -> LogFactors: ...
-def identify_factors(
-    session: Session, factors: LogFactors, name: str, path: Path, run: Run
-) -> Identified: ...
 def joint_figures(
     identified: Identified, set: int, joint: str
 ) -> tuple[Figure | None, Figure | None, Figure | None, Figure | None]: ...

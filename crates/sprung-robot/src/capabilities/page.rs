@@ -50,7 +50,6 @@ fn features_and_tasks(page: &mut String) -> std::fmt::Result {
 fn heading(task: Task) -> String {
     match task {
         Task::Identify(estimator) => format!("`{}`", estimator.name()),
-        Task::SeveralMachines => "several machines".to_owned(),
         Task::ExportRobot => "export of robots".to_owned(),
         Task::ExportCode => "export of code".to_owned(),
         Task::Dynamics => "dynamics".to_owned(),
@@ -157,7 +156,6 @@ fn languages(page: &mut String) -> std::fmt::Result {
         let name = match task {
             Task::Identify(_) => "identify".to_owned(),
             Task::Check
-            | Task::SeveralMachines
             | Task::Validate
             | Task::Simulate
             | Task::Compare

@@ -40,11 +40,6 @@ pub(super) const fn row(feature: Feature) -> [Answer; Task::COUNT] {
         "only least squares filters the constant deflection away that an accelerometer does not show",
         "set estimator = \"least-squares\", or use a link encoder",
     ));
-    const COVARIATES: Answer = Refused(reason(
-        "covariates-without-output-error",
-        "its simulated loop has friction without covariates",
-        "set estimator = \"prediction-error\", or remove friction_covariates",
-    ));
     const SERVO: Answer = Refused(reason(
         "servo-without-torque",
         "its log has targets and no torque",
@@ -60,11 +55,6 @@ pub(super) const fn row(feature: Feature) -> [Answer; Task::COUNT] {
         "it takes the load of the log for a part of the robot",
         "set estimator = \"prediction-error\" or \"least-squares\", or leave the log out",
     ));
-    const ONE_PASS: Answer = Refused(reason(
-        "payload-needs-one-pass",
-        "an estimated payload needs one pass over all logs",
-        "leave the log out, or identify all logs on one machine",
-    ));
     const COUPLED: Answer = Refused(reason(
         "coupling-not-exported",
         "no format of export can say a transmission_matrix",
@@ -72,16 +62,15 @@ pub(super) const fn row(feature: Feature) -> [Answer; Task::COUNT] {
     ));
     const ALL: [Answer; Task::COUNT] = [Works; Task::COUNT];
     match feature {
-        //                        check  least   lsff       output      prediction   several   validate   simulate compare export   code     dynamics
-        //                               squares            error       error        machines
-        Feature::Gyroscope     => [Works, Works, GYROSCOPE, GYROSCOPE,  GYROSCOPE,   Works,    Works,     Works,   Works,  Works,   Works,   Works],
-        Feature::Accelerometer => [Works, Works, ACCELEROMETER, ACCELEROMETER, ACCELEROMETER, Works, Works,     Works,   Works,  Works,   Works,   Works],
-        Feature::Servo         => [Works, Works, Works,     Works,      Works,       SERVO,    SERVO,     Works,   SERVO,  SERVO,   SERVO,   SERVO],
-        Feature::Covariates    => [Works, Works, Works,     COVARIATES, Works,       Works,    Works,     Works,   Works,  Works,   Works,   Works],
-        Feature::KnownPayload  => [Works, Works, LOADED,    LOADED,     Works,       Works,    Works,     Works,   Works,  Works,   Works,   Works],
-        Feature::UnknownPayload => [Works, Works, Works,    Works,      Works,       ONE_PASS, VALIDATED, Works,   Works,  Works,   Works,   Works],
+        //                        check  least   lsff       prediction   validate   simulate compare export   code     dynamics
+        //                               squares            error
+        Feature::Gyroscope     => [Works, Works, GYROSCOPE, GYROSCOPE,   Works,     Works,   Works,  Works,   Works,   Works],
+        Feature::Accelerometer => [Works, Works, ACCELEROMETER, ACCELEROMETER, Works, Works, Works,  Works,   Works,   Works],
+        Feature::Servo         => [Works, Works, Works,     Works,       SERVO,     Works,   SERVO,  SERVO,   SERVO,   SERVO],
+        Feature::KnownPayload  => [Works, Works, LOADED,    Works,       Works,     Works,   Works,  Works,   Works,   Works],
+        Feature::UnknownPayload => [Works, Works, Works,    Works,       VALIDATED, Works,   Works,  Works,   Works,   Works],
         Feature::CoupledTransmission
-                               => [Works, Works, Works,     Works,      Works,       Works,    Works,     Works,   Works,  COUPLED, COUPLED, Works],
+                               => [Works, Works, Works,     Works,       Works,     Works,   Works,  COUPLED, COUPLED, Works],
         Feature::LinkEncoder
         | Feature::DeflectionSensor
         | Feature::TorqueSensor
@@ -93,6 +82,7 @@ pub(super) const fn row(feature: Feature) -> [Answer; Task::COUNT] {
         | Feature::FlexibleJoint
         | Feature::SlidingJoint
         | Feature::OpenColumns
+        | Feature::Covariates
         | Feature::CubicSpring
         | Feature::LoadFriction => ALL,
     }

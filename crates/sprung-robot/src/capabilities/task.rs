@@ -9,8 +9,6 @@ pub enum Task {
     Check,
     /// An identification with an estimator.
     Identify(Estimator),
-    /// Logs that are reduced one by one, on several machines.
-    SeveralMachines,
     /// The validation on other logs.
     Validate,
     /// The digital twin.
@@ -89,16 +87,14 @@ impl OwnCall {
 
 impl Task {
     /// Number of tasks.
-    pub(crate) const COUNT: usize = 12;
+    pub(crate) const COUNT: usize = 10;
 
     /// All tasks, in the order of the page.
     pub(crate) const ALL: [Self; Self::COUNT] = [
         Self::Check,
         Self::Identify(Estimator::LeastSquares),
         Self::Identify(Estimator::Lsff),
-        Self::Identify(Estimator::OutputError),
         Self::Identify(Estimator::PredictionError),
-        Self::SeveralMachines,
         Self::Validate,
         Self::Simulate,
         Self::Compare,
@@ -113,15 +109,13 @@ impl Task {
             Self::Check => 0,
             Self::Identify(Estimator::LeastSquares) => 1,
             Self::Identify(Estimator::Lsff) => 2,
-            Self::Identify(Estimator::OutputError) => 3,
-            Self::Identify(Estimator::PredictionError) => 4,
-            Self::SeveralMachines => 5,
-            Self::Validate => 6,
-            Self::Simulate => 7,
-            Self::Compare => 8,
-            Self::ExportRobot => 9,
-            Self::ExportCode => 10,
-            Self::Dynamics => 11,
+            Self::Identify(Estimator::PredictionError) => 3,
+            Self::Validate => 4,
+            Self::Simulate => 5,
+            Self::Compare => 6,
+            Self::ExportRobot => 7,
+            Self::ExportCode => 8,
+            Self::Dynamics => 9,
         }
     }
 
@@ -130,7 +124,6 @@ impl Task {
         match self {
             Self::Identify(estimator) => format!("estimator \"{}\"", estimator.name()),
             Self::Check => "check".to_owned(),
-            Self::SeveralMachines => "identification on several machines".to_owned(),
             Self::Validate => "validate".to_owned(),
             Self::Simulate => "simulate".to_owned(),
             Self::Compare => "compare".to_owned(),
@@ -155,8 +148,7 @@ impl Task {
             (Self::Simulate, Language::Python) => Some("sprung.Servo.simulate"),
             (Self::Check | Self::Identify(_) | Self::Simulate, Language::C | Language::Rust)
             | (
-                Self::SeveralMachines
-                | Self::Validate
+                Self::Validate
                 | Self::Compare
                 | Self::ExportRobot
                 | Self::ExportCode
@@ -172,7 +164,7 @@ impl Task {
             Language::CommandLine => match self {
                 Self::Check => Some("sprung check"),
                 Self::Identify(_) => Some("sprung identify"),
-                Self::SeveralMachines | Self::Dynamics => None,
+                Self::Dynamics => None,
                 Self::Validate => Some("sprung validate"),
                 Self::Simulate => Some("sprung simulate"),
                 Self::Compare => Some("sprung compare"),
@@ -181,7 +173,6 @@ impl Task {
             Language::Library => Some(match self {
                 Self::Check => "Session::check",
                 Self::Identify(_) => "Session::identify",
-                Self::SeveralMachines => "Session::choices, factors, identify_factors",
                 Self::Validate => "Session::validate",
                 Self::Simulate => "Session::twin",
                 Self::Compare => "compare::compare",
@@ -191,7 +182,6 @@ impl Task {
             Language::Python => Some(match self {
                 Self::Check => "Experiment.check",
                 Self::Identify(_) => "Experiment.identify",
-                Self::SeveralMachines => "Experiment.choices, factors, identify_factors",
                 Self::Validate => "Result.validate",
                 Self::Simulate => "Experiment.simulate",
                 Self::Compare => "sprung.compare",
@@ -202,7 +192,6 @@ impl Task {
                 Self::Dynamics => Some("functions of the exported file"),
                 Self::Check
                 | Self::Identify(_)
-                | Self::SeveralMachines
                 | Self::Validate
                 | Self::Simulate
                 | Self::Compare

@@ -150,7 +150,6 @@ fn methods(experiment: &Experiment) -> Vec<(&'static str, Experiment)> {
             "prediction error",
             with(Estimator::PredictionError, &|_| ()),
         ),
-        ("output error", with(Estimator::OutputError, &|_| ())),
     ]
 }
 

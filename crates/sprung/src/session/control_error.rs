@@ -94,12 +94,6 @@ pub enum ControlError {
          code"
     )]
     PayloadInCode,
-    /// The log shows no vibration.
-    #[error(
-        "vibrations = \"log\" of [control] takes the antiresonances that the log shows, and it shows none; record a motion that \
-         excites them, or give \"model\""
-    )]
-    NoVibration,
     /// Values are missing.
     #[error("{0}; give --parameters FILE with an identification")]
     Values(String),

@@ -2,7 +2,7 @@
 
 use super::error::{ErrorKind, SessionError};
 use sprung_log::LogError;
-use sprung_method::estimate::{FactorsError, IdentifyError};
+use sprung_method::estimate::IdentifyError;
 use sprung_method::prepare::PrepareError;
 use sprung_method::regression::PassError;
 use sprung_method::validate::ValidateError;
@@ -65,10 +65,7 @@ impl SessionError {
     /// Returns the code of a combination that does not work.
     fn refusal(&self) -> Option<&'static str> {
         match self {
-            Self::NotSupported(refusal)
-            | Self::Identify(IdentifyError::Factors(FactorsError::NotSupported(refusal))) => {
-                Some(refusal.code())
-            }
+            Self::NotSupported(refusal) => Some(refusal.code()),
             Self::Description(error) => error.code(),
             _ => None,
         }

@@ -92,16 +92,6 @@ pub enum SessionError {
         "the experiment does not name the file of the log; give file in [log], or --set log.file=FILE"
     )]
     NoLogFile,
-    /// The experiment names fewer logs.
-    #[error("the experiment names {count} log{}, so there is no log {index}; the first log is log 0",
-        if *count == 1 { "" } else { "s" }
-    )]
-    NoSuchLog {
-        /// The requested log, from 0.
-        index: usize,
-        /// Number of logs.
-        count: usize,
-    },
     /// The log cannot be checked.
     #[error(transparent)]
     Check(#[from] PrepareError),
@@ -425,7 +415,6 @@ impl SessionError {
             | Self::Robot { .. }
             | Self::NoLog
             | Self::NoLogFile
-            | Self::NoSuchLog { .. }
             | Self::NotParameters { .. }
             | Self::NotAnIdentification { .. }
             | Self::NewerFormat { .. }

@@ -31,7 +31,6 @@ mod from_log;
 mod identify;
 mod load;
 mod logs;
-mod many_logs;
 mod parameters;
 mod results;
 mod sample;
@@ -67,5 +66,3 @@ pub use simulate::Recording;
 pub use start::start_from_urdf;
 pub use switch::{SWITCH_FILE, Switch, TEMPORARY_NAME, finish};
 pub use usability::Usability;
-
-pub use sprung_method::estimate::{Choices, LogFactors};

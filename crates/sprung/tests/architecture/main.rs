@@ -47,7 +47,7 @@ const ORDER: [&str; 29] = [
 const LEAVES: [&str; 1] = ["demo"];
 
 /// Folders and files of `estimate` in order. Each uses only those before it.
-const ESTIMATE: [&str; 16] = [
+const ESTIMATE: [&str; 15] = [
     "errors",
     "result",
     "refined_unknowns",
@@ -63,7 +63,6 @@ const ESTIMATE: [&str; 16] = [
     "judge",
     "steps",
     "identify",
-    "many_logs",
 ];
 
 /// Modules whose folders use each other in a circle.

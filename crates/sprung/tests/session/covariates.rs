@@ -186,7 +186,6 @@ fn simulated_loops_of_a_validation_follow_the_temperature_of_the_log() {
 fn mistakes_are_named() {
     let mut messages = messages("covariates");
     for set in [
-        "identify.estimator=[\"output-error\"]",
         "robot.joint.0.friction_covariates.temperature=[\"motor_stribeck\"]",
         "simulate.temperature_start_c=[20.0]",
         "log.temperature_c=[\"a\", \"b\", \"c\"]",

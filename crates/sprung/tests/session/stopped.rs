@@ -99,14 +99,6 @@ fn a_search_of_velocities_stops() {
 }
 
 #[test]
-fn a_fit_of_the_simulated_loop_stops() {
-    let session = session(&["identify.estimator=[\"output-error\"]"]);
-    for after in [0, 1, 7] {
-        stops(Phase::FittingLoop, after, |p| session.identify(p));
-    }
-}
-
-#[test]
 fn a_validation_stops() {
     let session = session(&[]);
     let found = session.identify(&mut Unheard).unwrap();

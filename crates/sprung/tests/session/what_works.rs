@@ -223,7 +223,7 @@ impl Case {
         if let Some(name) = task
             .strip_prefix('`')
             .and_then(|rest| rest.strip_suffix('`'))
-            && ["least-squares", "lsff", "output-error", "prediction-error"].contains(&name)
+            && ["least-squares", "lsff", "prediction-error"].contains(&name)
         {
             overrides.push(format!("identify.estimator=\"{name}\""));
         }
@@ -250,7 +250,7 @@ impl Case {
             "`check`" => {
                 session.check(&mut Unheard)?;
             }
-            "`least-squares`" | "`lsff`" | "`output-error`" | "`prediction-error`" => {
+            "`least-squares`" | "`lsff`" | "`prediction-error`" => {
                 if session.is_servo() {
                     // Its estimator is that of servos; one name shows that the task is allowed.
                     if task == "`least-squares`" {
@@ -259,12 +259,6 @@ impl Case {
                 } else {
                     session.identify(&mut Unheard)?;
                 }
-            }
-            "several machines" => {
-                let choices = session.choices(&mut Unheard)?;
-                let last = usize::from(self.feature == "payload to be estimated");
-                let factors = session.factors(&choices, last, &mut Unheard)?;
-                session.identify_factors(&factors, &mut Unheard)?;
             }
             "`validate`" => {
                 session.validate(&self.parameters(), &mut Unheard)?;

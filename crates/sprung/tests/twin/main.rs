@@ -16,7 +16,6 @@ mod laws;
 mod linear;
 mod many_logs;
 mod motor_side;
-mod output_error;
 mod paper;
 mod progress;
 mod refined;

@@ -3,8 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use sprung::progress::Unheard;
-use sprung::session::Session;
 use tempfile::TempDir;
 
 use super::Faulty;
@@ -135,10 +133,6 @@ fn results(folder: &Path) {
         put(target, name, json.to_string().as_bytes());
     }
     put("parameters", "truth.toml", sprung::demo::TRUTH.as_bytes());
-    let session = Session::open(&demo, &[]).unwrap();
-    let choices = session.choices(&mut Unheard).unwrap();
-    let factors = session.factors(&choices, 0, &mut Unheard).unwrap();
-    put("factors", "demo.json", factors.to_json().as_bytes());
 }
 
 fn entries(folder: &Path) -> Vec<PathBuf> {

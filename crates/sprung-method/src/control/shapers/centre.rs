@@ -1,9 +1,9 @@
-//! The sequence of a kind whose largest residual over the region of a mode is least.
+//! The sequence of a number of impulses whose largest residual over the region of a mode is least.
 
 use sprung_core::shaper::{Impulse, Mode};
 
-use super::kind::ShaperKind;
-use super::region::{Region, Residuals, sampled};
+use super::humps::extra_insensitive;
+use super::region::{Region, sampled};
 
 /// Frequencies of the grid, and steps of the searches of frequency, damping and level of the humps.
 const GRID: usize = 13;
@@ -18,16 +18,13 @@ const LEAST_HUMP: f64 = 1e-4;
 /// Searches of the level of the humps, each followed by one of the centre.
 const ROUNDS: usize = 2;
 
-/// The best sequence of a kind for one mode.
+/// The best sequence of a number of impulses for one mode.
 #[derive(Clone, Debug)]
 pub(super) struct Candidate {
-    pub(super) kind: ShaperKind,
     pub(super) centre: Mode,
     /// Residual vibration of the humps.
     pub(super) hump: Option<f64>,
     pub(super) sequence: Vec<Impulse>,
-    /// Residuals without the sequences of other modes.
-    pub(super) alone: Residuals,
 }
 
 impl Candidate {
@@ -38,7 +35,7 @@ impl Candidate {
 }
 
 struct Search<'r> {
-    kind: ShaperKind,
+    impulses: usize,
     region: &'r Region,
     /// Sampling period, s.
     period: f64,
@@ -46,19 +43,14 @@ struct Search<'r> {
     dampings: [f64; 2],
 }
 
-/// Returns the best sequence of a kind; `None` if the kind has none that fits.
+/// Returns the best sequence of a number of impulses; `None` if none fits.
 ///
 /// - `level`: allowed residual vibration.
 /// - `period`: sampling period, s.
-pub(super) fn best(
-    kind: ShaperKind,
-    region: &Region,
-    level: f64,
-    period: f64,
-) -> Option<Candidate> {
+pub(super) fn best(impulses: usize, region: &Region, level: f64, period: f64) -> Option<Candidate> {
     let thinned = region.thinned();
     let search = Search {
-        kind,
+        impulses,
         region: &thinned,
         period,
         frequencies: region.range(Mode::frequency),
@@ -69,7 +61,8 @@ pub(super) fn best(
     let least = (LEAST_HUMP_PART * level).max(LEAST_HUMP).min(level);
     let mut hump = least;
     let mut centre = search.centre(hump)?;
-    for _ in 0..if kind.humps() > 0 { ROUNDS } else { 0 } {
+    let has_humps = impulses > 2;
+    for _ in 0..if has_humps { ROUNDS } else { 0 } {
         let cost = |logarithm: f64| search.cost(centre, logarithm.exp());
         hump = minimise(cost, [least, level].map(f64::ln), HUMP_STEPS)
             .0
@@ -77,12 +70,11 @@ pub(super) fn best(
         centre = search.centre(hump)?;
     }
     let centre = Mode::new(centre[0], centre[1]).ok()?;
-    let sequence = kind.sequence(&centre, hump)?;
+    let sequence = extra_insensitive(&centre, hump, impulses)?;
+    sampled(&sequence, period)?;
     Some(Candidate {
-        kind,
         centre,
-        hump: (kind.humps() > 0).then_some(hump),
-        alone: region.evaluate(&sampled(&sequence, period)?),
+        hump: has_humps.then_some(hump),
         sequence,
     })
 }
@@ -112,7 +104,7 @@ impl Search<'_> {
     /// Returns the largest residual over the region; infinite without a sequence.
     fn cost(&self, [frequency, damping]: [f64; 2], hump: f64) -> f64 {
         (Mode::new(frequency, damping).ok())
-            .and_then(|centre| self.kind.sequence(&centre, hump))
+            .and_then(|centre| extra_insensitive(&centre, hump, self.impulses))
             .and_then(|sequence| sampled(&sequence, self.period))
             .map_or(f64::INFINITY, |sampled| {
                 self.region.evaluate(&sampled).largest

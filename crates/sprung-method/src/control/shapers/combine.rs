@@ -6,13 +6,7 @@ use sprung_core::shaper::{Impulse, Mode, convolve, residual};
 use super::centre::Candidate;
 use super::region::{Region, Residuals, sampled};
 
-/// A combination may be this much slower than the shortest if it leaves less vibration.
-const LONGER: f64 = 1.02;
-
-/// A longer combination is part of the trade-off if it leaves at most this part of the vibration.
-const CLEARLY_LESS: f64 = 0.8;
-
-/// The regions of all modes, and the best sequences of each kind for each mode.
+/// The regions of all modes, and the best sequences of each number of impulses for each mode.
 pub(super) struct Problem<'p> {
     pub(super) regions: &'p [Region],
     pub(super) candidates: &'p [Vec<Candidate>],
@@ -47,35 +41,19 @@ pub(super) struct Evaluated {
     pub(super) all: Residuals,
 }
 
-/// The chosen combination, and those of the trade-off between delay and residual.
-pub(super) struct Choice {
-    pub(super) chosen: Evaluated,
-    pub(super) trade_off: Vec<Evaluated>,
-}
-
 impl Problem<'_> {
     /// Returns the shortest combination that keeps the level, or else the one with the least residual. `None` if no
     /// combination fits into the filter.
-    pub(super) fn choose(&self) -> Option<Choice> {
-        let combinations = self.combinations();
-        let mut trade_off: Vec<Evaluated> = (self.listed(&combinations).into_iter())
-            .filter_map(|combination| self.evaluated(combination))
-            .collect();
-        let kept = self.shortest(&combinations);
-        let least = || {
-            let by_residual =
-                |a: &&Evaluated, b: &&Evaluated| a.all.largest.total_cmp(&b.all.largest);
-            trade_off.iter().min_by(by_residual).cloned()
-        };
-        let chosen = kept.or_else(least)?;
-        if !trade_off
-            .iter()
-            .any(|evaluated| evaluated.members == chosen.members)
-        {
-            trade_off.push(chosen.clone());
-            trade_off.sort_by(|a, b| a.delay.total_cmp(&b.delay));
-        }
-        Some(Choice { chosen, trade_off })
+    pub(super) fn choose(&self) -> Option<Evaluated> {
+        let mut combinations = self.combinations();
+        let mut possible = (combinations.iter()).filter(|one| one.at_least <= self.level);
+        let kept = possible.find_map(|combination| {
+            (self.evaluated(combination)).filter(|found| found.all.largest <= self.level)
+        });
+        kept.or_else(|| {
+            combinations.sort_by(|a, b| a.continuous.total_cmp(&b.continuous));
+            (combinations.iter()).find_map(|combination| self.evaluated(combination))
+        })
     }
 
     /// Returns all combinations, from the shortest.
@@ -151,48 +129,6 @@ impl Problem<'_> {
         let angle = mode.frequency() * self.period;
         let decay = (-mode.damping() * angle).exp();
         decay * continuous - angle * angle / 8.0
-    }
-
-    /// Returns the combinations of the trade-off, from the shortest: each leaves clearly less vibration than all shorter
-    /// ones, and the last leaves the least.
-    fn listed<'c>(&self, combinations: &'c [Combination]) -> Vec<&'c Combination> {
-        let least = (combinations.iter())
-            .map(|combination| combination.continuous)
-            .fold(f64::INFINITY, f64::min);
-        let mut reached = f64::INFINITY;
-        (combinations.iter())
-            .filter(|combination| {
-                let clearly = combination.continuous < CLEARLY_LESS * reached;
-                let last = combination.continuous <= least && reached > least;
-                if clearly || last {
-                    reached = combination.continuous;
-                }
-                clearly || last || self.regions.len() == 1
-            })
-            .collect()
-    }
-
-    /// Returns the shortest combination that keeps the level, or a slightly longer one with less residual.
-    fn shortest(&self, combinations: &[Combination]) -> Option<Evaluated> {
-        let mut best: Option<Evaluated> = None;
-        let mut longest = f64::INFINITY;
-        for combination in combinations {
-            if combination.delay > longest {
-                break;
-            }
-            let least = best.as_ref().map_or(self.level, |best| best.all.largest);
-            if combination.at_least > least {
-                continue;
-            }
-            let Some(evaluated) = self.evaluated(combination) else {
-                continue;
-            };
-            if evaluated.all.largest <= least {
-                longest = longest.min(LONGER * evaluated.delay);
-                best = Some(evaluated);
-            }
-        }
-        best
     }
 
     fn evaluated(&self, combination: &Combination) -> Option<Evaluated> {

@@ -4,13 +4,15 @@ use rayon::prelude::*;
 use sprung_core::shaper::{LONGEST_DELAY, Mode};
 
 use super::centre::{Candidate, best};
-use super::combine::{Choice, Evaluated, Problem};
-use super::kind::ShaperKind;
+use super::combine::{Evaluated, Problem};
 use super::region::Region;
-use super::result::{KindTrial, ModeShaper, ShapedImpulse, ShaperDesign, TradeOff};
+use super::result::{ModeShaper, ShapedImpulse, ShaperDesign};
 
 /// Most modes of one shaper.
 const MOST_MODES: usize = 4;
+
+/// Numbers of impulses for one mode.
+pub(super) const IMPULSES: [usize; 4] = [2, 3, 4, 5];
 
 /// Settings of a design.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,11 +81,10 @@ pub enum ShaperDesignError {
 ///
 /// - `regions`: possible values of each mode, such as draws from the estimate at several poses; one to four modes.
 ///
-/// For each mode and kind, the centre of the sequence minimises the largest residual over the region, and so does the
-/// level of the humps of an extra-insensitive sequence. Of all combinations of one sequence per mode the shortest
-/// that keeps the level is chosen; one that is at most 2 % longer is preferred if it leaves less. All residuals are
-/// those of the sampled sequence. If no combination keeps the level, the design is the entry of
-/// [`ShaperDesign::trade_off`] with the least residual, and [`ShaperDesign::reached`] is false.
+/// For each mode and number of impulses, the centre of the sequence minimises the largest residual over the region, and
+/// so does the level of its humps. Of all combinations of one sequence per mode the shortest that keeps the level is
+/// chosen. All residuals are those of the sampled sequence. If no combination keeps the level, the design is the one
+/// with the least residual, and [`ShaperDesign::reached`] is false.
 ///
 /// # Errors
 ///
@@ -107,8 +108,8 @@ pub fn design_shaper(
         .collect();
     let candidates: Vec<Vec<Candidate>> = (regions.iter())
         .map(|region| {
-            (ShaperKind::ALL.into_par_iter())
-                .filter_map(|kind| best(kind, region, settings.level, settings.period))
+            (IMPULSES.into_par_iter())
+                .filter_map(|impulses| best(impulses, region, settings.level, settings.period))
                 .collect()
         })
         .collect();
@@ -118,10 +119,10 @@ pub fn design_shaper(
         level: settings.level,
         period: settings.period,
     };
-    let choice = problem.choose().ok_or(ShaperDesignError::TooLong {
+    let chosen = problem.choose().ok_or(ShaperDesignError::TooLong {
         limit: LONGEST_DELAY,
     })?;
-    Ok(described(&choice, &candidates, settings))
+    Ok(described(&chosen, &candidates, settings))
 }
 
 fn check(regions: &[Vec<Mode>], settings: &ShaperSettings) -> Result<(), ShaperDesignError> {
@@ -167,36 +168,26 @@ fn check(regions: &[Vec<Mode>], settings: &ShaperSettings) -> Result<(), ShaperD
 }
 
 fn described(
-    choice: &Choice,
+    chosen: &Evaluated,
     candidates: &[Vec<Candidate>],
     settings: &ShaperSettings,
 ) -> ShaperDesign {
-    let Choice { chosen, trade_off } = choice;
     let modes = (candidates.iter().zip(&chosen.members).zip(&chosen.modes))
         .map(|((candidates, member), residuals)| {
             let candidate = &candidates[*member];
             ModeShaper {
-                kind: candidate.kind,
+                impulses: candidate.sequence.len(),
                 centre_hz: candidate.centre.hz(),
                 damping: candidate.centre.damping(),
                 hump_percent: candidate.hump.map(|hump| 100.0 * hump),
                 largest_percent: 100.0 * residuals.largest,
                 median_percent: 100.0 * residuals.median,
-                trials: candidates.iter().map(trial).collect(),
             }
         })
         .collect();
     let impulse = |impulse: &sprung_core::shaper::Impulse| ShapedImpulse {
         time_s: impulse.time,
         amplitude: impulse.amplitude,
-    };
-    let beside = |evaluated: &Evaluated| TradeOff {
-        kinds: (candidates.iter().zip(&evaluated.members))
-            .map(|(candidates, member)| candidates[*member].kind)
-            .collect(),
-        delay_s: evaluated.delay,
-        largest_percent: 100.0 * evaluated.all.largest,
-        median_percent: 100.0 * evaluated.all.median,
     };
     ShaperDesign {
         reached: chosen.all.largest <= settings.level,
@@ -207,17 +198,5 @@ fn described(
         delay_s: chosen.delay,
         largest_percent: 100.0 * chosen.all.largest,
         median_percent: 100.0 * chosen.all.median,
-        trade_off: trade_off.iter().map(beside).collect(),
-    }
-}
-
-fn trial(candidate: &Candidate) -> KindTrial {
-    KindTrial {
-        kind: candidate.kind,
-        centre_hz: candidate.centre.hz(),
-        damping: candidate.centre.damping(),
-        delay_s: candidate.delay(),
-        largest_percent: 100.0 * candidate.alone.largest,
-        median_percent: 100.0 * candidate.alone.median,
     }
 }

@@ -31,22 +31,22 @@ struct Unknowns {
     humps: Vec<f64>,
 }
 
-/// Returns the sequence with humps of a level: EI for one hump, two-hump EI for two. `None` if the equations have no
-/// solution with positive amplitudes.
+/// Returns the sequence with a number of impulses; `None` if the equations have no solution with positive amplitudes.
 ///
-/// - `level`: residual vibration of the humps.
+/// - `level`: residual vibration of the humps; two impulses have no hump.
 ///
-/// At the damping ratio of the mode the residual vanishes at `humps + 1` frequencies and has the level at the
-/// maxima between them. The mode's frequency is that of the middle hump or zero.
+/// At the damping ratio of the mode the residual vanishes at `impulses - 1` frequencies and has the level at the
+/// humps between them. The mode's frequency is that of the middle hump or zero.
 ///
 /// # Source
 ///
-/// singhose1994 for one hump, singhose1997 for more; both publish curve fits, here Newton's method solves the equations.
-pub(super) fn extra_insensitive(mode: &Mode, level: f64, humps: usize) -> Option<Vec<Impulse>> {
-    let undamped = match humps {
-        1 => undamped::<3>(level),
-        2 => undamped::<4>(level),
-        3 => undamped::<5>(level),
+/// singer1990 for two impulses, singhose1994 for three, singhose1997 for more; the last two publish curve fits, here Newton's method solves the equations.
+pub(super) fn extra_insensitive(mode: &Mode, level: f64, impulses: usize) -> Option<Vec<Impulse>> {
+    let undamped = match impulses {
+        2 => undamped::<2>(level),
+        3 => undamped::<3>(level),
+        4 => undamped::<4>(level),
+        5 => undamped::<5>(level),
         _ => return None,
     };
     let mut found = Unknowns::undamped(&undamped.ok()?, level);

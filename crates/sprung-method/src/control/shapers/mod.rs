@@ -5,12 +5,10 @@ mod centre;
 mod combine;
 mod design;
 mod humps;
-mod kind;
 mod region;
 mod result;
 #[cfg(test)]
 mod tests;
 
 pub use design::{ShaperDesignError, ShaperSettings, design_shaper};
-pub use kind::ShaperKind;
-pub use result::{KindTrial, ModeShaper, ShapedImpulse, ShaperDesign, TradeOff};
+pub use result::{ModeShaper, ShapedImpulse, ShaperDesign};

@@ -3,8 +3,6 @@
 use serde::{Deserialize, Serialize};
 use sprung_core::shaper::Impulse;
 
-use super::kind::ShaperKind;
-
 /// A shaper for one or several modes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ShaperDesign {
@@ -24,58 +22,25 @@ pub struct ShaperDesign {
     pub largest_percent: f64,
     /// Median over the region of a mode, percent; that of the mode with the largest median.
     pub median_percent: f64,
-    /// Delay and residual of combinations of kinds, from the shortest: of one mode all kinds, of several the chosen
-    /// combination and those that leave clearly less vibration than all shorter ones.
-    pub trade_off: Vec<TradeOff>,
 }
 
 /// The part of a shaper for one mode.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ModeShaper {
-    /// Kind of the sequence.
-    pub kind: ShaperKind,
+    /// Number of impulses of the sequence, one more than the frequencies without residual vibration; absent in designs of
+    /// earlier versions.
+    #[serde(default)]
+    pub impulses: usize,
     /// Natural frequency for which the sequence is designed, Hz.
     pub centre_hz: f64,
     /// Damping ratio for which it is designed.
     pub damping: f64,
-    /// Residual vibration at the maxima of an extra-insensitive sequence, percent.
+    /// Residual vibration at the maxima between these frequencies, percent; absent for two impulses.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hump_percent: Option<f64>,
     /// Largest residual vibration of the mode under the whole sampled sequence, percent.
     pub largest_percent: f64,
     /// Median over its region, percent.
-    pub median_percent: f64,
-    /// All kinds for this mode, without the sequences of other modes.
-    pub trials: Vec<KindTrial>,
-}
-
-/// The best sequence of one kind for one mode.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct KindTrial {
-    /// Kind of the sequence.
-    pub kind: ShaperKind,
-    /// Natural frequency for which the sequence is designed, Hz.
-    pub centre_hz: f64,
-    /// Damping ratio for which it is designed.
-    pub damping: f64,
-    /// Time of the last impulse, s.
-    pub delay_s: f64,
-    /// Largest residual vibration over the region, percent.
-    pub largest_percent: f64,
-    /// Median over the region, percent.
-    pub median_percent: f64,
-}
-
-/// Delay and residual vibration of a combination.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct TradeOff {
-    /// Kind for each mode.
-    pub kinds: Vec<ShaperKind>,
-    /// Time of the last impulse, s.
-    pub delay_s: f64,
-    /// Largest residual vibration over all regions, percent.
-    pub largest_percent: f64,
-    /// Largest median over the region of a mode, percent.
     pub median_percent: f64,
 }
 

@@ -2,11 +2,10 @@
 
 use sprung_core::shaper::{Impulse, Mode, Shaper, Tap, memory_len, residual, sample};
 
-use super::centre::best;
+use super::centre::{Candidate, best};
 use super::combine::Problem;
-use super::design::{ShaperDesignError, ShaperSettings, design_shaper};
+use super::design::{IMPULSES, ShaperDesignError, ShaperSettings, design_shaper};
 use super::humps::extra_insensitive;
-use super::kind::ShaperKind;
 use super::region::{Region, sampled};
 use super::result::ShaperDesign;
 
@@ -24,8 +23,14 @@ fn region(hz: f64, damping: f64, half: [f64; 2], count: u32) -> Vec<Mode> {
     (0..count).map(point).collect()
 }
 
-fn kinds(design: &ShaperDesign) -> Vec<ShaperKind> {
-    design.modes.iter().map(|mode| mode.kind).collect()
+/// Returns the largest residual of a sequence over a region.
+fn alone(candidate: &Candidate, region: &Region, period: f64) -> f64 {
+    let sampled = sampled(&candidate.sequence, period).unwrap();
+    region.evaluate(&sampled).largest
+}
+
+fn impulses(design: &ShaperDesign) -> Vec<usize> {
+    design.modes.iter().map(|mode| mode.impulses).collect()
 }
 
 #[test]
@@ -46,7 +51,7 @@ fn damped_sequences_are_near_the_published_curve_fits() {
             + v * z * (0.461_59 + 4.261_69 * z + 1.756_01 * z * z)
             + v * v * z * (8.578_43 - 108.644 * z + 336.989 * z * z);
         // The published hump is slightly beside the mode, and its last impulse a period after the first.
-        let found = extra_insensitive(&mode, v, 1).unwrap();
+        let found = extra_insensitive(&mode, v, 3).unwrap();
         let scale = period / found[2].time;
         assert!((scale - 1.0).abs() < 0.3 * z * z + 0.002, "{scale}");
         let scaled = [0, 1, 2].map(|k| Impulse {
@@ -79,7 +84,7 @@ fn damped_sequences_are_near_the_published_curve_fits() {
                 cubic([0.159_97, -0.602_46, 1.002_80, -0.931_45]),
             ],
         ];
-        assert_near(&extra_insensitive(&mode, v, 2).unwrap(), &published, 0.012);
+        assert_near(&extra_insensitive(&mode, v, 4).unwrap(), &published, 0.012);
     }
 }
 
@@ -99,7 +104,8 @@ fn humps_of_damped_sequences_have_the_level() {
         (3, 0.05, 0.15),
         (3, 0.2, 0.0),
     ] {
-        let sequence = extra_insensitive(&Mode::new(1.0, damping).unwrap(), level, humps).unwrap();
+        let sequence = extra_insensitive(&Mode::new(1.0, damping).unwrap(), level, humps + 2);
+        let sequence = sequence.unwrap();
         let values: Vec<f64> = (0..20_000)
             .map(|k| Mode::new(0.3 + 7e-5 * f64::from(k), damping).unwrap())
             .map(|mode| residual(&sequence, &mode))
@@ -116,36 +122,32 @@ fn humps_of_damped_sequences_have_the_level() {
         }
     }
     let mode = Mode::new(1.0, 0.05).unwrap();
-    assert_eq!(extra_insensitive(&mode, 0.05, 4), None);
-    assert_eq!(extra_insensitive(&mode, 1.0, 1), None);
+    assert_eq!(extra_insensitive(&mode, 0.05, 6), None);
+    assert_eq!(extra_insensitive(&mode, 1.0, 3), None);
 }
 
 #[test]
 fn wider_regions_need_longer_sequences() {
     let settings = ShaperSettings::new(1e-3);
     let mut delay = 0.0;
-    for (half, expected) in [
-        (0.02, &[ShaperKind::Zv][..]),
-        (0.12, &[ShaperKind::Ei, ShaperKind::Zvd]),
-        (0.19, &[ShaperKind::Ei]),
-        (0.33, &[ShaperKind::TwoHumpEi]),
-        (0.45, &[ShaperKind::ThreeHumpEi]),
-    ] {
+    for (half, expected) in [(0.02, 2), (0.19, 3), (0.33, 4), (0.45, 5)] {
         let points = region(8.0, 0.03, [8.0 * half, 0.01], 400);
         let design = design_shaper(&[points], &settings).unwrap();
         assert!(design.reached && design.largest_percent <= 5.0);
-        assert!(expected.contains(&design.modes[0].kind), "{design:?}");
-        assert_eq!(design.trade_off.len(), ShaperKind::ALL.len());
+        assert_eq!(impulses(&design), [expected], "{design:?}");
         assert!(design.delay_s > delay && design.median_percent < design.largest_percent);
         delay = design.delay_s;
     }
     let points = region(8.0, 0.03, [6.0, 0.01], 400);
-    let design = design_shaper(&[points], &settings).unwrap();
-    let least = (design.trade_off.iter())
-        .map(|trade_off| trade_off.largest_percent)
+    let design = design_shaper(std::slice::from_ref(&points), &settings).unwrap();
+    let region = Region { points, part: 1.0 };
+    let least = IMPULSES
+        .map(|impulses| best(impulses, &region, settings.level, settings.period).unwrap())
+        .map(|candidate| alone(&candidate, &region, settings.period))
+        .into_iter()
         .fold(f64::INFINITY, f64::min);
     assert!(!design.reached && design.largest_percent > 5.0);
-    assert!((design.largest_percent - least).abs() < 1e-12);
+    assert!((design.largest_percent - 100.0 * least).abs() < 1e-9);
 }
 
 /// Returns the vibration of an undriven oscillator after a step through the filter, as a part of that after the step.
@@ -199,24 +201,22 @@ fn centre_has_the_least_residual_of_a_fine_grid() {
         part: 1.0,
     };
     let period = 2e-3;
-    for kind in [ShaperKind::Zv, ShaperKind::Zvd, ShaperKind::Zvdd] {
-        let found = best(kind, &region, 0.05, period).unwrap();
-        let mut least = f64::INFINITY;
-        for i in 0..=60 {
-            for j in 0..=10 {
-                let hz = 4.4 + 0.02 * f64::from(i);
-                let centre = Mode::from_hz(hz, 0.03 + 0.006 * f64::from(j)).unwrap();
-                let sequence = kind.sequence(&centre, 0.05).unwrap();
-                let residuals = region.evaluate(&sampled(&sequence, period).unwrap());
-                least = least.min(residuals.largest);
-            }
+    let found = best(2, &region, 0.05, period).unwrap();
+    let mut least = f64::INFINITY;
+    for i in 0..=60 {
+        for j in 0..=10 {
+            let hz = 4.4 + 0.02 * f64::from(i);
+            let centre = Mode::from_hz(hz, 0.03 + 0.006 * f64::from(j)).unwrap();
+            // Two impulses have no hump whose level matters.
+            let sequence = extra_insensitive(&centre, 0.05, 2).unwrap();
+            let residuals = region.evaluate(&sampled(&sequence, period).unwrap());
+            least = least.min(residuals.largest);
         }
-        assert!(found.alone.largest < 1.02 * least, "{found:?} {least}");
     }
-    // The level of the hump is free, so EI is never worse than ZVD.
-    let of = |kind| best(kind, &region, 0.05, period).unwrap();
-    let [ei, zvd] = [ShaperKind::Ei, ShaperKind::Zvd].map(of);
-    assert!(ei.alone.largest < zvd.alone.largest, "{ei:?} {zvd:?}");
+    assert!(
+        alone(&found, &region, period) < 1.02 * least,
+        "{found:?} {least}"
+    );
 }
 
 #[test]
@@ -234,8 +234,8 @@ fn no_shorter_combination_keeps_the_level() {
         let regions = points.clone().map(|points| Region { points, part });
         let candidates = (regions.iter())
             .map(|region| {
-                ShaperKind::ALL
-                    .map(|kind| best(kind, region, 0.05, period).unwrap())
+                IMPULSES
+                    .map(|impulses| best(impulses, region, 0.05, period).unwrap())
                     .to_vec()
             })
             .collect::<Vec<_>>();
@@ -250,9 +250,9 @@ fn no_shorter_combination_keeps_the_level() {
         let shortest = kept
             .map(|evaluated| evaluated.delay)
             .fold(f64::INFINITY, f64::min);
-        assert_eq!(all.len(), 36);
+        assert_eq!(all.len(), 16);
         if design.reached {
-            assert!(design.delay_s <= 1.02 * shortest, "{shortest}");
+            assert!(design.delay_s <= shortest, "{shortest}");
         } else {
             assert!(shortest.is_infinite());
         }
@@ -261,12 +261,6 @@ fn no_shorter_combination_keeps_the_level() {
         };
         let evaluated = all.iter().find(listed).unwrap();
         assert!((100.0 * evaluated.all.largest - design.largest_percent).abs() < 1e-12);
-        assert!(
-            design
-                .trade_off
-                .iter()
-                .any(|trade_off| trade_off.kinds == kinds(&design))
-        );
     }
 }
 
@@ -287,11 +281,11 @@ fn results_do_not_depend_on_threads() {
 }
 
 #[test]
-fn exact_modes_get_zv_and_bad_input_is_refused() {
+fn exact_modes_get_two_impulses_and_bad_input_is_refused() {
     let mode = Mode::from_hz(10.0, 0.02).unwrap();
     let settings = ShaperSettings::new(1e-4);
     let design = design_shaper(&[vec![mode]], &settings).unwrap();
-    assert_eq!(kinds(&design), [ShaperKind::Zv]);
+    assert_eq!(impulses(&design), [2]);
     assert!(design.largest_percent < 0.1);
     let refusal = |regions: &[Vec<Mode>], settings: ShaperSettings| {
         design_shaper(regions, &settings).unwrap_err()

@@ -174,7 +174,6 @@ impl Case {
             poses: &self.poses,
             ranges: &[[-2.0, 2.0]; 2],
             torque_limits: &[f64::INFINITY; 2],
-            measured: None,
             twin: &self.twin,
             reference: Some(&self.declared.reference),
         }

@@ -1,6 +1,5 @@
 //! Errors of an identification.
 
-use super::factors::FactorsError;
 use super::lsff::LsffError;
 use crate::check::Refusal;
 use crate::log::{ChannelError, LogError};
@@ -16,12 +15,6 @@ pub enum IdentifyError {
     /// The logs cannot be prepared.
     #[error(transparent)]
     Prepare(PrepareError),
-    /// Output error has no controller to simulate.
-    #[error(
-        "estimator \"output-error\" simulates the closed loop, and {0}; or use \"least-squares\", which \
-         needs no controller"
-    )]
-    Controller(&'static str),
     /// The refinement is to start from nominal values, but the experiment does not give all of
     /// them.
     #[error("[identify] start = \"nominal\" needs nominal values: {0}")]
@@ -38,9 +31,6 @@ pub enum IdentifyError {
     /// A log contradicts the experiment file.
     #[error("{0}; to go on nevertheless set on_check_error = \"go-on\" in [identify]")]
     Refused(Refusal),
-    /// Factors of logs do not belong together.
-    #[error(transparent)]
-    Factors(#[from] FactorsError),
     /// Given values and limits exclude each other.
     #[error(
         "no robot can exist with the given values and limits: {0}; compare fixed, assume_zero, total_mass_kg and \

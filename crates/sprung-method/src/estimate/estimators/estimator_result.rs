@@ -1,7 +1,6 @@
 //! Result of an estimator before it is judged.
 
-use crate::estimate::result::Refinement;
-use crate::estimate::result::{ErrorParts, SimulationFit};
+use crate::estimate::result::{ErrorParts, Refinement};
 use crate::finding::Finding;
 use crate::fit::Fitted;
 use crate::model::Theta;
@@ -52,26 +51,16 @@ pub(in crate::estimate) enum Criterion {
     Equations,
     /// Residuals of the filtered equations of the latest samples, recursively.
     RecentEquations,
-    /// Distance of a simulated closed loop from the log; `None` if no loop was simulated.
-    Loop(Option<SimulationFit>),
     /// Minus the likelihood of the log; `None` if the filter did not follow the log.
     Likelihood(Option<Box<Refinement>>),
 }
 
 impl Criterion {
-    /// Returns the fit of the simulated loop, if a loop was simulated.
-    pub(in crate::estimate) fn simulation(&self) -> Option<&SimulationFit> {
-        match self {
-            Self::Loop(fit) => fit.as_ref(),
-            Self::Equations | Self::RecentEquations | Self::Likelihood(_) => None,
-        }
-    }
-
     /// Returns the fit of the filter, if the filter followed the log.
     pub(in crate::estimate) fn refinement(&self) -> Option<&Refinement> {
         match self {
             Self::Likelihood(refinement) => refinement.as_deref(),
-            Self::Equations | Self::RecentEquations | Self::Loop(_) => None,
+            Self::Equations | Self::RecentEquations => None,
         }
     }
 
@@ -80,7 +69,7 @@ impl Criterion {
     pub(in crate::estimate) fn stands_beside_equations(&self) -> bool {
         match self {
             Self::Equations | Self::Likelihood(_) => true,
-            Self::RecentEquations | Self::Loop(_) => false,
+            Self::RecentEquations => false,
         }
     }
 }

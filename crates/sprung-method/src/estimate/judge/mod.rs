@@ -206,11 +206,6 @@ fn unexplained(
     name: &str,
     findings: &mut Vec<Finding>,
 ) {
-    if result.simulation.is_some() {
-        // The cost of the simulation reports the fit. The filtered rows contain the encoders'
-        // quantisation.
-        return;
-    }
     let row = model.row_name(model.torque_row(joint));
     let Some(relative) = result.relative_residual.get(&row) else {
         return;

@@ -7,15 +7,6 @@ const REASONS: &[(&str, &str)] = &[
     ("channel-gain", "a column reads too much or too little"),
     ("collinear", "two parameters act alike in this motion"),
     (
-        "controller-does-not-match",
-        "another controller ran than the file says",
-    ),
-    ("controller-torque-late", "the loop or the log has a delay"),
-    (
-        "controller-torque-scale",
-        "the gains or the torque constant are wrong by a factor",
-    ),
-    (
         "cutoff-drift",
         "the values depend on the filter: the model lacks an effect, or positions are noisy",
     ),
@@ -98,8 +89,6 @@ const REASONS: &[(&str, &str)] = &[
         "two encoders of a joint count in opposite directions",
     ),
     ("other-robot", "the description is that of another robot"),
-    ("output-error-failed", "the simulation found no values"),
-    ("output-error-not-converged", "the search did not converge"),
     ("parts-disagree", "parts of the log give different values"),
     ("poor-fit", "the model does not explain the torque"),
     (
@@ -115,10 +104,6 @@ const REASONS: &[(&str, &str)] = &[
         "the refinement failed, so the values are those of least squares",
     ),
     ("refinement-rung", "the model lacks an effect"),
-    (
-        "resonance-disagrees",
-        "the resonance in the log is another one than that of the model",
-    ),
     (
         "reversed-joint",
         "the joint turns in the other direction than in the model",

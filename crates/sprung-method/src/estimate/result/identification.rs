@@ -14,7 +14,7 @@ use super::refinement::Refinement;
 use super::springs::RigidJoint;
 use super::verdict::{Decision, Verdict};
 use crate::finding::Finding;
-use crate::frequency::{FrequencyResponse, SpringFromMotor};
+use crate::frequency::SpringFromMotor;
 use crate::model::{presliding_name, sharpness_name, stribeck_name};
 use crate::named::Named;
 use crate::unknowns::UnknownResult;
@@ -40,9 +40,6 @@ pub struct Identification {
     /// Changes beyond the description that the log requires and that all results use.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub applied: Vec<Applied>,
-    /// Frequency responses of a log and of the first result; absent without a flexible joint.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub frequency_response: Option<FrequencyResponse>,
     /// Springs of rigid joints by the vibrations of their motors; empty unless
     /// `identify.springs_from_motor` requests them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -223,9 +220,6 @@ pub struct EstimateResult {
     /// Fits of the motor rows alone; least squares and prediction error only.
     #[serde(default)]
     pub motor_rows: Vec<MotorRowResult>,
-    /// Fit of the simulated loop; output error only.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub simulation: Option<SimulationFit>,
     /// Fit of the filter; prediction error only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub refinement: Option<Refinement>,
@@ -248,25 +242,6 @@ pub struct EstimateResult {
     pub warnings: Vec<Finding>,
     /// Computing time, s.
     pub elapsed_s: f64,
-}
-
-/// Fit of a simulated closed loop to the positions of a log.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SimulationFit {
-    /// Number of simulated samples, from the beginning of the first log.
-    pub samples: u64,
-    /// Mean squared error of the positions over the variance of their sensors; about 1 if the loop
-    /// is exactly known.
-    pub cost_per_sample: f64,
-    /// Number of iterations of the search.
-    pub iterations: usize,
-    /// Root mean square error over the noise of the sensor, by column.
-    pub position_rms_over_noise: Named,
-    /// Offset in the reading of each position sensor, rad (m), by column.
-    pub offset_rad: Named,
-    /// Difference of the controller's torque from the logged torque beyond white noise, relative to
-    /// the torque, by joint.
-    pub torque_mismatch: Named,
 }
 
 /// A friction parameter beside further laws, which explain a part of the same friction.

@@ -16,7 +16,7 @@ pub(super) use identification::PartResult;
 pub use identification::{
     CrossCheckResult, CutoffChoice, CutoffPoint, EncoderOffsetResult, ErrorParts, EstimateResult,
     IDENTIFICATION_FORMAT, Identification, ModelDependence, MotorRowResult, ParameterEstimate,
-    SettingsUsed, SimulationFit, parameters_csv,
+    SettingsUsed, parameters_csv,
 };
 pub use log_info::{DelayUsed, GainUsed, LogInfo, SignUsed};
 pub use payload::{PayloadParameter, PayloadResult};

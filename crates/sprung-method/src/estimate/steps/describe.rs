@@ -2,9 +2,9 @@
 
 use super::basis::{Basis, Estimates};
 use super::curves::{fit_curves, over_time, trace_of};
-use super::frequency::{in_frequency, springs_of_motors};
 use super::identified::Identified;
 use super::one_result::result_of;
+use super::springs_of_motors::springs_of_motors;
 use crate::description::Estimator;
 use crate::estimate::errors::IdentifyError;
 use crate::estimate::estimators::Found;
@@ -21,7 +21,7 @@ use crate::estimate::result::{
 };
 use crate::estimate::springs::{Undetermined, finding};
 use crate::finding::{Finding, Severity};
-use crate::frequency::{FrequencyResponse, SpringFromMotor};
+use crate::frequency::SpringFromMotor;
 use crate::prepare::PrepareError;
 use crate::progress::{Listener, Phase};
 use crate::regression::Reading;
@@ -49,7 +49,6 @@ pub(in crate::estimate) fn describe(
     findings.extend(finding(model, &rigid_joints));
     findings.extend(look_again(basis, &results));
     after_estimation(&mut findings);
-    let response = in_frequency(basis, &estimates.robot, &mut results);
     let (springs, about_springs) = springs_of_motors(basis);
     findings.extend(about_springs);
     // Findings about payloads do not concern the parameters of the robot.
@@ -65,7 +64,6 @@ pub(in crate::estimate) fn describe(
     let judged = Judged {
         results,
         findings,
-        response,
         springs,
         rigid_joints,
     };
@@ -104,7 +102,6 @@ pub(in crate::estimate) fn before_refinement(
     let judged = Judged {
         results: vec![result],
         findings,
-        response: None,
         springs: Vec::new(),
         rigid_joints,
     };
@@ -117,7 +114,6 @@ struct Judged {
     results: Vec<EstimateResult>,
     /// Findings about the logs and payloads.
     findings: Vec<Finding>,
-    response: Option<FrequencyResponse>,
     springs: Vec<SpringFromMotor>,
     /// Joints whose spring the logs do not determine.
     rigid_joints: Vec<RigidJoint>,
@@ -144,7 +140,7 @@ fn assemble(
     let unknowns = with_curves(unknowns, judged.results.first());
     let retiming = match basis.timing {
         Timing::Found(retiming) => Some(retiming),
-        Timing::Open | Timing::Kept => None,
+        Timing::Open => None,
     };
     let torques_delay_s = retiming
         .and_then(|retiming| retiming.torques_delay(refined))
@@ -177,7 +173,6 @@ fn assemble(
                 &unknowns,
                 period,
             ),
-            frequency_response: judged.response,
             springs_from_motor: judged.springs,
             rigid_joints: judged.rigid_joints,
             unknowns,

@@ -91,7 +91,6 @@ pub(super) fn result_of(
         physical: bodies.result,
         standard_parameters: bodies.standard,
         motor_rows,
-        simulation: found.criterion.simulation().cloned(),
         refinement: found.criterion.refinement().cloned(),
         cross_checks,
         parts: if found.criterion.stands_beside_equations() {

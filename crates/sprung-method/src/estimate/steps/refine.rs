@@ -5,7 +5,6 @@ use crate::description::{Estimator, Payload};
 use crate::estimate::errors::IdentifyError;
 use crate::estimate::estimators::Found;
 use crate::estimate::estimators::lsff::on_line;
-use crate::estimate::estimators::output_error::output_error;
 use crate::estimate::estimators::prediction_error::{
     Before, Refinements, Retiming, prediction_error,
 };
@@ -63,15 +62,6 @@ fn run(
     let found = match estimator {
         Estimator::LeastSquares => basis.least_squares(),
         Estimator::Lsff => on_line(basis.read.lsff.as_ref().ok_or(PrepareError::NoLog)?, fitted),
-        Estimator::OutputError => {
-            let controller = basis
-                .ready
-                .inputs
-                .controller
-                .as_ref()
-                .ok_or(PrepareError::NoLog)?;
-            output_error(reading, controller, excerpt, fitted, progress)?
-        }
         Estimator::PredictionError => {
             let before = Before {
                 experiment: prepared.experiment(),

@@ -45,7 +45,7 @@ impl Lines {
     ///
     /// - `sharpness`: of the dry friction of each joint, s/rad (s/m); `None` without.
     pub(super) fn of(segment: &Segment, sharpness: &[Option<f64>]) -> Option<Self> {
-        let spectra = Spectra::of_whole(segment)?;
+        let spectra = Spectra::of(segment)?;
         let excited = (spectra.motor.iter().zip(&spectra.torque))
             .map(|(motor, torque)| highest_excited(motor, torque))
             .max()?;
@@ -59,7 +59,7 @@ impl Lines {
 
     /// Returns the lines of a part of the log up to a frequency, Hz; `None` if it is too short.
     pub(super) fn below(segment: &Segment, sharpness: &[Option<f64>], hz: f64) -> Option<Self> {
-        let spectra = Spectra::of_whole(segment)?;
+        let spectra = Spectra::of(segment)?;
         let count = spectra.hz.partition_point(|frequency| *frequency <= hz);
         let directions = spectra.of_columns(&directions(segment, sharpness));
         Some(Self::first(&spectra, &directions, sharpness, count).thinned(MOST_LINES))

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from . import dataset, files, many_logs, resume, work
+from . import dataset, files, resume, work
 from .arrow import ArrowTable
 from .engines import Dask, Engine, Processes, WorkerDied
 from .errors import FleetError
@@ -83,9 +83,7 @@ def identify(
     - client: ``distributed.Client`` of a cluster; without it, processes of this computer work.
     - overrides: settings of all experiments, as in ``--set`` of the command line, for example
       ``{"identify.estimator": "least-squares"}``.
-    - levels: ``"log"`` identifies each log alone, ``"robot"`` all logs of a robot together. With
-      ``identify.estimator=least-squares`` in `overrides`, the engine reduces the logs of a robot one by one and merges
-      their factors; a log that fails is a failure, and the others count. Other estimators read all logs in one task.
+    - levels: ``"log"`` identifies each log alone, ``"robot"`` all logs of a robot together, in one task.
     - workers: number of processes; as many as processors if it is not given. Not used with a client.
     - logs_per_part: logs that one task of the engine identifies and writes into one file.
     - in_flight: parts that the engine has at a time; it bounds the memory of the caller.
@@ -116,11 +114,7 @@ def identify(
     run = _Run(settings, engine)
     todo = run.missing(list(table.parts(settings.overrides, levels, logs_per_part)), retry_failures)
     with _Bar(progress, run.logs, run.logs_done) as bar:
-        if identify_one is work.identify:
-            maps = many_logs.maps(todo, settings.out, settings.overrides)
-            run.work(maps, bar, work.run_map, work.map_died)
         run.work(iter(todo), bar)
-    many_logs.forget(settings.out)
     files.remove_unfinished(settings.out)
     return run.summary()
 
@@ -176,18 +170,12 @@ class _Run:
         self.logs_done = self.logs - sum(len(task.logs) for task in tasks)
         return left
 
-    def work(
-        self,
-        parts: Iterator[Part],
-        bar: _Bar,
-        function: Callable[[Part, Settings], Done] = work.run_part,
-        died: Callable[[Part, Settings, str], Done] = work.died,
-    ) -> None:
-        for one, outcome in self.engine.run(function, self.settings, parts):
+    def work(self, parts: Iterator[Part], bar: _Bar) -> None:
+        for one, outcome in self.engine.run(work.run_part, self.settings, parts):
             if isinstance(outcome, Done):
                 self._count(outcome, bar)
             elif isinstance(outcome, WorkerDied):
-                self._died(one, outcome, bar, died)
+                self._died(one, outcome, bar)
             else:
                 self._not_written(one, outcome)
         if self.unwritten:
@@ -206,9 +194,7 @@ class _Run:
         self.logs_done += done.logs
         bar.update(self.logs_done)
 
-    def _died(
-        self, one: Part, error: WorkerDied, bar: _Bar, died: Callable[[Part, Settings, str], Done]
-    ) -> None:
+    def _died(self, one: Part, error: WorkerDied, bar: _Bar) -> None:
         self.deaths[one.name] += 1
         if self.deaths[one.name] < DEATHS:
             self.repeated += 1
@@ -217,7 +203,7 @@ class _Run:
             for single in work.split(one, part):
                 self.engine.again(single)
         else:
-            self._count(died(one, self.settings, str(error)), bar)
+            self._count(work.died(one, self.settings, str(error)), bar)
 
     def _not_written(self, one: Part, error: BaseException) -> None:
         self.errors[one.name] += 1

@@ -8,17 +8,15 @@ import re
 import tempfile
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from . import dataset, files, many_logs
+from . import dataset, files
 from .manifest import Part, Task, experiment_file
 
 if TYPE_CHECKING:
     import pyarrow
-
-    from sprung import LogFactors
 
 Identify: TypeAlias = Callable[[str, list[str], list[str]], str]
 """Identifies an experiment (path) from logs (paths) with settings (``key=value``); the text of identification.json."""
@@ -72,61 +70,8 @@ def run_part(part: Part, settings: Settings) -> Done:
     return Done(len(part.tasks), sum(len(task.logs) for task in part.tasks), dataset.failed_tasks(table), size)
 
 
-def run_map(part: Part, settings: Settings) -> Done:
-    """Reduces one log of a robot and stores its factors. Raises OSError as `run_part` does."""
-    (task,) = part.tasks
-    outcome = _factors(task, many_logs.order_of(part), settings)
-    return Done(0, 0, 0, many_logs.store(settings.out, task, many_logs.order_of(part), outcome))
-
-
-def map_died(part: Part, settings: Settings, reason: str) -> Done:
-    """Stores the failure of a log whose worker died again and again."""
-    (task,) = part.tasks
-    order = many_logs.order_of(part)
-    text = f"the worker died while it reduced this: {reason}"
-    failed = many_logs.Failed(task.logs[order], "worker-died", text, None, "look at the memory of the workers")
-    return Done(0, 0, 0, many_logs.store(settings.out, task, order, failed))
-
-
-def _factors(task: Task, order: int, settings: Settings) -> LogFactors | many_logs.Failed:
-    log = task.logs[order]
-    try:
-        with contextlib.ExitStack() as stack:
-            experiment, paths = _local(replace(task, logs=(task.logs[0], log)), stack)
-            return many_logs.reduce_log(task, order, experiment, paths, settings.overrides)
-    except (ImportError, MemoryError):
-        raise
-    except Exception as error:
-        if isinstance(error, OSError) and files.is_full(error):
-            raise
-        row = _failure(task, error)
-        return many_logs.Failed(log, row["code"], row["text"], row["place"] or log, row["remedy"])
-
-
-def _merged(task: Task, settings: Settings) -> list[dataset.Row]:
-    """Returns the rows of a robot by the factors of its logs, and a failure for each log without."""
-    outcomes = [
-        many_logs.stored(settings.out, task, order) or _factors(task, order, settings)
-        for order in range(len(task.logs))
-    ]
-    factors = [outcome for outcome in outcomes if not isinstance(outcome, many_logs.Failed)]
-    failed = [outcome for outcome in outcomes if isinstance(outcome, many_logs.Failed)]
-    rows = [
-        dataset.failure_row(task, failure.code, failure.text, failure.place, failure.remedy)
-        for failure in failed
-    ]
-    if factors:
-        with contextlib.ExitStack() as stack:
-            experiment, (first,) = _local(replace(task, logs=task.logs[:1]), stack)
-            found = many_logs.identify(task, factors, experiment, first, settings.overrides)
-            rows = [*dataset.rows_of(task, found), *rows]
-    return rows
-
-
 def _rows(task: Task, settings: Settings) -> list[dataset.Row]:
     try:
-        if settings.identify is identify and many_logs.is_mapped(task, settings.overrides):
-            return _merged(task, settings)
         with contextlib.ExitStack() as stack:
             experiment, logs = _local(task, stack)
             return dataset.rows_of(task, settings.identify(experiment, logs, list(settings.overrides)))

@@ -8,12 +8,12 @@ pub use written::controller_toml;
 use sprung_base::progress::Listener;
 use sprung_core::chain::JointKind;
 use sprung_method::control::{
-    ControlRefusal, ControlTask, Controlled, MeasuredMode, design_control, workspace_poses,
+    ControlRefusal, ControlTask, Controlled, design_control, workspace_poses,
 };
-use sprung_method::estimate::{EstimateResult, FeatureKind};
+use sprung_method::estimate::EstimateResult;
 use sprung_method::excite::Bounds;
 use sprung_model::{Model, Theta};
-use sprung_robot::{Experiment, Feedback, Reference, Task as Verb, Vibrations};
+use sprung_robot::{Experiment, Feedback, Reference, Task as Verb};
 
 use super::control_error::ControlError;
 use super::error::SessionError;
@@ -32,9 +32,6 @@ const PERIOD: f64 = 1e-3;
 
 /// Windows of the velocity estimator without a controller.
 const WINDOW: [usize; 2] = [4, 4];
-
-/// Damping ratio of a vibration if motor signals give only its frequency.
-const MOTOR_SIDE_DAMPING: f64 = 0.02;
 
 /// Relative difference below which periods are equal.
 const SAME_PERIOD: f64 = 1e-3;
@@ -68,7 +65,6 @@ impl Session {
         let mut setup = Setup::new(self, experiment, &model, parameters, accept_unusable)?;
         let poses = setup.poses(self)?;
         let reference = setup.reference();
-        let measured = setup.measured(parameters)?;
         let declared = setup.experiment.controller.clone();
         let assumed = std::mem::take(&mut setup.assumed);
         let task = ControlTask {
@@ -82,7 +78,6 @@ impl Session {
             poses: &poses,
             ranges: &setup.ranges,
             torque_limits: &setup.torque_limits,
-            measured: measured.as_deref(),
             twin: &setup.twin,
             reference: reference.as_ref(),
         };
@@ -215,47 +210,6 @@ impl Setup {
                 session.path(file, self.model.joints(), &limits, settings.poses)
             }
         }
-    }
-
-    /// Returns the antiresonances of the log, if the shaper is to remove them.
-    fn measured(&self, parameters: &Parameters) -> Result<Option<Vec<MeasuredMode>>, ControlError> {
-        if self.experiment.control.vibrations == Vibrations::Model {
-            return Ok(None);
-        }
-        let found = parameters.identification.as_ref();
-        let joints = found.and_then(|found| found.frequency_response.as_ref());
-        let features = joints
-            .iter()
-            .flat_map(|response| &response.joints)
-            .flat_map(|joint| &joint.features);
-        let mut all: Vec<MeasuredMode> = features
-            .filter(|feature| feature.kind == FeatureKind::Antiresonance)
-            .filter_map(|feature| {
-                Some(MeasuredMode {
-                    hz: feature.log_hz?,
-                    standard_error_hz: feature.log_standard_error_hz?,
-                    damping: feature.log_damping?,
-                })
-            })
-            .collect();
-        let springs = found
-            .into_iter()
-            .flat_map(|found| &found.springs_from_motor);
-        all.extend(springs.filter_map(|spring| {
-            let part = |value: Option<f64>, error: Option<f64>| Some(error? / value?);
-            let stiffness = part(spring.stiffness, spring.stiffness_standard_error)?;
-            let inertia = part(spring.link_inertia, spring.link_inertia_standard_error)?;
-            let hz = spring.antiresonance_hz?;
-            Some(MeasuredMode {
-                hz,
-                standard_error_hz: 0.5 * hz * stiffness.hypot(inertia),
-                damping: MOTOR_SIDE_DAMPING,
-            })
-        }));
-        if all.is_empty() {
-            return Err(ControlError::NoVibration);
-        }
-        Ok(Some(all))
     }
 
     /// Returns the reference on which the loop is simulated: that of the last validation run with a controller, or that

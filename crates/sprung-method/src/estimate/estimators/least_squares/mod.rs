@@ -18,5 +18,3 @@ pub(in crate::estimate) use possible::{Contradicted, PossibleFit};
 pub(crate) use sweep::cutoff_choice;
 
 pub(in crate::estimate) use estimate::least_squares;
-
-pub(in crate::estimate) use crate::fit::Fitted;

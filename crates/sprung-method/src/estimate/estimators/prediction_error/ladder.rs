@@ -65,7 +65,7 @@ pub(super) fn climb(
     let model = refinery.reading.model();
     let warm = match before.timing {
         Timing::Found(retiming) => retiming.end.as_ref(),
-        Timing::Open | Timing::Kept => None,
+        Timing::Open => None,
     };
     let is_open = matches!(before.timing, Timing::Open);
     let mut folds: Option<Folds<'_>> = None;

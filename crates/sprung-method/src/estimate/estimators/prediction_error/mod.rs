@@ -228,7 +228,6 @@ fn start<'a>(reading: &Reading, before: &Before<'_>, theta: &'a [f64]) -> Start<
         torques: match before.timing {
             Timing::Found(retiming) if retiming.torques.is_some() => TorquesTiming::Estimated,
             Timing::Found(_) | Timing::Open => timing_of(reading),
-            Timing::Kept => TorquesTiming::Given,
         },
         delays: (0..channels.all.len())
             .filter(|&i| channels.all[i].delay == Some(Delay::Estimate))

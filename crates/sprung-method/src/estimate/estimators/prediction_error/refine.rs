@@ -118,7 +118,7 @@ impl<'a> Refinery<'a> {
         (phase, extent): (Phase, Extent),
     ) -> Result<Option<Self>, PassError> {
         let (model, channels) = (reading.model(), reading.channels());
-        let Ok((theta, _)) = feasible(model, start.theta) else {
+        let Ok(theta) = feasible(model, start.theta) else {
             return Ok(None);
         };
         let (raw, left_out) = read(channels, sources, extent)?;

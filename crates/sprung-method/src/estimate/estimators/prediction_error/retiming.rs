@@ -36,8 +36,6 @@ const LEAST_MOVE_SAMPLES: f64 = 0.02;
 pub(in crate::estimate) enum Timing<'a> {
     /// The refinement may find another one.
     Open,
-    /// That of the reading is kept.
-    Kept,
     /// A first refinement has found it.
     Found(&'a Retiming),
 }

@@ -12,9 +12,9 @@ const LEAST_SPRING_SHARE: f64 = 0.05;
 
 /// A vibration.
 #[derive(Clone, Debug)]
-pub(crate) struct Mode {
+pub(super) struct Mode {
     /// Eigenvalue with a positive imaginary part, rad/s.
-    pub(super) eigenvalue: c64,
+    eigenvalue: c64,
     /// Shape, \[rows\].
     shape: Vec<c64>,
 }
@@ -22,7 +22,7 @@ pub(crate) struct Mode {
 impl Mode {
     /// Returns the vibrations that are not overdamped.
     #[must_use]
-    pub(crate) fn all(linear: &Linear) -> Vec<Self> {
+    pub(super) fn all(linear: &Linear) -> Vec<Self> {
         let rows = linear.mass.nrows();
         let factors = linear.mass.partial_piv_lu();
         let (spring, damper) = (
@@ -50,7 +50,7 @@ impl Mode {
     /// Returns the part of the vibration's energy in a spring.
     ///
     /// - `ends`: coordinates of its motor and link; `None` if the motor is held.
-    pub(crate) fn spring_share(
+    pub(super) fn spring_share(
         &self,
         linear: &Linear,
         stiffness: f64,
@@ -63,30 +63,13 @@ impl Mode {
     }
 
     /// Returns the natural frequency, Hz.
-    pub(crate) fn hz(&self) -> f64 {
+    pub(super) fn hz(&self) -> f64 {
         self.eigenvalue.norm() / TAU
     }
 
     /// Returns the damping ratio.
-    pub(crate) fn damping(&self) -> f64 {
+    pub(super) fn damping(&self) -> f64 {
         -self.eigenvalue.re / self.eigenvalue.norm()
-    }
-
-    /// Returns the first-order change of the natural frequency, Hz, from one set of equations to
-    /// another.
-    ///
-    /// The matrices are symmetric, so the shape is also the left eigenvector:
-    /// `dλ = -xᵀ(λ² dM + λ dC + dK)x / xᵀ(2λ M + C)x`.
-    pub(super) fn change(&self, from: &Linear, to: &Linear) -> f64 {
-        let s = self.eigenvalue;
-        let form = |matrix: &Mat<f64>| quadratic(matrix, &self.shape, |x| x);
-        let differ = |a: &Mat<f64>, b: &Mat<f64>| form(b) - form(a);
-        let above = s * s * differ(&from.mass, &to.mass)
-            + s * differ(&from.damping, &to.damping)
-            + differ(&from.stiffness, &to.stiffness);
-        let below = s * 2.0 * form(&from.mass) + form(&from.damping);
-        let change = -above / below;
-        (change * s.conj()).re / s.norm() / TAU
     }
 }
 
@@ -101,7 +84,7 @@ fn quadratic(matrix: &Mat<f64>, shape: &[c64], left: impl Fn(c64) -> c64) -> c64
 /// Assigns one vibration to each spring: repeatedly the pair with the largest part of the energy.
 ///
 /// - `shares`: part of each vibration's energy in each spring, \[springs\]\[vibrations\].
-pub(crate) fn assigned(shares: &[Vec<f64>]) -> Vec<Option<usize>> {
+pub(super) fn assigned(shares: &[Vec<f64>]) -> Vec<Option<usize>> {
     let mut owners = vec![None; shares.len()];
     let mut pairs: Vec<(f64, usize, usize)> = (shares.iter().enumerate())
         .flat_map(|(spring, of)| of.iter().enumerate().map(move |(k, x)| (*x, spring, k)))
