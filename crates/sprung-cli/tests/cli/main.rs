@@ -16,6 +16,7 @@ mod common;
 mod compare;
 mod control;
 mod corpus;
+mod cut_off;
 mod drift;
 mod excite;
 mod expected_errors;
@@ -23,6 +24,7 @@ mod export;
 mod folders;
 mod formats;
 mod from_robot_and_log;
+mod hostile;
 mod joints_by_content;
 mod killed;
 #[path = "../../../sprung-log/tests/formats/mcap_bytes.rs"]

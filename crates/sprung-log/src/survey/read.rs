@@ -10,10 +10,8 @@ use crate::error::LogError;
 use crate::formats::contents::{Contents, TopicContents, contents};
 use crate::formats::open::open;
 use crate::formats::table::{Element, ElementPlace, Reopen, Request};
+use crate::input_limits::COLUMNS;
 use crate::source::Opener;
-
-/// Most columns that are read.
-const MAX_COLUMNS: usize = 1 << 12;
 
 /// Samples that are read to compare the columns of logs.
 const BEGINNING_ROWS: usize = 1000;
@@ -198,7 +196,7 @@ fn table(
     extent: Extent,
     reopen: Reopen<'_>,
 ) -> Result<Survey, LogError> {
-    let wanted: Vec<usize> = (0..names.len().min(MAX_COLUMNS)).collect();
+    let wanted: Vec<usize> = (0..names.len()).collect();
     let pick = |k: &usize| Pick::Column(ColumnName::Number(k + 1));
     let mut of = |columns: &[usize], extent: Extent| {
         let picks: Vec<Pick> = columns.iter().map(pick).collect();
@@ -312,7 +310,7 @@ fn of_topic(
     extent: Extent,
     reopen: Reopen<'_>,
 ) -> Result<Source, LogError> {
-    let elements = &topic.elements[..topic.elements.len().min(MAX_COLUMNS)];
+    let elements = &topic.elements[..topic.elements.len().min(COLUMNS)];
     let time = Pick::Field {
         field: String::new(),
         joint: String::new(),

@@ -6,6 +6,7 @@ use sprung_core::chain::JointKind::{Prismatic, Revolute};
 
 use super::decisions::{Chosen, ChosenJoint, ChosenLine};
 use super::{Joint, Kinematics, Start};
+use crate::foreign::escaped;
 use crate::quantities::{InTemplate, KEYS};
 
 /// Returns the text of an `experiment.toml` for a robot.
@@ -21,7 +22,8 @@ pub fn template(robot: &Start) -> String {
     text.push_str(IDENTIFY);
     text.push_str(VALIDATE);
     twin(&mut text, robot);
-    text
+    // Strings are escaped already; a comment of TOML has no control characters.
+    escaped(&text).into_owned()
 }
 
 const HEADER: &str = "\

@@ -16,6 +16,18 @@ pub enum UrdfError {
         /// The parser's message and the remedy.
         reason: String,
     },
+    /// The file is larger than any robot.
+    #[error(
+        "{file} has {found}, and sprung reads a URDF with at most {most}; give the URDF of one robot"
+    )]
+    TooLarge {
+        /// Name of the file.
+        file: String,
+        /// Size of the file, or its number of links.
+        found: String,
+        /// The limit.
+        most: String,
+    },
     /// The file does not describe a robot.
     #[error(
         "line {line} of {file}: the file begins with <{found}>, a URDF begins with <robot>; give the \

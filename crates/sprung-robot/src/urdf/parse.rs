@@ -9,6 +9,7 @@ use super::error::{UrdfError, near};
 use super::geometry::{geometries, placement};
 use super::robot::{Freedom, Joint, Limits, Link, Mobility, Urdf, UrdfJoint};
 use super::xml::{Element, Source};
+use crate::input_limits::{LINKS, URDF_BYTES, URDF_JOINTS, size};
 
 impl Urdf {
     /// Reads a robot description.
@@ -26,6 +27,13 @@ impl Urdf {
 }
 
 fn parse(file: &str, text: &str) -> Result<Urdf, UrdfError> {
+    if text.len() > URDF_BYTES {
+        return Err(UrdfError::TooLarge {
+            file: file.to_owned(),
+            found: format!("{} bytes", text.len()),
+            most: size(URDF_BYTES),
+        });
+    }
     let source = Source::new(file, text);
     let document = source.document()?;
     let robot = Element::root(&document, &source);
@@ -42,6 +50,13 @@ fn parse(file: &str, text: &str) -> Result<Urdf, UrdfError> {
     let joints = parents_first(file, &links, joints)?;
     one_root(file, &links, &joints)?;
     let movable = movable(&joints, &links);
+    if movable.len() > URDF_JOINTS {
+        return Err(UrdfError::TooLarge {
+            file: robot.file(),
+            found: format!("{} movable joints", movable.len()),
+            most: format!("{URDF_JOINTS} movable joints"),
+        });
+    }
     if movable.is_empty() {
         return Err(UrdfError::NothingMoves {
             file: robot.file(),
@@ -60,6 +75,14 @@ fn parse(file: &str, text: &str) -> Result<Urdf, UrdfError> {
 fn read_links(robot: &Element<'_, '_>) -> Result<Vec<Link>, UrdfError> {
     let mut lines = HashMap::new();
     let mut links = Vec::new();
+    let count = robot.children("link").count();
+    if count > LINKS {
+        return Err(UrdfError::TooLarge {
+            file: robot.file(),
+            found: format!("{count} links"),
+            most: format!("{LINKS} links"),
+        });
+    }
     for mut element in robot.children("link") {
         let (name, line) = (element.needed("name")?, element.line());
         new_name("link", name, &element, &mut lines)?;
