@@ -52,6 +52,9 @@ pub(super) fn begun(
 /// Prints the choices by the log.
 pub(super) fn say_choice(terminal: Terminal, new: &NewExperiment) {
     if new.lines.is_empty() {
+        for sentence in &new.about_joints {
+            terminal.say(format!("  {sentence}"));
+        }
         return;
     }
     let left_out = match new.left_out {

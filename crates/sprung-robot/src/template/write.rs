@@ -164,7 +164,7 @@ fn joints(text: &mut String, robot: &Start) {
         );
         wrapped(text, &sentence);
     }
-    for sentence in robot.about_mimics() {
+    for sentence in robot.remarks() {
         wrapped(text, &sentence);
     }
     let blocks = robot.blocks();
