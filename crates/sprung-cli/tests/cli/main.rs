@@ -42,6 +42,7 @@ mod pages;
 mod payload;
 mod physical;
 mod real_machine;
+mod recorders;
 mod refined;
 mod renamed_log;
 mod robots;
