@@ -8,6 +8,8 @@ pub mod demo;
 pub mod ellipsoid;
 pub mod explanation;
 pub mod finding;
+pub mod foreign;
+pub mod limits;
 pub mod named;
 pub mod numbers;
 pub mod progress;

@@ -6,12 +6,24 @@ use serde::de::{MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+/// Longest words that are compared, in bytes; the time grows with the product of both lengths.
+const MAX_COMPARED_BYTES: usize = 256;
+
+/// Returns the number of edits that turn one word into another; the largest number if one of them is absurdly long.
+#[must_use]
+pub fn edits(word: &str, other: &str) -> usize {
+    if word.len().max(other.len()) > MAX_COMPARED_BYTES {
+        return usize::MAX;
+    }
+    strsim::damerau_levenshtein(word, other)
+}
+
 /// Returns the word of `available` nearest to `word`, if its edit distance is small.
 #[must_use]
 pub fn nearest<'a>(word: &str, available: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     available
         .into_iter()
-        .map(|candidate| (strsim::damerau_levenshtein(word, candidate), candidate))
+        .map(|candidate| (edits(word, candidate), candidate))
         .filter(|&(distance, candidate)| {
             distance <= 1 + candidate.len() / 3 || candidate.starts_with(word)
         })

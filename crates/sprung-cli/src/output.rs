@@ -1,5 +1,6 @@
 //! Writes the results of a run completely or not at all.
 
+use std::cell::Cell;
 use std::fs::TryLockError;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -24,6 +25,8 @@ pub(crate) struct Folder {
     inputs: Vec<PathBuf>,
     // Folders that did not exist, the innermost first. They are removed if they remain empty.
     created: Vec<PathBuf>,
+    // Whether this run has replaced files already.
+    replaced: Cell<bool>,
 }
 
 impl Folder {
@@ -47,6 +50,7 @@ impl Folder {
                 .filter_map(|path| path.canonicalize().ok())
                 .collect(),
             created,
+            replaced: Cell::new(false),
         };
         folder.create()?;
         for name in names {
@@ -138,13 +142,15 @@ impl Output<'_> {
         fill: impl FnOnce(&mut dyn Write) -> Result<(), E>,
     ) -> Result<PathBuf, Failure> {
         let path = self.folder.destination(name.as_ref())?;
+        let kept = if self.folder.replaced.get() {
+            "the files that this run wrote before are complete"
+        } else {
+            "results of earlier runs are unchanged"
+        };
         let failed = |error: &dyn std::fmt::Display| {
             Failure::new(
                 ExitCode::File,
-                format!(
-                    "cannot write {}: {error}; results of earlier runs are unchanged",
-                    path.display()
-                ),
+                format!("cannot write {}: {error}; {kept}", path.display()),
             )
         };
         let mut file = temporary(&self.folder.path).map_err(|error| failed(&error))?;
@@ -175,11 +181,13 @@ impl Output<'_> {
 
     /// Renames all files to their final names.
     pub(crate) fn commit(self) -> Result<(), Failure> {
+        let replaced = &self.folder.replaced;
         for (path, file) in &self.files {
             let synced = file.as_file().sync_all();
             synced.map_err(|error| cannot_write(path, &error))?;
         }
         halt::at("all written");
+        replaced.set(true);
         if self.files.len() > 1 || !self.outdated.is_empty() {
             return self.switch();
         }

@@ -6,7 +6,7 @@ use serde::Serialize;
 use sprung::curves::Curves;
 use sprung::estimate::{Identified, parameters_csv};
 use sprung::report::{Contents, Document, compose, render};
-use sprung::session::IDENTIFICATION_FILE;
+use sprung::session::{Disk, Files, IDENTIFICATION_FILE};
 use sprung::validate::{Validated, Validation};
 
 use crate::exit_code::{ExitCode, Failure};
@@ -91,7 +91,7 @@ pub(crate) fn write_html(
 /// Marks the files of an earlier validation for removal. Returns whether they exist.
 pub(crate) fn outdate_validation(output: &mut Output<'_>) -> bool {
     let folder = output.folder().to_owned();
-    let text = |name: &str| std::fs::read_to_string(folder.join(name)).ok();
+    let text = |name: &str| Disk.text(&folder.join(name)).ok();
     // A file with this name is removed only if a validation of sprung wrote it.
     let is_ours =
         text(VALIDATION_FILE).is_some_and(|text| serde_json::from_str::<Validation>(&text).is_ok());
@@ -107,7 +107,7 @@ pub(crate) fn outdate_validation(output: &mut Output<'_>) -> bool {
 /// Returns the curves stored with an identification, trace and fit, if they exist.
 pub(crate) fn curves_beside(identification: &Path) -> (Option<Curves>, Option<Curves>) {
     let read = |name: &str| {
-        let text = std::fs::read_to_string(identification.with_file_name(name)).ok()?;
+        let text = Disk.text(&identification.with_file_name(name)).ok()?;
         Curves::from_csv(&text).ok()
     };
     (read(TRACE_FILE), read(FIT_FILE))

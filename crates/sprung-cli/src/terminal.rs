@@ -1,5 +1,6 @@
 //! Output for the user during and after a command.
 
+mod foreign;
 mod layout;
 mod progress;
 mod tables;
@@ -11,11 +12,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use sprung::check::UnknownResult;
 use sprung::estimate::{Identification, Refinement, Verdict};
 use sprung::finding::{Finding, Severity};
+use sprung::foreign::escaped;
 use sprung::progress::{Answer, Listener, Progress};
 use sprung::report::{ShownUnknown, significant};
 use sprung::validate::Validation;
 
 use crate::args::{Color, Voice};
+use foreign::bounded;
 use layout::{Stream, wrapped};
 use progress::{LONG_S, bar, long, show};
 use tables::{error_table, parameter_table, unknown_table};
@@ -38,7 +41,17 @@ impl Terminal {
     /// Prints a result for people.
     pub(crate) fn say(self, text: impl std::fmt::Display) {
         if self.speaks() {
-            print(&wrapped(&text.to_string(), Stream::Stdout.width()));
+            let text = text.to_string();
+            print(&wrapped(&escaped(&bounded(&text)), Stream::Stdout.width()));
+        }
+    }
+
+    /// Prints a result with a verdict, in the colour of the verdict if the user requests colours.
+    fn say_verdict(self, before: &str, (verdict, word): (Verdict, &str), after: &str) {
+        if self.speaks() {
+            let text = format!("{before}{word}{after}");
+            let text = wrapped(&escaped(&bounded(&text)), Stream::Stdout.width());
+            write_out(&text.replacen(word, &self.colored(verdict, word), 1));
         }
     }
 
@@ -102,15 +115,15 @@ impl Terminal {
             self.say(line);
         }
         for result in &identification.results {
-            self.say(format!(
-                "{}: {}, {} of {} parameters determined, condition number {} ({} scaled)",
-                result.estimator,
-                self.colored(result.verdict, result.verdict.word()),
+            let before = format!("{}: ", result.estimator);
+            let after = format!(
+                ", {} of {} parameters determined, condition number {} ({} scaled)",
                 result.parameters.iter().filter(|p| p.identifiable).count(),
                 result.parameters.len(),
                 dash(result.condition_number, 4),
                 dash(result.condition_number_scaled, 4),
-            ));
+            );
+            self.say_verdict(&before, (result.verdict, result.verdict.word()), &after);
             if let Some(refinement) = result.refined() {
                 self.say(disturbances(refinement));
             }
@@ -236,7 +249,7 @@ impl Terminal {
         let sentence = &result.decision.sentence;
         match sentence.split_once(':') {
             Some((word, rest)) => {
-                self.say(format!("{}:{rest}", self.colored(result.verdict, word)));
+                self.say_verdict("", (result.verdict, word), &format!(":{rest}"));
             }
             None => self.say(sentence),
         }
@@ -325,7 +338,8 @@ fn of_log(identification: &Identification) -> Vec<String> {
     reason = "this is where messages leave the program"
 )]
 pub(crate) fn complain(message: &str) {
-    eprintln!("{}", wrapped(message, Stream::Stderr.width()));
+    let message = bounded(message);
+    eprintln!("{}", wrapped(&escaped(&message), Stream::Stderr.width()));
 }
 
 /// Prints an error as JSON on stderr.
@@ -335,7 +349,7 @@ pub(crate) fn complain(message: &str) {
 )]
 pub(crate) fn complain_json(value: &impl serde::Serialize) {
     if let Ok(text) = serde_json::to_string_pretty(value) {
-        eprintln!("{text}");
+        eprintln!("{}", escaped(&text));
     }
 }
 
@@ -354,12 +368,17 @@ pub(crate) fn output_lost() -> bool {
     OUTPUT_LOST.load(Ordering::Relaxed)
 }
 
-/// Prints a line on stdout. A closed pipe is not an error.
+/// Prints a line on stdout.
 pub(crate) fn print(text: &impl std::fmt::Display) {
+    write_out(&escaped(&text.to_string()));
+}
+
+/// Writes a line on stdout. A closed pipe changes the exit code and gives no message, because its reader wants no more.
+fn write_out(text: &str) {
     let mut stdout = std::io::stdout();
     if let Err(error) = writeln!(stdout, "{text}").and_then(|()| stdout.flush())
-        && error.kind() != std::io::ErrorKind::BrokenPipe
         && !OUTPUT_LOST.swap(true, Ordering::Relaxed)
+        && error.kind() != std::io::ErrorKind::BrokenPipe
     {
         complain(&format!("error: cannot write to stdout: {error}"));
     }

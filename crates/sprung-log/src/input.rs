@@ -159,13 +159,23 @@ pub(super) fn kind_of(start: &[u8]) -> Kind {
         Some([_, _, b'I', b'M'] | [_, _, b'M', b'I']) => return Kind::Mat5,
         _ => {}
     }
-    if start.contains(&0) {
+    if start.contains(&0) && !is_text_before_nul(start) {
         return Kind::Other(
             "is a binary file in an unknown format; sprung reads CSV, Parquet, Arrow, .npy, .npz, \
              .mat, MCAP and ROS 2 .db3",
         );
     }
     Kind::Text
+}
+
+/// Returns whether a text stands before NUL bytes, which a file system that lost power leaves at the end.
+fn is_text_before_nul(start: &[u8]) -> bool {
+    let written = start
+        .iter()
+        .rposition(|&byte| byte != 0)
+        .map_or(0, |last| last + 1);
+    let is_of_text = |byte: &u8| !byte.is_ascii_control() || matches!(byte, b'\t' | b'\n' | b'\r');
+    start[..written].contains(&b'\n') && start[..written].iter().all(is_of_text)
 }
 
 /// Returns the name of the format of a file with these first bytes; `None` for text and for an empty file.
@@ -219,7 +229,10 @@ mod tests {
         assert_eq!(kind_of(b"t,q\n0,1\n"), Kind::Text);
         assert_eq!(kind_of(b"\x93NUMPY\x01\x00"), Kind::Npy);
         assert_eq!(kind_of(b"PAR1\x15"), Kind::Parquet);
-        assert!(matches!(kind_of(b"\x7fELF\0\0"), Kind::Other(_)));
+        for binary in [&b"\x7fELF\0\0"[..], b"\0\0", b"t,q\n\0\x01", b"text\0\0"] {
+            assert!(matches!(kind_of(binary), Kind::Other(_)));
+        }
+        assert_eq!(kind_of(b"t,q\n0,1\n\0\0"), Kind::Text);
         let mut mat = vec![b' '; 200];
         mat[126..128].copy_from_slice(b"IM");
         assert_eq!(kind_of(&mat), Kind::Mat5);

@@ -32,7 +32,7 @@ mod source;
 mod survey;
 mod write;
 
-use sprung_base::{finding, numbers};
+use sprung_base::{finding, foreign, limits as input_limits, named, numbers};
 use sprung_robot as description;
 
 pub use arrays::{Array, Arrays, ArraysError};

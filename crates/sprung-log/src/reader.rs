@@ -195,6 +195,10 @@ impl LogReader {
         timing.start += 1e-9 * self.first.origin() as f64;
         timing.window = self.window.window();
         timing.beyond = self.window.beyond();
+        let beside = self.beside.iter().map(|(_, rows, _)| rows);
+        let mut streams = std::iter::once(&self.first).chain(beside);
+        let of_followers = || self.followers.iter().find_map(Follower::cut);
+        timing.beyond.cut = streams.find_map(Rows::cut).or_else(of_followers);
         timing.gaps.count += self.left_out.gaps.count;
         timing.gaps.duration += self.left_out.gaps.duration;
         let (gaps, duration) = self.mender.gaps();

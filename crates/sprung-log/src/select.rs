@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::error::LogError;
+use super::error::{LogError, Place};
 use super::miss::Miss;
 use crate::description::Window;
 
@@ -14,7 +14,7 @@ enum Reached {
     After,
 }
 
-/// Extent of a window beyond the log.
+/// Extent of a window beyond the log, and whether the log itself is complete.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Beyond {
     /// Time between the beginning of the window and the first sample of the log, s.
@@ -23,6 +23,8 @@ pub struct Beyond {
     pub after: f64,
     /// Number of samples that the window has after the last sample of the log.
     pub samples_after: u64,
+    /// Place in the middle of which the log ends, if it was cut off.
+    pub cut: Option<Place>,
 }
 
 /// The window of a log and the position of the reader relative to it.

@@ -26,7 +26,7 @@ mod shapes;
 mod springs;
 mod values;
 
-use sprung_base::ellipsoid;
+use sprung_base::{ellipsoid, named};
 use sprung_robot as description;
 
 use std::sync::Arc;

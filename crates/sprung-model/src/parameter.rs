@@ -6,6 +6,8 @@ use sprung_core::chain::ChainError;
 use sprung_core::links::LengthError;
 use sprung_core::parameters::JointParameter;
 
+use crate::named::edits;
+
 /// One parameter of the model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
@@ -122,7 +124,7 @@ pub enum ModelError {
 
 impl ModelError {
     pub(super) fn unknown<'a>(name: &str, names: impl Iterator<Item = &'a String>) -> Self {
-        let nearest = names.min_by_key(|known| strsim::damerau_levenshtein(name, known));
+        let nearest = names.min_by_key(|known| edits(name, known));
         Self::UnknownParameter {
             name: name.to_owned(),
             hint: nearest.map_or_else(String::new, |known| format!("; did you mean \"{known}\"?")),

@@ -11,7 +11,7 @@ use sprung::compare::{Compared, Drift};
 use sprung::curves::Curves;
 use sprung::estimate::Identification;
 use sprung::report::{Contents, Document, compose, compose_check, compose_comparison, render};
-use sprung::session::{SessionError, read_identification};
+use sprung::session::{Disk, Files, SessionError, read_identification};
 
 use crate::errors::{exception, wrong_input};
 
@@ -261,7 +261,7 @@ pub(crate) fn read_results(
 ) -> PyResult<(Identified, PathBuf)> {
     let read = read_identification(&path).map_err(|error| exception(py, &error))?;
     let curves = |name: &str| {
-        let text = std::fs::read_to_string(read.path.with_file_name(name)).ok();
+        let text = Disk.text(&read.path.with_file_name(name)).ok();
         text.and_then(|text| Curves::from_csv(&text).ok())
             .unwrap_or_default()
     };

@@ -8,6 +8,8 @@ mod view;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::{Environment, UndefinedBehavior, Value, context};
 
+use sprung_base::sha256::sha256;
+
 use self::error::ReportError;
 use super::document::{Block, Document};
 
@@ -35,6 +37,9 @@ pub fn render(document: &Document) -> Result<String, ReportError> {
         || Value::from(()),
         |badge| context! { tone => view::tone(badge.tone), text => badge.text.as_str() },
     );
+    let script = script(document);
+    let plot_script = plot_script();
+    let hashes = script_hashes(&[&plot_script, &script])?;
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     let syntax = SyntaxConfig::builder()
@@ -58,10 +63,10 @@ pub fn render(document: &Document) -> Result<String, ReportError> {
             sections => view::sections(document),
             figures => Value::from_safe_string(figures),
             style => Value::from_safe_string(STYLE.to_owned()),
-            script => Value::from_safe_string(script(document)),
+            script_hashes => hashes,
+            script => Value::from_safe_string(script),
             plot_style => Value::from_safe_string(PLOT_STYLE.to_owned()),
-            plot_script => Value::from_safe_string(PLOT_SCRIPT.to_owned()),
-            plot_license => Value::from_safe_string(PLOT_LICENSE.to_owned()),
+            plot_script => Value::from_safe_string(plot_script),
         },
     )?;
     Ok(page)
@@ -73,7 +78,30 @@ fn script(document: &Document) -> String {
     let moves = blocks.any(|block| matches!(block, Block::Skeleton(_)));
     let mut scripts = SCRIPTS.to_vec();
     scripts.extend(moves.then_some(SKELETON_SCRIPT));
-    scripts.join("\n")
+    let all = scripts.join("\n");
+    format!("\n\"use strict\";\n(() => {{\n{all}\n}})();\n")
+}
+
+/// Returns the script of the plots with its license.
+fn plot_script() -> String {
+    format!(
+        "\n/*\nuPlot draws the plots of this page. Its license:\n\n{PLOT_LICENSE}\n*/\n{PLOT_SCRIPT}\n"
+    )
+}
+
+/// Returns the sources of scripts that a browser runs: the hashes of the contents of their elements, so a script that
+/// came from an input does not run.
+fn script_hashes(scripts: &[&str]) -> Result<String, ReportError> {
+    let mut sources = Vec::new();
+    for script in scripts {
+        let hash = sha256(script.as_bytes()).map_err(serde_json::Error::io)?;
+        let digits: Vec<u32> = hash.chars().filter_map(|c| c.to_digit(16)).collect();
+        let bytes: Vec<u8> = (digits.chunks(2))
+            .map(|two| (two[0] << 4 | two[1]) as u8)
+            .collect();
+        sources.push(format!("'sha256-{}'", base64::encode(&bytes)));
+    }
+    Ok(sources.join(" "))
 }
 
 #[cfg(test)]

@@ -48,7 +48,7 @@ mod units;
 mod urdf;
 mod window;
 
-use sprung_base::{ellipsoid, numbers};
+use sprung_base::{ellipsoid, foreign, limits as input_limits, numbers};
 
 pub use capabilities::{Feature, Task, refuse, refuse_task};
 pub use capabilities::{Language, NotSupported, OwnCall, refusals, what_works};

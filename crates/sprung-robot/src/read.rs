@@ -18,6 +18,7 @@ use super::run::{Controller, Simulate, Validate};
 use super::tree::{TreeError, tree};
 use super::types::ExperimentFile;
 use super::unfilled;
+use crate::input_limits::{EXPERIMENT_BYTES, size};
 
 /// An experiment: the robot, the log, and the settings of identification and validation.
 ///
@@ -151,6 +152,17 @@ pub fn read(
     overrides: &[String],
     files: &mut dyn NamedFiles,
 ) -> Result<Experiment, DescriptionError> {
+    if text.len() > EXPERIMENT_BYTES {
+        return Err(DescriptionError::File {
+            file: file.to_owned(),
+            message: format!(
+                "the file has {} bytes, and an experiment file has at most {}",
+                text.len(),
+                size(EXPERIMENT_BYTES)
+            ),
+            code: None,
+        });
+    }
     let mut table = DeTable::parse(text).map_err(|error| at(file, text, &error))?;
     let assignments = overrides
         .iter()

@@ -29,6 +29,8 @@ pub struct Start {
     joints: Vec<Joint>,
     /// Joints that mimic another, and the joints that they follow.
     mimics: Vec<(String, String)>,
+    /// Sentences about the file of the robot, without their last full stops.
+    notes: Vec<String>,
     /// Whether a file describes its bodies.
     has_bodies: bool,
     /// Decisions about its log, if there is a log.
@@ -120,6 +122,9 @@ impl Start {
             mimics: mimics
                 .map(|(follower, leader)| (follower.to_owned(), leader.to_owned()))
                 .collect(),
+            notes: (urdf.notes().iter())
+                .map(|note| format!("{file}, {note}"))
+                .collect(),
             has_bodies: urdf.has_bodies(),
             chosen: None,
         })
@@ -155,6 +160,7 @@ impl Start {
             kinematics: Kinematics::Table,
             joints: (1..=joints).map(joint).collect(),
             mimics: Vec::new(),
+            notes: Vec::new(),
             has_bodies: false,
             chosen: None,
         })
@@ -206,9 +212,9 @@ impl Start {
         }
     }
 
-    /// Returns sentences about joints that mimic another, without their last full stops.
+    /// Returns sentences about the file of the robot and about joints that mimic another, without their last full stops.
     #[must_use]
-    pub fn about_mimics(&self) -> Vec<String> {
+    pub fn remarks(&self) -> Vec<String> {
         let blocks = self.blocks();
         let sentence = |(follower, leader): &(String, String)| {
             if blocks.iter().any(|(joint, _)| joint.name == *leader) {
@@ -220,7 +226,8 @@ impl Start {
                 format!("{follower} mimics {leader}, so both are fixed at zero")
             }
         };
-        self.mimics.iter().map(sentence).collect()
+        let mimics = self.mimics.iter().map(sentence);
+        self.notes.iter().cloned().chain(mimics).collect()
     }
 
     /// Returns a list of column names for a key, one for each of its joints; `None` if it has no

@@ -41,7 +41,7 @@
 //! Data flow in one direction: a module uses only the modules to its left.
 //!
 //! ```text
-//! finding, curves, named, explanation, numbers, progress, sha256, stopwatch |
+//! limits, foreign, finding, curves, named, explanation, numbers, progress, sha256, stopwatch |
 //! description → model → log → simulate → preprocess → regression → fit → prepare → unknowns → frequency → check → estimate → validate → compare → excite → export → servo → session → report
 //! ```
 //!
@@ -49,6 +49,12 @@
 //! prints nothing. It uses SI units and radians internally.
 
 pub mod session;
+
+/// Texts of files in messages.
+pub mod foreign {
+    #[doc(inline)]
+    pub use sprung_base::foreign::{escaped, shortened};
+}
 
 /// Checks a log before an identification.
 pub mod check {

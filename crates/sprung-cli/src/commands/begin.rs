@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use sprung::description::Start;
 use sprung::finding::{Finding, Severity};
 use sprung::session::{
-    EXPERIMENT_FILE, NewExperiment, SessionError, joints_of_log, start_from_urdf,
+    Disk, EXPERIMENT_FILE, Files, NewExperiment, SessionError, joints_of_log, start_from_urdf,
 };
 
 use crate::args::Identify;
@@ -52,6 +52,9 @@ pub(super) fn begun(
 /// Prints the choices by the log.
 pub(super) fn say_choice(terminal: Terminal, new: &NewExperiment) {
     if new.lines.is_empty() {
+        for sentence in &new.about_joints {
+            terminal.say(format!("  {sentence}"));
+        }
         return;
     }
     let left_out = match new.left_out {
@@ -129,6 +132,8 @@ fn written(
 ) -> Result<PathBuf, Failure> {
     let folder = (args.common.out.clone()).unwrap_or_else(|| folder_of(log));
     refuse_file(&folder)?;
+    let inputs = args.log.iter().cloned().chain([urdf.to_owned()]);
+    let place = Folder::new(&folder, inputs, &[EXPERIMENT_FILE])?;
     let new = begun(
         terminal,
         Some(urdf),
@@ -139,7 +144,7 @@ fn written(
     let file = folder.join(EXPERIMENT_FILE);
     // A link without target also counts as an existing file.
     let exists = file.symlink_metadata().is_ok();
-    let is_same = std::fs::read_to_string(&file).is_ok_and(|text| text == new.text);
+    let is_same = Disk.text(&file).is_ok_and(|text| text == new.text);
     if exists && !is_same && !args.force {
         let folder = quoted(&folder.to_string_lossy());
         return Err(Failure::new(
@@ -153,8 +158,6 @@ fn written(
     }
     refuse_incomplete(args, urdf, &folder, &new)?;
     if !is_same {
-        let inputs = args.log.iter().cloned().chain([urdf.to_owned()]);
-        let place = Folder::new(&folder, inputs, &[EXPERIMENT_FILE])?;
         let mut output = place.output()?;
         output.text(EXPERIMENT_FILE, &new.text)?;
         output.commit()?;

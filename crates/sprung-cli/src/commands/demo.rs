@@ -6,7 +6,7 @@ use sprung::demo;
 use sprung::estimate::Identification;
 use sprung::model::short;
 use sprung::report::Contents;
-use sprung::session::{EXPERIMENT_FILE, Parameters, Session};
+use sprung::session::{Disk, EXPERIMENT_FILE, Files, Parameters, Session};
 
 use crate::args::Demo;
 use crate::command_line::command_line;
@@ -21,7 +21,7 @@ use crate::terminal::Terminal;
 pub(crate) fn run(args: &Demo) -> Result<ExitCode, Failure> {
     let terminal = Terminal::new(args.voice, false);
     let text = with_seed(args.seed);
-    let present = std::fs::read_to_string(args.out.join(EXPERIMENT_FILE)).ok();
+    let present = Disk.text(&args.out.join(EXPERIMENT_FILE)).ok();
     if present.is_some_and(|present| without_seed(&present) != without_seed(&text)) {
         return Err(Failure::new(
             ExitCode::Usage,

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 use sprung::export::{Earlier, Exported, Form, Proof, Said, earlier};
 use sprung::session::{
-    ExportRequest, Parameters, Session, Usability, find_identification, read_control,
+    Disk, ExportRequest, Files, Parameters, Session, Usability, find_identification, read_control,
 };
 
 use crate::args::Export;
@@ -81,8 +81,10 @@ pub(crate) fn run(args: &Export) -> Result<ExitCode, Failure> {
 
 /// Refuses to replace a file that somebody edited or that no export wrote.
 fn refuse_edited(file: &Path) -> Result<(), Failure> {
-    let text = match std::fs::read(file) {
-        Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
+    let text = match Disk.text(file) {
+        Ok(text) => text,
+        // No export of sprung, whatever it is.
+        Err(error) if error.kind() == std::io::ErrorKind::InvalidData => String::new(),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
         Err(error) => {
             let name = file.display();

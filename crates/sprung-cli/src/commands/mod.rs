@@ -16,6 +16,8 @@ mod simulate;
 mod validate;
 
 use std::ffi::OsString;
+#[cfg(unix)]
+use std::sync::Arc;
 
 use clap::Parser;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -38,6 +40,7 @@ const REMOVED: [(&str, &str, &str); 1] = [(
 /// - `words`: the words that were typed, the name of the program first.
 pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
     hide_caught_panics();
+    report_full_files();
     let words: Vec<OsString> = words.into_iter().collect();
     remember(words.clone());
     let cli = match Cli::try_parse_from(words) {
@@ -78,6 +81,17 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
     }
 }
 
+/// Lets a write beyond the largest size of a file fail like any other. Without a handler the signal ends the program,
+/// which then leaves its temporary files.
+fn report_full_files() {
+    #[cfg(unix)]
+    {
+        use signal_hook::consts::SIGXFSZ;
+        // The flag is not read: the write returns the error.
+        let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
+    }
+}
+
 /// Prints help or the error of a command line.
 fn refused(mut error: clap::Error) -> ExitCode {
     let is_help = matches!(
@@ -97,7 +111,13 @@ fn refused(mut error: clap::Error) -> ExitCode {
             let tip = ContextValue::StyledStrs(vec![successor.into()]);
             error.insert(ContextKind::Suggested, tip);
         }
-        let _ = error.print();
+        let text = error.render().to_string();
+        // Words of the command line may be names of files.
+        if !is_help && text.contains(|c: char| c.is_control() && c != '\n') {
+            complain(text.trim_end());
+        } else {
+            let _ = error.print();
+        }
     }
     if is_help {
         ExitCode::Done

@@ -15,6 +15,7 @@ pub(crate) fn run(args: &New) -> Result<ExitCode, Failure> {
     let terminal = Terminal::new(args.voice, false);
     let folder = &args.folder;
     refuse_what_is_there(folder)?;
+    let place = Folder::new(folder, [], &[EXPERIMENT_FILE])?;
     let new = begun(
         terminal,
         args.urdf.as_deref(),
@@ -23,7 +24,6 @@ pub(crate) fn run(args: &New) -> Result<ExitCode, Failure> {
         folder,
     )?;
 
-    let place = Folder::new(folder, [], &[EXPERIMENT_FILE])?;
     let mut output = place.output()?;
     let path = output.text(EXPERIMENT_FILE, &new.text)?;
     output.commit()?;

@@ -6,6 +6,7 @@ use crate::columns::channel::Channel;
 use crate::columns::channels::Channels;
 use crate::columns::origin::TimeOrigin;
 use crate::description::{ColumnName, Delay};
+use crate::error::Place;
 use crate::finding::{Finding, Severity};
 
 /// Fraction of the samples above which a count is a warning.
@@ -93,7 +94,23 @@ pub fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> Vec<Fin
         "record at the rate of the controller, or remove these samples: sprung interpolates missing \
          samples",
     ));
+    findings.extend(timing.beyond.cut.map(|place| cut_off(file, place, timing)));
     findings
+}
+
+/// Returns the finding about a recording that ends in the middle of a row.
+fn cut_off(file: &str, place: Place, timing: &Timing) -> Finding {
+    Finding::new(
+        Severity::Warning,
+        "log-cut-off",
+        format!(
+            "{file} ends in the middle of {place}: the recorder lost power, or the file was not copied completely; \
+             sprung read the {} samples before it",
+            timing.recorded
+        ),
+        "compare the length with that of the file on the recorder; if this is all, the log needs no change",
+    )
+    .seen(file, "", timing.recorded as f64, "samples")
 }
 
 /// Code of the finding that the time has another unit.

@@ -4,7 +4,7 @@ use super::rows::{Rows, Tolerance};
 use crate::block::BLOCK;
 use crate::clock::resample::lagrange;
 use crate::clock::timing::Count;
-use crate::error::LogError;
+use crate::error::{LogError, Place};
 
 /// A step of more than this number of usual steps is a gap without interpolation.
 const GAP_PERIODS: f64 = 3.5;
@@ -37,6 +37,11 @@ pub(crate) struct Follower {
 }
 
 impl Follower {
+    /// Returns the place in the middle of which the stream ends, if it was cut off.
+    pub(crate) fn cut(&self) -> Option<Place> {
+        self.rows.cut()
+    }
+
     /// - `name`: name of the stream for messages.
     /// - `channels`: indices of its channels among all.
     pub(crate) fn new(

@@ -5,6 +5,7 @@ use std::fmt;
 use super::origin::Pick;
 use crate::description::ColumnName;
 use crate::error::LogError;
+use crate::named::edits;
 
 /// Maximum number of names in a message.
 const MAX_NAMES_IN_MESSAGE: usize = 30;
@@ -126,7 +127,7 @@ impl Names<'_> {
     }
 
     fn no_column(&self, column: &str) -> LogError {
-        let near = |name: &String| strsim::damerau_levenshtein(column, name);
+        let near = |name: &String| edits(column, name);
         let nearest = (self.all.iter())
             .map(|name| (near(name), name))
             .min_by_key(|&(distance, _)| distance)

@@ -180,6 +180,11 @@ impl Rows {
         self.table.place(i)
     }
 
+    /// Returns the place in the middle of which the stream ends, if it was cut off.
+    pub(crate) fn cut(&self) -> Option<Place> {
+        self.table.cut()
+    }
+
     /// Returns the origin of the times, ns.
     pub(crate) fn origin(&self) -> i128 {
         match self.time {

@@ -2,6 +2,7 @@
 
 use super::table::Request;
 use crate::error::LogError;
+use crate::input_limits::COLUMNS;
 
 /// Lengths of the two sides of a matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,11 +49,16 @@ impl Sides {
         self.rows.max(self.columns)
     }
 
+    /// Returns the length of the shorter side: the number of columns.
+    pub(super) fn width(self) -> u64 {
+        self.rows.min(self.columns)
+    }
+
     /// Returns the names of the columns of an array as MATLAB writes them, `t`, `q(:,1)` or `q(1,:)`,
     /// with their indices from 0.
     pub(super) fn columns_of(self, array: &str) -> impl Iterator<Item = (String, u64)> + '_ {
-        let width = self.rows.min(self.columns);
-        (0..width.min(MAX_LISTED_COLUMNS)).map(move |place| {
+        let width = self.width();
+        (0..width).map(move |place| {
             let name = match (width, self.lies()) {
                 (1, _) => array.to_owned(),
                 (_, false) => format!("{array}(:,{})", place + 1),
@@ -63,8 +69,13 @@ impl Sides {
     }
 }
 
-/// Most columns of one array; it bounds the memory for their names.
-const MAX_LISTED_COLUMNS: u64 = 1 << 16;
+/// Returns why an array is not read whose columns and those of the arrays before it exceed [`COLUMNS`].
+pub(super) fn too_many(columns: u64) -> String {
+    format!(
+        "has {columns} columns, and with those of the arrays before it more than the {COLUMNS} that a log has at most; \
+         save the log in a file of its own"
+    )
+}
 
 /// Checks that no topic is requested: only bags have topics.
 pub(super) fn no_topics(request: &Request<'_>) -> Result<(), LogError> {

@@ -2,13 +2,14 @@
 
 use std::io::{Read, SeekFrom};
 
-use super::array_shape::{no_topics, same_rows};
+use super::array_shape::{no_topics, same_rows, too_many};
 use super::npy::{Npy, NpyColumn, header};
 use super::strips::{Cell, Strip, StripTable, skip};
 use super::table::{Opened, Reopen, Request};
 use super::zip::{Member, members};
 use crate::columns::names::{Names, Refused, instead, listed};
 use crate::error::LogError;
+use crate::input_limits::COLUMNS;
 
 /// An array of a file.
 struct Array {
@@ -54,9 +55,6 @@ impl Array {
     }
 }
 
-/// Most columns of all arrays of an archive; it bounds the memory for their names.
-const MAX_LISTED_COLUMNS: usize = 1 << 21;
-
 /// Opens an `.npy` file.
 pub(super) fn open_npy(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, LogError> {
     let npy = header(&mut *reopen()?)
@@ -98,9 +96,9 @@ pub(super) fn open_npz(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Open
                     member.bytes()
                 ),
             }),
-            Ok(npy) if listed + npy.columns.len() > MAX_LISTED_COLUMNS => refused.push(Refused {
+            Ok(npy) if listed + npy.columns.len() > COLUMNS => refused.push(Refused {
                 name: name(),
-                why: "has absurdly many columns".to_owned(),
+                why: too_many(npy.columns.len() as u64),
             }),
             Ok(npy) => {
                 listed += npy.columns.len();

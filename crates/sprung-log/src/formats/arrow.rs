@@ -26,6 +26,7 @@ use crate::columns::origin::Pick;
 use crate::description::ColumnName;
 use crate::error::{LogError, Place};
 use crate::input::Kind;
+use crate::input_limits::COLUMNS;
 
 type Batches = Box<dyn Iterator<Item = Result<RecordBatch, ArrowError>> + Send>;
 
@@ -164,6 +165,15 @@ fn columns(schema: &Schema, lists: &Lists) -> (Vec<String>, Vec<(usize, Vec<Step
 /// Finds the wanted columns.
 fn find(request: &Request<'_>, schema: &Schema, lists: &Lists) -> Result<Vec<Wanted>, LogError> {
     let (all, inner) = columns(schema, lists);
+    if all.len() > COLUMNS {
+        return Err(LogError::format(
+            request.file,
+            format!(
+                " has {} columns, and a log has at most {COLUMNS}; write those of the robot alone",
+                all.len()
+            ),
+        ));
+    }
     let plain = all.len() - inner.len();
     let names = Names {
         file: request.file,

@@ -7,9 +7,10 @@ use arrow_ipc::{Message, root_as_footer, root_as_message};
 use super::damaged::damaged;
 use crate::error::LogError;
 use crate::input::{Input, Kind};
+use crate::input_limits::RECORD_BYTES;
 
 /// Largest accepted size of an uncompressed buffer, in bytes.
-const MAX_BUFFER_BYTES: u64 = 1 << 30;
+const MAX_BUFFER_BYTES: u64 = RECORD_BYTES as u64;
 
 /// Marker before the length of a message.
 const CONTINUATION: [u8; 4] = [0xff; 4];

@@ -9,6 +9,7 @@ use super::table::{Element, ElementPlace, NAMES, Opened, Readings, Request, Tabl
 use crate::columns::names::listed;
 use crate::columns::origin::Pick;
 use crate::error::{LogError, Place};
+use crate::named::edits;
 
 /// A message of a topic.
 #[derive(Clone, Debug)]
@@ -71,7 +72,7 @@ pub(super) fn no_topic(file: &str, topics: &[&str]) -> LogError {
 
 /// Returns the error for a topic that the bag does not contain.
 pub(super) fn absent(file: &str, topic: &str, topics: &[&str]) -> LogError {
-    let distance = |name: &&str| strsim::damerau_levenshtein(topic, name);
+    let distance = |name: &&str| edits(topic, name);
     let nearest = (topics.iter().copied())
         .min_by_key(distance)
         .filter(|name| distance(name) <= 1 + name.chars().count() / 2);
@@ -186,7 +187,7 @@ fn path_of(definition: &Definition, pick: &Pick) -> Result<(Vec<Step>, String), 
     let strange = || {
         let leaves = definition.leaves();
         let leaves: Vec<&str> = leaves.iter().map(String::as_str).collect();
-        let distance = |name: &&str| strsim::damerau_levenshtein(&text, name);
+        let distance = |name: &&str| edits(&text, name);
         let nearest = (leaves.iter().copied().min_by_key(distance))
             .filter(|name| distance(name) <= 1 + name.chars().count() / 2);
         match nearest {

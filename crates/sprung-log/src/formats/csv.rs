@@ -1,36 +1,38 @@
 //! Text of numbers between delimiters.
 
-use std::io::Read;
+use std::io::{ErrorKind, Read};
+use std::sync::Arc;
 
 use csv::{ByteRecord, Position, Reader, ReaderBuilder};
 
 use super::delimited::{Delimiter, Form, date, number};
+use super::recording::{Recording, Watch};
 use super::table::{Opened, Readings, Request, Table};
 use crate::columns::names::Names;
 use crate::description::MissingValues;
 use crate::error::{LogError, Place};
+use crate::foreign::shortened;
+use crate::input_limits::{CELL_BYTES, COLUMNS, LINE_BYTES, NAME_BYTES, size};
 
-/// Largest number of characters of a cell that an error shows.
-const MAX_SHOWN_CHARS: usize = 80;
+/// Bytes that the reader of lines takes at once.
+const BUFFER_BYTES: usize = 1 << 18;
 
 type Source = Box<dyn Read + Send>;
 
 struct CsvTable {
     file: String,
-    what: String,
-    reader: Reader<Source>,
-    record: ByteRecord,
+    lines: Lines,
     // Names and indices of the wanted columns.
     names: Vec<String>,
-    places: Vec<usize>,
+    cells: Vec<usize>,
     form: Form,
     time: Option<usize>,
     dates: bool,
     nan: MissingValues,
-    // Lines before the first line of the reader.
-    skipped: u64,
     // Line of each row of the last block.
-    lines: Vec<u64>,
+    places: Vec<u64>,
+    // Line in the middle of which the text was cut off.
+    cut: Option<u64>,
     // Whether `record` contains the first row, which was read to count the columns.
     pending: bool,
 }
@@ -40,11 +42,11 @@ struct CsvTable {
 /// - `what`: name of the text in errors.
 /// - `start`: first bytes of the text.
 /// - `whole`: whether `start` is the whole text.
+/// - `watch`: that of the stream that contains the text.
 pub(super) fn open(
     request: &Request<'_>,
-    what: &str,
-    start: &[u8],
-    whole: bool,
+    (what, watch): (&str, Arc<Watch>),
+    (start, whole): (&[u8], bool),
     mut read: Source,
 ) -> Result<Opened, LogError> {
     let file = request.file;
@@ -57,6 +59,7 @@ pub(super) fn open(
     if let Some(other) = other_text(start) {
         return Err(LogError::format(file, other));
     }
+    let start = start.split(|&byte| byte == 0).next().unwrap_or_default();
     let bom = start.starts_with(b"\xef\xbb\xbf");
     let (mut drop, mut skipped) = (if bom { 3 } else { 0 }, 0);
     for _ in 0..request.csv.skip_lines {
@@ -82,24 +85,28 @@ pub(super) fn open(
         (start.iter().rposition(|&byte| byte == b'\n')).map_or(start.len(), |end| end + 1)
     };
     let form = Form::of(&decoded(&start[..end]), request.csv);
-    let read = match form.delimiter {
-        Delimiter::Blanks => Box::new(Squeeze::new(read)),
-        Delimiter::Byte(_) => read,
+    let recording = Recording::new(read, Arc::clone(&watch));
+    let read: Source = match form.delimiter {
+        Delimiter::Blanks => Box::new(Squeeze::new(recording)),
+        Delimiter::Byte(_) => Box::new(recording),
     };
-    let mut reader = ReaderBuilder::new()
-        .has_headers(false)
-        .buffer_capacity(1 << 18)
-        .comment(Some(form.comment))
-        .delimiter(match form.delimiter {
-            Delimiter::Byte(byte) => byte,
-            Delimiter::Blanks => b' ',
-        })
-        .from_reader(read);
-    let mut record = ByteRecord::new();
-    let any = reader
-        .read_byte_record(&mut record)
-        .map_err(|error| csv_error(file, what, error, skipped, form.header))?;
-    if !any {
+    let mut lines = Lines {
+        file: file.to_owned(),
+        what: what.to_owned(),
+        reader: reader(&form, read),
+        watch,
+        record: ByteRecord::new(),
+        skipped,
+        above: if form.header {
+            "the header has"
+        } else {
+            "those above have"
+        },
+    };
+    if !lines.next()? {
+        if lines.watch.is_cut() {
+            return Err(LogError::read(file, what, ErrorKind::UnexpectedEof.into()));
+        }
         return Err(LogError::TooShort {
             file: file.to_owned(),
             found: 0,
@@ -108,15 +115,7 @@ pub(super) fn open(
         });
     }
     let given = form.header || form.commented_names.is_some();
-    let all: Vec<String> = match &form.commented_names {
-        Some(names) => names.clone(),
-        None if form.header => (record.iter())
-            .map(|name| decoded(name).trim().to_owned())
-            .collect(),
-        None => (1..=record.len())
-            .map(|number| number.to_string())
-            .collect(),
-    };
+    let all = names_of(file, &form, &lines.record)?;
     let names = Names {
         file,
         all: &all,
@@ -128,18 +127,16 @@ pub(super) fn open(
     let names: Vec<String> = places.iter().map(|&place| all[place].clone()).collect();
     let table = CsvTable {
         file: file.to_owned(),
-        what: what.to_owned(),
-        reader,
-        record,
+        lines,
         names: names.clone(),
-        places,
+        cells: places,
         pending: !form.header,
         form,
         time: request.time,
         dates: request.dates,
         nan: request.nan,
-        skipped,
-        lines: Vec::new(),
+        places: Vec::new(),
+        cut: None,
     };
     Ok(Opened {
         table: Box::new(table),
@@ -148,6 +145,31 @@ pub(super) fn open(
         all,
         has_names: given,
     })
+}
+
+/// Returns the names of the columns, or their numbers if the text has no names.
+///
+/// - `first`: the first row.
+fn names_of(file: &str, form: &Form, first: &ByteRecord) -> Result<Vec<String>, LogError> {
+    let all: Vec<String> = match &form.commented_names {
+        Some(names) => names.clone(),
+        None if form.header => (first.iter())
+            .map(|name| decoded(name).trim().to_owned())
+            .collect(),
+        None => (1..=first.len()).map(|number| number.to_string()).collect(),
+    };
+    match all.iter().find(|name| name.len() > NAME_BYTES) {
+        None => Ok(all),
+        Some(name) => Err(LogError::format(
+            file,
+            format!(
+                ": the name of a column has {} bytes, and {} are the most; it begins with \"{}\"",
+                name.len(),
+                size(NAME_BYTES),
+                shortened(name)
+            ),
+        )),
+    }
 }
 
 /// Recognises a text that is no table by its first characters; returns the rest of the error.
@@ -166,40 +188,150 @@ fn other_text(start: &[u8]) -> Option<&'static str> {
         .then_some(" is JSON, which sprung does not read; give the log as CSV or in another format")
 }
 
-impl Table for CsvTable {
-    fn read(&mut self, limit: usize, out: &mut [Readings]) -> Result<usize, LogError> {
-        self.lines.clear();
-        while self.lines.len() < limit {
-            if !std::mem::replace(&mut self.pending, false) {
-                let more = (self.reader.read_byte_record(&mut self.record)).map_err(|error| {
-                    let header = self.form.header;
-                    csv_error(&self.file, &self.what, error, self.skipped, header)
-                })?;
-                if !more {
-                    break;
-                }
-            }
-            let line = self.record.position().map_or(0, Position::line) + self.skipped;
-            self.lines.push(line);
-            for (i, readings) in out.iter_mut().enumerate() {
-                let cell = self.record.get(self.places[i]).unwrap_or_default();
-                if self.nan == MissingValues::Gap && is_missing(cell) {
-                    readings.push_missing();
-                    continue;
-                }
-                if self.time == Some(i) {
-                    push_time(readings, cell, self.dates, self.form.decimal_comma)
-                } else {
-                    number(cell, self.form.decimal_comma).map(|value| readings.push(value))
-                }
-                .ok_or_else(|| self.not_a_number(i, cell))?;
+/// Returns a reader of the rows of a text.
+fn reader(form: &Form, read: Source) -> Reader<Source> {
+    ReaderBuilder::new()
+        .has_headers(false)
+        .buffer_capacity(BUFFER_BYTES)
+        .comment(Some(form.comment))
+        .delimiter(match form.delimiter {
+            Delimiter::Byte(byte) => byte,
+            Delimiter::Blanks => b' ',
+        })
+        .from_reader(read)
+}
+
+/// The rows of a text, of bounded length.
+struct Lines {
+    file: String,
+    what: String,
+    reader: Reader<Source>,
+    watch: Arc<Watch>,
+    // The last row.
+    record: ByteRecord,
+    // Lines before the first line of the reader.
+    skipped: u64,
+    // What the number of cells is compared with.
+    above: &'static str,
+}
+
+impl Lines {
+    /// Reads the next row; returns false at the end.
+    fn next(&mut self) -> Result<bool, LogError> {
+        self.watch.begin_row(BUFFER_BYTES);
+        match self.reader.read_byte_record(&mut self.record) {
+            Ok(more) => self.check().map(|()| more),
+            Err(_) if self.watch.is_too_long() => Err(self.too_long()),
+            Err(error) => {
+                // A row with a wrong number of cells may be too long as well.
+                self.check()?;
+                Err(csv_error(self, error))
             }
         }
-        Ok(self.lines.len())
+    }
+
+    /// Returns the line of the last row.
+    fn line(&self) -> u64 {
+        self.record.position().map_or(0, Position::line) + self.skipped
+    }
+
+    /// Checks the number of cells of the last row, and their lengths.
+    fn check(&self) -> Result<(), LogError> {
+        if self.record.len() > COLUMNS {
+            return Err(self.excess(&format!(
+                "has {} cells, and a log has at most {COLUMNS} columns",
+                self.record.len()
+            )));
+        }
+        let bytes = self.record.as_slice().len();
+        if bytes > LINE_BYTES {
+            return Err(self.too_long());
+        }
+        if bytes > CELL_BYTES
+            && let Some(cell) = self.record.iter().find(|cell| cell.len() > CELL_BYTES)
+        {
+            return Err(self.excess(&format!(
+                "has a cell of {} bytes, and {} are the most; is a quote without its partner?",
+                cell.len(),
+                size(CELL_BYTES)
+            )));
+        }
+        Ok(())
+    }
+
+    fn too_long(&self) -> LogError {
+        let line = self.reader.position().line() + self.skipped;
+        LogError::format(
+            &self.file,
+            format!(
+                ": line {line} has more than {}, and no line of a log is longer; is a quote without its partner, or \
+                 do the line ends lack?",
+                size(LINE_BYTES)
+            ),
+        )
+    }
+
+    fn excess(&self, what: &str) -> LogError {
+        LogError::format(&self.file, format!(": line {} {what}", self.line()))
+    }
+}
+
+impl Table for CsvTable {
+    fn read(&mut self, limit: usize, out: &mut [Readings]) -> Result<usize, LogError> {
+        self.places.clear();
+        while self.places.len() < limit && self.cut.is_none() {
+            if !std::mem::replace(&mut self.pending, false) {
+                match self.lines.next() {
+                    Ok(true) => {}
+                    Ok(false) => {
+                        if self.lines.watch.is_cut() {
+                            self.cut =
+                                Some(self.lines.reader.position().line() + self.lines.skipped);
+                        }
+                        break;
+                    }
+                    Err(error @ LogError::Width { .. }) => {
+                        let line = self.lines.line();
+                        if !self.lines.watch.ends_in_row() {
+                            return Err(error);
+                        }
+                        self.cut = Some(line);
+                        break;
+                    }
+                    Err(error) => return Err(error),
+                }
+            }
+            let line = self.lines.line();
+            // A number at the end of a text that was cut off may lack digits.
+            if self.lines.watch.is_cut() && self.lines.watch.ends_in_row() {
+                self.cut = Some(line);
+                break;
+            }
+            let fault = (out.iter_mut().enumerate())
+                .find_map(|(i, readings)| self.take(i, readings).err().map(|error| (i, error)));
+            if let Some((i, error)) = fault {
+                if !self.lines.watch.ends_in_row() {
+                    // The reader of a window keeps the complete rows.
+                    self.places.push(line);
+                    return Err(error);
+                }
+                for readings in &mut out[..i] {
+                    readings.values.pop();
+                }
+                self.cut = Some(line);
+                break;
+            }
+            self.places.push(line);
+        }
+        Ok(self.places.len())
     }
 
     fn place(&self, i: usize) -> Place {
-        Place::Line(self.lines.get(i).copied().unwrap_or_default())
+        Place::Line(self.places.get(i).copied().unwrap_or_default())
+    }
+
+    fn cut(&self) -> Option<Place> {
+        self.cut.map(Place::Line)
     }
 }
 
@@ -218,6 +350,21 @@ fn push_time(readings: &mut Readings, cell: &[u8], dates: bool, decimal_comma: b
 }
 
 impl CsvTable {
+    /// Appends the reading of the `i`th wanted column.
+    fn take(&self, i: usize, readings: &mut Readings) -> Result<(), LogError> {
+        let cell = (self.lines.record.get(self.cells[i])).unwrap_or_default();
+        if self.nan == MissingValues::Gap && is_missing(cell) {
+            readings.push_missing();
+            return Ok(());
+        }
+        let pushed = if self.time == Some(i) {
+            push_time(readings, cell, self.dates, self.form.decimal_comma)
+        } else {
+            number(cell, self.form.decimal_comma).map(|value| readings.push(value))
+        };
+        pushed.ok_or_else(|| self.not_a_number(i, cell))
+    }
+
     #[cold]
     fn not_a_number(&self, i: usize, cell: &[u8]) -> LogError {
         let text = decoded(cell).trim().to_owned();
@@ -238,9 +385,9 @@ impl CsvTable {
         };
         LogError::NotANumber {
             file: self.file.clone(),
-            place: Place::Line(self.record.position().map_or(0, Position::line) + self.skipped),
+            place: Place::Line(self.lines.line()),
             column: self.names[i].clone(),
-            cell: shortened(text),
+            cell: shortened(&text),
             hint,
         }
     }
@@ -257,14 +404,6 @@ fn is_missing(cell: &[u8]) -> bool {
         .any(|word| cell.eq_ignore_ascii_case(word))
 }
 
-/// Shortens a cell for an error; an unclosed quote may turn the whole file into one cell.
-fn shortened(text: String) -> String {
-    match text.char_indices().nth(MAX_SHOWN_CHARS) {
-        Some((end, _)) => format!("{}…", &text[..end]),
-        None => text,
-    }
-}
-
 /// Decodes text as UTF-8, or as Latin-1 if it is not valid UTF-8.
 fn decoded(bytes: &[u8]) -> String {
     match std::str::from_utf8(bytes) {
@@ -273,21 +412,18 @@ fn decoded(bytes: &[u8]) -> String {
     }
 }
 
-fn csv_error(file: &str, what: &str, error: csv::Error, skipped: u64, header: bool) -> LogError {
+fn csv_error(lines: &Lines, error: csv::Error) -> LogError {
+    let file = &lines.file;
     match error.into_kind() {
-        csv::ErrorKind::Io(source) => LogError::read(file, what, source),
+        csv::ErrorKind::Io(source) => LogError::read(file, &lines.what, source),
         csv::ErrorKind::UnequalLengths {
             pos,
             expected_len,
             len,
         } => LogError::Width {
-            file: file.to_owned(),
-            place: Place::Line(pos.map_or(0, |pos| pos.line()) + skipped),
-            above: if header {
-                "the header has"
-            } else {
-                "those above have"
-            },
+            file: file.clone(),
+            place: Place::Line(pos.map_or(0, |pos| pos.line()) + lines.skipped),
+            above: lines.above,
             expected: expected_len,
             found: len,
         },

@@ -52,22 +52,26 @@ impl Form {
             Some(decimal) => decimal == ",",
             None => delimiter != Delimiter::Byte(b',') && has_decimal_commas(&data, delimiter),
         };
-        let first: Vec<String> = data
-            .first()
-            .map_or_else(Vec::new, |line| cells(line, delimiter));
-        let numbers = (first.iter())
+        let first = || {
+            data.first()
+                .into_iter()
+                .flat_map(|line| cells(line, delimiter))
+        };
+        let width = first().count();
+        let numbers = first()
             .filter(|cell| number(cell.as_bytes(), decimal_comma).is_some())
             .count();
         let above = (lines.iter()).take_while(|line| line.trim().is_empty() || is_comment(line));
         let commented = above
             .filter(|line| is_comment(line))
             .last()
-            .map(|line| cells(line[1..].trim(), delimiter))
-            .filter(|names| names.len() == first.len());
+            .map(|line| line[1..].trim())
+            .filter(|names| cells(names, delimiter).count() == width)
+            .map(|names| cells(names, delimiter).map(str::to_owned).collect());
         // If a comment contains the names, text in some cells of the first line does not make it a header.
         let header = (said.header).unwrap_or(match &commented {
-            Some(_) => 2 * numbers < first.len(),
-            None => numbers < first.len() || first.is_empty(),
+            Some(_) => 2 * numbers < width,
+            None => numbers < width || width == 0,
         });
         let commented_names = commented.filter(|_| !header);
         Self {
@@ -90,34 +94,23 @@ fn comment_of(lines: &[&str]) -> u8 {
 }
 
 /// Splits a line into cells; delimiters between quotes do not split.
-fn cells(line: &str, delimiter: Delimiter) -> Vec<String> {
-    let mut all = vec![String::new()];
-    let mut quoted = false;
-    let line = match delimiter {
-        Delimiter::Blanks => line.trim(),
-        Delimiter::Byte(_) => line,
+fn cells(line: &str, delimiter: Delimiter) -> impl Iterator<Item = &str> {
+    let (line, is_between): (&str, fn(char, char) -> bool) = match delimiter {
+        Delimiter::Blanks => (line.trim(), |c, _| c == ' ' || c == '\t'),
+        Delimiter::Byte(_) => (line, |c, byte| c == byte),
     };
-    let mut blank = false;
-    for c in line.chars() {
-        let between = match delimiter {
-            Delimiter::Byte(byte) => c == char::from(byte),
-            Delimiter::Blanks => c == ' ' || c == '\t',
-        };
-        if c == '"' {
-            quoted = !quoted;
-        } else if between && !quoted {
-            if !(blank && delimiter == Delimiter::Blanks) {
-                all.push(String::new());
-            }
-        } else if let Some(cell) = all.last_mut() {
-            cell.push(c);
-        }
-        blank = between;
-    }
-    for cell in &mut all {
-        *cell = cell.trim().to_owned();
-    }
-    all
+    let byte = match delimiter {
+        Delimiter::Byte(byte) => char::from(byte),
+        Delimiter::Blanks => ' ',
+    };
+    let mut quoted = false;
+    let all = line.split(move |c| {
+        quoted ^= c == '"';
+        !quoted && is_between(c, byte)
+    });
+    // Blanks that follow one another separate as one.
+    all.filter(move |cell| delimiter != Delimiter::Blanks || !cell.is_empty())
+        .map(|cell| cell.trim().trim_matches('"').trim())
 }
 
 /// Returns the first delimiter that divides most lines into as many cells as the first line. The comma is tried
@@ -128,11 +121,11 @@ fn delimiter_of(data: &[&str]) -> Delimiter {
     };
     let candidates = [b'\t', b';', b'|', b','].map(Delimiter::Byte);
     let agrees = |delimiter: &Delimiter| {
-        let width = cells(first, *delimiter).len();
-        let same = (data.iter()).filter(|line| cells(line, *delimiter).len() == width);
+        let width = cells(first, *delimiter).count();
+        let same = (data.iter()).filter(|line| cells(line, *delimiter).count() == width);
         width > 1 && 2 * same.count() > data.len()
     };
-    let blanks = cells(first, Delimiter::Blanks).len() > 1 && agrees(&Delimiter::Blanks);
+    let blanks = cells(first, Delimiter::Blanks).count() > 1 && agrees(&Delimiter::Blanks);
     let found = candidates.into_iter().find(agrees);
     // The name of a single column may contain blanks.
     let fallback = if blanks {
@@ -144,9 +137,9 @@ fn delimiter_of(data: &[&str]) -> Delimiter {
 }
 
 fn has_decimal_commas(data: &[&str], delimiter: Delimiter) -> bool {
-    let is_number = |cell: &String, comma| number(cell.as_bytes(), comma).is_some();
+    let is_number = |cell: &str, comma| number(cell.as_bytes(), comma).is_some();
     (data.iter().flat_map(|line| cells(line, delimiter)))
-        .any(|cell| cell.contains(',') && is_number(&cell, true))
+        .any(|cell| cell.contains(',') && is_number(cell, true))
 }
 
 /// Parses a cell as a number.

@@ -13,13 +13,14 @@ use hdf5_metno::{
     ObjectReference1, ReferencedObject, Result as Hdf5Result, Selection, SliceOrIndex,
 };
 
-use super::array_shape::{Sides, no_topics, same_rows};
+use super::array_shape::{Sides, no_topics, same_rows, too_many};
 use super::damaged::guarded;
 use super::matlab::find;
 use super::number::Reading;
 use super::table::{Opened, Readings, Reopen, Request, Table};
 use crate::columns::names::{Names, Refused};
 use crate::error::{LogError, Place};
+use crate::input_limits::COLUMNS;
 
 /// Deepest structure within structures; it bounds the recursion.
 const MAX_NESTING: usize = 16;
@@ -55,7 +56,16 @@ pub(super) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, 
     })?;
     let mut all = Vec::new();
     let mut columns = Vec::new();
+    let mut refused = contents.refused.clone();
     for array in &contents.arrays {
+        let width = array.sides.width();
+        if width > (COLUMNS - all.len()) as u64 {
+            refused.push(Refused {
+                name: array.name.clone(),
+                why: too_many(width),
+            });
+            continue;
+        }
         for (name, place) in array.sides.columns_of(&array.name) {
             all.push(name);
             columns.push((array, place));
@@ -67,7 +77,7 @@ pub(super) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, 
         given: true,
     };
     let places = (request.picks.iter())
-        .map(|pick| find(&names, pick, &contents.refused))
+        .map(|pick| find(&names, pick, &refused))
         .collect::<Result<Vec<usize>, LogError>>()?;
     let rows = same_rows(file, &places, |place| {
         (&all[place], columns[place].0.sides.samples())

@@ -2,7 +2,7 @@
 
 use std::io::{Read, Seek, SeekFrom};
 
-use super::array_shape::{no_topics, same_rows};
+use super::array_shape::{no_topics, same_rows, too_many};
 use super::mat::{MatArray, contents};
 use super::strips::{Cell, Strip, StripTable, skip};
 use super::table::{Opened, Reopen, Request};
@@ -10,6 +10,7 @@ use crate::columns::names::{Names, Refused, instead};
 use crate::columns::origin::Pick;
 use crate::description::ColumnName;
 use crate::error::LogError;
+use crate::input_limits::COLUMNS;
 
 /// A column of an array.
 struct Column<'a> {
@@ -26,7 +27,16 @@ pub(super) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, 
         .map_err(|error| LogError::read(file, "one of its variables", error))?;
     let mut columns = Vec::new();
     let mut all = Vec::new();
+    let mut refused = contents.refused.clone();
     for array in &contents.arrays {
+        let width = array.sides.width();
+        if width > (COLUMNS - all.len()) as u64 {
+            refused.push(Refused {
+                name: array.name.clone(),
+                why: too_many(width),
+            });
+            continue;
+        }
         for (name, place) in array.sides.columns_of(&array.name) {
             all.push(name);
             columns.push(Column { array, place });
@@ -38,7 +48,7 @@ pub(super) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, 
         given: true,
     };
     let places = (request.picks.iter())
-        .map(|pick| find(&names, pick, &contents.refused))
+        .map(|pick| find(&names, pick, &refused))
         .collect::<Result<Vec<usize>, LogError>>()?;
     let rows = same_rows(file, &places, |place| {
         (&all[place], columns[place].array.sides.samples())

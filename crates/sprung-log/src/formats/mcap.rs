@@ -12,11 +12,12 @@ use super::damaged::guarded;
 use super::definition::Definition;
 use super::table::{Opened, Request, whole_file};
 use crate::error::LogError;
+use crate::input_limits::RECORD_BYTES;
 
 type Source = Box<dyn Read + Send>;
 
 /// Largest accepted length of a record or a chunk, in bytes.
-const MAX_RECORD_BYTES: usize = 1 << 30;
+const MAX_RECORD_BYTES: usize = RECORD_BYTES;
 
 /// Bytes that one read returns at most. A damaged length then allocates no more than this before the file ends.
 const READ_BYTES: usize = 1 << 20;

@@ -35,6 +35,7 @@ pub(super) mod memory;
 mod npy;
 mod number;
 pub(super) mod open;
+mod recording;
 #[cfg(feature = "db3")]
 mod sqlite;
 mod strips;

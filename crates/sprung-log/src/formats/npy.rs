@@ -6,6 +6,7 @@
 use std::io::Read;
 
 use super::number::Number;
+use crate::input_limits::COLUMNS;
 
 /// A column of an array.
 #[derive(Clone, Debug, PartialEq)]
@@ -227,16 +228,15 @@ fn fields_of(fields: &[Value], columns: &mut Vec<NpyColumn>) -> Result<u64, Stri
     Ok(at)
 }
 
-/// Most columns of an array; more are the samples of an array that lies on its side.
-const MAX_COLUMNS: u64 = 1 << 20;
-
 /// Returns the indices of an array as Python writes them, with their places in C order.
 ///
 /// The index of an array without sides is empty.
 fn places(shape: &[u64]) -> Result<Vec<(String, u64)>, String> {
     let count: u64 = shape.iter().product();
-    if count > MAX_COLUMNS {
-        return Err(format!("has {count} columns; is it transposed?"));
+    if count > COLUMNS as u64 {
+        return Err(format!(
+            "has {count} columns, and a log has at most {COLUMNS}; is it transposed?"
+        ));
     }
     if shape.is_empty() {
         return Ok(vec![(String::new(), 0)]);

@@ -1,6 +1,7 @@
 //! Opens a file in the format that its first bytes show.
 
 use std::io::Read;
+use std::sync::Arc;
 
 #[cfg(feature = "arrow")]
 use super::arrow;
@@ -10,6 +11,7 @@ use super::db3;
 use super::mat73;
 #[cfg(feature = "mcap")]
 use super::mcap;
+use super::recording::{UpToCut, Watch};
 use super::table::{Opened, Reopen, Request};
 use super::{arrays, csv, matlab};
 use crate::error::LogError;
@@ -38,7 +40,8 @@ pub(crate) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, 
             compressed(request, "zstd", inner)
         }
         Kind::Text | Kind::Empty => {
-            csv::open(request, "its text", &start, is_whole, Box::new(read))
+            let text = ("its text", Arc::default());
+            csv::open(request, text, (&start, is_whole), Box::new(read))
         }
         Kind::Npy => arrays::open_npy(request, reopen),
         Kind::Zip => arrays::open_npz(request, reopen),
@@ -79,13 +82,17 @@ fn compressed<R: Read + Send + 'static>(
     inner: R,
 ) -> Result<Opened, LogError> {
     let what = format!("its {method} stream");
+    let watch = Arc::<Watch>::default();
+    let inner = UpToCut::new(inner, Arc::clone(&watch));
     let Beginning {
         start,
         is_whole,
         again: read,
     } = peek(request.file, &what, inner)?;
     match kind_of(&start) {
-        Kind::Text | Kind::Empty => csv::open(request, &what, &start, is_whole, Box::new(read)),
+        Kind::Text | Kind::Empty => {
+            csv::open(request, (&what, watch), (&start, is_whole), Box::new(read))
+        }
         kind => Err(LogError::format(
             request.file,
             format!(

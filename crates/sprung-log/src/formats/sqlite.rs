@@ -52,8 +52,23 @@ type Opened = IoResult<(Result<Connection, Error>, u64)>;
 fn beside_another(path: &Path, mut input: Box<dyn Input>) -> Opened {
     let length = input.seek(SeekFrom::End(0))?;
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    Ok((Connection::open_with_flags(path, flags), length))
+    // A recorder that runs shares its memory in this file, and SQLite then has to lock.
+    let runs = named_beside(path, "-shm").exists();
+    if runs || !cfg!(unix) {
+        return Ok((Connection::open_with_flags(path, flags), length));
+    }
+    // Nobody else has the database open. With exclusive access SQLite keeps its index of the changes in memory, so
+    // it writes no file beside the bag.
+    let alone = Connection::open_with_flags_and_vfs(path, flags, WITHOUT_LOCKS).and_then(|base| {
+        base.set_db_config(DbConfig::SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, true)?;
+        base.pragma_update(None, "locking_mode", "EXCLUSIVE")?;
+        Ok(base)
+    });
+    Ok((alone, length))
 }
+
+/// Access of `SQLite` to files without locks, which an exclusive lock of a file for reading needs.
+const WITHOUT_LOCKS: &str = "unix-none";
 
 /// Opens a file that is complete; `SQLite` then takes no lock and writes no file beside it.
 fn alone(path: &Path, mut input: Box<dyn Input>) -> Opened {
@@ -125,12 +140,17 @@ fn limited(mut base: Connection, length: u64) -> Result<Connection, Error> {
 /// Returns the write-ahead log or rollback journal of a database, if it is not empty.
 fn file_beside(path: &Path) -> Option<PathBuf> {
     ["-wal", "-journal"].into_iter().find_map(|end| {
-        let mut name = OsString::from(path);
-        name.push(end);
-        let beside = PathBuf::from(name);
+        let beside = named_beside(path, end);
         let holds_changes = beside.metadata().is_ok_and(|data| data.len() > 0);
         holds_changes.then_some(beside)
     })
+}
+
+/// Returns the path of a file whose name continues that of another.
+fn named_beside(path: &Path, end: &str) -> PathBuf {
+    let mut name = OsString::from(path);
+    name.push(end);
+    PathBuf::from(name)
 }
 
 /// Returns whether an error means that `SQLite` would have to write.

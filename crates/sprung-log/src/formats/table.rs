@@ -69,6 +69,11 @@ pub(crate) trait Table: Send {
 
     /// Returns the place of row `i` of the last block in the file.
     fn place(&self, i: usize) -> Place;
+
+    /// Returns the place in the middle of which the recording ends, if it was cut off and the end was reached.
+    fn cut(&self) -> Option<Place> {
+        None
+    }
 }
 
 impl Request<'_> {

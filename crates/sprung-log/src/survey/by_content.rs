@@ -52,6 +52,7 @@ pub(super) fn joined(survey: &Survey, families: Vec<Family>, joints: usize) -> V
             name: shown(survey, columns.iter().copied()),
             joints_by: Some(by),
             meaning: group.meaning,
+            by_recorder: None,
             of: columns.iter().copied().map(Some).collect(),
             problem: None,
             columns,

@@ -10,7 +10,7 @@ use super::read::Survey;
 use super::robots::several;
 use super::slopes::Slope;
 use super::times::time;
-use super::torques::{Torques, torques};
+use super::torques::{Torques, held, joint_torques, torques, with_sensors};
 use super::units::{Reading, absolute, by_slope, of_torques};
 use super::words::{Sort, tokens, words};
 use super::write::{Conversion, lines, number};
@@ -37,6 +37,7 @@ pub fn choose(
         });
     }
     let all = joined(survey, families(survey, joints, mimics), joints.len());
+    let all = with_sensors(survey, all);
     let of_joints: Vec<&Family> = all
         .iter()
         .filter(|family| family.problem.is_none())
@@ -55,7 +56,7 @@ pub fn choose(
     if of_joints.is_empty() && problems.iter().all(|family| family.meaning.sort.is_none()) {
         return Err(no_joint(survey, joints));
     }
-    let torque = torques(survey, &all);
+    let torque = torques(survey, &all, joints);
     let positions = positions(survey, &all, torque.family);
     let decided = Decided {
         survey,
@@ -63,6 +64,7 @@ pub fn choose(
         all: &all,
         positions,
         torque,
+        joint_torque: joint_torques(survey, &all),
     };
     let (of_gripper, of_arm): (Vec<usize>, Vec<usize>) =
         (decided.joints().into_iter()).partition(|&joint| joints[joint].gripper.is_some());
@@ -159,6 +161,8 @@ struct Decided<'a> {
     all: &'a [Family],
     positions: Positions,
     torque: Torques,
+    /// Index of the family of the joint torque sensors.
+    joint_torque: Option<usize>,
 }
 
 /// Columns of some joints for one quantity.
@@ -231,8 +235,9 @@ impl Decided<'_> {
                 .filter_map(|joint| Some((joint.name.clone(), joint.gripper.clone()?)))
                 .collect(),
             remarks: Vec::new(),
+            held: self.held(of_arm),
         };
-        chosen.lines.extend(time(self.survey));
+        chosen.lines.extend(time(self.survey, self.all));
         if self.lacks_values(of_arm) {
             let why = "Some samples have no value; they are left out";
             chosen.lines.push(ChosenLine::new("nan", "\"gap\"", why));
@@ -241,8 +246,26 @@ impl Decided<'_> {
         self.springs(of_arm, &mut chosen);
         self.position_lines(of_arm, &readings, &mut chosen);
         self.torque_lines(of_arm, &readings, &mut chosen);
-        chosen.remarks.extend(self.unused(problems));
+        self.joint_torque_lines(of_arm, &mut chosen);
+        chosen.remarks.extend(self.unused(of_arm, problems));
         chosen
+    }
+
+    /// Returns for how many samples the torques keep their values, in words.
+    fn held(&self, joints: &[usize]) -> Option<String> {
+        let family = self.family(self.torque.family)?;
+        let runs: Option<Vec<usize>> = (joints.iter().filter_map(|&joint| family.of[joint]))
+            .map(|place| held(self.survey, place))
+            .collect();
+        let runs = runs?;
+        match (runs.iter().min()?, runs.iter().max()?) {
+            (1, 1) => Some("The torques of this log change with each sample".to_owned()),
+            (least, most) if least == most => Some(format!(
+                "The torques of this log keep each value for {most} samples, so the period of the controller is {most} \
+                 times that of the log"
+            )),
+            _ => None,
+        }
     }
 
     /// Returns whether a column of the joints has samples without a value.
@@ -485,6 +508,35 @@ impl Decided<'_> {
         }
     }
 
+    /// Returns the joint torque sensors if they are used: all joints of the log have one and a second encoder.
+    fn used_joint_torque(&self, joints: &[usize]) -> Option<&Family> {
+        let (sensor, link) = (
+            self.family(self.joint_torque)?,
+            self.family(self.positions.link)?,
+        );
+        let have = |family: &Family| joints.iter().all(|&joint| family.of[joint].is_some());
+        (have(sensor) && have(link)).then_some(sensor)
+    }
+
+    fn joint_torque_lines(&self, joints: &[usize], chosen: &mut Chosen) {
+        let Some(family) = self.used_joint_torque(joints) else {
+            return;
+        };
+        let conversion = of_torques(family, self.robot, joints, None);
+        let why = format!(
+            "Joint torque sensors: {}",
+            family.by_recorder.unwrap_or("by their names")
+        );
+        let all = lines(
+            self.survey,
+            ("joint_torque", family),
+            (self.robot, joints),
+            &conversion,
+            &why,
+        );
+        chosen.lines.extend(all);
+    }
+
     /// Returns the unit in the names of all measured columns of a sort, and the notation for a unit without a key, as a
     /// further sentence.
     fn unit_of(&self, sort: Sort, with_keys: &[&str]) -> (Option<&'static str>, String) {
@@ -527,23 +579,35 @@ impl Decided<'_> {
     }
 
     /// Returns sentences about columns of joints that are not used.
-    fn unused(&self, problems: &[&Family]) -> Vec<String> {
+    fn unused(&self, joints: &[usize], problems: &[&Family]) -> Vec<String> {
         let used = [
             self.positions.motor,
             self.positions.link,
             self.positions.deflection,
             self.torque.family,
+            self.used_joint_torque(joints).and(self.joint_torque),
         ];
         let names: Vec<String> = (self.all.iter().enumerate())
             .filter(|(k, family)| !used.contains(&Some(*k)) && family.problem.is_none())
             .filter(|(_, family)| family.meaning.sort != Some(Sort::Time))
             .map(|(_, family)| family.name.clone())
             .collect();
+        let names: Vec<String> = names
+            .into_iter()
+            .chain(self.survey.counters.iter().cloned())
+            .collect();
         let mut all = Vec::new();
         if !names.is_empty() {
             all.push(format!("Not used: {}", shortened(&names)));
         }
         for family in self.all {
+            let is_used = used
+                .iter()
+                .flatten()
+                .any(|&k| std::ptr::eq(&raw const self.all[k], family));
+            if let (Some(by), false) = (family.by_recorder, is_used) {
+                all.push(format!("\"{}\": {by}", family.name));
+            }
             if let Some(by) = &family.joints_by {
                 all.push(format!("Joints of \"{}\": by {by}", family.name));
             }

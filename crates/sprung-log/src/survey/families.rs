@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::read::{Column, Survey};
+use super::recorders;
 use super::words::{Meaning, Token, tokens, words};
 use crate::description::JointOfStart;
 use crate::formats::table::ElementPlace;
@@ -40,6 +41,8 @@ pub(super) struct Family {
     /// Reason for the joints of its columns, in words, if their names do not contain them.
     pub(super) joints_by: Option<&'static str>,
     pub(super) meaning: Meaning,
+    /// What its recorder means by the name, if the recorder is known.
+    pub(super) by_recorder: Option<&'static str>,
     /// Column of each joint of the robot, if it has one.
     pub(super) of: Vec<Option<Place>>,
     /// Why its columns do not belong to joints; the columns are then in `columns`.
@@ -145,13 +148,22 @@ pub(super) fn families(survey: &Survey, joints: &[JointOfStart], mimics: &[Strin
                 .push((key.clone(), place));
         }
     }
+    let log: Vec<String> = (survey.all_names().iter())
+        .flat_map(|name| {
+            let all = tokens(name);
+            words(&all)
+                .into_iter()
+                .map(str::to_owned)
+                .collect::<Vec<_>>()
+        })
+        .collect();
     (chosen.into_iter())
-        .map(|((_, stem), members)| family(survey, joints.len(), &names, &stem, &members))
+        .map(|((_, stem), members)| family((survey, &log), joints.len(), &names, &stem, &members))
         .collect()
 }
 
 fn family(
-    survey: &Survey,
+    (survey, log): (&Survey, &[String]),
     joints: usize,
     names: &Names,
     stem: &Stem,
@@ -165,6 +177,14 @@ fn family(
     let in_list = source.columns[column].place != ElementPlace::Alone;
     let topic_words: Vec<&str> = words(&of_topic);
     let meaning = Meaning::of(&of_stem, if in_list { &topic_words } else { &[] });
+    let of_name = words(&of_stem);
+    let both = if in_list {
+        [&topic_words[..], &of_name].concat()
+    } else {
+        of_name
+    };
+    let raw = &source.columns[column].name;
+    let (meaning, by_recorder) = recorders::by_recorder(meaning, (raw, &both), log);
     let name = if in_list {
         match topic {
             "" => source.columns[column].name.clone(),
@@ -182,6 +202,7 @@ fn family(
         name,
         joints_by: None,
         meaning,
+        by_recorder,
         of,
         problem,
         columns,

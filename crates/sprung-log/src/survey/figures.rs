@@ -8,6 +8,9 @@ const MIN_COUNTS: f64 = 50.0;
 /// Largest deviation of an even clock from its median step, as a part of the step.
 const EVEN: f64 = 0.5;
 
+/// Part of the steps of a counter of rows that are one; a recorder that lost rows skips numbers.
+const COUNTS_ROWS: f64 = 0.99;
+
 /// Figures of a column.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Figures {
@@ -23,6 +26,8 @@ pub(super) struct Figures {
     pub(super) step: f64,
     /// Whether most steps equal the median step.
     pub(super) even: bool,
+    /// Part of the steps that are one.
+    pub(super) ones: f64,
 }
 
 impl Figures {
@@ -51,7 +56,17 @@ impl Figures {
                 && values.windows(2).all(|pair| pair[1] > pair[0]),
             step,
             even,
+            ones: steps
+                .iter()
+                .filter(|step| (**step - 1.0).abs() < 1e-9)
+                .count() as f64
+                / steps.len().max(1) as f64,
         }
+    }
+
+    /// Returns whether the column counts rows: it holds integers that rise by one.
+    pub(super) fn counts_rows(&self) -> bool {
+        self.integers && self.rises && self.ones >= COUNTS_ROWS
     }
 
     /// Returns these figures with the range of samples that are left out.
@@ -102,5 +117,32 @@ mod tests {
         assert!(!gap.rises && gap.count == 2);
         let joined = Figures::of(&[0.0, 1.0, 90.0, 91.0], &[2]);
         assert!(joined.rises && joined.even && (joined.step - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn integers_that_rise_by_one_count_rows() {
+        let every =
+            |step: f64| -> Vec<f64> { (0..300).map(|k| 7.0 + step * f64::from(k)).collect() };
+        let without = |lost: &dyn Fn(usize) -> bool| -> Vec<f64> {
+            let kept = every(1.0)
+                .into_iter()
+                .enumerate()
+                .filter(|(k, _)| !lost(*k));
+            kept.map(|(_, x)| x).collect()
+        };
+        for (values, counts) in [
+            (every(1.0), true),
+            (without(&|k| k == 100), true),
+            (without(&|k| k % 20 == 3), false),
+            (every(0.5), false),
+            (every(8.0), false),
+        ] {
+            assert_eq!(
+                Figures::of(&values, &[]).counts_rows(),
+                counts,
+                "{:?}",
+                &values[..30]
+            );
+        }
     }
 }

@@ -4,16 +4,15 @@ use std::ops::Range;
 
 use super::figures::Figures;
 use super::parts::{PART_ROWS, Parts, head, part_rows, parts, parts_between};
+use super::words::{Meaning, Sort, tokens};
 use crate::columns::origin::Pick;
 use crate::description::{ColumnName, CsvForm, MissingValues};
 use crate::error::LogError;
 use crate::formats::contents::{Contents, TopicContents, contents};
 use crate::formats::open::open;
 use crate::formats::table::{Element, ElementPlace, Reopen, Request};
+use crate::input_limits::COLUMNS;
 use crate::source::Opener;
-
-/// Most columns that are read.
-const MAX_COLUMNS: usize = 1 << 12;
 
 /// Samples that are read to compare the columns of logs.
 const BEGINNING_ROWS: usize = 1000;
@@ -39,6 +38,8 @@ pub struct Survey {
     pub(super) sources: Vec<Source>,
     /// Names of columns or topics that hold no numbers.
     pub(super) others: Vec<String>,
+    /// Names of columns that count rows.
+    pub(super) counters: Vec<String>,
     /// Whether the file names its columns; otherwise they only have numbers.
     pub(super) has_names: bool,
 }
@@ -120,7 +121,8 @@ impl Survey {
                 Some(topic) => format!("{topic}.{}", column.label()),
             })
         });
-        names.chain(self.others.iter().cloned()).collect()
+        let beside = self.others.iter().chain(&self.counters).cloned();
+        names.chain(beside).collect()
     }
 
     /// Returns whether another log has the same columns, or the name of one that it lacks.
@@ -198,7 +200,7 @@ fn table(
     extent: Extent,
     reopen: Reopen<'_>,
 ) -> Result<Survey, LogError> {
-    let wanted: Vec<usize> = (0..names.len().min(MAX_COLUMNS)).collect();
+    let wanted: Vec<usize> = (0..names.len()).collect();
     let pick = |k: &usize| Pick::Column(ColumnName::Number(k + 1));
     let mut of = |columns: &[usize], extent: Extent| {
         let picks: Vec<Pick> = columns.iter().map(pick).collect();
@@ -261,18 +263,33 @@ fn table(
             values,
         });
     }
-    let source = Source {
+    let mut source = Source {
         topic: None,
         columns,
         joins,
         ..Source::default()
     };
+    let counters = without_counters(&mut source);
     Ok(Survey {
         file: file.to_owned(),
         sources: vec![source],
         others,
+        counters,
         has_names,
     })
+}
+
+/// Removes the columns that count rows, unless their names say that they are times. Returns their names.
+fn without_counters(source: &mut Source) -> Vec<String> {
+    let is_counter = |column: &Column| {
+        let is_time = column.time_unit.is_some()
+            || Meaning::of(&tokens(&column.name), &[]).sort == Some(Sort::Time);
+        column.figures.counts_rows() && !is_time
+    };
+    let all = std::mem::take(&mut source.columns);
+    let (counters, kept): (Vec<Column>, Vec<Column>) = all.into_iter().partition(is_counter);
+    source.columns = kept;
+    counters.into_iter().map(|column| column.name).collect()
 }
 
 /// Returns the unit of a column in s, if the file defines it as a time.
@@ -294,6 +311,7 @@ fn bag(
         file: file.to_owned(),
         sources: Vec::new(),
         others,
+        counters: Vec::new(),
         has_names: true,
     };
     for topic in numeric {
@@ -312,7 +330,7 @@ fn of_topic(
     extent: Extent,
     reopen: Reopen<'_>,
 ) -> Result<Source, LogError> {
-    let elements = &topic.elements[..topic.elements.len().min(MAX_COLUMNS)];
+    let elements = &topic.elements[..topic.elements.len().min(COLUMNS)];
     let time = Pick::Field {
         field: String::new(),
         joint: String::new(),

@@ -1,8 +1,10 @@
 //! The column of the time, and its unit.
 
+use super::families::Family;
+use super::period::period;
 use super::read::{Column, Survey};
 use super::words::{Meaning, Sort, tokens};
-use super::write::name_of;
+use super::write::{name_of, number};
 use crate::description::{ChosenLine, Unit};
 
 /// Units of times, with the rates of samples that a log of a robot has.
@@ -12,7 +14,7 @@ const UNITS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 
 const USUAL_RATE: f64 = 500.0;
 
 /// Returns the line of the time; `None` for a bag, whose messages have times.
-pub(super) fn time(survey: &Survey) -> Option<ChosenLine> {
+pub(super) fn time(survey: &Survey, families: &[Family]) -> Option<ChosenLine> {
     let [source] = &survey.sources[..] else {
         return None;
     };
@@ -37,15 +39,13 @@ pub(super) fn time(survey: &Survey) -> Option<ChosenLine> {
     let best =
         (candidates.iter()).max_by_key(|column| (column.figures.even, -(column.number as i64)));
     let Some(column) = best else {
-        return Some(date(survey).unwrap_or_else(|| {
-            ChosenLine::open(
-                "period_s",
-                "FILL IN the sampling period: the log has no column of rising times",
-            )
-        }));
+        return Some(date(survey).unwrap_or_else(|| without_time(survey, families)));
     };
     let name = name_of(survey, column);
     let unit = meaning(column).unit;
+    if unit.is_none() && column.time_unit.is_none() && column.figures.counts_rows() {
+        return Some(ambiguous(survey, families, &name));
+    }
     let said = unit.filter(|unit| UNITS.iter().any(|(known, _)| known == unit));
     let (unit, why) = match (column.time_unit, said) {
         (Some(_), _) => ("s", format!("The time {how}; the file defines its unit")),
@@ -62,6 +62,44 @@ pub(super) fn time(survey: &Survey) -> Option<ChosenLine> {
         }
     };
     Some(ChosenLine::new(&format!("time_{unit}"), name, why))
+}
+
+/// Returns the line of the period of a log without times.
+fn without_time(survey: &Survey, families: &[Family]) -> ChosenLine {
+    let counter = survey.counters.first().map_or_else(String::new, |name| {
+        format!("; \"{name}\" counts the rows and is no time")
+    });
+    match period(survey, families) {
+        Some((period, why)) => {
+            ChosenLine::new("period_s", number(period), format!("{why}{counter}"))
+        }
+        None => ChosenLine::open(
+            "period_s",
+            format!("FILL IN the sampling period: the log has no column of rising times{counter}"),
+        ),
+    }
+}
+
+/// Returns the line of a column that is called a time and rises by one in each row.
+fn ambiguous(survey: &Survey, families: &[Family], name: &str) -> ChosenLine {
+    match period(survey, families) {
+        Some((period, why)) if (period - 1e-3).abs() < 1e-9 => ChosenLine::new(
+            "time_ms",
+            name,
+            format!("The time by its name, in ms. {why}"),
+        ),
+        Some((period, why)) => {
+            let why = format!("{why}; {name} rises by one in each row, so it counts the rows");
+            ChosenLine::new("period_s", number(period), why)
+        }
+        None => ChosenLine::open(
+            "period_s",
+            format!(
+                "FILL IN the sampling period: {name} rises by one in each row, so it may count the rows; if it is a \
+                 time in ms, write time_ms = {name} in place of this line"
+            ),
+        ),
+    }
 }
 
 /// Returns the unit that gives a usual rate of samples.

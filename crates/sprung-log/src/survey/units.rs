@@ -267,15 +267,23 @@ pub(super) fn by_slope(
             && joint_figures.figures.iter().all(Figures::are_counts)
             && all(&geared, 1.0));
     if counts {
+        let found: Vec<CountsPerTurn> = slopes.iter().map(CountsPerTurn::of).collect();
         reading.conversion = joint_figures.units("counts", "m");
-        reading.conversion.counts = (slopes.iter())
-            .map(|slope| Some(rounded(slope.value.abs() * TAU)))
+        reading.conversion.counts = found.iter().map(|found| found.value).collect();
+        let words: Vec<String> = (joints.iter().zip(&found))
+            .map(|(&joint, found)| format!("{} {}", robot[joint].name, found.why))
             .collect();
-        reading.why = format!(
-            "Counts; counts per turn of the joint by the slope over the other position, so they contain the \
-             gear ratio: {}",
-            shown()
-        );
+        let words = words.join(", ");
+        if found.iter().any(|found| found.value.is_none()) {
+            reading.open = Some(format!(
+                "FILL IN the counts per turn: by the slope over the other position they are impossible. {words}"
+            ));
+        } else {
+            reading.why = format!(
+                "Counts; counts per turn of the joint by the slope over the other position, so they contain the \
+                 gear ratio: {words}"
+            );
+        }
     } else if let Some(unit) = named {
         reading.conversion = in_unit(&joint_figures, unit);
         reading.why = format!("In {unit} by their names");
@@ -322,6 +330,89 @@ pub(super) fn by_slope(
     }
     reading.conversion.signs = signs;
     Some(reading)
+}
+
+/// Counts per turn of usual encoders, after quadrature.
+const USUAL_ENCODERS: [f64; 21] = [
+    360.0,
+    400.0,
+    1000.0,
+    1024.0,
+    2000.0,
+    2048.0,
+    3600.0,
+    4000.0,
+    4096.0,
+    5000.0,
+    8000.0,
+    8192.0,
+    10_000.0,
+    16_384.0,
+    20_000.0,
+    32_768.0,
+    65_536.0,
+    131_072.0,
+    262_144.0,
+    524_288.0,
+    1_048_576.0,
+];
+
+/// Counts per turn of a joint, and the reason; without value if they are those of an encoder only with another unit of
+/// the other position.
+#[derive(Clone, Debug, PartialEq)]
+struct CountsPerTurn {
+    value: Option<f64>,
+    why: String,
+}
+
+impl CountsPerTurn {
+    fn of(slope: &Slope) -> Self {
+        let value = slope.value.abs() * TAU;
+        let error = SIGMAS * slope.error * TAU + BIAS * value;
+        if let Some((counts, product)) = encoder(value, error) {
+            return Self {
+                value: Some(counts),
+                why: format!("{product} = {counts}"),
+            };
+        }
+        let in_degrees = 360.0 / TAU;
+        for (factor, named, held) in [
+            (in_degrees, "deg", "rad"),
+            (in_degrees.recip(), "rad", "deg"),
+        ] {
+            if let Some((_, product)) = encoder(value / factor, error / factor) {
+                return Self {
+                    value: None,
+                    why: format!(
+                        "{:.7}, which is {:.3} times {product}: the name of the other position says {named}, and its \
+                         values are in {held}",
+                        Short(value),
+                        Short(factor)
+                    ),
+                };
+            }
+        }
+        Self {
+            value: Some(rounded(value)),
+            why: format!("{:.7}, of no usual encoder and gear", Short(value)),
+        }
+    }
+}
+
+/// Returns the only product of the counts of a usual encoder and a usual gear ratio in the interval of a number, and
+/// the product in words.
+fn encoder(value: f64, error: f64) -> Option<(f64, String)> {
+    // Of several products with one value the first is named.
+    let gears = [1.0, 100.0].into_iter().chain(USUAL_GEARS);
+    let products =
+        gears.flat_map(|gear| USUAL_ENCODERS.map(|encoder| (encoder * gear, encoder, gear)));
+    let mut within = products.filter(|(product, ..)| (value - product).abs() <= error);
+    let (product, encoder, gear) = within.next()?;
+    // The same product of another encoder is the same number.
+    let is_same = |(other, ..): (f64, f64, f64)| (other - product).abs() < 0.5;
+    within
+        .all(is_same)
+        .then(|| (product, format!("{encoder} × {gear}")))
 }
 
 /// Returns gear ratios by slopes.
@@ -394,6 +485,47 @@ pub(super) fn of_torques(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn counts_per_turn_are_those_of_an_encoder_and_a_gear_within_their_interval() {
+        let degree = 360.0 / TAU;
+        for (counts, error, value, said) in [
+            (819_150.0, 20.0, Some(819_200.0), "8192 × 100 = 819200"),
+            (16_384.5, 1.0, Some(16_384.0), "16384 × 1 = 16384"),
+            (
+                819_200.0 * degree,
+                10.0,
+                None,
+                "57.3 times 8192 × 100: the name of the other position says deg",
+            ),
+            (
+                819_200.0 / degree,
+                1.0,
+                None,
+                "0.0175 times 8192 × 100: the name of the other position says rad",
+            ),
+            (
+                777_777.0,
+                10.0,
+                Some(777_777.0),
+                "777777, of no usual encoder and gear",
+            ),
+            // The interval holds several products.
+            (819_200.0, 300_000.0, Some(819_200.0), "819200, of no usual"),
+        ] {
+            let slope = Slope {
+                value: -counts / TAU,
+                error: error / TAU,
+            };
+            let found = CountsPerTurn::of(&slope);
+            assert!(found.why.contains(said), "{found:?}");
+            let near = match (found.value, value) {
+                (Some(found), Some(value)) => (found - value).abs() < 0.5,
+                (found, value) => found == value,
+            };
+            assert!(near, "{found:?}");
+        }
+    }
 
     #[test]
     fn a_gear_ratio_is_the_only_usual_one_or_the_slope() {

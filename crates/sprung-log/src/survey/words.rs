@@ -18,6 +18,8 @@ pub(super) enum Sort {
     Deflection,
     Velocity,
     Torque,
+    /// Torque of a sensor between gear and link.
+    JointTorque,
     Current,
     Voltage,
     /// A quantity that identification does not use.
@@ -34,6 +36,10 @@ pub(super) struct Meaning {
     pub(super) link: u8,
     /// Whether it is commanded, computed or filtered, and not measured.
     pub(super) is_reference: bool,
+    /// Whether it is computed from other quantities and no command, such as an external torque.
+    pub(super) is_computed: bool,
+    /// Whether it is only called u, the input of a controlled system: a torque, a current or a voltage.
+    pub(super) is_input: bool,
     /// Its unit, if the name has one; with the word of the name.
     pub(super) unit: Option<&'static str>,
 }
@@ -176,6 +182,10 @@ const OTHER: &[&str] = &[
     "seq",
     "sequence",
     "idx",
+    "id",
+    "index",
+    "frame",
+    "iteration",
     "sample",
     "cycle",
     "pwm",
@@ -213,6 +223,9 @@ const REFERENCE: &[&str] = &[
     "reference",
     "references",
     "cmd",
+    "cmptd",
+    "cmpt",
+    "computed",
     "command",
     "commands",
     "commanded",
@@ -256,6 +269,10 @@ const REFERENCE: &[&str] = &[
     "期望",
     "参考",
     "给定",
+];
+/// Words of [`REFERENCE`] for quantities that are computed and that no motor follows.
+const COMPUTED: &[&str] = &[
+    "ext", "external", "contact", "grav", "gravity", "coriolis", "residual", "limit",
 ];
 const MOTOR: &[&str] = &[
     "motor",
@@ -437,10 +454,21 @@ impl Meaning {
             sort,
             motor: side(MOTOR, USUALLY_MOTOR),
             link: side(LINK, USUALLY_LINK),
-            is_reference: is(REFERENCE, &both),
+            is_reference: is(REFERENCE, &both) || both.iter().any(|word| begins_command(word)),
+            is_computed: is(COMPUTED, &both),
+            is_input: sort == Some(Sort::Voltage) && unit.is_none() && !is(&VOLTAGE[1..], &rest),
             unit: unit.filter(|unit| fits(unit, sort, torque)),
         }
     }
+}
+
+/// Beginnings of words for commands, which recorders shorten in many ways: `cmded`, `commandedPos`.
+const COMMANDS: [&str; 8] = [
+    "cmd", "comman", "desir", "refer", "setp", "targ", "demand", "interpol",
+];
+
+fn begins_command(word: &str) -> bool {
+    COMMANDS.iter().any(|begin| word.starts_with(begin))
 }
 
 /// Lists of words of all quantities and sides.
@@ -584,7 +612,8 @@ fn fits(unit: &&'static str, sort: Option<Sort>, torque: bool) -> bool {
         (Angle | Length, Some(Sort::Position | Sort::Deflection))
         | (Current, Some(Sort::Current))
         | (Voltage, Some(Sort::Voltage))
-        | (Time, Some(Sort::Time)) => true,
+        | (Time, Some(Sort::Time))
+        | (Torque | Force, Some(Sort::JointTorque)) => true,
         (Torque | Force, Some(Sort::Torque)) => torque,
         _ => false,
     }

@@ -83,6 +83,8 @@ fn key_in_unit(stem: &str, unit: &str) -> Option<&'static str> {
         ("motor_position", "m") => "motor_position_m",
         ("motor_torque", "N·m") => "motor_torque_nm",
         ("motor_torque", "N") => "motor_force_n",
+        ("joint_torque", "N·m") => "joint_torque_nm",
+        ("joint_torque", "N") => "joint_force_n",
         ("motor_current", "A") => "motor_current_a",
         ("drive_voltage", "V") => "drive_voltage_v",
         _ => return None,

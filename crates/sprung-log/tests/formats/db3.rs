@@ -51,7 +51,10 @@ fn messages_in_a_write_ahead_log_are_read() {
     let database_only = read(killed.clone()).unwrap();
     assert!(database_only[0].len() < truth()[0].len());
     std::fs::copy(open.join("run.db3-wal"), killed.join("run.db3-wal")).unwrap();
-    assert!(difference(&read(killed).unwrap(), &truth()) <= 1e-12);
+    let before = std::fs::read(killed.join("run.db3-wal")).unwrap();
+    assert!(difference(&read(killed.clone()).unwrap(), &truth()) <= 1e-12);
+    assert_eq!(names(&killed), ["run.db3", "run.db3-wal"]);
+    assert_eq!(std::fs::read(killed.join("run.db3-wal")).unwrap(), before);
 }
 
 #[test]

@@ -6,6 +6,7 @@ use sprung_core::spatial::BODY_NAMES;
 use super::fault::{Fault, fault};
 use super::laws::laws;
 use super::name::check_name;
+use crate::input_limits::JOINTS;
 use crate::known_words::nearest;
 use crate::numbers::Shown;
 use crate::robot::{Joint, Robot, Side};
@@ -272,6 +273,17 @@ fn zeros(robot: &Robot) -> Result<(), Fault> {
 
 /// Checks that exactly one key describes the kinematics.
 pub(crate) fn kinematics(robot: &Robot) -> Result<(), Fault> {
+    let rows =
+        [&robot.dh_modified, &robot.dh_classic].map(|rows| rows.as_ref().map_or(0, Vec::len));
+    let most = rows.into_iter().fold(robot.joint.len(), usize::max);
+    if most > JOINTS {
+        return Err(fault(
+            &["robot"],
+            format!(
+                "the file describes {most} joints, and sprung reads at most {JOINTS}; write blocks for those that moved in the log"
+            ),
+        ));
+    }
     let given: Vec<&str> = [
         ("kinematics", robot.kinematics.is_some()),
         ("urdf", robot.urdf.is_some()),

@@ -42,6 +42,8 @@ pub struct Chosen {
     pub grippers: Vec<(String, String)>,
     /// Sentences about columns that are not used.
     pub remarks: Vec<String>,
+    /// What the log shows about the time for which its torques act, as a sentence without its last full stop.
+    pub held: Option<String>,
 }
 
 /// Decisions about a joint.

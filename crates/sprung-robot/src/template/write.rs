@@ -6,6 +6,7 @@ use sprung_core::chain::JointKind::{Prismatic, Revolute};
 
 use super::decisions::{Chosen, ChosenJoint, ChosenLine};
 use super::{Joint, Kinematics, Start};
+use crate::foreign::escaped;
 use crate::quantities::{InTemplate, KEYS};
 
 /// Returns the text of an `experiment.toml` for a robot.
@@ -21,7 +22,8 @@ pub fn template(robot: &Start) -> String {
     text.push_str(IDENTIFY);
     text.push_str(VALIDATE);
     twin(&mut text, robot);
-    text
+    // Strings are escaped already; a comment of TOML has no control characters.
+    escaped(&text).into_owned()
 }
 
 const HEADER: &str = "\
@@ -162,7 +164,7 @@ fn joints(text: &mut String, robot: &Start) {
         );
         wrapped(text, &sentence);
     }
-    for sentence in robot.about_mimics() {
+    for sentence in robot.remarks() {
         wrapped(text, &sentence);
     }
     let blocks = robot.blocks();
@@ -314,10 +316,39 @@ fn chosen_log(text: &mut String, chosen: &Chosen) {
     for line in &chosen.lines {
         chosen_line(text, line);
     }
+    if chosen.line("torque").is_none() {
+        hold(text, chosen.held.as_deref());
+    }
     for remark in &chosen.remarks {
         text.push('\n');
         wrapped(text, remark);
     }
+}
+
+/// Writes the keys of the time for which a logged torque acts.
+///
+/// - `found`: what the log shows, as a sentence without its last full stop.
+fn hold(text: &mut String, found: Option<&str>) {
+    text.push('\n');
+    let sentence =
+        "If the controller held each logged torque for one of its periods, from its time stamp on";
+    wrapped(
+        text,
+        &found.map_or_else(
+            || sentence.to_owned(),
+            |found| format!("{sentence}. {found}"),
+        ),
+    );
+    line(
+        text,
+        "#torque = \"held\"",
+        "or \"mean\", over one period; absent: \"instantaneous\"",
+    );
+    line(
+        text,
+        "#controller_period_s = 0.001",
+        "that of the log if absent",
+    );
 }
 
 fn chosen_line(text: &mut String, chosen: &ChosenLine) {
@@ -402,6 +433,7 @@ fn log(text: &mut String, robot: &Start) {
     line(text, &format!("#sign = {{ phi1_{unit} = -1 }}"), "");
     let delay = format!("#delay_s = {{ q1_{unit} = 0.002 }}");
     line(text, &delay, "or \"estimate\"");
+    hold(text, None);
 }
 
 fn twin(text: &mut String, robot: &Start) {

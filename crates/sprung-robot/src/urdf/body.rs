@@ -59,6 +59,31 @@ pub(super) struct Body {
 }
 
 impl Body {
+    /// Returns whether a distribution of mass has this inertia: its second moments are positive semidefinite.
+    ///
+    /// - `rounded`: part of the sum of the moments that may be rounded.
+    pub(super) fn is_possible(&self, rounded: f64) -> bool {
+        let inertia = &self.inertia;
+        let half = 0.5 * (0..3).map(|i| inertia[i][i]).sum::<f64>();
+        let slack = 2.0 * rounded * half.abs();
+        let second = |i: usize, j: usize| {
+            if i == j {
+                half - inertia[i][j] + slack
+            } else {
+                -inertia[i][j]
+            }
+        };
+        let minor = |i: usize, j: usize| second(i, i) * second(j, j) - second(i, j).powi(2);
+        let determinant = second(0, 0) * minor(1, 2)
+            - second(0, 1) * (second(0, 1) * second(2, 2) - second(1, 2) * second(0, 2))
+            + second(0, 2) * (second(0, 1) * second(1, 2) - second(1, 1) * second(0, 2));
+        (0..3).all(|i| second(i, i) >= 0.0)
+            && [(0, 1), (0, 2), (1, 2)]
+                .iter()
+                .all(|&(i, j)| minor(i, j) >= 0.0)
+            && determinant >= 0.0
+    }
+
     /// Returns the ten inertial parameters about the origin of the frame that carries the body.
     ///
     /// - `link`: placement of the body's link in this frame.

@@ -16,11 +16,22 @@ pub enum UrdfError {
         /// The parser's message and the remedy.
         reason: String,
     },
+    /// The file is larger than any robot.
+    #[error(
+        "{file} has {found}, and sprung reads a URDF with at most {most}; give the URDF of one robot"
+    )]
+    TooLarge {
+        /// Name of the file.
+        file: String,
+        /// Size of the file, or its number of links.
+        found: String,
+        /// The limit.
+        most: String,
+    },
     /// The file does not describe a robot.
     #[error(
-        "line {line} of {file}: the file begins with <{found}>, a URDF begins with <robot>; give the \
-         robot's URDF, and expand a xacro file first: `{}`",
-        expand(file)
+        "line {line} of {file}: the file begins with <{found}>, a URDF begins with <robot>; {}",
+        of_root(found, file)
     )]
     Root {
         /// Name of the file.
@@ -319,6 +330,24 @@ pub enum UrdfError {
         /// Name of the joint that is carried.
         carried: String,
     },
+}
+
+/// Returns what makes a URDF of a file with another root.
+fn of_root(found: &str, file: &str) -> String {
+    match found {
+        "mujoco" => {
+            let stem = file.strip_suffix(".xml").unwrap_or(file);
+            format!(
+                "it is MJCF, the format of MuJoCo; convert it first: `pip install mjcf-urdf-simple-converter`, then \
+                 `python -m mjcf_urdf_simple_converter.mjcf_urdf_simple_converter {file} {stem}.urdf`"
+            )
+        }
+        "sdf" => "it is SDF, the format of Gazebo; give the URDF from which it was made".to_owned(),
+        _ => format!(
+            "give the robot's URDF, and expand a xacro file first: `{}`",
+            expand(file)
+        ),
+    }
 }
 
 /// Returns the command that expands a xacro file.

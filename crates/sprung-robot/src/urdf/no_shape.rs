@@ -6,7 +6,7 @@ use super::error::UrdfError;
 use crate::numbers::Shown;
 
 /// Largest number of bytes of a mesh: 1.3 million triangles.
-pub(crate) const LARGEST_MESH: u64 = 64 << 20;
+pub(crate) const LARGEST_MESH: u64 = crate::input_limits::MESH_BYTES as u64;
 
 /// Why the shape of a link is not known.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -9,6 +9,7 @@ use super::error::{UrdfError, near};
 use super::geometry::{geometries, placement};
 use super::robot::{Freedom, Joint, Limits, Link, Mobility, Urdf, UrdfJoint};
 use super::xml::{Element, Source};
+use crate::input_limits::{LINKS, URDF_BYTES, URDF_JOINTS, size};
 
 impl Urdf {
     /// Reads a robot description.
@@ -26,6 +27,13 @@ impl Urdf {
 }
 
 fn parse(file: &str, text: &str) -> Result<Urdf, UrdfError> {
+    if text.len() > URDF_BYTES {
+        return Err(UrdfError::TooLarge {
+            file: file.to_owned(),
+            found: format!("{} bytes", text.len()),
+            most: size(URDF_BYTES),
+        });
+    }
     let source = Source::new(file, text);
     let document = source.document()?;
     let robot = Element::root(&document, &source);
@@ -37,18 +45,29 @@ fn parse(file: &str, text: &str) -> Result<Urdf, UrdfError> {
         });
     }
     robot.refuse_xacro()?;
-    let links = read_links(&robot)?;
-    let joints = read_joints(&robot, &links)?;
+    let mut links = read_links(&robot)?;
+    links.extend(implicit_world(&robot, &links)?);
+    let joints = read_joints((&robot, &source), &links)?;
     let joints = parents_first(file, &links, joints)?;
     one_root(file, &links, &joints)?;
     let movable = movable(&joints, &links);
+    if movable.len() > URDF_JOINTS {
+        return Err(UrdfError::TooLarge {
+            file: robot.file(),
+            found: format!("{} movable joints", movable.len()),
+            most: format!("{URDF_JOINTS} movable joints"),
+        });
+    }
     if movable.is_empty() {
         return Err(UrdfError::NothingMoves {
             file: robot.file(),
             line: robot.line(),
         });
     }
+    let mut notes = source.notes();
+    notes.extend(about_bodies(&links, &joints));
     Ok(Urdf {
+        notes,
         file: robot.file(),
         name: robot.needed("name")?.to_owned(),
         links,
@@ -60,6 +79,14 @@ fn parse(file: &str, text: &str) -> Result<Urdf, UrdfError> {
 fn read_links(robot: &Element<'_, '_>) -> Result<Vec<Link>, UrdfError> {
     let mut lines = HashMap::new();
     let mut links = Vec::new();
+    let count = robot.children("link").count();
+    if count > LINKS {
+        return Err(UrdfError::TooLarge {
+            file: robot.file(),
+            found: format!("{count} links"),
+            most: format!("{LINKS} links"),
+        });
+    }
     for mut element in robot.children("link") {
         let (name, line) = (element.needed("name")?, element.line());
         new_name("link", name, &element, &mut lines)?;
@@ -136,7 +163,46 @@ fn body(link: &str, inertial: &Element<'_, '_>) -> Result<Body, UrdfError> {
     })
 }
 
-fn read_joints(robot: &Element<'_, '_>, links: &[Link]) -> Result<Vec<Joint>, UrdfError> {
+/// Returns the link `world`, which Drake adds to a file whose joints name it and that does not describe it.
+fn implicit_world(robot: &Element<'_, '_>, links: &[Link]) -> Result<Option<Link>, UrdfError> {
+    const WORLD: &str = "world";
+    if links.iter().any(|link| link.name == WORLD) {
+        return Ok(None);
+    }
+    for joint in robot.children("joint") {
+        if let Some(parent) = joint.child("parent")?
+            && parent.attribute("link")? == Some(WORLD)
+        {
+            return Ok(Some(Link {
+                name: WORLD.to_owned(),
+                line: parent.line(),
+                body: None,
+                geometry: Vec::new(),
+            }));
+        }
+    }
+    Ok(None)
+}
+
+/// Returns whether a joint carries the whole robot: no other joint moves its parent.
+fn carries_root(robot: &Element<'_, '_>, joint: &Element<'_, '_>) -> Result<bool, UrdfError> {
+    let link = |joint: &Element<'_, '_>, role| match joint.child(role)? {
+        Some(end) => Ok(end.attribute("link")?.map(str::to_owned)),
+        None => Ok(None),
+    };
+    let parent = link(joint, "parent")?;
+    for other in robot.children("joint") {
+        if link(&other, "child")? == parent {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+fn read_joints(
+    (robot, source): (&Element<'_, '_>, &Source<'_>),
+    links: &[Link],
+) -> Result<Vec<Joint>, UrdfError> {
     let indices: HashMap<&str, usize> = (links.iter().enumerate())
         .map(|(index, link)| (link.name.as_str(), index))
         .collect();
@@ -146,7 +212,15 @@ fn read_joints(robot: &Element<'_, '_>, links: &[Link]) -> Result<Vec<Joint>, Ur
         let name = element.needed("name")?;
         new_name("joint", name, &element, &mut lines)?;
         element.called = format!("joint \"{name}\"");
-        let mobility = mobility(name, &element)?;
+        let mobility = if element.needed("type")? == "floating" && carries_root(robot, &element)? {
+            source.note(format!(
+                "line {}: joint \"{name}\" lets the whole robot float; sprung fixes it, so record logs with the base at rest",
+                element.line()
+            ));
+            Mobility::Fixed
+        } else {
+            mobility(name, &element)?
+        };
         let end = |role, example| {
             let end = element.needed_child(role, example)?;
             let link = end.needed("link")?;
@@ -296,6 +370,46 @@ fn parents_first(file: &str, links: &[Link], joints: Vec<Joint>) -> Result<Vec<J
     Ok((order.into_iter())
         .filter_map(|index| joints[index].take())
         .collect())
+}
+
+/// Part of the sum of the moments of inertia by which rounding may contradict a body.
+const ROUNDED: f64 = 1e-3;
+
+/// A link is suspect that is this many times as heavy as each link that carries it, and heavier than this, kg.
+const HEAVIER: f64 = 5.0;
+const LIGHT_KG: f64 = 5.0;
+
+/// Returns sentences about bodies that cannot be, or hardly.
+///
+/// - `joints`: parents before children.
+fn about_bodies(links: &[Link], joints: &[Joint]) -> Vec<String> {
+    let mut notes = Vec::new();
+    for link in links {
+        if let Some(body) = &link.body
+            && !body.is_possible(ROUNDED)
+        {
+            notes.push(format!(
+                "line {}: no body has the inertia of link \"{}\" about its centre of mass: each moment of inertia is at \
+                 most the sum of the two others",
+                link.line, link.name
+            ));
+        }
+    }
+    // The heaviest link that carries each link.
+    let mut carriers = vec![0.0_f64; links.len()];
+    for joint in joints {
+        let mass = |link: usize| links[link].body.map_or(0.0, |body| body.mass);
+        let carrier = carriers[joint.parent].max(mass(joint.parent));
+        carriers[joint.child] = carrier;
+        let (link, mass) = (&links[joint.child], mass(joint.child));
+        if carrier > 0.0 && mass > HEAVIER * carrier && mass > LIGHT_KG {
+            notes.push(format!(
+                "line {}: link \"{}\" has {mass} kg, and the heaviest link that carries it {carrier} kg; is the mass right?",
+                link.line, link.name
+            ));
+        }
+    }
+    notes
 }
 
 /// Checks that only one link has no parent joint.

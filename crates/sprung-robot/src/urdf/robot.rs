@@ -12,6 +12,8 @@ use crate::limits::Limits as KnownLimits;
 /// The joints form one tree, names are unique, numbers are finite.
 #[derive(Clone, Debug)]
 pub struct Urdf {
+    /// Sentences about what the file says otherwise than a URDF should, without their last full stops.
+    pub(super) notes: Vec<String>,
     pub(super) file: String,
     pub(super) name: String,
     pub(super) links: Vec<Link>,
@@ -145,6 +147,12 @@ impl Urdf {
     #[must_use]
     pub fn movable(&self) -> &[UrdfJoint] {
         &self.movable
+    }
+
+    /// Returns sentences about what the file says otherwise than a URDF should, and about bodies that cannot be, without
+    /// their last full stops.
+    pub(crate) fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// Returns the joints that mimic another, each with the name of the joint that it follows.

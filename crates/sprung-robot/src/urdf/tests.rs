@@ -281,13 +281,15 @@ fn deep_and_long_files_are_read() {
         Err(UrdfError::NoLink { line: 1, .. })
     ));
     // A long chain, listed from its tip to its base.
-    let n = 5_000;
+    let n = 4_000;
     let chain: Vec<String> = (1..=n)
         .rev()
         .map(|child| {
             let parent = child - 1;
+            let moves = child == 1 || child % 20 == 0;
+            let kind = if moves { "continuous" } else { "fixed" };
             format!(
-                "<link name='l{child}'/><joint name='j{child}' type='continuous'>
+                "<link name='l{child}'/><joint name='j{child}' type='{kind}'>
                  <parent link='l{parent}'/><child link='l{child}'/></joint>"
             )
         })
@@ -296,7 +298,7 @@ fn deep_and_long_files_are_read() {
         "<robot name='r'><link name='l0'/>{}</robot>",
         chain.concat()
     ));
-    assert_eq!(long.movable().len(), n);
+    assert_eq!(long.movable().len(), 1 + n / 20);
     let last = format!("j{n}");
     let tree = long.tree(&["j1", &last]).unwrap();
     assert_eq!(tree[1].joint.parent, Some(0));

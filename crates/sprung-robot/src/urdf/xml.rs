@@ -1,5 +1,7 @@
 //! Elements, attributes and numbers of the XML, with their lines for messages.
 
+use std::cell::RefCell;
+
 use roxmltree::{Document, Error, Node};
 
 use super::error::UrdfError;
@@ -14,12 +16,29 @@ pub(super) struct Source<'a> {
     text: &'a str,
     /// Ends of the lines, bytes.
     ends: Vec<usize>,
+    /// Sentences about what the file says otherwise than a URDF should, without their last full stops.
+    notes: RefCell<Vec<String>>,
 }
 
 impl<'a> Source<'a> {
     pub(super) fn new(file: &'a str, text: &'a str) -> Self {
         let ends = text.match_indices('\n').map(|(at, _)| at).collect();
-        Self { file, text, ends }
+        Self {
+            file,
+            text,
+            ends,
+            notes: RefCell::default(),
+        }
+    }
+
+    /// Adds a sentence about what was read otherwise than it is written.
+    pub(super) fn note(&self, note: String) {
+        self.notes.borrow_mut().push(note);
+    }
+
+    /// Returns these sentences.
+    pub(super) fn notes(&self) -> Vec<String> {
+        self.notes.take()
     }
 
     /// Returns the line of a byte, from 1.
@@ -127,6 +146,15 @@ impl<'a, 'input> Element<'a, 'input> {
         });
         match found.next() {
             None => Ok(first),
+            // All readers of URDF take the first.
+            Some(second) if tag == "origin" => {
+                let (line, owner) = (second.line(), &self.called);
+                let note = format!(
+                    "line {line}: this is the second <origin> of {owner}; sprung takes the first"
+                );
+                self.source.note(note);
+                Ok(first)
+            }
             Some(second) => Err(UrdfError::Repeated {
                 file: self.file(),
                 line: second.line(),

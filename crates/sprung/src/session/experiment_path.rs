@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::bag::of_bag;
 use super::error::SessionError;
+use super::files::open_file;
 use sprung_log::format_of;
 
 /// Name of the experiment file in its folder.
@@ -97,7 +98,7 @@ fn in_folder(folder: &Path) -> Result<PathBuf, SessionError> {
 
 fn start_of(file: &Path) -> std::io::Result<Vec<u8>> {
     let mut start = Vec::new();
-    std::fs::File::open(file)?
+    open_file(file)?
         .take(PEEKED_BYTES)
         .read_to_end(&mut start)?;
     Ok(start)

@@ -1,12 +1,13 @@
 //! Access to the files of an experiment.
 
-use std::fs::File;
+use std::fs::{File, FileType};
 use std::io::{Error as IoError, ErrorKind, Read, Result as IoResult};
 use std::path::Path;
 
 use super::bag::of_bag;
 use super::error::SessionError;
 use super::switch::finish;
+use sprung_base::limits::{check_json, read_text_bytes};
 use sprung_log::{Input, LogFile};
 use sprung_robot::NamedFiles;
 
@@ -28,9 +29,7 @@ pub trait Files: Send + Sync {
     ///
     /// The error of reading the file.
     fn text(&self, path: &Path) -> IoResult<String> {
-        let mut bytes = Vec::new();
-        self.open(path)?.read_to_end(&mut bytes)?;
-        text_of(bytes)
+        text_of(read_text_bytes(self.open(path)?)?)
     }
 
     /// Prepares a folder before its results are read: completes the renames of a run that was
@@ -58,18 +57,54 @@ impl Files for Disk {
     fn open(&self, path: &Path) -> IoResult<Box<dyn Input>> {
         if path.is_dir() {
             let path = of_bag(path)?;
-            return Ok(Box::new(LogFile::new(File::open(&path)?, &path)));
+            return Ok(Box::new(LogFile::new(open_file(&path)?, &path)));
         }
-        Ok(Box::new(LogFile::new(File::open(path)?, path)))
+        Ok(Box::new(LogFile::new(open_file(path)?, path)))
     }
 
     fn text(&self, path: &Path) -> IoResult<String> {
-        text_of(std::fs::read(path)?)
+        text_of(read_text_bytes(open_file(path)?)?)
     }
 
     fn settle(&self, folder: &Path) -> Result<(), SessionError> {
         finish(folder)
     }
+}
+
+/// Opens a file. A pipe would wait for its writer, and a device or a pipe cannot be read a second time.
+///
+/// # Errors
+///
+/// The error of opening the file, or its kind if it is a pipe, a socket or a device.
+pub(super) fn open_file(path: &Path) -> IoResult<File> {
+    let kind = std::fs::metadata(path)?.file_type();
+    if kind.is_file() || kind.is_dir() {
+        return File::open(path);
+    }
+    let kind = special(kind);
+    Err(IoError::new(
+        ErrorKind::InvalidInput,
+        format!(
+            "it is {kind}, and sprung reads files only; write its contents to a file and give that"
+        ),
+    ))
+}
+
+#[cfg(unix)]
+fn special(kind: FileType) -> &'static str {
+    use std::os::unix::fs::FileTypeExt;
+    if kind.is_fifo() {
+        "a pipe"
+    } else if kind.is_socket() {
+        "a socket"
+    } else {
+        "a device"
+    }
+}
+
+#[cfg(not(unix))]
+fn special(_: FileType) -> &'static str {
+    "a device"
 }
 
 /// The files that an experiment names, by their paths relative to a folder.
@@ -94,7 +129,13 @@ impl NamedFiles for InFolder<'_> {
 ///
 /// [`SessionError::Unreadable`] with the name of the file.
 pub(super) fn read_text(files: &dyn Files, path: &Path) -> Result<String, SessionError> {
-    files.text(path).map_err(|source| SessionError::Unreadable {
+    let text = files.text(path).and_then(|text| {
+        if path.extension().is_some_and(|end| end == "json") {
+            check_json(&text).map_err(|why| IoError::new(ErrorKind::FileTooLarge, why))?;
+        }
+        Ok(text)
+    });
+    text.map_err(|source| SessionError::Unreadable {
         file: path.display().to_string(),
         source,
     })

@@ -36,7 +36,7 @@ pub struct NewExperiment {
     pub joints: Vec<String>,
     /// Number of the robot's joints that are not in the log.
     pub left_out: usize,
-    /// Sentences about joints of grippers and joints that follow others, without their last full stops.
+    /// Sentences about the file of the robot, joints of grippers and joints that follow others, without their last full stops.
     pub about_joints: Vec<String>,
     /// Choices by names of columns that the equations of the robot or the clock of the log contradict, each with the
     /// corrected lines.
@@ -49,7 +49,10 @@ impl NewExperiment {
     /// Returns the experiment of a robot without a log.
     #[must_use]
     pub fn without_log(start: &Start) -> Self {
-        Self::of(start)
+        Self {
+            about_joints: start.remarks(),
+            ..Self::of(start)
+        }
     }
 
     fn of(start: &Start) -> Self {
@@ -115,7 +118,7 @@ impl NewExperiment {
             let line = ChosenLine::open("motor_torque_side", why);
             chosen.lines.push(line);
         }
-        let mut about = start.with(chosen.clone()).about_mimics();
+        let mut about = start.with(chosen.clone()).remarks();
         let grippers = (chosen.grippers.iter())
             .map(|(joint, why)| format!("{joint} is left out as a joint of a gripper, {why}"));
         about.splice(0..0, grippers);

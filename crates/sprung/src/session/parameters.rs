@@ -7,6 +7,7 @@ use super::earlier_formats::identification_from;
 use super::error::SessionError;
 use super::files::{Disk, Files, read_text};
 use super::load::Session;
+use sprung_base::limits::{EXPERIMENT_BYTES, size};
 use sprung_method::estimate::{IDENTIFICATION_FORMAT, Identification, with_rigid_joints};
 use sprung_method::unknowns::with_added_laws;
 use sprung_method::validate::ParameterSet;
@@ -48,6 +49,13 @@ impl Parameters {
             .is_some_and(|extension| extension == "json")
         {
             return of_json(&text).map_err(wrong);
+        }
+        if text.len() > EXPERIMENT_BYTES {
+            let most = size(EXPERIMENT_BYTES);
+            return Err(wrong(format!(
+                "it has {} bytes, and {most} are the most",
+                text.len()
+            )));
         }
         let values: BTreeMap<String, f64> =
             toml::from_str(&text).map_err(|error| wrong(error.message().to_owned()))?;

@@ -6,7 +6,9 @@ use serde_json::Value;
 
 use super::earlier_formats::identification_from;
 use super::error::SessionError;
+use super::files::open_file;
 use super::switch::finish;
+use sprung_base::limits::{check_json, read_text_bytes};
 use sprung_method::estimate::{IDENTIFICATION_FORMAT, Identification};
 use sprung_method::validate::Validation;
 use sprung_robot::{Feature, Task, refuse};
@@ -118,13 +120,15 @@ fn read_json(path: &Path) -> Result<Value, SessionError> {
     if let Some(folder) = path.parent() {
         finish(folder)?;
     }
-    let bytes = std::fs::read(path).map_err(|source| SessionError::Unreadable {
+    let bytes = open_file(path).and_then(read_text_bytes);
+    let bytes = bytes.map_err(|source| SessionError::Unreadable {
         file: path.display().to_string(),
         source,
     })?;
     let Ok(text) = String::from_utf8(bytes) else {
         return Err(wrong(path, "it is not text; give an identification.json"));
     };
+    check_json(&text).map_err(|why| wrong(path, &why))?;
     serde_json::from_str(&text).map_err(|error| wrong(path, &looks_like_text(path, &text, &error)))
 }
 

@@ -11,7 +11,9 @@ use std::path::{Path, PathBuf};
 use files::{Files, LIBRARY};
 
 /// Modules of `sprung` in order. A module uses only modules before it.
-const ORDER: [&str; 29] = [
+const ORDER: [&str; 31] = [
+    "limits",
+    "foreign",
     "finding",
     "curves",
     "ellipsoid",
