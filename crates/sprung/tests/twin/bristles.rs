@@ -47,7 +47,7 @@ const STEPS: usize = 50;
 enum Sliding {
     /// It jumps at once.
     Jump,
-    /// A bristle of this width, rad, bends first (LuGre).
+    /// A bristle of this width, rad, bends first (`LuGre`).
     Bristle(f64),
 }
 
