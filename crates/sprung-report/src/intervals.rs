@@ -105,7 +105,8 @@ pub(super) fn relative(
     let result = identification.results.first()?;
     let joints = Joints::of(identification);
     let half = relative_scale(result);
-    let folded = result.parameters.len() > MOST_OPEN;
+    let shown = result.shown_parameters();
+    let folded = shown.len() > MOST_OPEN;
     let row = |parameter: &ParameterEstimate| IntervalRow {
         group: if folded {
             band(parameter).to_owned()
@@ -133,7 +134,7 @@ pub(super) fn relative(
             Tone::Neutral
         },
     };
-    let mut sorted = joints.sorted(&result.parameters, |parameter| &parameter.name);
+    let mut sorted = joints.sorted(&shown, |parameter| &parameter.name);
     if folded {
         let width =
             |estimate: &ParameterEstimate| relative_width(estimate).unwrap_or(f64::INFINITY);

@@ -104,7 +104,8 @@ pub(super) fn parameters(
             tone: tone(result, &parameter.name),
         }
     };
-    let of_joint = (result.parameters.iter())
+    let shown = result.shown_parameters();
+    let of_joint = (shown.iter())
         .filter(|parameter| joint.is_none_or(|joint| joints.group(&parameter.name) == joint));
     let sorted = joints.sorted(of_joint, |parameter| &parameter.name);
     let mut headings: Vec<(usize, String)> = Vec::new();
@@ -139,7 +140,9 @@ pub(super) fn estimators(
     truth: Option<&BTreeMap<String, f64>>,
 ) -> Option<Table> {
     let results = &identification.results;
-    let first = results.first().filter(|_| results.len() > 1)?;
+    if results.len() < 2 {
+        return None;
+    }
     let mut columns = vec![text("Parameter"), text("Unit")];
     for result in results {
         columns.push(number(format!("{} ± s.e.", result.estimator)));
@@ -149,14 +152,16 @@ pub(super) fn estimators(
             "from nominal %"
         }));
     }
+    let shown: Vec<Vec<ParameterEstimate>> =
+        results.iter().map(EstimateResult::shown_parameters).collect();
     let row = |parameter: &ParameterEstimate| {
         let mut cells = vec![symbol_and_name(parameter), parameter.unit.clone()];
         let known = match truth {
             Some(truth) => truth.get(&parameter.name).copied(),
             None => parameter.nominal,
         };
-        for result in results {
-            let estimate = result.parameter(&parameter.name);
+        for parameters in &shown {
+            let estimate = parameters.iter().find(|one| one.name == parameter.name);
             cells.push(estimate.map_or_else(|| "–".to_owned(), with_error));
             let value = estimate.and_then(|estimate| estimate.value);
             cells.push(deviation(value, known));
@@ -169,7 +174,7 @@ pub(super) fn estimators(
     Some(Table {
         caption: "Values of all estimators.".to_owned(),
         columns,
-        rows: first.parameters.iter().map(row).collect(),
+        rows: shown.first()?.iter().map(row).collect(),
         ..Table::default()
     })
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use sprung::check::UnknownResult;
-use sprung::estimate::{EstimateResult, Identification};
+use sprung::estimate::{EstimateResult, Identification, ParameterEstimate};
 use sprung::model::short;
 use sprung::report::{ShownUnknown, significant};
 use sprung::validate::JointProof;
@@ -40,8 +40,7 @@ pub(super) fn parameter_table(
         );
     }
     let mut table = Grid::new(header, 2).divided(3, 3).without(&optional);
-    let of = |result: &EstimateResult, i: usize, reference: Option<f64>| {
-        let estimate = &result.parameters[i];
+    let of = |estimate: &ParameterEstimate, reference: Option<f64>| {
         let share = estimate.value.zip(reference).filter(|(_, r)| *r != 0.0);
         let share = share.map_or_else(
             || "-".to_owned(),
@@ -60,11 +59,10 @@ pub(super) fn parameter_table(
         };
         [value, error, share]
     };
-    for (i, parameter) in (identification.results.first())
-        .map(|result| result.parameters.iter().enumerate())
-        .into_iter()
-        .flatten()
-    {
+    let shown: Vec<Vec<ParameterEstimate>> = (identification.results.iter())
+        .map(EstimateResult::shown_parameters)
+        .collect();
+    for (i, parameter) in shown.first().into_iter().flatten().enumerate() {
         let reference = match truth {
             Some(truth) => truth.get(&parameter.name).copied(),
             None => parameter.nominal,
@@ -74,8 +72,8 @@ pub(super) fn parameter_table(
             parameter.unit.clone(),
             dash(reference, 5),
         ];
-        for result in &identification.results {
-            row.extend(of(result, i, reference));
+        for parameters in &shown {
+            row.extend(of(&parameters[i], reference));
         }
         table.add_row(row);
     }

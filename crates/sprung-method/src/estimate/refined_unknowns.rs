@@ -86,16 +86,9 @@ pub(in crate::estimate) fn with_curves(
             continue;
         };
         let side = law.of.trim_end_matches("friction");
-        let prefix = format!("{}.{side}{}_", unknown.place, law.law);
-        let of_curve = |name: &str| name.starts_with(&prefix);
-        let values = (result.parameters.iter()).filter(|parameter| of_curve(&parameter.name));
-        let value: f64 = values.filter_map(|parameter| parameter.value).sum();
-        let variance = result
-            .covariance
-            .as_ref()
-            .map_or(0.0, |covariance| covariance.of_sum(|name| of_curve(name)));
-        if variance > 0.0 {
-            (unknown.value, unknown.standard_error) = (value, variance.sqrt());
+        let curve = format!("{}.{side}{}", unknown.place, law.law);
+        if let Some(sum) = result.sum_of_curve(&curve) {
+            (unknown.value, unknown.standard_error) = sum;
         }
     }
     unknowns

@@ -131,6 +131,15 @@ fn a_flexible_joint_with_bristles_gets_presliding_friction_and_its_true_rotor() 
     let rotor = error(&found, "hip.rotor_inertia", ROTOR);
     let stiffness = error(&found, "hip.stiffness", STIFFNESS);
     assert!(rotor.abs() < 0.02, "{rotor}");
+    // Tables show the six elements in one row, with their sum.
+    let shown = found.results[0].shown_parameters();
+    let rows = shown.iter().filter(|one| one.name.contains("presliding"));
+    let [row] = rows.collect::<Vec<_>>()[..] else {
+        panic!("one row of presliding friction")
+    };
+    let coulomb = shown.iter().find(|one| one.name == "hip.motor_coulomb");
+    let sliding = row.value.unwrap() + coulomb.and_then(|one| one.value).unwrap();
+    assert!((sliding / COULOMB - 1.0).abs() < 0.05, "{sliding}");
     assert!(stiffness.abs() < 0.005, "{stiffness}");
 }
 

@@ -7,6 +7,7 @@ mod payload;
 mod physical;
 mod promise;
 mod refinement;
+mod shown;
 mod springs;
 mod verdict;
 
