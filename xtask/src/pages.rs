@@ -33,6 +33,7 @@ const OTHER_WORDS: [&str; 23] = [
     "stiff-joints",
     "two-stage",
     "worst-error",
+    "unix-none",
 ];
 
 /// Returns a page without its fenced blocks and without code in backquotes in link targets.

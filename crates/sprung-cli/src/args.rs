@@ -309,7 +309,8 @@ pub(crate) struct Excite {
     /// new one.
     #[arg(long, value_name = "FILE", conflicts_with = "method")]
     pub(crate) reference: Option<PathBuf>,
-    /// Values of the robot: identification.json, or a TOML file with values by name [default: the nominal values].
+    /// Values of the robot: identification.json, or a TOML file with values by name [default: identification.json in the
+    /// results folder, else the nominal values].
     #[arg(long, value_name = "FILE")]
     pub(crate) parameters: Option<PathBuf>,
     /// A first small motion for an unknown robot: a part of all limits, usual values for drives that the file does not

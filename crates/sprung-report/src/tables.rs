@@ -152,8 +152,10 @@ pub(super) fn estimators(
             "from nominal %"
         }));
     }
-    let shown: Vec<Vec<ParameterEstimate>> =
-        results.iter().map(EstimateResult::shown_parameters).collect();
+    let shown: Vec<Vec<ParameterEstimate>> = results
+        .iter()
+        .map(EstimateResult::shown_parameters)
+        .collect();
     let row = |parameter: &ParameterEstimate| {
         let mut cells = vec![symbol_and_name(parameter), parameter.unit.clone()];
         let known = match truth {

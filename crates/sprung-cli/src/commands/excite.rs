@@ -4,20 +4,24 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use sprung::estimate::Verdict;
 use sprung::excite::{Excitation, Excited};
 use sprung::model::short;
 use sprung::report::{compose_excitation, significant};
-use sprung::session::{ExciteMethod, ExciteRequest, Parameters, Session, excitation_files};
+use sprung::session::{
+    ExciteMethod, ExciteRequest, Parameters, Session, excitation_files, find_identification,
+};
 
 use crate::args::{Excite, Method};
 use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};
 use crate::output::{Folder, results_folder};
-use crate::results::{REPORT_FILE, write_html, write_json};
+use crate::results::{write_html, write_json};
 use crate::terminal::{Grid, Terminal, complain, dash};
 
 /// Files that a design writes.
 const EXCITATION_FILE: &str = "excitation.json";
+const REPORT_FILE: &str = "excitation.html";
 const FILES: [&str; 7] = [
     EXCITATION_FILE,
     "trajectory.csv",
@@ -35,9 +39,7 @@ pub(crate) fn run(args: &Excite) -> Result<ExitCode, Failure> {
     let common = &args.common;
     let terminal = Terminal::new(common.voice, common.json);
     let session = Session::open(&args.experiment, &common.overrides)?;
-    let parameters = (args.parameters.as_deref())
-        .map(Parameters::open)
-        .transpose()?;
+    let parameters = values(terminal, args, &session)?;
     let request = ExciteRequest {
         method: match args.method {
             Method::Optimal => ExciteMethod::Optimal,
@@ -82,6 +84,40 @@ pub(crate) fn run(args: &Excite) -> Result<ExitCode, Failure> {
     say(terminal, &excited, is_stopped());
     terminal.say(format!("\nreport: {}", report.display()));
     Ok(ExitCode::Done)
+}
+
+/// Returns the values of the robot: those of the flag, or of the identification in the results folder. A first motion takes the
+/// nominal values.
+fn values(
+    terminal: Terminal,
+    args: &Excite,
+    session: &Session,
+) -> Result<Option<Parameters>, Failure> {
+    if let Some(file) = &args.parameters {
+        return Ok(Some(Parameters::open(file)?));
+    }
+    let (chosen, usual) = (
+        results_folder(session, &args.common),
+        session.results_folder(),
+    );
+    let file = find_identification(&chosen, &usual).ok();
+    let Some(file) = file.filter(|_| !args.warm_up) else {
+        return Ok(None);
+    };
+    let found = Parameters::open(&file)?;
+    let result = (found.identification.as_ref()).and_then(|found| found.results.first());
+    let is_unusable = result.is_some_and(|result| result.verdict == Verdict::Unusable);
+    let shown = file.display();
+    if is_unusable {
+        terminal.say(format!(
+            "the nominal values are used, because the verdict on {shown} is unusable"
+        ));
+        return Ok(None);
+    }
+    terminal.say(format!(
+        "the values of {shown} are used; --parameters chooses others"
+    ));
+    Ok(Some(found))
 }
 
 /// Returns the path of a flag's file, which does not depend on the experiment's folder.

@@ -137,14 +137,14 @@ fn every_limit_is_kept_and_some_are_used() {
     let json = designed(&case, &[&TORQUES[..], &SHORT].concat(), &[]);
     assert_eq!(json["is_certified"], true);
     let limits = json["limits"].as_array().unwrap();
-    assert_eq!(limits.len(), 4);
+    assert_eq!(limits.len(), 6);
     let used = |limit: &Value| limit["used_percent"].as_f64().unwrap();
     assert!(
         limits.iter().all(|limit| used(limit) <= 100.0),
         "{limits:?}"
     );
     assert!(used(&limits[0]) > 60.0, "{limits:?}");
-    let report = fs::read_to_string(case.path("design").join("report.html")).unwrap();
+    let report = fs::read_to_string(case.path("design").join("excitation.html")).unwrap();
     assert!(report.contains("Designed experiment"));
 }
 
@@ -252,7 +252,7 @@ fn a_slow_motion_for_friction_is_designed_beside_the_motion() {
     let slow = case.path("design").join("slow.csv");
     let columns = columns(&fs::read_to_string(&slow).unwrap());
     assert_eq!(columns[0].last(), Some(&8.0));
-    let report = fs::read_to_string(case.path("design").join("report.html")).unwrap();
+    let report = fs::read_to_string(case.path("design").join("excitation.html")).unwrap();
     assert!(report.contains("The slow motion"));
     // A design without it removes the file of an earlier design.
     designed(&case, &[&TORQUES[..], &SHORT].concat(), &[]);
@@ -423,6 +423,9 @@ fn a_first_motion_of_an_unknown_robot_needs_masses_and_limits_only() {
 fn faulty_limits_and_values_are_named() {
     let mut messages = messages("faulty_limits_and_values_are_named");
     let case = Case::new();
+    let text = fs::read_to_string(case.path("experiment.toml")).unwrap();
+    let without: Vec<&str> = (text.lines().filter(|line| !line.starts_with("limits"))).collect();
+    fs::write(case.path("experiment.toml"), without.join("\n")).unwrap();
     let pd = "controller.kd_nms_per_rad=[-50.0, 0.01]";
     let far = [
         "robot.joint.0.limits={torque_nm=4.8, deflection_rad=0.17, position_rad=[-0.5, 0.5]}",
@@ -484,4 +487,26 @@ fn a_limit_that_leaves_no_room_is_refused_with_one_that_does() {
         assert!(output.status.success(), "{}", stderr(&output));
     }
     messages.compare();
+}
+
+#[test]
+fn a_design_takes_the_identified_values_of_its_folder() {
+    let case = Case::new();
+    let experiment = case.path("experiment.toml");
+    let file = experiment.to_str().unwrap();
+    let excite = |more: &[&str]| {
+        let random = ["excite", file, "--method", "random"];
+        let set = SHORT.map(|setting| ["--set", setting]).concat();
+        stdout(&sprung(&[&random, &set[..], more].concat()))
+    };
+    assert!(!excite(&[]).contains("identification.json"));
+    let set = "identify.estimator=least-squares";
+    assert!(sprung(&["identify", file, "--set", set]).status.success());
+    let report = case.path("sprung-out").join("report.html");
+    let before = fs::read_to_string(&report).unwrap();
+    assert!(excite(&[]).contains("identification.json are used"));
+    // The report of the identification stays.
+    assert_eq!(fs::read_to_string(&report).unwrap(), before);
+    let first = excite(&["--warm-up"]);
+    assert!(!first.contains("identification.json"), "{first}");
 }

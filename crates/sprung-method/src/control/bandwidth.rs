@@ -305,9 +305,13 @@ impl Search<'_, '_> {
         });
         let worst = broken.min_by(|a, b| a.0.total_cmp(&b.0));
         worst.map_or(pose.clone(), |(_, margin, least, what, unit, joint)| {
-            format!(
-                "{pose} the loop of {joint} keeps a {what} margin of {margin:.1}{unit}, less than {least}{unit}{resonance}"
-            )
+            // A search ends at the limit, so the margin often has the digits of the limit.
+            let margin = if (10.0 * (least - margin)).round() < 1.0 {
+                format!("just below {least}{unit}")
+            } else {
+                format!("of {margin:.1}{unit}, less than {least}{unit}")
+            };
+            format!("{pose} the loop of {joint} keeps a {what} margin {margin}{resonance}")
         })
     }
 }

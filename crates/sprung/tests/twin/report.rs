@@ -51,7 +51,7 @@ fn every_row_has_a_cell_for_every_heading() {
         }
     }
     // That of the joints, one for each of the two joints, and two of the refinement: delays and offsets.
-    assert_eq!(tables, 12 + 1 + 2);
+    assert_eq!(tables, 11 + 1 + 2);
 }
 
 #[test]

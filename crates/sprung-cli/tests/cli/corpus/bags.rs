@@ -222,7 +222,7 @@ fn chunks() -> Vec<Faulty> {
         states(
             "a chunk of which most is missing",
             file_of(&[&[6][..], &900_000_000_u64.to_le_bytes(), &[0; 64]].concat()),
-            &["ends in the middle of a record"],
+            &["exceeds limit"],
         ),
         states(
             "a chunk in a chunk",

@@ -44,9 +44,8 @@ impl EstimateResult {
             name: curve.to_owned(),
             value: sum.map(|(sum, _)| sum),
             standard_error: sum.map(|(_, error)| error),
-            ci95: sum.map(|(sum, error)| {
-                [(sum - NORMAL_95 * error).max(0.0), sum + NORMAL_95 * error]
-            }),
+            ci95: sum
+                .map(|(sum, error)| [(sum - NORMAL_95 * error).max(0.0), sum + NORMAL_95 * error]),
             error_parts: None,
             one_sided: false,
             unconstrained: None,
