@@ -9,7 +9,7 @@ use crate::numbers::library;
 use crate::root;
 
 /// Words in the library with the form of a code that are no codes.
-const OTHER_WORDS: [&str; 23] = [
+const OTHER_WORDS: [&str; 24] = [
     "as-stamped",
     "at-a-glance",
     "condition-number",

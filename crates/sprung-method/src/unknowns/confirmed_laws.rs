@@ -134,7 +134,8 @@ pub(super) fn with_confirmed_laws(mut found: Vec<Found>, prepared: &Prepared) ->
     found
 }
 
-/// Returns presliding friction of the motors that the log shows, judged for all motors together beside what is applied.
+/// Returns presliding friction of the motors that the log shows, judged beside what is applied: for all motors of a rigid robot
+/// together, for each joint of a flexible one.
 pub(super) fn presliding(prepared: &Prepared) -> Vec<Found> {
     let experiment = prepared.experiment();
     let settings = prepared.reading().settings();
@@ -142,11 +143,6 @@ pub(super) fn presliding(prepared: &Prepared) -> Vec<Found> {
     if settings.weights == Weights::None {
         return Vec::new();
     }
-    let least = if experiment.robot.has_springs() {
-        LEAST_FALL_OF_FLEXIBLE
-    } else {
-        LEAST_FALL_BY_PRESLIDING
-    };
     let speeds = rms_speeds(prepared.reading(), prepared.excerpt());
     let family = FrictionLaw(Family::Presliding);
     let may_have = |joint: usize| {
@@ -178,21 +174,12 @@ pub(super) fn presliding(prepared: &Prepared) -> Vec<Found> {
     let of_joints: Vec<[Vec<f64>; 2]> = (candidates.iter())
         .map(|(joint, _)| [without.left(*joint), with.left(*joint)])
         .collect();
-    // Logarithms of the error with the law over that without (root mean squares), mean over the joints.
-    let mean = |of: &dyn Fn(&[Vec<f64>; 2]) -> f64| -> f64 {
-        let logs = of_joints.iter().map(|both| of(both).ln());
-        logs.sum::<f64>() / of_joints.len() as f64
+    let is_shown: Vec<bool> = if experiment.robot.has_springs() {
+        let each = of_joints.iter().map(std::slice::from_ref);
+        each.map(|one| falls(one, LEAST_FALL_OF_FLEXIBLE)).collect()
+    } else {
+        vec![falls(&of_joints, LEAST_FALL_BY_PRESLIDING); of_joints.len()]
     };
-    let fall = -mean(&|both| ratio_of(both, 0..PARTS));
-    let falls: Vec<f64> = (0..PARTS)
-        .map(|part| -mean(&|both| ratio_of(both, part..part + 1)))
-        .collect();
-    let (of_parts, error) = mean_and_error(&falls);
-    // The jackknife error is that of values without each part; of the parts themselves it is smaller.
-    let error = error / (PARTS as f64 - 1.0);
-    if fall < least || of_parts < LEAST_SIGNIFICANCE * error {
-        return Vec::new();
-    }
     let of_joint = |(at, (joint, _)): (usize, &(usize, AddedLaw))| {
         let (joint, fall) = (*joint, 1.0 - ratio_of(&of_joints[at], 0..PARTS));
         let kinds = Family::Presliding.laws().iter();
@@ -224,8 +211,25 @@ pub(super) fn presliding(prepared: &Prepared) -> Vec<Found> {
         })
     };
     (candidates.iter().enumerate())
+        .filter(|(at, _)| is_shown[*at])
         .filter_map(of_joint)
         .collect()
+}
+
+/// Returns whether the errors of joints fall by a law: the mean logarithm over the joints by a least fall, and by two standard errors
+/// over the parts.
+///
+/// - `joints`: errors of each joint without and with the law, in each part.
+fn falls(joints: &[[Vec<f64>; 2]], least: f64) -> bool {
+    let mean = |parts: Range<usize>| -> f64 {
+        let logs = joints.iter().map(|both| ratio_of(both, parts.clone()).ln());
+        -logs.sum::<f64>() / joints.len() as f64
+    };
+    let of_parts: Vec<f64> = (0..PARTS).map(|part| mean(part..part + 1)).collect();
+    let (of_part, error) = mean_and_error(&of_parts);
+    // The jackknife error is that of values without each part; of the parts themselves it is smaller.
+    let error = error / (PARTS as f64 - 1.0);
+    mean(0..PARTS) >= least && of_part >= LEAST_SIGNIFICANCE * error
 }
 
 /// Returns the error with a law over that without (root mean squares) in some parts.
