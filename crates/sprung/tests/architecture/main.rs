@@ -51,9 +51,9 @@ const LEAVES: [&str; 1] = ["demo"];
 /// Folders and files of `estimate` in order. Each uses only those before it.
 const ESTIMATE: [&str; 15] = [
     "errors",
+    "statistics",
     "result",
     "refined_unknowns",
-    "statistics",
     "nuisances",
     "laws",
     "possible",
