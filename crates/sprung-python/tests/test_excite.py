@@ -100,7 +100,7 @@ def test_motions_without_a_search(arm: sprung.Experiment) -> None:
         assert list(arm.parameter_units) == [one.name for one in design.promise]
     paper = arm.excite(method="paper")
     assert paper.harmonics == [2, 5, 10] and paper.base_frequency_hz == pytest.approx(0.1)
-    # The paper's reference needs no limits.
+    # The paper's reference does not depend on the limits.
     free = sprung.Experiment.demo(SHORT).excite(method="paper")
     assert free.certified and free.trajectory == paper.trajectory
 

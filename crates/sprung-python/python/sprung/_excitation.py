@@ -195,10 +195,10 @@ class Excitation(Report):
         ('link1.inertia_total', True)
         >>> (
         ...     design.undetermined,
-        ...     [limit.joint for limit in design.limits],
+        ...     all(limit.used_percent <= 100.0 for limit in design.limits),
         ...     design.more[0].factor < 1.0,
         ... )
-        ([], [], True)
+        ([], True, True)
     """
 
     robot: str
