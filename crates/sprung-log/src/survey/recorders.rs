@@ -40,22 +40,6 @@ const ANYDRIVE: &str =
     "ANYdrive: gear is the motor behind its gearbox, joint is the link behind the spring";
 const SENSOR: &str = "the name says a sensor of the torque of the joint";
 
-const fn torque_sensor(
-    words: &'static [&'static str],
-    beside: &'static [&'static str],
-    why: &'static str,
-) -> Profile {
-    Profile {
-        words,
-        beside,
-        sort: Sort::JointTorque,
-        side: Side::Link,
-        is_reference: false,
-        unit: None,
-        why,
-    }
-}
-
 const fn measured(
     words: &'static [&'static str],
     beside: &'static [&'static str],
@@ -74,6 +58,14 @@ const fn measured(
     }
 }
 
+const fn torque_sensor(
+    words: &'static [&'static str],
+    beside: &'static [&'static str],
+    why: &'static str,
+) -> Profile {
+    measured(words, beside, Sort::JointTorque, Side::Link, why)
+}
+
 const fn command(
     words: &'static [&'static str],
     beside: &'static [&'static str],
@@ -81,13 +73,8 @@ const fn command(
     why: &'static str,
 ) -> Profile {
     Profile {
-        words,
-        beside,
-        sort,
-        side: Side::Open,
         is_reference: true,
-        unit: None,
-        why,
+        ..measured(words, beside, sort, Side::Open, why)
     }
 }
 
@@ -102,7 +89,7 @@ const PROFILES: &[Profile] = &[
     torque_sensor(&["effort"], &["hebi", "hw"], HEBI),
     torque_sensor(&["actuators", "torque"], &["current"], KINOVA),
     torque_sensor(&["actuator", "torque"], &["kinova", "kortex", "gen"], KINOVA),
-    Profile { words: &["actuators", "position"], beside: &["current"], sort: Sort::Position, side: Side::Open, is_reference: false, unit: Some("deg"), why: KINOVA_POSITION },
+    Profile { unit: Some("deg"), ..measured(&["actuators", "position"], &["current"], Sort::Position, Side::Open, KINOVA_POSITION) },
     torque_sensor(&["measured", "torque"], &["lbr", "iiwa", "kuka", "external", "commanded"], LBR),
     torque_sensor(&["tau", "msr"], &[], LBR),
     measured(&["measured", "joint", "position"], &["lbr", "iiwa", "kuka"], Sort::Position, Side::Link, LBR),

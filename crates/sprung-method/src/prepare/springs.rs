@@ -107,7 +107,7 @@ pub(super) fn find_springs(reading: &Reading, excerpt: &Excerpt) -> (Reading, Ve
         Some((fit(reading.model(), &system, reading.memory())?, about))
     });
     // A refinement starts from the first values.
-    let is_refined = reading.estimators().contains(&Estimator::PredictionError);
+    let is_refined = reading.is_refined();
     let (mut open, mut known) = (Vec::new(), Vec::new());
     for &(joint, _, stiffness) in &sensors {
         let (parameter, name) = (&model.parameters()[stiffness], &model.joints()[joint]);

@@ -58,10 +58,12 @@ impl Reading {
         &self.settings
     }
 
-    /// Returns the estimators of the identification.
+    /// Returns whether a refinement follows: the settings name it, or a joint has a spring. That of rigid joints by default
+    /// depends on the fit.
     #[must_use]
-    pub fn estimators(&self) -> &[Estimator] {
-        self.settings.estimators(self.model.has_springs())
+    pub fn is_refined(&self) -> bool {
+        let estimators = self.settings.estimators(self.model.has_springs());
+        estimators.contains(&Estimator::PredictionError)
     }
 
     /// Returns the meaning of the columns.

@@ -28,7 +28,7 @@ impl EstimateResult {
         shown
     }
 
-    /// Returns sum and standard error of the elements of a curve, N·m (N); `None` without values or covariance.
+    /// Returns sum and standard error of the elements of a curve, N·m (N); `None` without covariance.
     pub(in crate::estimate) fn sum_of_curve(&self, curve: &str) -> Option<(f64, f64)> {
         let of_curve = |name: &str| curve_of(name) == Some(curve);
         let elements = (self.parameters.iter()).filter(|one| of_curve(&one.name));

@@ -42,7 +42,7 @@ impl Undetermined {
     /// models noisy springs, and [`Undetermined::with_refined`] uses it for joints without link encoder.
     pub(in crate::estimate) fn new(reading: &Reading, system: &System) -> Self {
         let (model, memory) = (reading.model(), reading.memory());
-        let is_refined = (reading.estimators()).contains(&Estimator::PredictionError);
+        let is_refined = reading.is_refined();
         let (open, mut noisy): (Vec<_>, Vec<_>) = (joints(reading, Instrument::TorqueAndLink))
             .filter_map(|joint| by_deflection(model, system, memory, joint))
             .partition(|(spring, _)| spring.compliance.is_open());

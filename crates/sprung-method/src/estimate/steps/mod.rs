@@ -6,7 +6,6 @@ mod describe;
 mod examine;
 mod fit;
 mod identified;
-mod inputs;
 mod joint_curves;
 mod log_info;
 mod one_result;

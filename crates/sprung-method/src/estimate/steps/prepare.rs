@@ -1,16 +1,15 @@
 //! The first step: all choices from the beginning of the first log.
 
-use super::inputs::EstimatorInputs;
 use super::refuse::refuse;
 use crate::check::settled_or_other_meaning;
-use crate::description::Experiment;
+use crate::description::{Experiment, StartName};
 use crate::estimate::errors::IdentifyError;
 use crate::estimate::estimators::prediction_error::{Retiming, likely};
 use crate::estimate::refined_unknowns::{FoundVelocity, replace_velocities};
 use crate::estimate::result::RigidJoint;
 use crate::estimate::springs::{RigidByLog, with_joints_rigid_by_log};
 use crate::log::LogSource;
-use crate::model::Model;
+use crate::model::{Model, Theta};
 use crate::prepare::{Prepared, prepare};
 use crate::progress::Listener;
 use crate::unknowns::{AboutUnknowns, Settled, UnknownResult};
@@ -24,7 +23,8 @@ pub(in crate::estimate) struct Ready {
     /// What the first log shows beyond the description, with findings.
     pub(in crate::estimate) unknowns: Vec<UnknownResult>,
     pub(in crate::estimate) about_unknowns: AboutUnknowns,
-    pub(in crate::estimate) inputs: EstimatorInputs,
+    /// Nominal parameters from which the refinement starts, \[p\]; `None` if it starts from least squares.
+    pub(in crate::estimate) nominal: Option<Theta>,
 }
 
 impl Ready {
@@ -40,13 +40,13 @@ impl Ready {
     }
 
     fn with_prepared(&self, prepared: Prepared) -> Result<Self, IdentifyError> {
-        let inputs = EstimatorInputs::new(prepared.experiment(), prepared.reading().model())?;
+        let nominal = nominal_start(prepared.experiment(), prepared.reading().model())?;
         Ok(Self {
             prepared,
             rigid: self.rigid.clone(),
             unknowns: self.unknowns.clone(),
             about_unknowns: self.about_unknowns.clone(),
-            inputs,
+            nominal,
         })
     }
 }
@@ -65,7 +65,7 @@ pub(in crate::estimate) fn make_ready(
     progress: &mut dyn Listener,
 ) -> Result<Ready, IdentifyError> {
     // A missing input is reported before a log is read.
-    EstimatorInputs::new(experiment, model)?;
+    nominal_start(experiment, model)?;
     let prepared = prepare(experiment, model, sources, progress)?;
     refuse(prepared.reading().settings(), prepared.wrong_time_unit())?;
     let Settled {
@@ -88,12 +88,24 @@ pub(in crate::estimate) fn make_ready(
     });
     replace_velocities(&mut unknowns, used);
     let prepared = prepared.weighted(progress)?;
-    let inputs = EstimatorInputs::new(prepared.experiment(), prepared.reading().model())?;
+    let nominal = nominal_start(prepared.experiment(), prepared.reading().model())?;
     Ok(Ready {
         prepared,
         rigid,
         unknowns,
         about_unknowns,
-        inputs,
+        nominal,
     })
+}
+
+/// Returns the nominal parameters from which the refinement starts, \[p\]; `None` if it starts from least squares.
+///
+/// # Errors
+///
+/// [`IdentifyError::Start`] if the experiment does not give all of them.
+fn nominal_start(experiment: &Experiment, model: &Model) -> Result<Option<Theta>, IdentifyError> {
+    match experiment.identify.start {
+        StartName::LeastSquares => Ok(None),
+        StartName::Nominal => Ok(Some(model.nominal().map_err(IdentifyError::Start)?)),
+    }
 }

@@ -69,7 +69,7 @@ fn run(
                 system: &basis.read.system,
                 fitted,
                 possible: basis.linear.possible.as_ref(),
-                nominal: basis.ready.inputs.nominal.as_deref(),
+                nominal: basis.ready.nominal.as_deref(),
                 timing: basis.timing,
                 about_logs: basis.findings,
             };

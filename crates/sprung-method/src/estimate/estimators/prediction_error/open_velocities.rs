@@ -37,8 +37,7 @@ pub(in crate::estimate) fn likely(
     progress: &mut dyn Listener,
 ) -> Result<Vec<VelocityByLikelihood>, PassError> {
     let open = reading.model().open_stribeck();
-    let asked = reading.estimators().contains(&Estimator::PredictionError);
-    if open.is_empty() || !asked {
+    if open.is_empty() || !reading.is_refined() {
         return Ok(Vec::new());
     }
     let mut search = Search {
