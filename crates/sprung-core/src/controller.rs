@@ -139,7 +139,7 @@ impl<S: Scalar> Feedforward<'_, S> {
                 motor_velocity: (turns.map(|(k, dphi)| *dphi * robot.ratio(term.joint, k)))
                     .fold(S::ZERO, Add::add),
                 excess: [0.0; _],
-                presliding: None,
+                elements: None,
             };
             if let Some(loss) = losses.torque(term, Side::Motor, &drive) {
                 let tau = &mut self.tau[robot.joint_of(term.row)];
@@ -238,6 +238,7 @@ impl Losses<'_> {
                 | JointParameter::Stiffness
                 | JointParameter::CubicStiffness
                 | JointParameter::Damping
+                | JointParameter::Hysteresis(_)
                 | JointParameter::Preload
                 | JointParameter::TorqueOffset
                 | JointParameter::Friction(..)
@@ -270,6 +271,7 @@ impl Spring {
                 JointParameter::Damping => &mut spring.damping,
                 JointParameter::Preload => &mut spring.preload,
                 JointParameter::RotorInertia
+                | JointParameter::Hysteresis(_)
                 | JointParameter::BackEmf
                 | JointParameter::TorqueOffset
                 | JointParameter::Friction(..)
@@ -355,7 +357,7 @@ impl<S: Scalar> Link<'_, S> {
             link_velocity: self.velocity,
             motor_velocity: Jet::ZERO,
             excess: [0.0; _],
-            presliding: None,
+            elements: None,
         };
         let terms = self.losses.robot.terms.iter();
         (terms.filter(|term| term.row == self.joint))

@@ -6,7 +6,7 @@
 use crate::covariate::Covariate;
 use crate::friction::{Conditions, Scale, Shape};
 use crate::parameters::{JointParameter, Side};
-use crate::presliding::ELEMENTS;
+use crate::presliding::{ALL_ELEMENTS, ELEMENTS};
 use crate::scalar::{Dual, Scalar};
 
 /// One parameter of a drive in one row of the regressor.
@@ -42,9 +42,9 @@ pub struct State<'s> {
     /// Covariates of each joint minus their references, \[n × [`Covariate::COUNT`]\]; empty if no
     /// friction depends on any.
     pub excess: &'s [f64],
-    /// Elements of presliding friction of each motor, \[n × [`ELEMENTS`]\]; empty if no joint has
-    /// this friction, or the motion until now is not known and all elements slide.
-    pub presliding: &'s [f64],
+    /// Elements of presliding friction and hysteresis of each joint, \[n × [`ALL_ELEMENTS`]\]; empty if no
+    /// joint has any, or the motion until now is not known and all elements slide.
+    pub elements: &'s [f64],
 }
 
 /// Motion of one joint, as the columns of its drive need it.
@@ -60,8 +60,9 @@ pub struct Drive<S = f64> {
     pub motor_velocity: S,
     /// Covariates minus their references.
     pub excess: [f64; Covariate::COUNT],
-    /// Elements of presliding friction of the motor; `None` if all slide.
-    pub presliding: Option<[S; ELEMENTS]>,
+    /// Elements of presliding friction of the motor, then those of the spring's hysteresis; `None` if
+    /// all slide.
+    pub elements: Option<[S; ALL_ELEMENTS]>,
 }
 
 impl Drive {
@@ -76,7 +77,7 @@ impl Drive {
             link_velocity: state.dq[joint],
             motor_velocity,
             excess: excess_of(state.excess, joint),
-            presliding: (!state.presliding.is_empty()).then(|| of_joint(state.presliding, joint)),
+            elements: (!state.elements.is_empty()).then(|| of_joint(state.elements, joint)),
         }
     }
 }
@@ -112,7 +113,7 @@ impl<S: Scalar> Drive<S> {
             deflection: self.deflection,
             presliding: match side {
                 Side::Link => None,
-                Side::Motor => self.presliding,
+                Side::Motor => (self.elements).map(|all| core::array::from_fn(|at| all[at])),
             },
         }
     }
@@ -136,6 +137,7 @@ impl Term {
             JointParameter::Stiffness
             | JointParameter::CubicStiffness
             | JointParameter::Damping
+            | JointParameter::Hysteresis(_)
             | JointParameter::Preload
             | JointParameter::Friction(..)
             | JointParameter::Change(..)
@@ -156,11 +158,15 @@ impl Term {
     pub fn rest<S: Scalar>(&self, drive: &Drive<S>, shape: &Shape) -> S {
         let torque = match self.what {
             JointParameter::RotorInertia => return S::ZERO,
-            JointParameter::Stiffness => drive.deflection,
+            JointParameter::Stiffness => behind_play(drive.deflection, shape),
             JointParameter::CubicStiffness => {
                 drive.deflection * drive.deflection * drive.deflection
             }
             JointParameter::Damping => drive.deflection_rate,
+            JointParameter::Hysteresis(at) => match drive.elements {
+                Some(elements) => elements[ELEMENTS + at as usize],
+                None => (drive.deflection_rate * shape.sharpness).tanh(),
+            },
             JointParameter::Preload => S::constant(-1.0),
             JointParameter::BackEmf => drive.motor_velocity,
             JointParameter::TorqueOffset => S::constant(1.0),
@@ -187,6 +193,7 @@ impl Term {
             | JointParameter::Stiffness
             | JointParameter::CubicStiffness
             | JointParameter::Damping
+            | JointParameter::Hysteresis(_)
             | JointParameter::Preload
             | JointParameter::BackEmf
             | JointParameter::TorqueOffset => 0.0,
@@ -202,9 +209,7 @@ impl Term {
             link_velocity: Dual::variable(drive.link_velocity, 2),
             motor_velocity: Dual::variable(drive.motor_velocity, 3),
             excess: drive.excess,
-            presliding: drive
-                .presliding
-                .map(|elements| elements.map(Dual::constant)),
+            elements: (drive.elements).map(|elements| elements.map(Dual::constant)),
         };
         let [deflection, deflection_rate, link_velocity, motor_velocity] =
             self.rest(&at, shape).partials;
@@ -214,9 +219,20 @@ impl Term {
             link_velocity,
             motor_velocity,
             excess: [0.0; Covariate::COUNT],
-            presliding: None,
+            elements: None,
         }
     }
+}
+
+/// Returns the deflection of a spring behind its play.
+fn behind_play<S: Scalar>(deflection: S, shape: &Shape) -> S {
+    if shape.play <= 0.0 {
+        return deflection;
+    }
+    let from_centre = deflection - S::constant(shape.play_centre);
+    let [over, under] =
+        [shape.play, -shape.play].map(|edge| (from_centre + S::constant(edge)).abs());
+    from_centre - (over - under) * 0.5
 }
 
 #[cfg(test)]
@@ -227,6 +243,9 @@ mod tests {
         sharpness: 100.0,
         stribeck_velocity: 0.1,
         presliding_width: 0.5,
+        hysteresis_width: 0.05,
+        play: 0.01,
+        play_centre: 0.002,
     };
 
     const DRIVE: Drive = Drive {
@@ -235,7 +254,9 @@ mod tests {
         link_velocity: 0.02,
         motor_velocity: -0.01,
         excess: [3.0, -2.0, 0.5, 1.0, 4.0, -1.0],
-        presliding: Some([1.0, -1.0, 0.7, -0.4, 0.1, 0.0]),
+        elements: Some([
+            1.0, -1.0, 0.7, -0.4, 0.1, 0.0, 0.2, -0.3, 0.4, -0.5, 0.6, 1.0,
+        ]),
     };
 
     #[test]

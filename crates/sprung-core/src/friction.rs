@@ -46,6 +46,13 @@ pub struct Shape {
     /// Width of the widest element of presliding friction, rad (m), positive; 0.2 s times the root
     /// mean square of the joint's velocity is a good choice.
     pub presliding_width: f64,
+    /// Width of the widest element of a spring's hysteresis, rad (m), positive; twice the root mean square
+    /// of the deflection is a good choice.
+    pub hysteresis_width: f64,
+    /// Half of the play in series with a spring, rad (m); zero without play.
+    pub play: f64,
+    /// Deflection in the middle of the play, rad (m).
+    pub play_centre: f64,
 }
 
 impl Shape {
@@ -405,6 +412,9 @@ mod tests {
         sharpness: 100.0,
         stribeck_velocity: 0.1,
         presliding_width: 0.5,
+        hysteresis_width: 0.05,
+        play: 0.01,
+        play_centre: 0.002,
     };
 
     const ELEMENTS_AT: [f64; ELEMENTS] = [1.0, -1.0, 0.7, -0.4, 0.1, 0.0];

@@ -8,6 +8,7 @@
 use crate::chain::JointKind;
 use crate::covariate::Covariate;
 use crate::friction::{Family, Law, Scale};
+use crate::presliding::ELEMENTS;
 
 /// A side of the joint's spring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -40,6 +41,8 @@ pub enum JointParameter {
     CubicStiffness,
     /// Damping in parallel with the spring, N·m·s/rad (N·s/m).
     Damping,
+    /// Torque of an element of the spring's hysteresis that slides, by the index of the element, N·m (N).
+    Hysteresis(u8),
     /// Torque of the spring on the motor at equal readings of both encoders, N·m (N): minus the
     /// stiffness times the offset of the link's encoder.
     Preload,
@@ -73,6 +76,7 @@ impl JointParameter {
             Self::Stiffness => "stiffness",
             Self::CubicStiffness => "cubic_stiffness",
             Self::Damping => "spring_damping",
+            Self::Hysteresis(at) => HYSTERESIS[at as usize],
             Self::Preload => "spring_preload",
             Self::BackEmf => "back_emf",
             Self::TorqueOffset => "joint_torque_offset",
@@ -89,6 +93,7 @@ impl JointParameter {
             Self::Stiffness => "Stiffness.",
             Self::CubicStiffness => "Cubic part of the spring's torque.",
             Self::Damping => "Damping in parallel with the spring.",
+            Self::Hysteresis(_) => "Torque of an element of the spring's hysteresis that slides.",
             Self::Preload => {
                 "Torque of the spring on the motor at equal readings of both encoders."
             }
@@ -114,8 +119,8 @@ impl JointParameter {
             Self::CubicStiffness => "N/m³",
             Self::Damping | Self::BackEmf if turns => "N·m·s/rad",
             Self::Damping | Self::BackEmf => "N·s/m",
-            Self::Preload | Self::TorqueOffset if turns => "N·m",
-            Self::Preload | Self::TorqueOffset => "N",
+            Self::Preload | Self::TorqueOffset | Self::Hysteresis(_) if turns => "N·m",
+            Self::Preload | Self::TorqueOffset | Self::Hysteresis(_) => "N",
             Friction(_, law) => law.unit(kind),
             Change(_, law, with) => law.unit_of_change(with, kind),
         }
@@ -124,14 +129,24 @@ impl JointParameter {
     /// Returns whether the parameter is one of several coefficients of a curve, which means little by itself.
     #[must_use]
     pub const fn is_of_curve(self) -> bool {
-        matches!(self, Friction(_, law) | Change(_, law, _) if matches!(law.scale(), Scale::Presliding))
+        match self {
+            Self::Hysteresis(_) => true,
+            Friction(_, law) | Change(_, law, _) => matches!(law.scale(), Scale::Presliding),
+            Self::RotorInertia
+            | Self::Stiffness
+            | Self::CubicStiffness
+            | Self::Damping
+            | Self::Preload
+            | Self::BackEmf
+            | Self::TorqueOffset => false,
+        }
     }
 
     /// Returns whether the parameter, if positive, only dissipates energy.
     #[must_use]
     pub const fn is_friction(self) -> bool {
         match self {
-            Self::Damping | Self::BackEmf => true,
+            Self::Damping | Self::Hysteresis(_) | Self::BackEmf => true,
             Friction(_, law) => law.takes_energy(),
             Self::RotorInertia
             | Self::Stiffness
@@ -146,7 +161,11 @@ impl JointParameter {
     #[must_use]
     pub const fn is_of_spring(self) -> bool {
         match self {
-            Self::Stiffness | Self::CubicStiffness | Self::Damping | Self::Preload => true,
+            Self::Stiffness
+            | Self::CubicStiffness
+            | Self::Damping
+            | Self::Hysteresis(_)
+            | Self::Preload => true,
             Self::RotorInertia | Self::BackEmf | Self::TorqueOffset | Friction(..) | Change(..) => {
                 false
             }
@@ -160,6 +179,7 @@ impl JointParameter {
             Self::RotorInertia | Self::Stiffness => true,
             Self::CubicStiffness
             | Self::Damping
+            | Self::Hysteresis(_)
             | Self::Preload
             | Self::BackEmf
             | Self::TorqueOffset
@@ -168,6 +188,16 @@ impl JointParameter {
         }
     }
 }
+
+/// Names of the parameters of hysteresis.
+const HYSTERESIS: [&str; ELEMENTS] = [
+    "spring_hysteresis_1",
+    "spring_hysteresis_2",
+    "spring_hysteresis_3",
+    "spring_hysteresis_4",
+    "spring_hysteresis_5",
+    "spring_hysteresis_6",
+];
 
 /// Kinds of the paper, which come first.
 const PAPER: [JointParameter; 6] = [
@@ -181,9 +211,15 @@ const PAPER: [JointParameter; 6] = [
 
 /// Parameters of the spring except the stiffness, of the drive and of the torque sensor, which come
 /// last.
-const LAST: [JointParameter; 5] = [
+const LAST: [JointParameter; 5 + ELEMENTS] = [
     JointParameter::Damping,
     JointParameter::CubicStiffness,
+    JointParameter::Hysteresis(0),
+    JointParameter::Hysteresis(1),
+    JointParameter::Hysteresis(2),
+    JointParameter::Hysteresis(3),
+    JointParameter::Hysteresis(4),
+    JointParameter::Hysteresis(5),
     JointParameter::Preload,
     JointParameter::BackEmf,
     JointParameter::TorqueOffset,
@@ -288,6 +324,12 @@ mod tests {
             "motor_presliding_6",
             "spring_damping",
             "cubic_stiffness",
+            "spring_hysteresis_1",
+            "spring_hysteresis_2",
+            "spring_hysteresis_3",
+            "spring_hysteresis_4",
+            "spring_hysteresis_5",
+            "spring_hysteresis_6",
             "spring_preload",
             "back_emf",
             "joint_torque_offset",

@@ -1,30 +1,42 @@
-//! Elements of presliding friction: each grows with the travel after a reversal, then slides.
+//! Elements of presliding friction and of hysteresis: each grows with the travel after a reversal, then slides.
 //!
 //! An element is a spring in series with Coulomb friction. Its value is the force over that of
 //! sliding, from −1 to 1. The sum of elements of several widths is a hysteresis loop without a law of
-//! velocity: friction at rest keeps its value.
+//! velocity: friction at rest keeps its value. In presliding friction the motor travels, in the hysteresis
+//! of a spring its deflection.
 //!
 //! # Source
 //!
 //! Prandtl-Ishlinskii operators, as friction: Al-Bender, Lampaert and Swevers, IEEE Transactions on
 //! Automatic Control 2005, the generalised Maxwell slip.
 
-/// Number of elements of one joint.
+/// Number of elements of presliding friction, and of those of hysteresis, of one joint.
 pub const ELEMENTS: usize = 6;
 
-/// Width of each element over that of the widest: the travel from the middle until the element slides.
+/// Number of all elements of one joint: those of presliding friction, then those of hysteresis.
+pub const ALL_ELEMENTS: usize = 2 * ELEMENTS;
+
+/// Width of each element of presliding friction over that of the widest: the travel from the middle until the element slides.
 pub const WIDTHS: [f64; ELEMENTS] = [0.0025, 0.01, 0.03, 0.1, 0.3, 1.0];
+
+/// The same of the elements of hysteresis.
+pub const SPRING_WIDTHS: [f64; ELEMENTS] = [0.015, 0.04, 0.1, 0.25, 0.5, 1.0];
 
 /// Returns the elements after a motion in one direction.
 ///
 /// - `elements`: before the motion, from −1 to 1.
-/// - `travel`: of the motor before the coupled transmission, rad (m).
-/// - `width`: of the widest element, rad (m), positive.
+/// - `travel`: of the motor before the coupled transmission, or of the deflection, rad (m).
+/// - `width`: of the widest element, rad (m), positive; `shares`: of each element over it.
 #[must_use]
 #[inline]
-pub fn moved(elements: &[f64; ELEMENTS], travel: f64, width: f64) -> [f64; ELEMENTS] {
+pub fn moved(
+    elements: &[f64; ELEMENTS],
+    travel: f64,
+    width: f64,
+    shares: &[f64; ELEMENTS],
+) -> [f64; ELEMENTS] {
     let mut moved = *elements;
-    for (element, share) in moved.iter_mut().zip(WIDTHS) {
+    for (element, share) in moved.iter_mut().zip(shares) {
         *element = (*element + travel / (share * width)).clamp(-1.0, 1.0);
     }
     moved
@@ -38,11 +50,11 @@ mod tests {
     fn elements_slide_after_their_width_and_turn_with_twice_the_width() {
         let rest = [0.0; ELEMENTS];
         for (at, share) in WIDTHS.into_iter().enumerate() {
-            let half = moved(&rest, 0.5 * share, 1.0);
+            let half = moved(&rest, 0.5 * share, 1.0, &WIDTHS);
             assert!((half[at] - 0.5).abs() < 1e-12);
-            let slides = moved(&half, 3.0 * share, 1.0);
+            let slides = moved(&half, 3.0 * share, 1.0, &WIDTHS);
             assert!((slides[at] - 1.0).abs() < 1e-12);
-            let back = moved(&slides, -share, 1.0);
+            let back = moved(&slides, -share, 1.0, &WIDTHS);
             assert!(back[at].abs() < 1e-12);
         }
     }
@@ -65,7 +77,7 @@ mod tests {
                 begin = elements;
             }
             let travel = position(k + 1) - position(k);
-            let next = moved(&elements, travel, width);
+            let next = moved(&elements, travel, width, &WIDTHS);
             if k >= steps {
                 for ((work, before), after) in work.iter_mut().zip(elements).zip(next) {
                     *work += 0.5 * (before + after) * travel;

@@ -94,6 +94,9 @@ const SHAPES: [Shape; JOINTS] = [Shape {
     sharpness: 100.0,
     stribeck_velocity: 0.1,
     presliding_width: 0.5,
+    hysteresis_width: 0.05,
+    play: 0.0,
+    play_centre: 0.0,
 }; JOINTS];
 
 fn check_regressor(golden: &Value) {
@@ -106,7 +109,7 @@ fn check_regressor(golden: &Value) {
             phi: &phi,
             dphi: &dphi,
             excess: &[],
-            presliding: &[],
+            elements: &[],
         };
         with_workspace(|workspace| {
             let [mut momentum, mut rest] = [[f64::NAN; ENTRIES]; 2];

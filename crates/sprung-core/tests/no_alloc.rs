@@ -32,6 +32,9 @@ const fn shapes<const N: usize>() -> [Shape; N] {
         sharpness: 100.0,
         stribeck_velocity: 0.1,
         presliding_width: 0.5,
+        hysteresis_width: 0.05,
+        play: 0.0,
+        play_centre: 0.0,
     }; N]
 }
 
@@ -63,7 +66,7 @@ fn assert_physics_is_free<const N: usize, const PAIRS: usize, const NUMBERS: usi
         phi: &[0.15; N],
         dphi: &[0.3; N],
         excess: &[],
-        presliding: &[],
+        elements: &[],
     };
     let mut workspace = Workspace {
         joints: &mut [JointScratch::default(); N],
@@ -237,7 +240,7 @@ fn controllers_are_free_of_allocations() {
             phi: &two,
             dphi: &two,
             excess: &[],
-            presliding: &[],
+            elements: &[],
         };
         let mut tau = black_box([1.0; 2]);
         state_feedback(&[&[1.0; 8][..]; 2], &state, &black_box(state), &mut tau);

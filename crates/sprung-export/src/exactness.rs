@@ -268,6 +268,7 @@ fn reason(kind: JointParameter) -> (How, String) {
         JointParameter::RotorInertia
         | JointParameter::Stiffness
         | JointParameter::Damping
+        | JointParameter::Hysteresis(_)
         | JointParameter::BackEmf
         | JointParameter::TorqueOffset => (How::Dropped, "the format has no such law".to_owned()),
     }

@@ -245,7 +245,7 @@ impl Reference<'_> {
             phi: &phi,
             dphi: &dphi,
             excess: &[],
-            presliding: &[],
+            elements: &[],
         };
         for term in robot.terms {
             let drive = robot.drive(&state, term.joint);

@@ -283,9 +283,10 @@ fn take(drive: &mut DriveValues, kind: JointParameter, value: f64) -> bool {
             | Law::Presliding5
             | Law::Presliding6 => false,
         },
-        JointParameter::CubicStiffness | JointParameter::Preload | JointParameter::Change(..) => {
-            false
-        }
+        JointParameter::CubicStiffness
+        | JointParameter::Hysteresis(_)
+        | JointParameter::Preload
+        | JointParameter::Change(..) => false,
     }
 }
 
@@ -359,6 +360,7 @@ fn theta(
                 mean(side)
             }
             JointParameter::CubicStiffness
+            | JointParameter::Hysteresis(_)
             | JointParameter::Preload
             | JointParameter::Friction(..)
             | JointParameter::Change(..)

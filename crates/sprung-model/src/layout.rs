@@ -73,6 +73,7 @@ impl Layout {
             JointParameter::Stiffness
             | JointParameter::CubicStiffness
             | JointParameter::Damping
+            | JointParameter::Hysteresis(_)
             | JointParameter::Preload
             | JointParameter::Friction(..)
             | JointParameter::Change(..)
@@ -290,6 +291,7 @@ fn has(joint: &Joint, kind: JointParameter, offset: bool) -> bool {
         JointParameter::Stiffness => flexible,
         JointParameter::CubicStiffness => spring(SpringTerm::Cubic),
         JointParameter::Damping => spring(SpringTerm::Damping),
+        JointParameter::Hysteresis(_) => spring(SpringTerm::Hysteresis),
         JointParameter::Preload => flexible && offset,
         JointParameter::TorqueOffset => false,
         JointParameter::BackEmf => joint.back_emf_vs_per_rad.is_some(),

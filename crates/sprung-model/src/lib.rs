@@ -10,6 +10,7 @@ mod base_parameters;
 mod changes;
 mod convex;
 mod deflection_entry;
+mod elements;
 mod high_pass;
 mod inertial;
 mod initial_shape;
@@ -18,7 +19,6 @@ mod links;
 mod nearest_bodies;
 mod parameter;
 mod payload;
-mod presliding;
 mod regions;
 mod scratch;
 mod second_moments;
@@ -38,18 +38,21 @@ use sprung_core::parameters::JointParameter;
 use sprung_core::robot::{Links, Robot};
 use sprung_core::spatial::BODY;
 
-use description::{Experiment, Instrumentation, Row, Tree};
+use description::{Experiment, Instrumentation, Row, SpringTerm, Tree};
 use inertial::{Inertial, PLANAR_2R_NAMES};
 use initial_shape::initial_shape;
 use layout::Layout;
 
 pub use convex::{Block, Entry, NoSolution, Program, ROWS};
+pub use elements::Elements;
 pub use links::TreeLinks;
 pub use parameter::{ModelError, Parameter, short};
-pub use presliding::Presliding;
 pub use regions::Region;
 pub use scratch::Scratch;
 pub use second_moments::{is_possible, second_moments};
+pub use shapes::hysteresis_name;
+pub use shapes::play_centre_name;
+pub use shapes::play_name;
 pub use shapes::presliding_name;
 pub use shapes::sharpness_name;
 pub use shapes::stribeck_name;
@@ -115,6 +118,10 @@ struct Fixed {
     open_sharpness: Vec<usize>,
     /// Joints for whose presliding friction a log must give the width.
     open_presliding: Vec<usize>,
+    /// The same for hysteresis.
+    open_hysteresis: Vec<usize>,
+    /// Joints for whose play a log must give half width and centre.
+    open_play: Vec<usize>,
 }
 
 /// Returns the value of a drive's parameter that the description fixes.
@@ -130,6 +137,7 @@ fn fixed_value(
         | JointParameter::Stiffness
         | JointParameter::CubicStiffness
         | JointParameter::Damping
+        | JointParameter::Hysteresis(_)
         | JointParameter::Preload
         | JointParameter::Friction(..)
         | JointParameter::Change(..)
@@ -223,6 +231,16 @@ impl Model {
                 instruments,
                 open_presliding: (0..robot.joint.len())
                     .filter(|&i| robot.joint[i].presliding_width_rad.is_none())
+                    .collect(),
+                open_hysteresis: (0..robot.joint.len())
+                    .filter(|&i| robot.joint[i].hysteresis_width_rad.is_none())
+                    .collect(),
+                open_play: (robot.joint.iter().enumerate())
+                    .filter(|(_, joint)| {
+                        let terms = joint.spring_terms();
+                        terms.contains(&SpringTerm::Play) && joint.play_half_width_rad.is_none()
+                    })
+                    .map(|(i, _)| i)
                     .collect(),
                 parameters,
                 inertial,

@@ -107,12 +107,44 @@ impl Model {
         &self.fixed.open_presliding
     }
 
+    /// Returns the joints for whose hysteresis a log must give the width, whether they have a hysteresis or not.
+    #[must_use]
+    pub fn open_hysteresis(&self) -> &[usize] {
+        &self.fixed.open_hysteresis
+    }
+
     /// Returns the width of the widest element of presliding friction of a joint, rad (m); `None` if the
     /// joint has no presliding friction.
     #[must_use]
     pub fn presliding_width(&self, joint: usize) -> Option<f64> {
         let has = self.has_law(Scale::Presliding, joint);
         has.then(|| self.shapes[joint].presliding_width)
+    }
+
+    /// Returns the width of the widest element of the hysteresis of a joint's spring, rad (m); `None` if the spring has none.
+    #[must_use]
+    pub fn hysteresis_width(&self, joint: usize) -> Option<f64> {
+        let first = self.index(JointParameter::Hysteresis(0), joint);
+        first.map(|_| self.shapes[joint].hysteresis_width)
+    }
+
+    /// Returns the joints for whose play a log must give half width and centre.
+    #[must_use]
+    pub fn open_play(&self) -> &[usize] {
+        &self.fixed.open_play
+    }
+
+    /// Returns half width and centre of the play of a joint's spring, rad (m); `None` without play.
+    #[must_use]
+    pub fn play(&self, joint: usize) -> Option<[f64; 2]> {
+        let shape = &self.shapes[joint];
+        (shape.play > 0.0).then_some([shape.play, shape.play_centre])
+    }
+
+    /// Replaces half width and centre of the play of a joint's spring, rad (m).
+    pub fn set_play(&mut self, joint: usize, [half_width, centre]: [f64; 2]) {
+        let shape = &mut self.shapes[joint];
+        (shape.play, shape.play_centre) = (half_width, centre);
     }
 
     /// Returns a model with the velocities of the laws that another one has as well.
@@ -122,17 +154,16 @@ impl Model {
             if other.has_law(Scale::Stribeck, joint) {
                 self.set_stribeck(joint, other.stribeck_velocity(joint));
             }
-            self.shapes[joint].presliding_width = other.shape(joint).presliding_width;
+            let (shape, given) = (&mut self.shapes[joint], other.shape(joint));
+            shape.presliding_width = given.presliding_width;
+            shape.hysteresis_width = given.hysteresis_width;
         }
         self.with_open_stribeck(other.open_stribeck())
     }
 
-    /// Returns a copy with another width of the presliding friction of a joint.
-    #[must_use]
-    pub fn with_presliding_width(&self, joint: usize, width: f64) -> Self {
-        let mut changed = self.clone();
-        changed.shapes[joint].presliding_width = width;
-        changed
+    /// Replaces the width of the hysteresis of a joint's spring, rad (m).
+    pub fn set_hysteresis_width(&mut self, joint: usize, width: f64) {
+        self.shapes[joint].hysteresis_width = width;
     }
 
     /// Returns a copy with the sharpness and the velocities of friction laws in named values.
@@ -145,6 +176,15 @@ impl Model {
             }
             if let Some(width) = values.get(&presliding_name(name)) {
                 shape.presliding_width = *width;
+            }
+            if let Some(width) = values.get(&hysteresis_name(name)) {
+                shape.hysteresis_width = *width;
+            }
+            if let Some(half_width) = values.get(&play_name(name)) {
+                shape.play = *half_width;
+            }
+            if let Some(centre) = values.get(&play_centre_name(name)) {
+                shape.play_centre = *centre;
             }
             if let Some(sharpness) = values.get(&sharpness_name(name)) {
                 shape.sharpness = *sharpness;
@@ -164,6 +204,24 @@ pub fn stribeck_name(joint: &str) -> String {
 #[must_use]
 pub fn presliding_name(joint: &str) -> String {
     format!("{joint}.presliding_width")
+}
+
+/// Returns the name of the width of the hysteresis of a joint's spring among named values.
+#[must_use]
+pub fn hysteresis_name(joint: &str) -> String {
+    format!("{joint}.hysteresis_width")
+}
+
+/// Returns the name of half the play of a joint's spring among named values.
+#[must_use]
+pub fn play_name(joint: &str) -> String {
+    format!("{joint}.play_half_width")
+}
+
+/// Returns the name of the middle of the play of a joint's spring among named values.
+#[must_use]
+pub fn play_centre_name(joint: &str) -> String {
+    format!("{joint}.play_centre")
 }
 
 /// Returns the name of the sharpness of a joint's Coulomb friction among named values.

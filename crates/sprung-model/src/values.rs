@@ -10,7 +10,10 @@ use sprung_core::spatial::BODY;
 
 use super::parameter::{ModelError, Parameter};
 use super::scratch::Scratch;
-use super::{Model, Theta, TreeLinks, presliding_name, sharpness_name, stribeck_name};
+use super::{
+    Model, Theta, TreeLinks, hysteresis_name, play_centre_name, play_name, presliding_name,
+    sharpness_name, stribeck_name,
+};
 
 /// Link parameters in a message about a mass matrix.
 const PARAMETERS_SHOWN: usize = 3;
@@ -81,6 +84,9 @@ impl Model {
                     [
                         stribeck_name(joint),
                         presliding_name(joint),
+                        hysteresis_name(joint),
+                        play_name(joint),
+                        play_centre_name(joint),
                         sharpness_name(joint),
                     ]
                 })

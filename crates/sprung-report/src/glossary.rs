@@ -111,6 +111,7 @@ fn meaning(kind: JointParameter) -> String {
         JointParameter::RotorInertia
         | JointParameter::CubicStiffness
         | JointParameter::Damping
+        | JointParameter::Hysteresis(_)
         | JointParameter::Preload
         | JointParameter::BackEmf
         | JointParameter::TorqueOffset => kind.about().to_owned(),

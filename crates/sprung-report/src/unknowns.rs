@@ -200,7 +200,7 @@ mod tests {
                 of: "motor_friction".to_owned(),
                 law: "stribeck".to_owned(),
                 stribeck_velocity: Some(0.04),
-                stribeck_velocity_error: None,
+                ..AddedLaw::default()
             }),
             ..unknown("law a1.motor_friction.stribeck", "law", "a1", "N·m")
         };

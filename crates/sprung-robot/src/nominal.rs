@@ -64,6 +64,7 @@ fn property(kind: JointParameter) -> Value {
         | JointParameter::Stiffness
         | JointParameter::CubicStiffness
         | JointParameter::Damping
+        | JointParameter::Hysteresis(_)
         | JointParameter::Preload
         | JointParameter::Change(..)
         | JointParameter::BackEmf

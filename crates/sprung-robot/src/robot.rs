@@ -245,6 +245,13 @@ pub struct Joint {
     /// Width of the widest of the six elements of presliding friction, rad (m): the travel from the middle until it slides. If
     /// absent, 0.2 s times the root mean square of the joint's velocity in the log.
     pub presliding_width_rad: Option<f64>,
+    /// Width of the widest of the six elements of the spring's hysteresis, rad (m): the deflection from the middle until it
+    /// slides. If absent, twice the standard deviation of the deflection in the log.
+    pub hysteresis_width_rad: Option<f64>,
+    /// Half of the play in series with the spring, rad (m); a search in the log determines it if absent.
+    pub play_half_width_rad: Option<f64>,
+    /// Deflection in the middle of the play, rad (m); zero if absent, and found with the half width.
+    pub play_centre_rad: Option<f64>,
     /// Beta of the Coulomb friction `tanh(beta * velocity)`, s/rad (s/m). If absent, 100, and the refinement estimates
     /// it with the parameters.
     pub coulomb_sharpness_s_per_rad: Option<f64>,
@@ -432,14 +439,41 @@ pub enum SpringTerm {
     Cubic,
     /// An added torque proportional to the rate of the deflection.
     Damping,
+    /// An added torque that grows with the deflection after a reversal until it slides: elastic elements of six widths.
+    Hysteresis,
+    /// A play in series with the spring: no torque within it.
+    Play,
+}
+
+impl SpringTerm {
+    /// All terms.
+    pub const ALL: [Self; 5] = [
+        Self::Linear,
+        Self::Cubic,
+        Self::Damping,
+        Self::Hysteresis,
+        Self::Play,
+    ];
+
+    /// Returns the word of the term in a description.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Linear => "linear",
+            Self::Cubic => "cubic",
+            Self::Damping => "damping",
+            Self::Hysteresis => "hysteresis",
+            Self::Play => "play",
+        }
+    }
 }
 
 impl TryFrom<String> for SpringTerm {
     type Error = String;
 
     fn try_from(word: String) -> Result<Self, String> {
-        let index = choose("spring term", &word, &["linear", "cubic", "damping"])?;
-        Ok([Self::Linear, Self::Cubic, Self::Damping][index])
+        let words = Self::ALL.map(Self::word);
+        Ok(Self::ALL[choose("spring term", &word, &words)?])
     }
 }
 

@@ -54,7 +54,7 @@ fn state(numbers: &[Vec<f64>; 4]) -> State<'_> {
         phi,
         dphi,
         excess: &[],
-        presliding: &[],
+        elements: &[],
     }
 }
 

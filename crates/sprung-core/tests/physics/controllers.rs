@@ -11,6 +11,9 @@ const SHAPES: [Shape; 2] = [Shape {
     sharpness: 100.0,
     stribeck_velocity: 0.1,
     presliding_width: 0.5,
+    hysteresis_width: 0.05,
+    play: 0.0,
+    play_centre: 0.0,
 }; 2];
 
 fn nominal(theta: &[f64; PARAMETERS], q_d: &[[f64; 5]; 2]) -> (Vec<f64>, JointState) {
@@ -45,7 +48,7 @@ fn state_feedback_takes_errors_in_the_printed_order() {
         phi: &zero,
         dphi: &zero,
         excess: &[],
-        presliding: &[],
+        elements: &[],
     };
     // The errors of q, phi, dq and dphi are distinct decimal digits, so each digit of the torque shows one gain.
     let measured = State {
@@ -54,7 +57,7 @@ fn state_feedback_takes_errors_in_the_printed_order() {
         dq: &[-1e4, -1e5],
         dphi: &[-1e6, -1e7],
         excess: &[],
-        presliding: &[],
+        elements: &[],
     };
     let mut tau = [0.5, -0.5];
     state_feedback(&gain, &desired, &measured, &mut tau);

@@ -46,13 +46,16 @@ impl Case {
                 sharpness: random.between(20.0, 200.0),
                 stribeck_velocity: 0.1,
                 presliding_width: 0.5,
+                hysteresis_width: 0.05,
+                play: 0.0,
+                play_centre: 0.0,
             }),
             state: JointState {
                 q: q.to_vec(),
                 dq: random.list(2, 3.0),
                 phi: vec![q[0] + deflection[0], q[1] + deflection[1]],
                 dphi: random.list(2, 3.0),
-                presliding: Vec::new(),
+                elements: Vec::new(),
             },
             tau: random.pair(5.0),
         }
@@ -128,6 +131,9 @@ fn terms_stand_where_the_order_of_theta_puts_them() {
             sharpness: 1.0,
             stribeck_velocity: 1.0,
             presliding_width: 0.5,
+            hysteresis_width: 0.05,
+            play: 0.0,
+            play_centre: 0.0,
         }; 2],
     );
     for term in arm.terms {

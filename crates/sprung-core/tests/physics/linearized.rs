@@ -48,7 +48,7 @@ fn changed(
         dq: state.dq.clone(),
         phi: state.phi.clone(),
         dphi: state.dphi.clone(),
-        presliding: state.presliding.clone(),
+        elements: state.elements.clone(),
     };
     let joint = robot.joint_of(row);
     let (link, motor) = if velocity {

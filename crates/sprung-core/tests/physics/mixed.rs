@@ -9,7 +9,7 @@ use sprung_core::friction::{Family, Law, Shape};
 use sprung_core::links::LengthError;
 use sprung_core::parameters::JointParameter::{self, Change, Friction};
 use sprung_core::parameters::Side;
-use sprung_core::presliding::ELEMENTS;
+use sprung_core::presliding::{ALL_ELEMENTS, ELEMENTS};
 use sprung_core::robot::{Links, Robot, Torques, Values};
 use sprung_core::spatial::BODY;
 
@@ -64,6 +64,9 @@ impl Mixed {
                     sharpness: random.between(20.0, 200.0),
                     stribeck_velocity: random.between(0.1, 1.0),
                     presliding_width: random.between(0.1, 1.0),
+                    hysteresis_width: random.between(0.01, 0.1),
+                    play: random.between(0.0, 0.02),
+                    play_centre: random.between(-0.01, 0.01),
                 })
                 .collect(),
             coupling: coupled.then(|| ratios.concat()),
@@ -112,6 +115,7 @@ impl Mixed {
             JointParameter::CubicStiffness => (100.0, 1000.0),
             JointParameter::Preload | Friction(_, Law::Offset) => (-1.0, 1.0),
             JointParameter::Damping
+            | JointParameter::Hysteresis(_)
             | JointParameter::Friction(..)
             | JointParameter::Change(..)
             | JointParameter::BackEmf
@@ -151,6 +155,7 @@ impl Mixed {
             JointParameter::Stiffness
             | JointParameter::CubicStiffness
             | JointParameter::Damping
+            | JointParameter::Hysteresis(_)
             | JointParameter::Preload => return,
         }
         self.theta.push(random.between(low, high));
@@ -240,7 +245,7 @@ impl Mixed {
             dphi: beside(&dq, 1.5),
             q,
             dq,
-            presliding: random.list(n * ELEMENTS, 1.0),
+            elements: random.list(n * ALL_ELEMENTS, 1.0),
         }
     }
 
@@ -264,16 +269,18 @@ impl Mixed {
         for i in 0..s.q.len() {
             let speed = self.motor_velocity(i, &s.dphi);
             let d = s.phi[i] - s.q[i];
+            let shape = &self.shapes[i];
+            let behind_play = ((d - shape.play_centre).abs() - shape.play).max(0.0);
             sum += 0.5 * self.value(JointParameter::RotorInertia, i) * speed * speed
-                + 0.5 * self.value(JointParameter::Stiffness, i) * d * d
+                + 0.5 * self.value(JointParameter::Stiffness, i) * behind_play * behind_play
                 + 0.25 * self.value(JointParameter::CubicStiffness, i) * d.powi(4)
                 - self.value(JointParameter::Preload, i) * d;
         }
         sum
     }
 
-    /// Power of friction and damping that cannot be negative, and power of offsets and of presliding
-    /// friction.
+    /// Power of friction and damping that cannot be negative, and power of offsets, presliding friction
+    /// and hysteresis.
     fn losses(&self, s: &JointState) -> (f64, f64) {
         let (mut lost, mut of_offsets) = (0.0, 0.0);
         for i in 0..s.q.len() {
@@ -297,7 +304,7 @@ impl Mixed {
                 let laws = Family::Presliding.laws().iter();
                 match side {
                     Side::Motor => {
-                        let elements = &s.presliding[i * ELEMENTS..(i + 1) * ELEMENTS];
+                        let elements = &s.elements[i * ALL_ELEMENTS..i * ALL_ELEMENTS + ELEMENTS];
                         let torque = laws.zip(elements).map(|(&law, z)| of(law) * z);
                         of_offsets += v * torque.sum::<f64>();
                     }
@@ -307,6 +314,10 @@ impl Mixed {
             }
             let rate = s.dphi[i] - s.dq[i];
             lost += self.value(JointParameter::Damping, i) * rate * rate;
+            let of_spring = &s.elements[i * ALL_ELEMENTS + ELEMENTS..(i + 1) * ALL_ELEMENTS];
+            for (at, z) in (0..).zip(of_spring) {
+                of_offsets += rate * z * self.value(JointParameter::Hysteresis(at), i);
+            }
             let speed = self.motor_velocity(i, &s.dphi);
             lost += self.value(JointParameter::BackEmf, i) * speed * speed;
         }

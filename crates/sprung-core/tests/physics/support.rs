@@ -67,8 +67,8 @@ pub(crate) struct JointState {
     pub(crate) dq: Vec<f64>,
     pub(crate) phi: Vec<f64>,
     pub(crate) dphi: Vec<f64>,
-    /// Elements of presliding friction; empty without.
-    pub(crate) presliding: Vec<f64>,
+    /// Elements of presliding friction and hysteresis; empty without.
+    pub(crate) elements: Vec<f64>,
 }
 
 impl JointState {
@@ -79,7 +79,7 @@ impl JointState {
             phi: &self.phi,
             dphi: &self.dphi,
             excess: &[],
-            presliding: &self.presliding,
+            elements: &self.elements,
         }
     }
 
@@ -91,7 +91,7 @@ impl JointState {
             dq: moved(&self.dq, ddq, t),
             phi: moved(&moved(&self.phi, &self.dphi, t), ddphi, 0.5 * t * t),
             dphi: moved(&self.dphi, ddphi, t),
-            presliding: self.presliding.clone(),
+            elements: self.elements.clone(),
         }
     }
 }
@@ -188,7 +188,7 @@ pub(crate) fn feedforward(
         dq: of_order(1),
         phi,
         dphi,
-        presliding: Vec::new(),
+        elements: Vec::new(),
     };
     (tau, state)
 }

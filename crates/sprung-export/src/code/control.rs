@@ -236,7 +236,7 @@ impl<'a> Control<'a> {
             phi,
             dphi,
             excess: &[],
-            presliding: &[],
+            elements: &[],
         };
         let controller = self.controller();
         let mut tau = tau_d.clone();

@@ -155,7 +155,7 @@ impl Vector {
             phi: &self.phi,
             dphi: &self.dphi,
             excess: &[],
-            presliding: &[],
+            elements: &[],
         };
         for term in robot.terms {
             let drive = robot.drive(&state, term.joint);
@@ -202,7 +202,7 @@ impl Vector {
             phi: &self.phi,
             dphi: &self.dphi,
             excess: &[],
-            presliding: &[],
+            elements: &[],
         };
         let mut accelerations = vec![0.0; rows];
         accelerations[..n].copy_from_slice(&self.ddq);

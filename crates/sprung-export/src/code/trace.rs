@@ -120,7 +120,7 @@ impl<'g> Motion<'g> {
             link_velocity: self.dq[joint],
             motor_velocity: self.dphi[joint],
             excess: [0.0; _],
-            presliding: None,
+            elements: None,
         }
     }
 }
@@ -139,6 +139,7 @@ fn part(what: JointParameter) -> Part {
         JointParameter::Stiffness
         | JointParameter::CubicStiffness
         | JointParameter::Damping
+        | JointParameter::Hysteresis(_)
         | JointParameter::Preload => Part::Spring,
         JointParameter::BackEmf | JointParameter::TorqueOffset => Part::Friction(Side::Motor),
         JointParameter::Friction(side, _) | JointParameter::Change(side, ..) => {

@@ -315,6 +315,7 @@ fn is_per_angle(kind: JointParameter) -> bool {
         JointParameter::Friction(_, law) => law == Law::Viscous,
         JointParameter::CubicStiffness
         | JointParameter::Damping
+        | JointParameter::Hysteresis(_)
         | JointParameter::Preload
         | JointParameter::Change(..)
         | JointParameter::BackEmf

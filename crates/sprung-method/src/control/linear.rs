@@ -54,7 +54,7 @@ impl Linear {
             phi: &pose.phi,
             dphi: &still,
             excess: &[],
-            presliding: &[],
+            elements: &[],
         };
         let mut scratch = Scratch::new(n);
         let mut workspace = scratch.workspace();
@@ -113,6 +113,7 @@ impl Linear {
                 | JointParameter::Stiffness
                 | JointParameter::CubicStiffness
                 | JointParameter::Damping
+                | JointParameter::Hysteresis(_)
                 | JointParameter::Preload
                 | JointParameter::Change(..)
                 | JointParameter::BackEmf

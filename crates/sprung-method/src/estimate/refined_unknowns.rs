@@ -2,7 +2,7 @@
 
 use sprung_core::friction::Family;
 
-use crate::description::Joint;
+use crate::description::{Joint, SpringTerm};
 use crate::estimate::result::{EstimateResult, Refinement};
 use crate::unknowns::{AddedLaw, LEAST_CHANGE_OF_SHARPNESS, UnknownResult};
 
@@ -81,12 +81,13 @@ pub(in crate::estimate) fn with_curves(
         return unknowns;
     };
     for unknown in &mut unknowns {
-        let is_curve = |law: &&AddedLaw| law.law == Family::Presliding.word();
+        let words = [Family::Presliding.word(), SpringTerm::Hysteresis.word()];
+        let is_curve = |law: &&AddedLaw| words.contains(&law.law.as_str());
         let Some(law) = unknown.law.as_ref().filter(is_curve) else {
             continue;
         };
-        let side = law.of.trim_end_matches("friction");
-        let curve = format!("{}.{side}{}", unknown.place, law.law);
+        let side = law.of.trim_end_matches("_friction");
+        let curve = format!("{}.{side}_{}", unknown.place, law.law);
         if let Some(sum) = result.sum_of_curve(&curve) {
             (unknown.value, unknown.standard_error) = sum;
         }

@@ -310,7 +310,7 @@ impl Torques {
                 link_velocity: dq[joint],
                 motor_velocity: rates(dq, joint),
                 excess: [0.0; sprung_core::covariate::Covariate::COUNT],
-                presliding: None,
+                elements: None,
             };
             let inertia = term.momentum(1.0);
             let torque = term.rest(&drive, &robot.shapes[joint]) + rates(ddq, joint) * inertia;

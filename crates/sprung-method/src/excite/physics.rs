@@ -40,7 +40,7 @@ impl MotionAt {
             phi: &self.motor[0],
             dphi: &self.motor[1],
             excess: &[],
-            presliding: &[],
+            elements: &[],
         }
     }
 }

@@ -5,8 +5,9 @@ use super::excerpt::{Excerpt, excerpt};
 use super::factors::{FactorError, Factors, find_factors};
 use super::held_out::held_out;
 use super::inertial_findings::about_stiffnesses;
+use super::play::with_plays;
 use super::springs::find_springs;
-use super::stribeck::{by_likelihood, find_stribeck, with_presliding_widths};
+use super::stribeck::{by_likelihood, find_stribeck, with_widths};
 use super::sweep::{Sweep, sweep};
 use super::velocity_by_likelihood::VelocityByLikelihood;
 use super::weights::find_weights;
@@ -152,13 +153,14 @@ fn choose(
     })
 }
 
-/// Returns the reading with estimates of the Stribeck velocities that the model leaves open, and
-/// findings about them.
+/// Returns the reading with estimates of the widths, plays and Stribeck velocities that the model leaves open, and findings about
+/// the last.
 fn with_stribeck_velocities(
     reading: &Reading,
     excerpt: &Excerpt,
 ) -> (Reading, Vec<(usize, Finding)>) {
-    let reading = reading.with_model(with_presliding_widths(reading, excerpt));
+    let reading = reading.with_model(with_widths(reading, excerpt));
+    let reading = reading.with_model(with_plays(&reading, excerpt));
     if reading.model().unknown_stribeck().is_empty() {
         return (reading, Vec::new());
     }

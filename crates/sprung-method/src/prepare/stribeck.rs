@@ -1,11 +1,12 @@
 //! Finds Stribeck velocities by an outer search, because the regression is not linear in them.
 
-use sprung_core::friction::Law;
+use sprung_core::friction::{Law, Scale};
 use sprung_core::parameters::{JointParameter, Side};
 
 use super::excerpt::Excerpt;
 use super::velocity_by_likelihood::VelocityByLikelihood;
 use crate::finding::{Finding, Severity};
+use crate::log::Quantity;
 use crate::model::Model;
 use crate::regression::{Reading, SystemPart, Triangle, solve};
 
@@ -15,6 +16,9 @@ const FASTEST_SHARE: f64 = 0.5;
 
 /// Width of the widest element of presliding friction over the root mean square of the joint's velocity, s.
 const PRESLIDING_S: f64 = 0.2;
+
+/// Width of the widest element of hysteresis over the standard deviation of the deflection.
+const HYSTERESIS_SHARE: f64 = 2.0;
 
 /// Velocities in the first scan, in equal ratios.
 const VELOCITIES_TRIED: usize = 9;
@@ -139,16 +143,57 @@ pub(super) fn by_likelihood(model: &Model, found: &VelocityByLikelihood) -> Find
     )
 }
 
-/// Returns the model with the widths of presliding friction that the description leaves open, of all joints: the search for
-/// laws uses them before a joint has this friction.
+/// Returns the model with the widths of presliding friction and hysteresis that the description leaves open, of all joints: the
+/// search for laws uses them before a joint has these laws.
 #[must_use]
-pub(crate) fn with_presliding_widths(reading: &Reading, excerpt: &Excerpt) -> Model {
+pub(crate) fn with_widths(reading: &Reading, excerpt: &Excerpt) -> Model {
+    let mut model = reading.model().clone();
     let speeds = rms_speeds(reading, excerpt);
-    (reading.model().open_presliding().iter())
-        .filter(|&&joint| speeds[joint] > 0.0)
-        .fold(reading.model().clone(), |model, &joint| {
-            model.with_presliding_width(joint, PRESLIDING_S * speeds[joint])
-        })
+    for &joint in reading.model().open_presliding() {
+        if speeds[joint] > 0.0 {
+            model.set_scale(joint, Scale::Presliding, PRESLIDING_S * speeds[joint]);
+        }
+    }
+    for &joint in reading.model().open_hysteresis() {
+        if let Some(deflection) = deflection(reading, excerpt, joint) {
+            model.set_hysteresis_width(joint, HYSTERESIS_SHARE * deflection.rms);
+        }
+    }
+    model
+}
+
+/// Deflection of a joint in a log.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Deflection {
+    /// Mean, rad (m).
+    pub(super) mean: f64,
+    /// Standard deviation, rad (m).
+    pub(super) rms: f64,
+}
+
+/// Returns the deflection of a joint; `None` if two encoders do not show it.
+pub(super) fn deflection(reading: &Reading, excerpt: &Excerpt, joint: usize) -> Option<Deflection> {
+    if reading.model().robot().coupling.is_some() {
+        return None;
+    }
+    let channel = |quantity| reading.channels().index(quantity, joint);
+    let [motor, link] = [Quantity::MotorPosition, Quantity::LinkPosition].map(channel);
+    let (motor, link) = (motor?, link?);
+    let (mut count, mut sum, mut squares) = (0.0, 0.0, 0.0);
+    for block in excerpt.blocks() {
+        for (phi, q) in block.values[motor].iter().zip(&block.values[link]) {
+            let deflection = phi - q;
+            count += 1.0;
+            sum += deflection;
+            squares += deflection * deflection;
+        }
+    }
+    let mean = sum / f64::max(count, 1.0);
+    let variance = squares / f64::max(count, 1.0) - mean * mean;
+    (variance > 0.0).then(|| Deflection {
+        mean,
+        rms: variance.sqrt(),
+    })
 }
 
 /// Returns the root mean square of each joint's velocity, rad/s (m/s).
@@ -177,7 +222,7 @@ fn fastest(reading: &Reading, excerpt: &Excerpt) -> Option<Vec<f64>> {
 /// Calls `see` with joint and speed, rad/s (m/s), at every sample.
 fn speeds(reading: &Reading, excerpt: &Excerpt, mut see: impl FnMut(usize, f64)) {
     for (i, channel) in reading.channels().all.iter().enumerate() {
-        if channel.quantity != crate::log::Quantity::MotorPosition {
+        if channel.quantity != Quantity::MotorPosition {
             continue;
         }
         // Differences over 0.02 s, because the difference over one count would be a high speed.
@@ -196,17 +241,7 @@ fn speeds(reading: &Reading, excerpt: &Excerpt, mut see: impl FnMut(usize, f64))
 /// is solved with the stiffness of the motor row, because it has no right-hand side.
 fn unexplained(model: &Model, whole: &[Triangle], joint: usize) -> Option<f64> {
     let torque_row = model.torque_row(joint);
-    let alone = |factor: &Triangle| -> Option<(Vec<f64>, f64)> {
-        let local: Vec<usize> = (0..factor.unknowns()).collect();
-        let part = SystemPart {
-            columns: &local,
-            factor,
-        };
-        let x = solve(&[part], local.len())?.x;
-        let squares = factor.residual(&x).iter().map(|r| r * r).sum();
-        Some((x, squares))
-    };
-    let (x, of_motor) = alone(whole.get(torque_row)?)?;
+    let (x, of_motor) = solved(whole.get(torque_row)?)?;
     let on_link = model
         .index(JointParameter::Friction(Side::Link, Law::Stribeck), joint)
         .is_some();
@@ -217,6 +252,18 @@ fn unexplained(model: &Model, whole: &[Triangle], joint: usize) -> Option<f64> {
     let at = |row: usize| model.row_columns(row).iter().position(|&c| c == stiffness);
     let mut known = vec![None; model.row_columns(joint).len()];
     known[at(joint)?] = Some(x[at(torque_row)?]);
-    let (_, of_link) = alone(&whole.get(joint)?.with_known(&known))?;
+    let (_, of_link) = solved(&whole.get(joint)?.with_known(&known))?;
     Some(of_motor + of_link)
+}
+
+/// Returns the solution of one row and the sum of its squared residuals.
+pub(super) fn solved(factor: &Triangle) -> Option<(Vec<f64>, f64)> {
+    let local: Vec<usize> = (0..factor.unknowns()).collect();
+    let part = SystemPart {
+        columns: &local,
+        factor,
+    };
+    let x = solve(&[part], local.len())?.x;
+    let squares = factor.residual(&x).iter().map(|r| r * r).sum();
+    Some((x, squares))
 }

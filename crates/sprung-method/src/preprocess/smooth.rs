@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use sprung_core::covariate::Covariate;
 
 use super::raw_block::RawBlock;
-use crate::model::Presliding;
+use crate::model::Elements;
 
 use super::zero_phase::{Butterworth, ZeroPhase};
 
@@ -101,20 +101,21 @@ impl SignalBlock {
         }
     }
 
-    /// Moves elements of presliding friction along the samples and returns those of each, \[samples × n × elements\]; empty if
-    /// no motor has this friction.
+    /// Moves elements along the samples and returns those of each, \[samples × n × elements\]; empty if no joint has any.
     #[must_use]
-    pub(crate) fn presliding(&self, elements: &mut Presliding) -> Vec<f64> {
+    pub(crate) fn elements(&self, elements: &mut Elements) -> Vec<f64> {
         let mut all = Vec::new();
         if elements.is_empty() {
             return all;
         }
-        let mut phi = vec![0.0; self.phi.len()];
+        let n = self.phi.len();
+        let mut positions = vec![0.0; 2 * n];
         for k in 0..self.len() {
-            for (position, column) in phi.iter_mut().zip(&self.phi) {
+            for (position, column) in positions.iter_mut().zip(self.q.iter().chain(&self.phi)) {
                 *position = column[k];
             }
-            all.extend_from_slice(elements.advance(&phi));
+            let (q, phi) = positions.split_at(n);
+            all.extend_from_slice(elements.advance(q, phi));
         }
         all
     }

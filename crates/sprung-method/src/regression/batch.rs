@@ -63,13 +63,13 @@ impl Batch {
     /// Forms the regressor of up to [`BATCH_SAMPLES`] samples from `first` on; the batch is empty
     /// if `first` is beyond the last sample.
     ///
-    /// - `(bounds, presliding)`: largest friction at rest, \[samples × rows\], and elements of presliding friction of all
+    /// - `(bounds, elements)`: largest friction at rest, \[samples × rows\], and elements of all
     ///   samples, each may be empty.
     pub(super) fn form(
         &mut self,
         signals: &SignalBlock,
         first: usize,
-        (bounds, presliding): (&[f64], &[f64]),
+        (bounds, elements): (&[f64], &[f64]),
     ) {
         let count = BATCH_SAMPLES.min(signals.len().saturating_sub(first));
         self.momentum.resize(count * self.entries, 0.0);
@@ -80,7 +80,7 @@ impl Batch {
         if count == 0 {
             return;
         }
-        self.form_probes((signals, presliding), first, count);
+        self.form_probes((signals, elements), first, count);
         self.bounds.clear();
         if !bounds.is_empty() {
             let of_batch = &bounds[first * self.rows..(first + count) * self.rows];
@@ -112,7 +112,7 @@ impl Batch {
             let rows = (momentum.chunks_mut(self.entries)).zip(rest.chunks_mut(self.entries));
             let variances = variance.chunks_mut(per_sample.max(1));
             for ((k, (momentum, rest)), variance) in (from..until).zip(rows).zip(variances) {
-                let state = state_at((signals, presliding), k, &mut state);
+                let state = state_at((signals, elements), k, &mut state);
                 let acceleration = accelerations_at(signals, k);
                 evaluator.entries(&state, &acceleration, momentum, rest);
                 if let Some(weights) = weights {
@@ -129,7 +129,7 @@ impl Batch {
     /// Forms the probes of `count` samples.
     fn form_probes(
         &mut self,
-        (signals, presliding): (&SignalBlock, &[f64]),
+        (signals, elements): (&SignalBlock, &[f64]),
         first: usize,
         count: usize,
     ) {
@@ -139,7 +139,7 @@ impl Batch {
         self.probed.clear();
         let mut memory = vec![0.0; VALUES_PER_JOINT * signals.q.len()];
         for k in first..first + count {
-            let state = state_at((signals, presliding), k, &mut memory);
+            let state = state_at((signals, elements), k, &mut memory);
             let columns = self.probes.iter();
             let columns = columns.map(|probe| probe.column(&evaluator.model, &state, signals, k));
             self.probed.extend(columns);
@@ -158,12 +158,12 @@ fn accelerations_at(signals: &SignalBlock, k: usize) -> Vec<f64> {
 
 /// Copies one sample into `memory`, \[[`VALUES_PER_JOINT`] n\], and returns it.
 fn state_at<'m>(
-    (signals, presliding): (&SignalBlock, &'m [f64]),
+    (signals, elements): (&SignalBlock, &'m [f64]),
     k: usize,
     memory: &'m mut [f64],
 ) -> State<'m> {
     let n = signals.q.len();
-    let per_sample = presliding.len() / signals.len().max(1);
+    let per_sample = elements.len() / signals.len().max(1);
     for joint in 0..n {
         memory[joint] = signals.q[joint][k];
         memory[n + joint] = signals.dq[joint][k];
@@ -180,6 +180,6 @@ fn state_at<'m>(
         phi: &motor[..n],
         dphi: &motor[n..2 * n],
         excess: &motor[2 * n..],
-        presliding: &presliding[k * per_sample..(k + 1) * per_sample],
+        elements: &elements[k * per_sample..(k + 1) * per_sample],
     }
 }

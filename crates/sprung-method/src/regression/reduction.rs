@@ -13,7 +13,7 @@ use super::row_reduction::RowReduction;
 use super::system::{KEPT_SAMPLES, Kept, System, joined_in_pairs};
 use super::weights::{Standing, TransitionWeights};
 use crate::description::DiscretizationName;
-use crate::model::{Model, Presliding};
+use crate::model::{Elements, Model};
 use crate::preprocess::{Decimator, SignalBlock};
 
 /// Number of segments of samples in memory, at most. They are divided into 32 parts or fewer.
@@ -39,7 +39,7 @@ pub struct Reduction {
     kept: Decimator<f64>,
     samples: u64,
     standing: Standing,
-    presliding: Presliding,
+    elements: Elements,
 }
 
 impl Reduction {
@@ -75,7 +75,7 @@ impl Reduction {
             kept: Decimator::new(KEPT_SAMPLES),
             samples: 0,
             standing: Standing::default(),
-            presliding: model.presliding(),
+            elements: model.elements(),
         }
     }
 
@@ -129,7 +129,7 @@ impl Reduction {
     pub fn restart(&mut self) {
         self.rows.iter_mut().for_each(RowReduction::restart);
         self.standing = Standing::default();
-        self.presliding.restart();
+        self.elements.restart();
     }
 
     /// Sets the change of the parameters by a known payload in the samples that come: its torques are
@@ -170,8 +170,8 @@ impl Reduction {
             }
             None => Vec::new(),
         };
-        let presliding = signals.presliding(&mut self.presliding);
-        let beside = (bounds.as_slice(), presliding.as_slice());
+        let elements = signals.elements(&mut self.elements);
+        let beside = (bounds.as_slice(), elements.as_slice());
         self.batch.form(signals, 0, beside);
         for first in (0..signals.len()).step_by(BATCH_SAMPLES) {
             let (batch, next, rows) = (&self.batch, &mut self.next, &mut self.rows);

@@ -257,6 +257,9 @@ mod tests {
                 sharpness: 100.0,
                 stribeck_velocity: 0.1,
                 presliding_width: 0.5,
+                hysteresis_width: 0.05,
+                play: 0.0,
+                play_centre: 0.0,
             },
             laws: vec![(Law::CoulombPositive, 2.0), (Law::CoulombNegative, 1.0)],
         }

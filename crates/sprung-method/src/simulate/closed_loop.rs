@@ -289,7 +289,7 @@ impl ClosedLoop {
                     phi: &nominal.phi,
                     dphi: &nominal.dphi,
                     excess: &[],
-                    presliding: &[],
+                    elements: &[],
                 };
                 let measured = State {
                     q,
@@ -297,7 +297,7 @@ impl ClosedLoop {
                     phi,
                     dphi,
                     excess: &[],
-                    presliding: &[],
+                    elements: &[],
                 };
                 let gain: Vec<&[f64]> = gain.iter().map(Vec::as_slice).collect();
                 state_feedback(&gain, &desired, &measured, &mut tau);

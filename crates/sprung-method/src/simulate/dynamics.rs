@@ -245,6 +245,7 @@ impl Dynamics {
                 | JointParameter::Stiffness
                 | JointParameter::CubicStiffness
                 | JointParameter::Damping
+                | JointParameter::Hysteresis(_)
                 | JointParameter::Preload => false,
             })
         };
@@ -265,6 +266,7 @@ impl Dynamics {
                     JointParameter::Stiffness
                         | JointParameter::CubicStiffness
                         | JointParameter::Damping
+                        | JointParameter::Hysteresis(_)
                         | JointParameter::Preload
                 )
         })

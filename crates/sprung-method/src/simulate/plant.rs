@@ -5,7 +5,7 @@ use sprung_core::robot::{Torques, Values};
 use sprung_core::spatial::BODY;
 
 use super::integrator::{Integrator, StepsExhausted};
-use crate::model::{Model, Presliding, Scratch};
+use crate::model::{Elements, Model, Scratch};
 
 /// Positions and velocities of all joints, each \[n\].
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -41,7 +41,7 @@ impl JointState {
             phi: &self.phi,
             dphi: &self.dphi,
             excess: &[],
-            presliding: &[],
+            elements: &[],
         }
     }
 }
@@ -63,8 +63,8 @@ pub(super) struct Plant {
     /// Covariates of the joints minus their references, \[n × `Covariate::COUNT`\]; empty if no
     /// friction depends on any.
     pub(super) excess: Vec<f64>,
-    // Elements of presliding friction at the beginning of a step, and within it.
-    presliding: Presliding,
+    // Elements of presliding friction and hysteresis at the beginning of a step, and within it.
+    elements: Elements,
     within: Vec<f64>,
 }
 
@@ -88,7 +88,7 @@ impl Plant {
             joints: vec![0.0; 4 * n],
             torque: vec![0.0; model.coordinates()],
             excess: Vec::new(),
-            presliding: begun(model, &start.phi),
+            elements: begun(model, start),
             within: Vec::new(),
             model: model.clone(),
         }
@@ -135,8 +135,9 @@ impl Plant {
         let mut x = std::mem::take(&mut self.x);
         let done = integrator.advance(&mut x, duration, self.derivative(torques));
         self.x = x;
-        if !self.presliding.is_empty() {
-            self.presliding.advance(&self.state().phi);
+        if !self.elements.is_empty() {
+            let JointState { q, phi, .. } = self.state();
+            self.elements.advance(&q, &phi);
         }
         done
     }
@@ -152,7 +153,7 @@ impl Plant {
             joints,
             torque,
             excess,
-            presliding,
+            elements,
             within,
             ..
         } = self;
@@ -163,14 +164,14 @@ impl Plant {
         move |x, rate| {
             unpack(x, flexible, n, joints);
             let (link, motor) = joints.split_at(2 * n);
-            presliding.write_at(&motor[..n], within);
+            elements.write_at(&link[..n], &motor[..n], within);
             let state = State {
                 q: &link[..n],
                 dq: &link[n..],
                 phi: &motor[..n],
                 dphi: &motor[n..],
                 excess,
-                presliding: within,
+                elements: within,
             };
             let (positions, accelerations) = rate.split_at_mut(x.len() / 2);
             positions.copy_from_slice(&x[positions.len()..]);
@@ -183,11 +184,11 @@ impl Plant {
     }
 }
 
-/// Returns the elements of presliding friction of a robot that begins to move at these positions of the motors, \[n\].
-fn begun(model: &Model, phi: &[f64]) -> Presliding {
-    let mut presliding = model.presliding();
-    presliding.advance(phi);
-    presliding
+/// Returns the elements of a robot that begins to move.
+fn begun(model: &Model, start: &JointState) -> Elements {
+    let mut elements = model.elements();
+    elements.advance(&start.q, &start.phi);
+    elements
 }
 
 /// Writes q, dq, phi and dphi to `all`.

@@ -23,7 +23,7 @@ pub(super) fn with_laws<'a>(
     for (name, law) in laws {
         let mut joints = with.robot.joint.iter_mut();
         if let Some(joint) = joints.find(|joint| joint.name == name) {
-            *joint = changed(joint.clone(), &law.of, &law.law, law.stribeck_velocity);
+            *joint = changed(joint.clone(), law);
         }
     }
     with
@@ -46,9 +46,14 @@ pub(super) fn laws_of(joint: &Joint, side: Side) -> &[FrictionLaw] {
 /// Returns a joint with a further law; the same joint if the words name none.
 ///
 /// - `of`: `link_friction`, `motor_friction` or `spring`; `law`: name of the law or term.
-/// - `velocity`: velocity of Stribeck friction, rad/s (m/s).
-pub(crate) fn changed(mut joint: Joint, of: &str, law: &str, velocity: Option<f64>) -> Joint {
-    joint.stribeck_velocity_rad_per_s = joint.stribeck_velocity_rad_per_s.or(velocity);
+pub(crate) fn changed(mut joint: Joint, added: &AddedLaw) -> Joint {
+    let (of, law) = (added.of.as_str(), added.law.as_str());
+    let given = joint.stribeck_velocity_rad_per_s;
+    joint.stribeck_velocity_rad_per_s = given.or(added.stribeck_velocity);
+    if joint.play_half_width_rad.is_none() {
+        joint.play_half_width_rad = added.play_half_width;
+        joint.play_centre_rad = joint.play_centre_rad.or(added.play_centre);
+    }
     if of == "spring" {
         let mut terms = joint.spring_terms().to_vec();
         let term = SpringTerm::try_from(law.to_owned());
@@ -105,7 +110,7 @@ mod tests {
                 of: of.to_owned(),
                 law: law.to_owned(),
                 stribeck_velocity: (law == "stribeck").then_some(0.04),
-                stribeck_velocity_error: None,
+                ..AddedLaw::default()
             }),
             status,
         };

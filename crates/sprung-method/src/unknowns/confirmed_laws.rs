@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use sprung_core::chain::JointKind;
 use sprung_core::friction::{Family, Scale};
 use sprung_core::parameters::{JointParameter, Side};
 
@@ -34,7 +35,7 @@ const LEAST_ERROR: f64 = 1e-3;
 const LEAST_TORQUE: f64 = 1e-6;
 
 /// A model with the laws of some joints on the excerpt of a log.
-struct Judged {
+pub(super) struct Judged {
     model: Model,
     /// Fit without each part.
     fits: Vec<Theta>,
@@ -44,17 +45,13 @@ struct Judged {
 
 impl Judged {
     /// - `laws`: beyond the description.
-    fn new(prepared: &Prepared, reading: &Reading, laws: &[(usize, AddedLaw)]) -> Option<Self> {
-        let names = reading.model().joints();
-        let laws = laws
-            .iter()
-            .map(|(joint, law)| (names[*joint].as_str(), law));
-        let model = Model::new(&with_laws(prepared.experiment(), laws)).ok()?;
-        let mut model = model.with_velocities_of(reading.model());
-        for joint in 0..model.joint_count() {
-            model.set_scale(joint, Scale::Sharpness, reading.model().sharpness(joint));
-        }
-        let reading = reading.with_model(model);
+    pub(super) fn new(
+        prepared: &Prepared,
+        reading: &Reading,
+        laws: &[(usize, AddedLaw)],
+    ) -> Option<Self> {
+        let laws = laws.iter().map(|(joint, law)| (*joint, law));
+        let reading = with_laws_of(prepared, reading, laws)?;
         let system = prepared.excerpt().reduce(&reading)?;
         let values = fit_values(reading.model(), &system)?;
         let weights = row_weights(reading.model(), &system, &values);
@@ -72,7 +69,7 @@ impl Judged {
     }
 
     /// Returns the relative squared residual of a joint in each part.
-    fn left(&self, joint: usize) -> Vec<f64> {
+    pub(super) fn left(&self, joint: usize) -> Vec<f64> {
         let rows = [joint, self.model.torque_row(joint)];
         let torque = |row: usize| -> f64 {
             let all = self.missed.iter().map(|missed| missed.torque[row]);
@@ -87,14 +84,35 @@ impl Judged {
         self.missed.iter().map(of_part).collect()
     }
 
+    /// Returns the index of a parameter.
+    pub(super) fn index(&self, kind: JointParameter, joint: usize) -> Option<usize> {
+        self.model.index(kind, joint)
+    }
+
     /// Returns mean and jackknife error of the sum of some parameters.
-    fn sum(&self, parameters: &[usize]) -> (f64, f64) {
+    pub(super) fn sum(&self, parameters: &[usize]) -> (f64, f64) {
         let sums = self.fits.iter().map(|theta| -> f64 {
             let values = parameters.iter().map(|&parameter| theta[parameter]);
             values.sum()
         });
         mean_and_error(&sums.collect::<Vec<f64>>())
     }
+}
+
+/// Returns a reading whose model has further laws of joints; `None` if no model has them.
+pub(super) fn with_laws_of<'a>(
+    prepared: &Prepared,
+    reading: &Reading,
+    laws: impl Iterator<Item = (usize, &'a AddedLaw)>,
+) -> Option<Reading> {
+    let names = reading.model().joints();
+    let laws = laws.map(|(joint, law)| (names[joint].as_str(), law));
+    let model = Model::new(&with_laws(prepared.experiment(), laws)).ok()?;
+    let mut model = model.with_velocities_of(reading.model());
+    for joint in 0..model.joint_count() {
+        model.set_scale(joint, Scale::Sharpness, reading.model().sharpness(joint));
+    }
+    Some(reading.with_model(model))
 }
 
 /// Returns the reading with delays and sharpness that were found, in which all samples count alike.
@@ -155,8 +173,7 @@ pub(super) fn presliding(prepared: &Prepared) -> Vec<Found> {
     let law = AddedLaw {
         of: "motor_friction".to_owned(),
         law: family.name().to_owned(),
-        stribeck_velocity: None,
-        stribeck_velocity_error: None,
+        ..AddedLaw::default()
     };
     let candidates: Vec<(usize, AddedLaw)> = (0..experiment.robot.joint.len())
         .filter(|&joint| may_have(joint))
@@ -180,47 +197,60 @@ pub(super) fn presliding(prepared: &Prepared) -> Vec<Found> {
     } else {
         vec![falls(&of_joints, LEAST_FALL_BY_PRESLIDING); of_joints.len()]
     };
-    let of_joint = |(at, (joint, _)): (usize, &(usize, AddedLaw))| {
-        let (joint, fall) = (*joint, 1.0 - ratio_of(&of_joints[at], 0..PARTS));
+    let of_joint = |(at, (joint, law)): (usize, &(usize, AddedLaw))| {
         let kinds = Family::Presliding.laws().iter();
         let parameters: Vec<usize> = kinds
-            .filter_map(|&law| {
-                with.model
-                    .index(JointParameter::Friction(Side::Motor, law), joint)
-            })
+            .filter_map(|&law| with.index(JointParameter::Friction(Side::Motor, law), *joint))
             .collect();
-        let (value, error) = with.sum(&parameters);
-        Some(Found {
-            id: format!(
-                "law {}.motor_friction.{}",
-                experiment.robot.joint[joint].name,
-                family.name()
-            ),
-            kind: Kind::Law,
-            place: Place::Joint(joint),
-            value,
-            standard_error: error.max(LEAST_ERROR * value.abs()).max(LEAST_TORQUE),
-            unit: with.model.parameters()[*parameters.first()?].unit,
-            begins: None,
-            law: Some(law.clone()),
-            gain: (1.0 - (1.0 - fall).powi(2)).max(0.0),
-            own: 1.0,
-            mimic: None,
-            fall,
-            competing: Vec::new(),
-        })
+        let sum = with.sum(&parameters);
+        found_law(prepared, (*joint, law.clone()), sum, &of_joints[at])
     };
     (candidates.iter().enumerate())
         .filter(|(at, _)| is_shown[*at])
-        .filter_map(of_joint)
+        .map(of_joint)
         .collect()
+}
+
+/// Returns a law that a joint has.
+///
+/// - `value`: its size and the standard error.
+/// - `errors`: of the joint without and with it, in each part.
+pub(super) fn found_law(
+    prepared: &Prepared,
+    (joint, law): (usize, AddedLaw),
+    (value, error): (f64, f64),
+    errors: &[Vec<f64>; 2],
+) -> Found {
+    let name = &prepared.experiment().robot.joint[joint].name;
+    let kind = prepared.reading().model().kind(joint);
+    let ratio = ratio_of(errors, 0..PARTS);
+    Found {
+        id: format!("law {name}.{}.{}", law.of, law.law),
+        kind: Kind::Law,
+        place: Place::Joint(joint),
+        value,
+        standard_error: error.max(LEAST_ERROR * value.abs()).max(LEAST_TORQUE),
+        unit: match (law.play_half_width, kind) {
+            (None, JointKind::Revolute) => "N·m",
+            (None, JointKind::Prismatic) => "N",
+            (Some(_), JointKind::Revolute) => "rad",
+            (Some(_), JointKind::Prismatic) => "m",
+        },
+        begins: None,
+        law: Some(law),
+        gain: (1.0 - ratio * ratio).max(0.0),
+        own: 1.0,
+        mimic: None,
+        fall: 1.0 - ratio,
+        competing: Vec::new(),
+    }
 }
 
 /// Returns whether the errors of joints fall by a law: the mean logarithm over the joints by a least fall, and by two standard errors
 /// over the parts.
 ///
 /// - `joints`: errors of each joint without and with the law, in each part.
-fn falls(joints: &[[Vec<f64>; 2]], least: f64) -> bool {
+pub(super) fn falls(joints: &[[Vec<f64>; 2]], least: f64) -> bool {
     let mean = |parts: Range<usize>| -> f64 {
         let logs = joints.iter().map(|both| ratio_of(both, parts.clone()).ln());
         -logs.sum::<f64>() / joints.len() as f64

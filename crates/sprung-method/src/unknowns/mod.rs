@@ -22,6 +22,7 @@ mod search;
 mod select;
 mod settle;
 mod settled;
+mod spring_rivals;
 mod state;
 mod unknown;
 

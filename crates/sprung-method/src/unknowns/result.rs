@@ -71,7 +71,7 @@ pub struct UnknownResult {
 }
 
 /// A law of a joint beyond those of its description.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct AddedLaw {
     /// The key that it concerns: `link_friction`, `motor_friction`, `spring`, or words for an effect that no key describes.
     pub of: String,
@@ -83,6 +83,12 @@ pub struct AddedLaw {
     /// Standard error of this velocity, rad/s (m/s); absent unless the likelihood gave it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stribeck_velocity_error: Option<f64>,
+    /// Half of the play of a spring, rad (m).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub play_half_width: Option<f64>,
+    /// Deflection in the middle of the play, rad (m).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub play_centre: Option<f64>,
 }
 
 impl AddedLaw {

@@ -656,17 +656,17 @@ impl Rows<'_> {
     }
 }
 
-/// A segment with the elements of presliding friction.
+/// A segment with the elements of presliding friction and hysteresis.
 struct Sliding<'a> {
     signals: &'a SignalBlock,
-    /// \[samples × n × elements\]; empty if no motor has this friction.
-    presliding: Vec<f64>,
+    /// \[samples × n × elements\]; empty if no joint has any.
+    elements: Vec<f64>,
 }
 
 impl<'a> Sliding<'a> {
     fn new(model: &Model, signals: &'a SignalBlock) -> Self {
         Self {
-            presliding: signals.presliding(&mut model.presliding()),
+            elements: signals.elements(&mut model.elements()),
             signals,
         }
     }
@@ -681,8 +681,8 @@ impl<'a> Sliding<'a> {
         }
         let excess = signals.excess.iter();
         state.extend(excess.map(|column| column.get(k).copied().unwrap_or_default()));
-        let per_sample = self.presliding.len() / signals.len();
-        state.extend_from_slice(&self.presliding[k * per_sample..(k + 1) * per_sample]);
+        let per_sample = self.elements.len() / signals.len();
+        state.extend_from_slice(&self.elements[k * per_sample..(k + 1) * per_sample]);
         state
     }
 }
@@ -690,13 +690,13 @@ impl<'a> Sliding<'a> {
 /// Returns the parts of a state as [`Sliding::state_at`] has it.
 fn state_of(state: &[f64], n: usize) -> State<'_> {
     let (link, behind) = state.split_at(2 * n);
-    let (excess, presliding) = behind[2 * n..].split_at(n * Covariate::COUNT);
+    let (excess, elements) = behind[2 * n..].split_at(n * Covariate::COUNT);
     State {
         q: &link[..n],
         dq: &link[n..],
         phi: &behind[..n],
         dphi: &behind[n..2 * n],
         excess,
-        presliding,
+        elements,
     }
 }

@@ -89,7 +89,11 @@ pub(super) fn in_search<T>(
     excerpt: &Excerpt,
     run: impl FnOnce(Search<'_>) -> Option<T>,
 ) -> Option<T> {
-    let cutoff = reading.position_cutoff_hz().min(CUTOFF_HZ);
+    let model = reading.model();
+    // Slow filters smear the edges of a play.
+    let has_play = (0..model.joint_count()).any(|joint| model.play(joint).is_some());
+    let limit = if has_play { f64::INFINITY } else { CUTOFF_HZ };
+    let cutoff = reading.position_cutoff_hz().min(limit);
     let reading = reading.without_weights().with_position_cutoff(cutoff);
     let (model, channels) = (reading.model().clone(), reading.channels().clone());
     if channels.inertial.is_some() || !model.joints_without_link().is_empty() {

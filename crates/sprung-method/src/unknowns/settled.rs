@@ -7,6 +7,7 @@ use super::gauge::relative;
 use super::kinds::finding;
 use super::result::{AddedLaw, CompetingUnknown, UnknownResult, UnknownStatus};
 use super::settle::{Settlement, settle};
+use super::spring_rivals::with_springs;
 use super::unknown::{Kind, Place};
 use crate::description::{Delay, EncoderOffset, Experiment};
 use crate::finding::Finding;
@@ -61,19 +62,18 @@ pub(crate) fn settled(
     let Some(alone) = searched(&prepared, progress)? else {
         return Ok(Settled::without(prepared));
     };
+    let springs = with_springs(prepared, alone, progress)?;
+    let alone = springs.found;
     let presliding = presliding(&alone.prepared);
-    if presliding.is_empty() {
-        return Ok(alone);
-    }
     let (laws, about) = told(&presliding, &alone.prepared);
     let with = |other: Prepared, progress: &mut dyn Listener| {
         applied(other, (&presliding, &laws), progress)
     };
     // Without this friction its shadows are found: delays, other laws.
-    let again = if alone.unknowns.is_empty() {
+    let again = if alone.unknowns.is_empty() || presliding.is_empty() {
         None
     } else {
-        searched(&with(prepared, progress)?, progress)?
+        searched(&with(springs.base, progress)?, progress)?
     };
     let mut all = match again {
         Some(again) => again,
@@ -82,8 +82,9 @@ pub(crate) fn settled(
             ..alone
         },
     };
-    all.unknowns.extend(laws);
-    all.about.findings.extend(about.findings);
+    all.unknowns.extend(laws.into_iter().chain(springs.laws));
+    let findings = about.findings.into_iter().chain(springs.findings);
+    all.about.findings.extend(findings);
     Ok(all)
 }
 
@@ -92,7 +93,7 @@ pub(crate) fn settled(
 /// # Errors
 ///
 /// As of [`settled`].
-fn searched(
+pub(super) fn searched(
     prepared: &Prepared,
     progress: &mut dyn Listener,
 ) -> Result<Option<Settled>, PrepareError> {
@@ -126,7 +127,7 @@ fn searched(
 }
 
 /// Returns the results about what was found, and the findings.
-fn told(found: &[Found], prepared: &Prepared) -> (Vec<UnknownResult>, AboutUnknowns) {
+pub(super) fn told(found: &[Found], prepared: &Prepared) -> (Vec<UnknownResult>, AboutUnknowns) {
     let channels = prepared.reading().channels();
     let period = prepared.excerpt().period();
     let file = prepared.names().first().cloned().unwrap_or_default();
@@ -264,7 +265,7 @@ fn result(of: &Telling<'_>) -> UnknownResult {
 }
 
 /// Returns the preparation with the delays and laws that were found, and with the zero between two encoders as a parameter.
-fn applied(
+pub(super) fn applied(
     prepared: Prepared,
     (found, unknowns): (&[Found], &[UnknownResult]),
     progress: &mut dyn Listener,

@@ -69,7 +69,8 @@ pub(super) fn check_inertial(log: &Log, path: &[&str], robot: &Robot) -> Result<
             (Feature::TorqueSensorAlone, gives(Signal::Spring)),
             (
                 Feature::CubicSpring,
-                joint.spring_terms().contains(&SpringTerm::Cubic),
+                (joint.spring_terms().iter())
+                    .any(|term| !matches!(term, SpringTerm::Linear | SpringTerm::Damping)),
             ),
             (Feature::LoadFriction, has_load),
         ] {

@@ -150,6 +150,8 @@ fn positive(joint: &Joint, at: &str) -> Result<(), Fault> {
             joint.stribeck_velocity_rad_per_s,
         ),
         ("presliding_width_rad", joint.presliding_width_rad),
+        ("hysteresis_width_rad", joint.hysteresis_width_rad),
+        ("play_half_width_rad", joint.play_half_width_rad),
     ];
     for (key, value) in values {
         if let Some(value) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {

@@ -1,4 +1,4 @@
-//! Presliding friction of a flexible joint, from a simulation that shares no code with the models.
+//! Presliding friction, hysteresis and play of a flexible joint, from a simulation that shares no code with the models.
 
 use std::f64::consts::TAU;
 use std::fmt::Write;
@@ -51,8 +51,38 @@ enum Sliding {
     Bristle(f64),
 }
 
+/// Torque of the spring.
+#[derive(Clone, Copy)]
+enum Spring {
+    /// It is proportional to the deflection.
+    Linear,
+    /// Two elements of 2 N·m slide beside it, at these deflections, rad.
+    Slips([f64; 2]),
+    /// It begins at the end of a play of this half width about this deflection, rad.
+    Play(f64, f64),
+}
+
+impl Spring {
+    /// - `slips`: torque of the elements that slide, before and after the step; `travel`: of the deflection in the step.
+    fn torque(self, deflection: f64, slips: &mut [f64; 2], travel: f64) -> f64 {
+        match self {
+            Self::Linear => STIFFNESS * deflection,
+            Self::Slips(widths) => {
+                for (slip, width) in slips.iter_mut().zip(widths) {
+                    *slip = (*slip + 2.0 * travel / width).clamp(-2.0, 2.0);
+                }
+                STIFFNESS * deflection + slips[0] + slips[1]
+            }
+            Self::Play(half, centre) => {
+                let from_centre = deflection - centre;
+                STIFFNESS * from_centre.signum() * (from_centre.abs() - half).max(0.0)
+            }
+        }
+    }
+}
+
 /// Returns a log of 15 s under a controller of the motor position, whose torque is held for a period.
-fn log(sliding: Sliding) -> String {
+fn log(sliding: Sliding, of_spring: Spring) -> String {
     let mut text = "t,phi,q,tau\n".to_owned();
     let sines = [
         (0.25, 0.13, 0.0),
@@ -61,6 +91,7 @@ fn log(sliding: Sliding) -> String {
         (0.03, 2.1, 3.0),
     ];
     let (mut motor, mut link, mut bend) = ([0.0_f64; 2], [0.0_f64; 2], 0.0_f64);
+    let mut slips = [0.0; 2];
     for k in 0..15_000 {
         let time = f64::from(k) * PERIOD;
         let fade = (time / 1.5).min(1.0);
@@ -87,7 +118,8 @@ fn log(sliding: Sliding) -> String {
                     COULOMB * bend / width
                 }
             };
-            let spring = STIFFNESS * (motor[0] - link[0]);
+            let travel = step * (motor[1] - link[1]);
+            let spring = of_spring.torque(motor[0] - link[0], &mut slips, travel);
             motor[1] += step * (torque - spring - VISCOUS[0] * motor[1] - friction) / ROTOR;
             link[1] += step * (spring - VISCOUS[1] * link[1]) / LINK;
             motor[0] += step * motor[1];
@@ -122,7 +154,7 @@ fn used(of: &Identification) -> Vec<&str> {
 
 #[test]
 fn a_flexible_joint_with_bristles_gets_presliding_friction_and_its_true_rotor() {
-    let log = log(Sliding::Bristle(1e-3));
+    let log = log(Sliding::Bristle(1e-3), Spring::Linear);
     let declared = identified("declared", &log);
     let wrong = error(&declared, "hip.rotor_inertia", ROTOR);
     assert!(wrong.abs() > 0.05, "{wrong}");
@@ -145,6 +177,38 @@ fn a_flexible_joint_with_bristles_gets_presliding_friction_and_its_true_rotor() 
 
 #[test]
 fn a_flexible_joint_whose_friction_jumps_gets_none() {
-    let found = identified("auto", &log(Sliding::Jump));
+    let found = identified("auto", &log(Sliding::Jump, Spring::Linear));
     assert!(used(&found).is_empty(), "{:?}", used(&found));
+}
+
+#[test]
+fn hysteresis_of_a_spring_is_found_and_leaves_the_rotor_true() {
+    let log = log(Sliding::Jump, Spring::Slips([1e-4, 3e-4]));
+    let declared = identified("declared", &log);
+    let wrong = error(&declared, "hip.rotor_inertia", ROTOR);
+    assert!(wrong.abs() > 0.05, "{wrong}");
+    let found = identified("auto", &log);
+    assert_eq!(used(&found), ["hysteresis"]);
+    let rotor = error(&found, "hip.rotor_inertia", ROTOR);
+    let stiffness = error(&found, "hip.stiffness", STIFFNESS);
+    assert!(rotor.abs() < 0.02, "{rotor}");
+    assert!(stiffness.abs() < 0.02, "{stiffness}");
+    let shown = found.results[0].shown_parameters();
+    let row = shown.iter().find(|one| one.name == "hip.spring_hysteresis");
+    let sum = row.and_then(|one| one.value).unwrap();
+    assert!((sum / 4.0 - 1.0).abs() < 0.15, "{sum}");
+}
+
+#[test]
+fn play_of_a_spring_is_found_with_its_width_and_leaves_the_stiffness_true() {
+    let log = log(Sliding::Jump, Spring::Play(2e-4, 1e-4));
+    let declared = identified("declared", &log);
+    let wrong = error(&declared, "hip.stiffness", STIFFNESS);
+    assert!(wrong.abs() > 0.03, "{wrong}");
+    let found = identified("auto", &log);
+    assert_eq!(used(&found), ["play"]);
+    let play = found.results[0].play_half_width["hip"];
+    let stiffness = error(&found, "hip.stiffness", STIFFNESS);
+    assert!((play / 2e-4 - 1.0).abs() < 0.05, "{play}");
+    assert!(stiffness.abs() < 0.02, "{stiffness}");
 }

@@ -66,6 +66,7 @@ fn instead(model: &Model, parameter: &Parameter, value: f64) -> Option<f64> {
         JointParameter::RotorInertia
         | JointParameter::CubicStiffness
         | JointParameter::Damping
+        | JointParameter::Hysteresis(_)
         | JointParameter::Preload
         | JointParameter::Friction(..)
         | JointParameter::Change(..)

@@ -1,5 +1,7 @@
 //! Contradiction between the refinement and least squares.
 
+use sprung_core::parameters::JointParameter;
+
 use super::parameters::listed;
 use crate::estimate::result::EstimateResult;
 use crate::estimate::statistics::{SIGNIFICANT_SIGMAS, SMALL_SHARE};
@@ -19,6 +21,11 @@ pub(super) fn routes_disagree(
     result.refined()?;
     let mut apart: Vec<(usize, f64)> = (result.parameters.iter().enumerate())
         .filter(|(i, parameter)| !parameter.fixed && fitted.identifiable[*i])
+        // Neighbours of a curve share its torque.
+        .filter(|(i, _)| {
+            let kind = model.parameters()[*i].joint.map(|(kind, _)| kind);
+            !kind.is_some_and(JointParameter::is_of_curve)
+        })
         .filter_map(|(i, parameter)| {
             let error = parameter.standard_error?.hypot(fitted.standard_error[i]);
             let difference = (parameter.value? - fitted.theta[i]).abs();

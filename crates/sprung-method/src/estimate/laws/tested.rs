@@ -6,7 +6,7 @@ use sprung_core::parameters::{JointParameter, Side};
 use crate::description::Experiment;
 use crate::estimate::statistics::SATURATED_ARGUMENT;
 use crate::model::{Model, ModelError};
-use crate::unknowns::changed;
+use crate::unknowns::{AddedLaw, changed};
 
 /// Stribeck velocity of the tested law, relative to the root mean square of the joint's velocity,
 /// and least argument of `tanh(beta v)` at this velocity.
@@ -62,11 +62,17 @@ pub(in crate::estimate) fn with_tested_laws(
         if !described.is_flexible() || speeds[joint] <= 0.0 {
             continue;
         }
-        let mut add = |of, law, kind| {
+        let mut add = |of: &'static str, law: &'static str, kind| {
             let velocity = (STRIBECK_OVER_SPEED * speeds[joint])
                 .max(SATURATED_ARGUMENT / model.sharpness(joint));
             let is_stribeck = law == Family::Stribeck.word();
-            *described = changed(described.clone(), of, law, is_stribeck.then_some(velocity));
+            let added = AddedLaw {
+                of: str::to_owned(of),
+                law: str::to_owned(law),
+                stribeck_velocity: is_stribeck.then_some(velocity),
+                ..AddedLaw::default()
+            };
+            *described = changed(described.clone(), &added);
             kinds.push((joint, of, law, kind));
         };
         let lacks = |kind: JointParameter| model.index(kind, joint).is_none();

@@ -15,7 +15,9 @@ use super::springs::RigidJoint;
 use super::verdict::{Decision, Verdict};
 use crate::finding::Finding;
 use crate::frequency::SpringFromMotor;
-use crate::model::{presliding_name, sharpness_name, stribeck_name};
+use crate::model::{
+    hysteresis_name, play_centre_name, play_name, presliding_name, sharpness_name, stribeck_name,
+};
 use crate::named::Named;
 use crate::unknowns::UnknownResult;
 
@@ -203,6 +205,15 @@ pub struct EstimateResult {
     /// Width of the widest element of presliding friction, rad (m), by joint.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub presliding_width: Named,
+    /// Width of the widest element of the hysteresis of a spring, rad (m), by joint.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub hysteresis_width: Named,
+    /// Half of the play in series with a spring, rad (m), by joint.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub play_half_width: Named,
+    /// Deflection in the middle of the play, rad (m), by joint.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub play_centre: Named,
     /// Speeds up to which friction takes energy where only the sum of its laws does, rad/s (m/s), by joint: the largest
     /// ones of the log. Joints without such laws are absent.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
@@ -446,14 +457,19 @@ impl EstimateResult {
     /// Returns the values by name, without parameters that are not determined.
     #[must_use]
     pub fn values(&self) -> BTreeMap<String, f64> {
-        let stribeck = self.stribeck_velocity.iter();
-        let residual = self.presliding_width.iter();
-        let sharpness = self.coulomb_sharpness.iter();
+        let named = |values: &Named, name: fn(&str) -> String| -> Vec<(String, f64)> {
+            (values.iter())
+                .map(|(joint, value)| (name(joint), value))
+                .collect()
+        };
         (self.parameters.iter())
             .filter_map(|p| Some((p.name.clone(), p.value?)))
-            .chain(stribeck.map(|(joint, velocity)| (stribeck_name(joint), velocity)))
-            .chain(residual.map(|(joint, velocity)| (presliding_name(joint), velocity)))
-            .chain(sharpness.map(|(joint, sharpness)| (sharpness_name(joint), sharpness)))
+            .chain(named(&self.stribeck_velocity, stribeck_name))
+            .chain(named(&self.presliding_width, presliding_name))
+            .chain(named(&self.hysteresis_width, hysteresis_name))
+            .chain(named(&self.play_half_width, play_name))
+            .chain(named(&self.play_centre, play_centre_name))
+            .chain(named(&self.coulomb_sharpness, sharpness_name))
             .collect()
     }
 

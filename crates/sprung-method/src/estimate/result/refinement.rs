@@ -207,12 +207,12 @@ pub struct RefinedSharpness {
     pub standard_error: f64,
 }
 
-/// Prior of presliding friction on one side of a joint.
+/// Prior of presliding friction on one side of a joint, or of the hysteresis of its spring.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PreslidingPrior {
     /// Name of the joint.
     pub joint: String,
-    /// `link` or `motor`.
+    /// `link`, `motor` or `spring`.
     pub side: String,
     /// Standard deviation of the coefficients, N·m (N).
     pub level_nm: f64,

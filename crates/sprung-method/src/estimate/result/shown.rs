@@ -3,18 +3,20 @@
 use sprung_core::friction::Family;
 
 use super::identification::{EstimateResult, ParameterEstimate};
+use crate::description::SpringTerm;
 use crate::estimate::statistics::NORMAL_95;
 
 /// Returns the name of the curve of which a parameter is an element.
 fn curve_of(name: &str) -> Option<&str> {
     let (curve, element) = name.rsplit_once('_')?;
-    let is_element = element.parse::<usize>().is_ok() && curve.ends_with(Family::Presliding.word());
-    is_element.then_some(curve)
+    let words = [Family::Presliding.word(), SpringTerm::Hysteresis.word()];
+    let is_of_curve = words.iter().any(|word| curve.ends_with(word));
+    (is_of_curve && element.parse::<usize>().is_ok()).then_some(curve)
 }
 
 impl EstimateResult {
-    /// Returns the parameters as tables show them. A row with the sum replaces the elements of presliding friction: its torque
-    /// in steady motion.
+    /// Returns the parameters as tables show them. A row with the sum replaces the elements of presliding friction, its torque
+    /// in steady motion, and those of hysteresis.
     #[must_use]
     pub fn shown_parameters(&self) -> Vec<ParameterEstimate> {
         let mut shown: Vec<ParameterEstimate> = Vec::new();

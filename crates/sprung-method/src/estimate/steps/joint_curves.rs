@@ -150,6 +150,7 @@ impl<'a> Row<'a> {
                 JointParameter::Stiffness
                     | JointParameter::CubicStiffness
                     | JointParameter::Damping
+                    | JointParameter::Hysteresis(_)
                     | JointParameter::Preload
             )
         });

@@ -82,7 +82,10 @@ pub(super) fn result_of(
         encoder_offsets,
         stribeck_velocity: stribeck_velocities(model, &found.criterion),
         coulomb_sharpness: sharpnesses(model, &found.criterion),
-        presliding_width: presliding_widths(model),
+        presliding_width: of_joints(model, |joint| model.presliding_width(joint)),
+        hysteresis_width: of_joints(model, |joint| model.hysteresis_width(joint)),
+        play_half_width: of_joints(model, |joint| Some(model.play(joint)?[0])),
+        play_centre: of_joints(model, |joint| Some(model.play(joint)?[1])),
         friction_speed: (linear.speeds.iter().enumerate())
             .filter(|(joint, _)| constrained.is_some() && has_sum(model, *joint))
             .map(|(joint, speed)| (model.joints()[joint].clone(), *speed))
@@ -260,10 +263,10 @@ fn sharpnesses(model: &Model, criterion: &Criterion) -> Named {
         .collect()
 }
 
-/// Returns the widths of presliding friction of the joints that have it.
-fn presliding_widths(model: &Model) -> Named {
+/// Returns the values of the joints that have them.
+fn of_joints(model: &Model, value: impl Fn(usize) -> Option<f64>) -> Named {
     (model.joints().iter().enumerate())
-        .filter_map(|(joint, name)| Some((name.clone(), model.presliding_width(joint)?)))
+        .filter_map(|(joint, name)| Some((name.clone(), value(joint)?)))
         .collect()
 }
 

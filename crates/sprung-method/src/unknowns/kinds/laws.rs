@@ -71,8 +71,7 @@ impl OfJoint<'_> {
                     added: Some(AddedLaw {
                         of: of.to_owned(),
                         law: law.to_owned(),
-                        stribeck_velocity: None,
-                        stribeck_velocity_error: None,
+                        ..AddedLaw::default()
                     }),
                 },
             )
@@ -219,6 +218,7 @@ fn with_all_laws(experiment: &Experiment) -> Experiment {
                 SpringTerm::Linear,
                 SpringTerm::Cubic,
                 SpringTerm::Damping,
+                SpringTerm::Hysteresis,
             ]);
         }
         joint.motor_friction = Some(friction);

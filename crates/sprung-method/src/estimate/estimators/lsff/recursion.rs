@@ -8,7 +8,7 @@ use sprung_core::velocity::AveragedVelocity;
 use crate::description::{DiscretizationName, Identify};
 use crate::estimate::errors::LsffError;
 use crate::estimate::statistics::NEGLIGIBLE_SHARE;
-use crate::model::{Model, Presliding, Theta};
+use crate::model::{Elements, Model, Theta};
 use crate::preprocess::{Decimator, RawBlock};
 use crate::regression::FilteredRegression;
 
@@ -28,7 +28,7 @@ const VELOCITY_WINDOW: [usize; 2] = [4, 4];
 #[derive(Clone, Debug)]
 pub struct Lsff {
     regression: FilteredRegression,
-    presliding: Presliding,
+    elements: Elements,
     velocity: Vec<AveragedVelocity>,
     fresh: AveragedVelocity,
     model: Model,
@@ -75,7 +75,7 @@ impl Lsff {
             .map_err(LsffError::Recursive)?;
         Ok(Self {
             regression,
-            presliding: model.presliding(),
+            elements: model.elements(),
             velocity: vec![velocity; 2 * model.joint_count()],
             fresh: velocity,
             model: model.clone(),
@@ -112,7 +112,7 @@ impl Lsff {
     pub fn restart(&mut self) {
         self.velocity.fill(self.fresh);
         self.regression.restart();
-        self.presliding.restart();
+        self.elements.restart();
     }
 
     /// Processes the next samples.
@@ -133,7 +133,7 @@ impl Lsff {
                 phi: &phi,
                 dphi,
                 excess: &excess,
-                presliding: self.presliding.advance(&phi),
+                elements: self.elements.advance(&q, &phi),
             };
             let spring = RawBlock::at(&samples.spring, k);
             let (entries, [motor, of_spring]) = self.regression.process(&state, &tau, &spring);

@@ -99,7 +99,7 @@ pub(super) fn describe(
         presliding_levels: (refined.noise.presliding.iter())
             .map(|(joint, side, level)| PreslidingPrior {
                 joint: model.joints()[*joint].clone(),
-                side: side.name().to_owned(),
+                side: (*side).to_owned(),
                 level_nm: *level,
             })
             .collect(),

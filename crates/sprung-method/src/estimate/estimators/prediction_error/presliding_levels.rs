@@ -1,4 +1,4 @@
-//! Prior levels of presliding friction, by the evidence of the log.
+//! Prior levels of presliding friction and hysteresis, by the evidence of the log.
 //!
 //! # Source
 //!
@@ -6,6 +6,7 @@
 
 use sprung_core::friction::Family;
 use sprung_core::parameters::{JointParameter, Side};
+use sprung_core::presliding::ELEMENTS;
 
 use crate::model::Model;
 
@@ -18,12 +19,13 @@ const LARGEST_SHARE: f64 = 0.5;
 /// Least prior level, N·m (N).
 const MIN_LEVEL: f64 = 1e-6;
 
-/// The coefficients of presliding friction of one side of a joint. Their prior has one standard
+/// The coefficients of the presliding friction of one side of a joint, or of the hysteresis of its spring. Their prior has one standard
 /// deviation, because all of their columns have the size of Coulomb friction's.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PreslidingLevel {
     pub(super) joint: usize,
-    pub(super) side: Side,
+    /// `link`, `motor` or `spring`.
+    pub(super) side: &'static str,
     /// Places of the coefficients among the refined parameters.
     pub(super) places: Vec<usize>,
     /// Standard deviation of the prior, N·m (N).
@@ -31,17 +33,25 @@ pub(super) struct PreslidingLevel {
 }
 
 impl PreslidingLevel {
-    /// Returns the levels of all sides with presliding friction, at a parameter vector.
+    /// Returns the levels of all sides with presliding friction and of all springs with hysteresis, at a parameter vector.
     ///
     /// - `free`: indices of the refined parameters.
     pub(super) fn all(model: &Model, free: &[usize], theta: &[f64]) -> Vec<Self> {
-        let sides = (0..model.joint_count())
-            .flat_map(|joint| [Side::Link, Side::Motor].map(|side| (joint, side)));
-        sides
-            .filter_map(|(joint, side)| {
-                let kinds = Family::Presliding.laws().iter();
+        let curves = (0..model.joint_count()).flat_map(|joint| {
+            let friction = [Side::Link, Side::Motor].map(|side| {
+                let laws = Family::Presliding.laws().iter();
+                let kinds = laws.map(|&law| JointParameter::Friction(side, law));
+                (joint, side.name(), kinds.collect::<Vec<_>>())
+            });
+            let elements = 0..ELEMENTS as u8;
+            let spring = elements.map(JointParameter::Hysteresis).collect();
+            friction.into_iter().chain([(joint, "spring", spring)])
+        });
+        curves
+            .filter_map(|(joint, side, kinds)| {
                 let indices = kinds
-                    .filter_map(|&law| model.index(JointParameter::Friction(side, law), joint));
+                    .into_iter()
+                    .filter_map(|kind| model.index(kind, joint));
                 let places: Vec<usize> = indices
                     .filter_map(|index| free.iter().position(|other| *other == index))
                     .collect();
@@ -88,7 +98,7 @@ mod tests {
     fn level(level: f64, places: Vec<usize>) -> PreslidingLevel {
         PreslidingLevel {
             joint: 0,
-            side: Side::Motor,
+            side: Side::Motor.name(),
             places,
             level,
         }

@@ -1,7 +1,6 @@
 //! Result of a refinement.
 
 use sprung_core::friction::Scale;
-use sprung_core::parameters::Side;
 
 use super::channel_updates::ChannelUpdate;
 use super::descent::Ending;
@@ -79,8 +78,8 @@ pub(super) struct FoundNoise {
     pub(super) corner: f64,
     /// Noise of sensors beyond the noise that their samples show.
     pub(super) sensors: Vec<SensorLevel>,
-    /// Prior levels of presliding friction by joint and side, N·m (N).
-    pub(super) presliding: Vec<(usize, Side, f64)>,
+    /// Prior levels of presliding friction and hysteresis by joint and side, N·m (N).
+    pub(super) presliding: Vec<(usize, &'static str, f64)>,
 }
 
 /// What channels do to the quantities.

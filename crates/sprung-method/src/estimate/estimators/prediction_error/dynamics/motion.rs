@@ -45,8 +45,8 @@ pub(in crate::estimate::estimators::prediction_error) struct Dynamics {
 pub(super) struct Known {
     /// Covariates minus their references, \[n × covariates\]; empty if no friction depends on any.
     pub(super) excess: Vec<f64>,
-    /// Elements of presliding friction, \[n × elements\]; empty if no motor has this friction.
-    presliding: Vec<f64>,
+    /// Elements of presliding friction and hysteresis, \[n × elements\]; empty if no joint has any.
+    elements: Vec<f64>,
 }
 
 /// Derivatives of the accelerations by the state, and their work memory.
@@ -179,12 +179,12 @@ impl Dynamics {
     /// on any.
     pub(in crate::estimate::estimators::prediction_error) fn set_known(
         &mut self,
-        [excess, presliding]: [&[f64]; 2],
+        [excess, elements]: [&[f64]; 2],
     ) {
         self.known.excess.clear();
         self.known.excess.extend_from_slice(excess);
-        self.known.presliding.clear();
-        self.known.presliding.extend_from_slice(presliding);
+        self.known.elements.clear();
+        self.known.elements.extend_from_slice(elements);
     }
 
     pub(super) fn unpack(&mut self, x: &[f64]) {
@@ -301,7 +301,7 @@ impl Dynamics {
     }
 }
 
-/// Returns positions and velocities of links and motors, each \[n\], with covariates and elements of presliding friction.
+/// Returns positions and velocities of links and motors, each \[n\], with covariates and elements of presliding friction and hysteresis.
 fn state<'s>(joints: &'s [f64], n: usize, known: &'s Known) -> State<'s> {
     let (link, motor) = joints.split_at(2 * n);
     State {
@@ -310,6 +310,6 @@ fn state<'s>(joints: &'s [f64], n: usize, known: &'s Known) -> State<'s> {
         phi: &motor[..n],
         dphi: &motor[n..],
         excess: &known.excess,
-        presliding: &known.presliding,
+        elements: &known.elements,
     }
 }

@@ -60,7 +60,7 @@ impl Dynamics {
                 motor_velocity: slowest(motor),
                 excess: excess_of(&self.known.excess, joint),
                 // Its elements are constant within a period.
-                presliding: Some([0.0; _]),
+                elements: Some([0.0; _]),
             };
             let slopes = term.slopes(&drive, &robot.shapes[joint]);
             let mass = self.inverse[term.row * rows + term.row];

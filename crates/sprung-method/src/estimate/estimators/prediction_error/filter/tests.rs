@@ -246,7 +246,7 @@ impl Case {
                     torque_rate: vec![0.0; torque.len()],
                     moving: Arc::from([]),
                     excess: Vec::new(),
-                    presliding: Vec::new(),
+                    elements: Vec::new(),
                     carried: None,
                     torque,
                     measurements: taken,

@@ -95,7 +95,7 @@ pub(super) fn align(
     // Position and velocity of each sensor at the beginning of each segment.
     let mut begins = vec![Vec::with_capacity(sensors.len()); ranges.len()];
     let mut speeds = Vec::with_capacity(sensors.len());
-    let mut motors: Vec<Option<MotorVelocity>> = vec![None; model.joint_count()];
+    let [mut links, mut motors] = [0; 2].map(|_| vec![None::<Velocity>; model.joint_count()]);
     for (index, sensor) in sensors.iter().enumerate() {
         let factor = sensor.factor();
         let values: Cow<'_, [f64]> = if sensor.spring.is_some() {
@@ -118,13 +118,15 @@ pub(super) fn align(
         let channel = &channels.all[sensor.channel];
         if channel.quantity == Quantity::MotorPosition {
             motors[channel.joint] = Some((first, velocity.clone()));
+        } else if channel.quantity == Quantity::LinkPosition {
+            links[channel.joint] = Some((first, velocity.clone()));
         }
         speeds.push((squares / velocity.len().max(1) as f64).sqrt());
     }
     found.sort_by_key(|(sample, measurement)| (*sample, measurement.sensor));
     let torque = torques(model, &inputs);
     let excess = covariates(channels, &inputs);
-    let presliding = presliding(model, &motors, &window);
+    let elements = elements(model, [&links, &motors], &window);
     let of_samples = |all: &[f64], within: Range<usize>| {
         let per_sample = all.len() / window.samples;
         all[within.start * per_sample..within.end * per_sample].to_vec()
@@ -151,7 +153,7 @@ pub(super) fn align(
             torque_rate: torque_rate[of_rows].to_vec(),
             moving: moving.clone(),
             excess: of_samples(&excess, within.from..within.to),
-            presliding: of_samples(&presliding, within.from..within.to),
+            elements: of_samples(&elements, within.from..within.to),
             first: (first[within.from..=within.to].iter())
                 .map(|at| at - range.start)
                 .collect(),
@@ -202,27 +204,27 @@ fn covariates(channels: &Channels, inputs: &RawBlock) -> Vec<f64> {
         .collect()
 }
 
-/// Measured velocity of a motor, rad/s (m/s), with the index of the first sample of a window.
-type MotorVelocity = (usize, Vec<f64>);
+/// Measured velocity of a motor or link, rad/s (m/s), with the index of the first sample of a window.
+type Velocity = (usize, Vec<f64>);
 
-/// Returns the elements of presliding friction in the middle of each period, by the measured velocities of the motors,
-/// \[samples × n × elements\]; empty if no motor has this friction.
-fn presliding(model: &Model, motors: &[Option<MotorVelocity>], window: &Window<'_>) -> Vec<f64> {
-    let mut presliding = model.presliding();
+/// Returns the elements of presliding friction and hysteresis in the middle of each period, by the measured velocities,
+/// \[samples × n × elements\]; empty if no joint has any.
+fn elements(model: &Model, sides: [&[Option<Velocity>]; 2], window: &Window<'_>) -> Vec<f64> {
+    let mut elements = model.elements();
     let mut all = Vec::new();
-    if presliding.is_empty() {
+    if elements.is_empty() {
         return all;
     }
     for k in 0..window.samples {
-        let travel = motors.iter().map(|motor| {
-            let velocity = motor.as_ref().map(|(first, velocity)| {
+        let travel = |side: &Option<Velocity>| {
+            let velocity = side.as_ref().map(|(first, velocity)| {
                 let last = velocity.len() - 1;
                 velocity[(first + k).min(last)]
             });
             velocity.unwrap_or_default() * window.period
-        });
-        let travel: Vec<f64> = travel.collect();
-        all.extend_from_slice(presliding.turn(&travel));
+        };
+        let [links, motors] = sides.map(|side| side.iter().map(travel).collect::<Vec<f64>>());
+        all.extend_from_slice(elements.turn(&links, &motors));
     }
     all
 }

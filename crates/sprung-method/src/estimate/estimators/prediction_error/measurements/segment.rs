@@ -31,9 +31,9 @@ pub(in super::super) struct Segment {
     /// Covariates of the joints minus their references, \[samples × n × covariates\]; empty if no
     /// friction depends on any.
     pub(in super::super) excess: Vec<f64>,
-    /// Elements of presliding friction in the middle of each period, \[samples × n × elements\]; empty if no motor has this
-    /// friction.
-    pub(in super::super) presliding: Vec<f64>,
+    /// Elements of presliding friction and hysteresis in the middle of each period, \[samples × n × elements\]; empty if no
+    /// joint has any.
+    pub(in super::super) elements: Vec<f64>,
     pub(in super::super) measurements: Vec<Measurement>,
     /// Index of the first measurement of each sample, then the number of measurements.
     pub(in super::super) first: Vec<usize>,
@@ -84,7 +84,7 @@ impl Segment {
             torque: self.torque[..samples * rows].to_vec(),
             torque_rate: self.torque_rate[..samples * rows].to_vec(),
             excess: self.excess[..samples * self.per_sample(&self.excess)].to_vec(),
-            presliding: self.presliding[..samples * self.per_sample(&self.presliding)].to_vec(),
+            elements: self.elements[..samples * self.per_sample(&self.elements)].to_vec(),
             measurements: self.measurements[..self.first[samples]].to_vec(),
             first: self.first[..=samples].to_vec(),
             start: self.start.clone(),
@@ -98,10 +98,10 @@ impl Segment {
         all.len() / self.samples().max(1)
     }
 
-    /// Returns the covariates of a sample minus their references, and the elements of presliding friction; both are empty if
-    /// no friction depends on any.
+    /// Returns the covariates of a sample minus their references, and the elements of presliding friction and hysteresis; both are
+    /// empty if nothing depends on any.
     pub(in super::super) fn known(&self, sample: usize) -> [&[f64]; 2] {
-        [&self.excess, &self.presliding].map(|all| {
+        [&self.excess, &self.elements].map(|all| {
             let width = self.per_sample(all);
             &all[sample * width..(sample + 1) * width]
         })

@@ -86,7 +86,7 @@ impl SpringReading {
             link_velocity: x[rows + self.link],
             motor_velocity: x[rows + self.motor],
             excess: [0.0; Covariate::COUNT],
-            presliding: None,
+            elements: None,
         }
     }
 
