@@ -51,10 +51,11 @@ impl JsonSchema for Nominal {
 }
 
 /// Returns the kinds of parameter that have nominal values; the back-EMF follows from the constants of
-/// the drive, and changes with covariates have no usual value.
+/// the drive, and changes with covariates and elements of curves have no usual value.
 fn kinds() -> impl Iterator<Item = JointParameter> {
     (JointParameter::ALL.into_iter())
         .filter(|kind| !matches!(kind, JointParameter::BackEmf | JointParameter::Change(..)))
+        .filter(|kind| !kind.is_of_curve())
 }
 
 fn property(kind: JointParameter) -> Value {

