@@ -118,17 +118,16 @@ impl Runs<'_> {
         }
         let inside = all.iter().map(|p| p.inside).sum::<f64>() / all.len() as f64;
         if inside.is_finite() {
-            let what = text("95 % intervals that contain the truth");
+            let what = text("95 % intervals with the truth");
             Figure::neutral(&key("inside"), &what, 100.0 * inside, "%").note();
         }
         // Noise shrinks stiffnesses most with coarse encoders.
         let stiffnesses = all.iter().filter(|p| p.name.ends_with(".stiffness"));
         for p in stiffnesses.filter(|_| case.starts_with("clean, 4096")) {
-            let what = text(&format!("mean error of `{}`", p.name));
-            Figure::neutral(&key(&p.name), &what, 100.0 * p.mean, "%").note();
+            Figure::neutral(&key(&p.name), "", 100.0 * p.mean, "%").note();
         }
         if ratio.is_finite() {
-            let what = text("median of error over Cramér-Rao bound");
+            let what = text("error over Cramér-Rao bound");
             Figure::lower(&key("bound"), &what, ratio, "").note();
         }
     }
