@@ -66,11 +66,11 @@ fn table(mark: &str, figures: &Figures) -> Option<String> {
     let part = figures.0.get(name)?;
     let is_shown = |figure: &&Figure| !figure.text.is_empty() && figure.name.starts_with(beginning);
     let shown: Vec<&Figure> = part.figures.iter().filter(is_shown).collect();
-    let first = shown.first()?;
+    shown.first()?;
     let rows = if shown.iter().any(|figure| figure.peer.is_some()) {
-        let has_one_peer = shown.iter().all(|figure| figure.peer == first.peer);
-        let peer = first.peer.as_deref().filter(|_| has_one_peer);
-        beside(&shown, peer)
+        let peers = || shown.iter().filter_map(|figure| figure.peer.as_deref());
+        let peer = peers().next();
+        beside(&shown, peer.filter(|peer| peers().all(|other| other == *peer)))
     } else {
         by_quantity(&shown)
     };
