@@ -70,7 +70,10 @@ fn table(mark: &str, figures: &Figures) -> Option<String> {
     let rows = if shown.iter().any(|figure| figure.peer.is_some()) {
         let peers = || shown.iter().filter_map(|figure| figure.peer.as_deref());
         let peer = peers().next();
-        beside(&shown, peer.filter(|peer| peers().all(|other| other == *peer)))
+        beside(
+            &shown,
+            peer.filter(|peer| peers().all(|other| other == *peer)),
+        )
     } else {
         by_quantity(&shown)
     };

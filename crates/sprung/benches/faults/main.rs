@@ -161,7 +161,11 @@ fn faults(demo: &Demo, arguments: &Arguments) {
         // The table of the page has the kinds that are not always found.
         let text = match kind.sizes[..] {
             [first, .., last] if percent < 100.0 => {
-                format!("{}, {first} {unit} to {last} {unit}", kind.name, unit = kind.unit)
+                format!(
+                    "{}, {first} {unit} to {last} {unit}",
+                    kind.name,
+                    unit = kind.unit
+                )
             }
             _ => String::new(),
         };

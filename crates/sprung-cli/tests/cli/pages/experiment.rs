@@ -54,7 +54,7 @@ const SECTIONS: [(&str, &str); 23] = [
     ("log", "Log"),
     ("Table of a column", "Column"),
     ("Axes of a sensor", "AxisColumns"),
-    ("Window of a file", "Part"),
+    ("Window of a file", "FileWindow"),
     ("Payload of a file", "Payload"),
     ("log.csv", "CsvForm"),
     ("identify", "Identify"),
@@ -193,7 +193,7 @@ impl Schema {
             .flatten()
             .filter_map(Value::as_str)
             .collect();
-        let mut text = String::from("| key | value | meaning |\n|---|---|---|\n");
+        let mut text = String::from("| key | meaning |\n|---|---|\n");
         for (key, schema) in self.properties(name) {
             let is_required = required.contains(key.as_str());
             text += &self.row(key, schema, is_required);
@@ -217,16 +217,15 @@ impl Schema {
             write!(values, "; default {default}").unwrap();
         }
         let meaning = schema["description"].as_str().unwrap();
-        format!("| `{key}` | {values} | {} |\n", in_a_cell(meaning))
+        format!("| `{key}` | {} ({values}) |\n", in_a_cell(meaning))
     }
 
     /// Returns the whole page.
     fn page(&self) -> String {
         let mut page = INTRODUCTION.to_owned();
-        let keys = FIRST_KEYS.map(|(heading, key)| {
-            format!("`{key}` of [{}](#{})", title(heading), anchor(heading))
-        });
-        writeln!(page, "{}.", joined(&keys)).unwrap();
+        let keys = FIRST_KEYS
+            .map(|(heading, key)| format!("`{key}` of [{}](#{})", title(heading), anchor(heading)));
+        writeln!(page, "{}.", joined(&keys).replace(" or ", " and ")).unwrap();
         for (heading, name) in SECTIONS {
             let meaning = in_a_cell(self.definition(name)["description"].as_str().unwrap());
             let (title, table) = (title(heading), self.table(name));
@@ -237,7 +236,7 @@ impl Schema {
 }
 
 /// Pages with parts of an experiment file.
-const PAGES_WITH_PARTS: [&str; 11] = [
+const PAGES_WITH_PARTS: [&str; 10] = [
     "docs/reference/logs.md",
     "docs/how-to/no-link-encoder.md",
     "docs/how-to/current-and-gears.md",
@@ -246,8 +245,7 @@ const PAGES_WITH_PARTS: [&str; 11] = [
     "docs/how-to/several-logs.md",
     "docs/how-to/servos.md",
     "docs/how-to/covariates.md",
-    "docs/how-to/gyroscope.md",
-    "docs/how-to/accelerometer.md",
+    "docs/how-to/inertial-sensors.md",
     "docs/how-to/torque-sensor.md",
 ];
 

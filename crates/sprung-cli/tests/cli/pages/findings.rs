@@ -44,7 +44,9 @@ fn entry(explanation: &Explanation) -> String {
             .replace("](../reference/", "](")
     };
     let mut text = format!("\n### {}\n\n", quoted(&explanation.codes));
-    writeln!(text, "- Cause: {}.", linked(&explanation.cause)).unwrap();
+    let cause = linked(&explanation.cause);
+    let (first, rest) = cause.split_at(cause.chars().next().map_or(0, char::len_utf8));
+    write!(text, "{}{rest}.\n\n", first.to_uppercase()).unwrap();
     let severities = explanation.severities.join(", ");
     match &explanation.condition {
         Some(condition) => {
@@ -53,9 +55,6 @@ fn entry(explanation: &Explanation) -> String {
         None => writeln!(text, "- Severity: {severities}.").unwrap(),
     }
     writeln!(text, "- Remedy: {}.", linked(&explanation.remedy)).unwrap();
-    if !explanation.aliases.is_empty() {
-        writeln!(text, "- Earlier codes: {}.", quoted(&explanation.aliases)).unwrap();
-    }
     text
 }
 
