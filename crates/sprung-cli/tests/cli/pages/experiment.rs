@@ -20,7 +20,7 @@ const INTRODUCTION: &str = "\
 
 One file describes the robot, the columns of the log, the identification and the validation. The name of each key ends
 in its unit. sprung refuses an unknown key and names the nearest known key. `sprung schema` prints the JSON schema of the
-file, for completion in editors.
+file, for completion in editors. A key takes one number, or the values in parentheses.
 
 The robot is described by one of `urdf`, `dh_modified`, `dh_classic` and `kinematics`.
 [Logs](logs.md) describes formats, names of columns, units and clocks.
@@ -217,7 +217,11 @@ impl Schema {
             write!(values, "; default {default}").unwrap();
         }
         let meaning = schema["description"].as_str().unwrap();
-        format!("| `{key}` | {} ({values}) |\n", in_a_cell(meaning))
+        let meaning = in_a_cell(meaning);
+        match values.as_str() {
+            "number" => format!("| `{key}` | {meaning} |\n"),
+            _ => format!("| `{key}` | {meaning} ({values}) |\n"),
+        }
     }
 
     /// Returns the whole page.
