@@ -112,9 +112,10 @@ impl Runs<'_> {
         let key = |what: &str| format!("{case}, {method}, {what}");
         // The table of the page has disturbances at one resolution.
         let is_shown = case.starts_with("clean") || !case.ends_with("4096 counts");
-        let text = |what: &str| match is_shown {
-            true => format!("{case}, {method}, {} logs: {what}", self.results.len()),
-            false => String::new(),
+        let text = |what: &str| {
+            let logs = self.results.len();
+            let text = format!("{case}, {method}, {logs} logs: {what}");
+            is_shown.then_some(text).unwrap_or_default()
         };
         let percent = 100.0 * self.median_error();
         if percent.is_finite() {
