@@ -114,8 +114,11 @@ impl Runs<'_> {
         let is_shown = case.starts_with("clean") || !case.ends_with("4096 counts");
         let text = |what: &str| {
             let logs = self.results.len();
-            let text = format!("{case}, {method}, {logs} logs: {what}");
-            is_shown.then_some(text).unwrap_or_default()
+            if is_shown {
+                format!("{case}, {method}, {logs} logs: {what}")
+            } else {
+                String::new()
+            }
         };
         let percent = 100.0 * self.median_error();
         if percent.is_finite() {
