@@ -12,7 +12,7 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 
 use file::{Figures, Measured};
-use parts::{PARTS, Part};
+use parts::{Part, parts};
 
 use crate::{root, target};
 
@@ -21,7 +21,7 @@ const FILE: &str = "benches/figures.json";
 
 /// Returns the names of all parts.
 pub(crate) fn names() -> Vec<&'static str> {
-    PARTS.iter().map(|part| part.name).collect()
+    parts().iter().map(|part| part.name).collect()
 }
 
 /// Measures parts, one after another, and stores each that is not worse than before.
@@ -38,7 +38,7 @@ pub(crate) fn run(words: &[&str]) -> ExitCode {
         return ExitCode::from(2);
     }
     let mut failed = Vec::new();
-    for part in &PARTS {
+    for part in &parts() {
         if chosen.is_empty() || chosen.contains(&part.name) {
             eprintln!("── {}", part.name);
             if measure(part, is_accepted).is_none() {

@@ -9,183 +9,85 @@ use crate::outside::wheel::{self, For, MATURIN};
 use crate::steps::succeeds;
 use crate::{root, target};
 
+/// The parts in the order of the documentation: name, packages that pip installs, and programs, one after another. With
+/// maturin, the wheel is installed, too.
+///
+/// A program is `bench` or `test` of a package, a script of `benches`, `sprung` or `xtask`. `{sprung}` is the program,
+/// `{out}` a folder for the part, `{data}` the logs of real machines, and `{foreign}` the logs that `foreign` simulates.
+/// A new part is a line here and its notes in a benchmark.
+const PARTS: &str = "
+twins | numpy mujoco | peers/two_joints_mujoco.py {out}; bench sprung accuracy --mujoco {out}
+intervals | | bench sprung accuracy --lengths 10,60,300 --seeds 20
+verdicts | | bench sprung verdicts --cases 30
+machines | | machines/run.py --data {data} --binary {sprung}
+examples | | examples/run.py --data {data} --binary {sprung}; \
+    test sprung twin exact_positions encoders_and refined_drives offset_that
+foreign | numpy numba pin example-robot-data | foreign/run.py --arms ur5,panda --seeds 1-1 --rates 1000,250 \
+    --sharpness 100 --held-out --jobs 2 --binary {sprung} --out {foreign}
+diagnoses | numpy numba pin example-robot-data | diagnoses/run.py --binary {sprung} --foreign {foreign} --out {out}
+arms | numpy scipy pyarrow mcap mcap-ros2-support example-robot-data | arms/known_arms.py {sprung} {out}
+servo | --ignore-requires-python numpy better-actuator-models optuna cmaes | bench sprung servo --seeds 20; \
+    peers/servo_bam.py {sprung} {out} 400
+springs | | bench sprung springs; bench sprung stiff
+design | | bench sprung excite two-joints rounds seven-joints arms --runs 50 --robots 2 --random 50 --count 10
+sensors | | test sprung twin stiffnesses_and_inertias they_follow_from motion_gives_stiffnesses
+clocks | | test sprung-log formats resampling
+bodies | | bench sprung physical --only bodies --seeds 5; bench sprung physical --only bounds --seeds 5; \
+    bench sprung physical --only payload --seeds 2
+checks | | bench sprung faults --seeds 4; bench sprung delays --seeds 1 --sizes 0,2,20
+control | numpy mujoco | sprung demo --quiet --out {out}/demo; control/poses.py {sprung} {out}/demo; \
+    export/controlled.py {sprung} {out}/controlled
+drift | | drift/run.py --binary {sprung} --out {out}
+arm | | xtask test outside arm
+fleet | maturin numpy scipy pyarrow fsspec | fleet/statistics.py --fleets 50
+speed | | peers/run.py {out}; bench sprung-cli size
+beside | maturin numpy scipy pandas pin figaroh mujoco[sysid] | beside/run.py
+python | maturin numpy | python/overhead.py
+";
+
+/// Versions of the packages. BAM requires Python 3.12; its models run on 3.11 with the option of its part.
+const VERSIONS: &str = "numpy==2.4.6 scipy==1.17.1 pandas==3.1.1 pyarrow==26.0.1 numba==0.68.1 pin==4.1.0 mcap==1.6.0 \
+    example-robot-data==6.0.0 mcap-ros2-support==0.6.0 mujoco==4.0.0 mujoco[sysid]==4.0.0 figaroh==1.0.2 \
+    better-actuator-models==1.0.2 optuna==5.0.0 cmaes==0.13.1 fsspec==2026.9.0";
+
 /// A group of figures that one run measures, and one table of the documentation.
 pub(super) struct Part {
     pub(super) name: &'static str,
-    /// What pip installs for it. With maturin, it installs the wheel, too.
-    packages: &'static [&'static str],
-    /// Programs, one after another: `bench` and `test` of a package, a script of `benches`, `sprung` or `xtask`.
-    /// `{sprung}` is the program, `{out}` a folder for the part, `{data}` the logs of real machines, and `{foreign}`
-    /// the logs that `foreign` simulates.
-    programs: &'static [&'static str],
+    /// What pip installs for it.
+    packages: Vec<&'static str>,
+    programs: Vec<&'static str>,
 }
 
-const fn part(
-    name: &'static str,
-    packages: &'static [&'static str],
-    programs: &'static [&'static str],
-) -> Part {
-    Part {
-        name,
-        packages,
-        programs,
-    }
+/// Returns all parts.
+pub(super) fn parts() -> Vec<Part> {
+    let lines = PARTS
+        .lines()
+        .map(|line| line.split('|').map(str::trim).collect::<Vec<_>>());
+    lines
+        .filter_map(|fields| match fields[..] {
+            [name, packages, programs] => Some(Part {
+                name,
+                packages: packages.split_whitespace().map(with_version).collect(),
+                programs: programs.split("; ").collect(),
+            }),
+            _ => None,
+        })
+        .collect()
 }
 
-const NUMPY: &str = "numpy==2.4.6";
-const SCIPY: &str = "scipy==1.17.1";
-const MUJOCO: &str = "mujoco==4.0.0";
-const PINOCCHIO: &str = "pin==4.1.0";
-const ROBOTS: &str = "example-robot-data==6.0.0";
-const ARROW: &str = "pyarrow==26.0.1";
-/// Simulation of arms with Pinocchio.
-const SIMULATION: &[&str] = &[NUMPY, "numba==0.68.1", PINOCCHIO, ROBOTS];
-/// Recorders of other tools.
-const RECORDERS: &[&str] = &[
-    NUMPY,
-    SCIPY,
-    ARROW,
-    "mcap==1.6.0",
-    "mcap-ros2-support==0.6.0",
-    ROBOTS,
-];
-/// BAM requires Python 3.12; its models run on 3.11.
-const BAM: &[&str] = &[
-    "--ignore-requires-python",
-    NUMPY,
-    "better-actuator-models==1.0.2",
-    "optuna==5.0.0",
-    "cmaes==0.13.1",
-];
-const FLEET: &[&str] = &[MATURIN, NUMPY, SCIPY, ARROW, "fsspec==2026.9.0"];
-/// Other programs for identification.
-const PEERS: &[&str] = &[
-    MATURIN,
-    NUMPY,
-    SCIPY,
-    "pandas==3.1.1",
-    PINOCCHIO,
-    "figaroh==1.0.2",
-    "mujoco[sysid]==4.0.0",
-];
-
-/// All parts, in the order of the documentation. A new part is a line here and its notes in a benchmark.
-pub(super) const PARTS: [Part; 22] = [
-    part(
-        "twins",
-        &[NUMPY, MUJOCO],
-        &[
-            "peers/two_joints_mujoco.py {out}",
-            "bench sprung accuracy --mujoco {out}",
-        ],
-    ),
-    part(
-        "intervals",
-        &[],
-        &["bench sprung accuracy --lengths 10,60,300 --seeds 20"],
-    ),
-    part("verdicts", &[], &["bench sprung verdicts --cases 30"]),
-    part(
-        "machines",
-        &[],
-        &["machines/run.py --data {data} --binary {sprung}"],
-    ),
-    part(
-        "examples",
-        &[],
-        &[
-            "examples/run.py --data {data} --binary {sprung}",
-            "test sprung twin exact_positions encoders_and refined_drives offset_that",
-        ],
-    ),
-    part(
-        "foreign",
-        SIMULATION,
-        &[
-            "foreign/run.py --arms ur5,panda --seeds 1-1 --rates 1000,250 --sharpness 100 --held-out --jobs 2 \
-            --binary {sprung} --out {foreign}",
-        ],
-    ),
-    part(
-        "diagnoses",
-        SIMULATION,
-        &["diagnoses/run.py --binary {sprung} --foreign {foreign} --out {out}"],
-    ),
-    part("arms", RECORDERS, &["arms/known_arms.py {sprung} {out}"]),
-    part(
-        "servo",
-        BAM,
-        &[
-            "bench sprung servo --seeds 20",
-            "peers/servo_bam.py {sprung} {out} 400",
-        ],
-    ),
-    part(
-        "springs",
-        &[],
-        &["bench sprung springs", "bench sprung stiff"],
-    ),
-    part(
-        "design",
-        &[],
-        &[
-            "bench sprung excite two-joints rounds seven-joints arms --runs 50 --robots 2 --random 50 --count 10",
-        ],
-    ),
-    part(
-        "sensors",
-        &[],
-        &["test sprung twin stiffnesses_and_inertias they_follow_from motion_gives_stiffnesses"],
-    ),
-    part("clocks", &[], &["test sprung-log formats resampling"]),
-    part(
-        "bodies",
-        &[],
-        &[
-            "bench sprung physical --only bodies --seeds 5",
-            "bench sprung physical --only bounds --seeds 5",
-            "bench sprung physical --only payload --seeds 2",
-        ],
-    ),
-    part(
-        "checks",
-        &[],
-        &[
-            "bench sprung faults --seeds 4",
-            "bench sprung delays --seeds 1 --sizes 0,2,20",
-        ],
-    ),
-    part(
-        "control",
-        &[NUMPY, MUJOCO],
-        &[
-            "sprung demo --quiet --out {out}/demo",
-            "control/poses.py {sprung} {out}/demo",
-            "export/controlled.py {sprung} {out}/controlled",
-        ],
-    ),
-    part(
-        "drift",
-        &[],
-        &["drift/run.py --binary {sprung} --out {out}"],
-    ),
-    part("arm", &[], &["xtask test outside arm"]),
-    part("fleet", FLEET, &["fleet/statistics.py --fleets 50"]),
-    part(
-        "speed",
-        &[],
-        &["peers/run.py {out}", "bench sprung-cli size"],
-    ),
-    part("beside", PEERS, &["beside/run.py"]),
-    part("python", &[MATURIN, NUMPY], &["python/overhead.py"]),
-];
+/// Returns a package with its version.
+fn with_version(package: &'static str) -> &'static str {
+    let all = VERSIONS.split_whitespace().chain([MATURIN]);
+    let mut alike = all.filter(|one| one.split("==").next() == Some(package));
+    alike.next().unwrap_or(package)
+}
 
 impl Part {
     /// Runs the programs of the part; returns `None`, and prints why, if one fails.
     ///
     /// - `notes`: the file where benchmarks note their figures.
     pub(super) fn run(&self, notes: &Path) -> Option<()> {
-        let python = Python::with(&target().join("outside"), self.packages)?;
+        let python = Python::with(&target().join("outside"), &self.packages)?;
         if self.packages.contains(&MATURIN) {
             wheel::install(&python, For::Figures)?;
         }
@@ -207,7 +109,7 @@ impl Part {
             ("{out}", folder.join(self.name)),
             ("{foreign}", folder.join("foreign")),
         ];
-        for program in self.programs {
+        for program in &self.programs {
             let words: Vec<String> = (program.split_whitespace())
                 .map(|word| {
                     let put = |word: String, (mark, path): &(&str, PathBuf)| {
@@ -293,4 +195,33 @@ fn data() -> Option<PathBuf> {
         return None;
     }
     Some(data)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_part_names_known_packages_and_present_programs() {
+        let parts = parts();
+        assert_eq!(parts.len(), PARTS.lines().count() - 1);
+        for part in &parts {
+            for package in part.packages.iter().filter(|one| !one.starts_with("--")) {
+                assert!(package.contains("=="), "{}: {package}", part.name);
+            }
+            for program in &part.programs {
+                let words: Vec<&str> = program.split_whitespace().collect();
+                let file = match words[..] {
+                    ["bench", package, name, ..] => format!("crates/{package}/benches/{name}"),
+                    ["test", package, name, ..] => format!("crates/{package}/tests/{name}"),
+                    ["sprung" | "xtask", ..] => "Cargo.toml".to_owned(),
+                    [script, ..] => format!("benches/{script}"),
+                    [] => unreachable!("{}", part.name),
+                };
+                let file = root().join(file);
+                let is_there = file.exists() || file.with_extension("rs").exists();
+                assert!(is_there, "{}: {}", part.name, file.display());
+            }
+        }
+    }
 }
