@@ -48,14 +48,17 @@ def page(path: Path) -> tuple[str, dict[str, bytes]]:
 
 
 def alternative_texts(book: nbformat.NotebookNode) -> list[str]:
-    """Returns the texts of all pictures, and removes their HTML: pages have the pictures as files."""
+    """Returns what all pictures show, and removes their HTML: pages have the pictures as files.
+
+    The values in the text of a picture are left out.
+    """
     texts = []
     for cell in book.cells:
         for output in cell.get("outputs", []):
             data = output.get("data", {})
             if "image/png" in data:
                 found = re.search(r'<img alt="([^"]*)"', data.pop("text/html", ""))
-                texts.append(" ".join(html.unescape(found[1]).split()) if found else "png")
+                texts.append(" ".join(html.unescape(found[1]).split()).split(": ")[0] if found else "png")
     return texts
 
 

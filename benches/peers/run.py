@@ -70,9 +70,9 @@ class Comparison:
         """Notes the peak memory of a run, beside that of another program."""
         note(f"{name}, memory", f"{text}: memory", run.mebibytes, "MiB", scatter=0.1, peer=peer, peer_value=theirs)
 
-    def threads(self, name, text, one, two):
+    def threads(self, name, one, two):
         """Notes how many times faster two threads are than one."""
-        note(f"{name}, two threads", f"{text}: time of one thread over that of two", one.seconds / two.seconds, "times",
+        note(f"{name}, two threads", "", one.seconds / two.seconds, "times",
              better="higher", scatter=0.15)
 
     def simulate(self, experiment, name, duration=None):
@@ -127,7 +127,7 @@ def two_joints(it, demo):
         if name == "1000 s":
             both = it.identify(demo, log, *equal, threads=2)
             say("sprung, settings of the NumPy script, two threads", both)
-            it.threads("1000 s", "`identify`, 1 million samples of CSV", ours, both)
+            it.threads("1000 s", ours, both)
         theirs = it.script("identify_numpy.py", log, runs=3)
         say("NumPy script", theirs)
         print(theirs.output.splitlines()[-1], "in the process")
@@ -140,7 +140,7 @@ def two_joints(it, demo):
             it.failures.append(f"{name}: parameters differ by {far:.1e}")
         text = f"`identify`, {name} of two joints at 1 kHz from CSV, whole process with report"
         it.processor(name, f"{text}, default settings", usual, "NumPy script", theirs.processor)
-        it.processor(f"{name}, equal", f"{text}, settings of the script", ours, "NumPy script", theirs.processor)
+        it.processor(f"{name}, equal", "", ours, "NumPy script", theirs.processor)
         it.memory(name, text, ours, "NumPy script", theirs.mebibytes)
 
 
@@ -187,7 +187,7 @@ def seven_joints(it):
         text = "`identify`, 15 s of seven joints"
         script = "script with Pinocchio and NumPy"
         it.processor("seven", f"{text}, default settings", usual, script, other.processor)
-        it.processor("seven, equal", f"{text}, settings of the script", equal, script, other.processor)
+        it.processor("seven, equal", "", equal, script, other.processor)
         it.memory("seven", text, usual, script, other.mebibytes)
     if not it.has("hour"):
         return
@@ -198,13 +198,13 @@ def seven_joints(it):
     say("sprung, an hour, default settings, one thread", one)
     say("sprung, an hour, default settings, two threads", two)
     text = "`identify`, an hour of seven joints, 3.6 million samples"
-    it.threads("hour", text, one, two)
+    it.threads("hour", one, two)
     if extrapolated is not None:
         words = extrapolated.replace(",", "").split()
         of = {unit: float(words[words.index(unit) + 1]) for unit in ("seconds", "GiB")}
         script = "the same script, extrapolated from 15 s"
         it.processor("hour", f"{text}, default settings", one, script, of["seconds"])
-        it.processor("hour, equal", f"{text}, settings of the script", equal, script, of["seconds"])
+        it.processor("hour, equal", "", equal, script, of["seconds"])
         it.memory("hour", text, one, script, 1024.0 * of["GiB"])
 
 
@@ -224,7 +224,7 @@ def refinements(it, demo):
         text = f"refinement of {duration or 15} s of seven joints"
         it.processor(f"refined, {duration or 15} s", text, one)
         it.memory(f"refined, {duration or 15} s", text, one)
-        it.threads(f"refined, {duration or 15} s", text, one, two)
+        it.threads(f"refined, {duration or 15} s", one, two)
 
 
 def checks(it):

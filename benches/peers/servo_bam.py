@@ -157,7 +157,7 @@ def main():
           f"mean absolute position error {1e3 * score:.2f} mrad")
     note("BAM time", f"processor time, beside {trials} trials of BAM's CMA-ES", seconds, "s", peer="BAM", peer_value=their_seconds)
     for name, true in truth.items():
-        note(f"BAM {name}", f"`{name}`, error on the logs of the example", abs(percent(ours[name][0], true)), "%",
+        note(f"BAM {name}", f"`{name}`", abs(percent(ours[name][0], true)), "%",
              peer=f"BAM, {trials} trials", peer_value=abs(percent(OF_BAM[name](theirs), true)))
     beyond = [name for name in LIMITED if abs(ours[name][0] / truth[name] - 1) > LIMIT]
     if beyond:

@@ -1,4 +1,4 @@
-//! Tasks of the project: tests, pages and figures of the documentation, fuzzing, profiles, installation of programs for
+//! Tasks of the project: tests, pages and figures of the documentation, fuzzing, installation of programs for
 //! the tests.
 
 #![expect(
@@ -15,11 +15,9 @@ mod figures;
 mod files;
 mod fuzz;
 mod install;
-mod numbers;
 mod outside;
 #[cfg(test)]
 mod pages;
-mod profile;
 mod run;
 mod steps;
 mod summary;
@@ -47,13 +45,9 @@ const USAGE: &str = "usage: cargo xtask TASK
   figures [--accept] [PART…]
                 measures the figures of the documentation, all or some of these parts: PARTS;
                 fails if one is worse than before by more than its scatter; --accept stores it nevertheless
-  numbers [FOLDER]
-                counts named and unnamed numbers in the code of the library, or below a folder
   browser       installs the browser that the report is tested in
   fuzz [SECONDS [TARGET…]]
-                feeds damaged files to every reader, or to some, each for so long [120]
-  profile [CASE…]
-                shows where the processor time of sprung goes, in all or some of these cases: CASES";
+                feeds damaged files to every reader, or to some, each for so long [120]";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -68,19 +62,16 @@ fn main() -> ExitCode {
         ["deny"] if deny::check().is_some() => ExitCode::SUCCESS,
         ["wheel"] => outside::wheel::build(),
         ["wheel", "pythons"] if outside::wheel::in_all_pythons().is_some() => ExitCode::SUCCESS,
-        ["numbers"] => numbers::print(None),
-        ["numbers", folder] => numbers::print(Some(folder)),
         ["docs"] => docs::write(),
         ["figures", words @ ..] => figures::run(words),
         ["browser"] if install::browser() => ExitCode::SUCCESS,
         ["deny" | "browser"] | ["wheel", "pythons"] => ExitCode::FAILURE,
         ["fuzz"] => fuzz::run("120", &[]),
         ["fuzz", seconds, targets @ ..] => fuzz::run(seconds, targets),
-        ["profile", cases @ ..] => profile::run(cases),
         _ => {
             let usage = (USAGE.replace("STEPS", &outside::names().join(", ")))
                 .replace("PARTS", &figures::names().join(", "));
-            eprintln!("{}", usage.replace("CASES", &profile::names().join(", ")));
+            eprintln!("{usage}");
             ExitCode::from(2)
         }
     }

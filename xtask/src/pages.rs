@@ -5,7 +5,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::files::files;
-use crate::numbers::library;
 use crate::root;
 
 /// Words in the library with the form of a code that are no codes.
@@ -160,6 +159,17 @@ fn first_cells(page: &str) -> BTreeSet<&str> {
     cells
         .flat_map(|line| line.split(" |").next().unwrap().split(", "))
         .map(|code| code.trim_matches('`'))
+        .collect()
+}
+
+/// Returns the source folders of all crates of the library.
+fn library() -> Vec<PathBuf> {
+    let others = ["sprung-cli", "sprung-python", "sprung-testing"];
+    let crates = fs::read_dir(root().join("crates")).unwrap();
+    let paths = crates.map(|entry| entry.unwrap().path());
+    paths
+        .filter(|path| !others.iter().any(|other| path.ends_with(other)))
+        .map(|path| path.join("src"))
         .collect()
 }
 

@@ -24,8 +24,9 @@ SECTIONS = {
 }
 HEAD = """# Python interface
 
-Every public name of the module `sprung`, from its docstrings; `help(sprung.Result)` shows more, with examples.
-[Python](../how-to/python.md) shows how to work with them, [Fleets](../how-to/fleet.md) the module `sprung.fleet`.
+Every public name of the module `sprung` with the names of its members. `help(sprung.Result)` shows their meaning, types,
+units and examples; an editor shows the same. [Python](../how-to/python.md) shows how to work with them,
+[Fleets](../how-to/fleet.md) the module `sprung.fleet`.
 
 All numbers are in SI units: rad, N·m, kg·m²; m and N for prismatic joints. All results have `report(path)`, which writes
 a report as one HTML file, and `to_json()`, which returns the text of the file that the command line writes.
@@ -69,7 +70,7 @@ def members(item: object) -> list[Member]:
         elif isinstance(value, classmethod | staticmethod) or inspect.isfunction(value):
             function = value if inspect.isfunction(value) else value.__func__
             hint = str(inspect.get_annotations(function).get("return", ""))
-            rows.append(Member(name, f"`{name}{_signature(function)}`", hint, _first(function.__doc__)))
+            rows.append(Member(name, f"`{name}()`", hint, _first(function.__doc__)))
     return rows
 
 
@@ -85,8 +86,8 @@ def page() -> str:
             if getattr(sprung, name).__module__ == f"sprung.{module}"
         ]
         if inside:
-            parts.append(f"\n## {heading}\n")
-            parts += [_entry(name) for name in sorted(inside, key=_place)]
+            parts.append(f"\n## {heading}\n\n| name | meaning and members |\n|---|---|\n")
+            parts += [_row(name) for name in sorted(inside, key=_place)]
     return "".join(parts)
 
 
@@ -96,15 +97,13 @@ def _place(name: str) -> tuple[int, str]:
     return (order.index(name) if name in order else len(order), name)
 
 
-def _entry(name: str) -> str:
+def _row(name: str) -> str:
     item = getattr(sprung, name)
     call = "" if inspect.isclass(item) and name not in ("Experiment", "Servo") else _signature(item)
-    lines = [f"\n### `sprung.{name}{call}`\n\n{_summary(item.__doc__)}\n"]
-    rows = members(item)
-    if rows:
-        lines.append("\n| name | meaning |\n|---|---|\n")
-        lines += [f"| {row.shown} | {row.meaning} |\n".replace("``", "`") for row in rows]
-    return "".join(lines).replace("``", "`")
+    shared = ("report", "to_json")
+    shown = ", ".join(row.shown for row in members(item) if row.name not in shared)
+    meaning = f"{_sentence(item.__doc__)}{' ' if shown else ''}{shown}".replace("``", "`").replace("|", "\\|")
+    return f"| `{name}{call}` | {meaning} |\n"
 
 
 def _signature(function: object) -> str:
@@ -125,11 +124,9 @@ def _signature(function: object) -> str:
     return f"({', '.join(words)})"
 
 
-def _summary(docstring: str | None) -> str:
-    """Returns the paragraphs before the first section."""
-    text = inspect.cleandoc(docstring or "")
-    before = re.split(r"\n\n(?:Args|Attributes|Returns|Raises|Example|Source)\b.*?:", text)[0]
-    return before.replace("\n\n", " ").replace("\n", " ")
+def _sentence(docstring: str | None) -> str:
+    """Returns the first sentence."""
+    return re.split(r"(?<=\.)\s", _first(docstring))[0]
 
 
 def _first(docstring: str | None) -> str:

@@ -9,7 +9,7 @@ use super::unknowns::unknowns;
 use super::verdict::{as_sentence, first_sentence};
 use crate::curves::Curves;
 use crate::finding::{Finding, Severity};
-use sprung_method::check::{CheckReport, Checked, CheckedLog, Place};
+use sprung_method::check::{CheckReport, Checked, CheckedLog, FindingSamples};
 
 /// Composes the report of a check.
 ///
@@ -141,7 +141,7 @@ fn findings(checked: &Checked) -> Vec<Block> {
     blocks
 }
 
-fn of_place(finding: &Finding, place: &Place) -> Figure {
+fn of_place(finding: &Finding, place: &FindingSamples) -> Figure {
     Figure {
         id: format!("place-{}", place.finding),
         caption: format!("\"{}\" around the place of {}.", place.column, finding.code),

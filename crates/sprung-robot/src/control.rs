@@ -30,8 +30,8 @@ pub struct Control {
     /// Velocity within which the compensation of friction changes its direction, rad/s (m/s); chosen by the motion if
     /// absent, 0 without compensation.
     pub friction_compensation_speed_rad_per_s: Option<f64>,
-    /// Number of vibrations that the input shaper removes, from the lowest, 0 without shaper; if absent, 2 for a declared
-    /// controller without feedforward and 0 with the feedforward, which excites no vibration in smooth motions.
+    /// Number of vibrations that the input shaper removes, from the lowest; if absent, 2 for a declared controller
+    /// without feedforward, else 0.
     pub shaper_modes: Option<usize>,
     /// Number of robots that are drawn from the posterior.
     pub draws: usize,

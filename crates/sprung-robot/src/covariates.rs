@@ -111,8 +111,7 @@ impl JsonSchema for CovariateColumns {
         for covariate in Covariate::ALL.into_iter().filter(|one| is_in_columns(*one)) {
             let mut columns = generator.subschema_for::<Option<Columns>>();
             let text = format!(
-                "Columns of the {}, {}, for the joints whose friction depends on it; one column for all of \
-                 them, or one each.",
+                "Column of the {}, {}, for all joints whose friction depends on it, or one each.",
                 covariate.of(),
                 covariate.unit()
             );

@@ -86,15 +86,12 @@ pub struct Log {
     /// otherwise they are measurements with noise.
     #[serde(default)]
     pub motor_torque_exact: bool,
-    /// What the logged torques are. `"held"`: a torque acts from its time stamp on, for one period of the controller, as
-    /// the command of a controller does. `"mean"`: the mean over one period of the controller, in the middle of which is
-    /// the time stamp. `"instantaneous"`: the torque at the time stamp. A torque that is recorded later than this has a
-    /// delay (`delay_s`). If absent, the refinement finds when the torques act; least squares alone takes each torque to act
-    /// until the next time stamp.
+    /// Meaning of a logged torque. `"held"`: it acts from its time stamp on, for one period of the controller.
+    /// `"mean"`: the mean over one period about the time stamp. `"instantaneous"`: the torque at the time stamp. If
+    /// absent, sprung finds when the torques act.
     pub torque: Option<TorqueReading>,
-    /// Period of the controller that holds the torques, s: a multiple or a fraction 1/n of the period of the log, which is
-    /// its value if absent. If it is shorter, the log has the torques between its samples only on average; the refinement
-    /// takes the rest for noise of the torques.
+    /// Period of the controller that holds the torques, s: a multiple or a fraction 1/n of the period of the log,
+    /// which is its value if absent.
     pub controller_period_s: Option<f64>,
     /// Columns of the motor torques or forces, each with its unit.
     pub motor_torque: Option<Columns>,
@@ -147,10 +144,9 @@ pub struct Log {
     /// Columns of covariates of friction.
     #[serde(flatten)]
     pub covariates: CovariateColumns,
-    /// Delay of a column against the others, s. By column: `delay_s = { q1 = "estimate", tau2 = 0.002 }`, a number or
-    /// `"estimate"` for each. Of all columns: `delay_s = "estimate"`, for the delays of all link positions and torques
-    /// against the motor positions. Delays that the log shows are found and used without this key; a number, also 0, keeps
-    /// a delay fixed.
+    /// Delay of a column against the others, s, by column: `{ q1 = "estimate", tau2 = 0.002 }`; or `"estimate"` for
+    /// all link positions and torques. Delays that the log shows are used without this key; a number, also 0, keeps a
+    /// delay fixed.
     #[serde(default)]
     pub delay_s: DelaysOfLog,
     /// Sign by column, 1 or -1; or `"estimate"`.

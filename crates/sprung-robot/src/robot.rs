@@ -242,8 +242,8 @@ pub struct Joint {
     /// Velocity at which Stribeck friction has fallen to 1/e, rad/s (m/s). If absent, a search in the
     /// log determines it, and the refinement estimates it with the parameters.
     pub stribeck_velocity_rad_per_s: Option<f64>,
-    /// Width of the widest of the six elements of presliding friction, rad (m): the travel from the middle until it slides. If
-    /// absent, 0.2 s times the root mean square of the joint's velocity in the log.
+    /// Width of the widest of the six elements of presliding friction, rad (m). If absent, 0.2 s times the root mean
+    /// square of the velocity of the joint in the log.
     pub presliding_width_rad: Option<f64>,
     /// Width of the widest of the six elements of the spring's hysteresis, rad (m): the deflection from the middle until it
     /// slides. If absent, twice the standard deviation of the deflection in the log.
@@ -255,15 +255,13 @@ pub struct Joint {
     /// Beta of the Coulomb friction `tanh(beta * velocity)`, s/rad (s/m). If absent, 100, and the refinement estimates
     /// it with the parameters.
     pub coulomb_sharpness_s_per_rad: Option<f64>,
-    /// Mounting of the gyroscope on the link of this joint: roll, pitch and yaw of the sensor in the
-    /// frame of the link, degrees, as in a URDF. If absent, sprung finds it from the motion of the motors.
+    /// Rotation of the gyroscope in the frame of the link: roll, pitch and yaw, degrees, as in a URDF. If absent,
+    /// sprung finds it.
     pub gyroscope_rpy_deg: Option<[f64; 3]>,
-    /// Mounting of the accelerometer on the link of this joint: roll, pitch and yaw of the sensor in the
-    /// frame of the link, degrees, as in a URDF. If absent, sprung finds it by the equations of motion if
-    /// the log determines it.
+    /// Rotation of the accelerometer in the frame of the link: roll, pitch and yaw, degrees, as in a URDF. If absent,
+    /// sprung finds it if the log determines it.
     pub accelerometer_rpy_deg: Option<[f64; 3]>,
-    /// Place of the accelerometer on the link of this joint, in the frame of the link, m; found with the
-    /// mounting if absent.
+    /// Place of the accelerometer in the frame of the link, m; found with its rotation if absent.
     pub accelerometer_xyz_m: Option<[f64; 3]>,
     /// Drive law of a position servo, for logs with targets and no torque.
     pub servo: Option<ServoDrive>,

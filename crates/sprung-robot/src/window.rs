@@ -121,7 +121,7 @@ impl fmt::Display for FilePart {
 
 /// A window of a file.
 #[derive(Deserialize, JsonSchema)]
-pub(super) struct Part {
+pub(super) struct FileWindow {
     /// The file, relative to the experiment file.
     path: PathBuf,
     /// Beginning of the window, s: the time in the log's own time column. Times since 1970 (dates,
@@ -142,7 +142,7 @@ pub(super) struct Part {
 #[expect(dead_code, reason = "describes the schema of a file")]
 pub(super) enum OneFile {
     Whole(PathBuf),
-    Part(Box<Part>),
+    Part(Box<FileWindow>),
 }
 
 #[derive(JsonSchema)]
@@ -182,7 +182,7 @@ pub(super) fn files<'de, D: Deserializer<'de>>(
         }
 
         fn visit_map<A: serde::de::MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
-            let part = Part::deserialize(MapAccessDeserializer::new(map))?;
+            let part = FileWindow::deserialize(MapAccessDeserializer::new(map))?;
             Ok(Some(vec![FilePart {
                 path: part.path,
                 window: Window {

@@ -71,7 +71,7 @@ pub fn identify(
             &mut counter,
         )?;
         values = fitted.values;
-        searches.push(Search {
+        searches.push(ServoSearch {
             fitted,
             of_windows,
             lengths,
@@ -99,7 +99,7 @@ pub fn identify(
 }
 
 /// Result of one search, with record and length of each of its windows.
-struct Search {
+struct ServoSearch {
     fitted: Fitted,
     of_windows: Vec<usize>,
     lengths: Vec<usize>,
@@ -119,7 +119,7 @@ impl Estimate {
     /// gradients `g` of the `n` windows of the last search. It needs no assumption about the errors
     /// within a window. The variance between the searches, which have windows of different lengths,
     /// is added 1.5 times.
-    fn new(searches: &[Search], unknown: &[usize]) -> Self {
+    fn new(searches: &[ServoSearch], unknown: &[usize]) -> Self {
         let count = searches.len() as f64;
         let values: [f64; P] = std::array::from_fn(|i| {
             (searches.iter().map(|search| search.fitted.values[i])).sum::<f64>() / count
@@ -255,7 +255,7 @@ fn braking(bench: &Bench, estimate: &Estimate) -> ServoEstimate {
 /// times that of the noise.
 const NOT_FOLLOWED: f64 = 0.2;
 
-fn quality(search: &Search, records: &[Record]) -> ServoFit {
+fn quality(search: &ServoSearch, records: &[Record]) -> ServoFit {
     let (mut samples, mut squares, mut relative, mut lost) = (0, 0.0, 0.0, 0);
     let normals = &search.fitted.normals;
     for (k, (normal, weight)) in normals.iter().enumerate() {

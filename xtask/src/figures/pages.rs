@@ -3,25 +3,25 @@
 //! - `<!-- figures PART -->` … `<!-- end -->`: the table of a part; with `PART/BEGINNING` of the figures whose names
 //!   begin so.
 //! - `<!-- figure PART/NAME -->` … `<!-- end -->`: one value.
-//!
-//! A part that has not been measured yet keeps the text of the page.
 
 use std::fs;
 
-use super::file::{Figure, Figures, Measured};
-use super::parts::PARTS;
-use super::{FILE, fingerprint};
+use super::FILE;
+use super::file::{Figure, Figures, with_unit};
 use crate::files::files;
 use crate::root;
 
 const END: &str = "<!-- end -->";
+
+/// Columns of a table, at most.
+const MAX_QUANTITIES: usize = 6;
 
 /// Writes the figures into all pages that request them.
 pub(super) fn fill_all(figures: &Figures) -> Option<()> {
     let mut is_right = true;
     for page in files(&root(), "md") {
         let text = fs::read_to_string(&page).ok()?;
-        match filled(&text, figures, &is_old) {
+        match filled(&text, figures) {
             Ok(new) if new == text => {}
             Ok(new) => fs::write(&page, new)
                 .inspect_err(|error| eprintln!("── cannot write {}: {error}", page.display()))
@@ -35,40 +35,24 @@ pub(super) fn fill_all(figures: &Figures) -> Option<()> {
     is_right.then_some(())
 }
 
-/// Returns whether the code has changed since a measurement.
-pub(super) fn is_old(name: &str, measured: &Measured) -> bool {
-    let part = PARTS.iter().find(|part| part.name == name);
-    part.and_then(fingerprint) != Some(measured.code.clone())
-}
-
 /// Returns a page with the figures between its marks.
 ///
 /// # Errors
 ///
 /// If a mark has no end, or names an absent figure.
-pub(super) fn filled(
-    text: &str,
-    figures: &Figures,
-    is_old: &dyn Fn(&str, &Measured) -> bool,
-) -> Result<String, String> {
+fn filled(text: &str, figures: &Figures) -> Result<String, String> {
     let mut page = String::new();
     let mut rest = text;
     while let Some((before, behind)) = rest.split_once("<!-- figure") {
         let (mark, behind) = (behind.split_once(" -->"))
             .ok_or_else(|| "a mark `<!-- figure` has no `-->`".to_owned())?;
-        let (present, after) = (behind.split_once(END))
+        let (_, after) = (behind.split_once(END))
             .ok_or_else(|| format!("the mark `<!-- figure{mark} -->` lacks its `{END}`"))?;
-        let value = if is_unmeasured(mark, figures) {
-            present.to_owned()
-        } else if let Some(part) = mark.strip_prefix("s ") {
-            table(part, figures, is_old)?
-        } else {
-            let name = mark.trim();
-            let figure = figures.get(name);
-            figure
-                .ok_or_else(|| format!("{FILE} has no figure {name}"))?
-                .shown()
+        let value = match mark.strip_prefix("s ") {
+            Some(part) => table(part, figures),
+            None => figures.get(mark.trim()).map(Figure::shown),
         };
+        let value = value.ok_or_else(|| format!("{FILE} has no figure {}", mark.trim()))?;
         page.extend([before, "<!-- figure", mark, " -->", &value, END]);
         rest = after;
     }
@@ -76,167 +60,179 @@ pub(super) fn filled(
     Ok(page)
 }
 
-/// Returns whether a mark names a part that has not been measured yet; the page keeps its text.
-fn is_unmeasured(mark: &str, figures: &Figures) -> bool {
-    let name = mark.trim_start_matches("s ").trim();
-    let part = name.split_once('/').map_or(name, |(part, _)| part);
-    !figures.parts.contains_key(part) && PARTS.iter().any(|known| known.name == part)
-}
-
 /// Returns the table of a part or of some of its figures, and one line about the measurement.
-fn table(
-    mark: &str,
-    figures: &Figures,
-    is_old: &dyn Fn(&str, &Measured) -> bool,
-) -> Result<String, String> {
+fn table(mark: &str, figures: &Figures) -> Option<String> {
     let (name, beginning) = mark.split_once('/').unwrap_or((mark, ""));
-    let part = (figures.parts.get(name)).ok_or_else(|| format!("{FILE} has no part {name}"))?;
+    let part = figures.0.get(name)?;
     let is_shown = |figure: &&Figure| !figure.text.is_empty() && figure.name.starts_with(beginning);
-    let shown = || part.figures.iter().filter(is_shown);
-    if shown().next().is_none() {
-        return Err(format!("{FILE} has no figures {mark}"));
-    }
-    let has_peer = shown().any(|figure| figure.peer.is_some());
-    let mut lines = vec![String::new(), String::new()];
-    if has_peer {
-        lines.push("| case | sprung | compared with | ratio |\n|---|---|---|---|".into());
+    let shown: Vec<&Figure> = part.figures.iter().filter(is_shown).collect();
+    shown.first()?;
+    let rows = if shown.iter().any(|figure| figure.peer.is_some()) {
+        let peers = || shown.iter().filter_map(|figure| figure.peer.as_deref());
+        let peer = peers().next();
+        beside(
+            &shown,
+            peer.filter(|peer| peers().all(|other| other == *peer)),
+        )
     } else {
-        lines.push("| case | figure |\n|---|---|".into());
-    }
-    lines.extend(shown().map(|figure| row(figure, has_peer)));
-    let age = if is_old(name, part) {
-        " **The code has changed since.**"
-    } else {
-        ""
+        by_quantity(&shown)
     };
-    lines.push(format!(
-        "\nMeasured on {} at `{}` by `{}` ({} minutes; {}).{age}\n",
-        part.date, part.commit, part.command, part.minutes, part.machine
-    ));
-    Ok(lines.join("\n"))
+    let mut lines: Vec<String> = rows
+        .iter()
+        .map(|row| format!("| {} |", row.join(" | ")))
+        .collect();
+    lines.insert(1, "|---".repeat(rows[0].len()) + "|");
+    Some(format!(
+        "\n\n{}\n\nMeasured on {} at `{}` by `cargo xtask figures {name}` ({}).\n",
+        lines.join("\n"),
+        part.date,
+        part.commit,
+        part.machine
+    ))
 }
 
-fn row(figure: &Figure, has_peer: bool) -> String {
-    let Figure { text, value, .. } = figure;
-    if !has_peer {
-        return format!("| {text} | {} |", figure.shown());
-    }
-    let peer = figure.peer_shown().unwrap_or_default();
-    let ratio = (figure.peer.as_ref()).map_or_else(String::new, |(_, peer)| {
-        let ratio = peer / value;
-        if ratio >= 10.0 {
-            format!("{ratio:.0}")
-        } else {
-            format!("{ratio:.2}")
+/// Returns a table with a row for each case and a column for each quantity, the part of a text after its last colon;
+/// if no case has several quantities, the rows have the whole texts.
+fn by_quantity(figures: &[&Figure]) -> Vec<Vec<String>> {
+    let parts = |figure: &Figure| -> (String, String) {
+        let (case, quantity) = figure
+            .text
+            .rsplit_once(": ")
+            .unwrap_or((&figure.text, "figure"));
+        (case.to_owned(), quantity.to_owned())
+    };
+    let (mut cases, mut quantities): (Vec<String>, Vec<String>) = (Vec::new(), Vec::new());
+    for (case, quantity) in figures.iter().map(|figure| parts(figure)) {
+        if !cases.contains(&case) {
+            cases.push(case);
         }
+        if !quantities.contains(&quantity) {
+            quantities.push(quantity);
+        }
+    }
+    if cases.len() == figures.len() && quantities.len() > 1 || quantities.len() > MAX_QUANTITIES {
+        let rows = figures
+            .iter()
+            .map(|figure| vec![figure.text.clone(), figure.shown()]);
+        return [vec!["case".to_owned(), "figure".to_owned()]]
+            .into_iter()
+            .chain(rows)
+            .collect();
+    }
+    let rows = cases.iter().map(|case| {
+        let cell = |quantity: &String| {
+            let is_here = |figure: &&&Figure| parts(figure) == (case.clone(), quantity.clone());
+            figures
+                .iter()
+                .find(is_here)
+                .map_or_else(String::new, |figure| figure.shown())
+        };
+        [case.clone()]
+            .into_iter()
+            .chain(quantities.iter().map(cell))
+            .collect()
     });
-    format!("| {text} | {} | {peer} | {ratio} |", figure.shown())
+    let head = [vec!["case".to_owned()], quantities.clone()].concat();
+    [head].into_iter().chain(rows).collect()
+}
+
+/// Returns a table that compares figures with those of other programs.
+///
+/// - `peer`: the name of the program if it is the same for all figures.
+fn beside(figures: &[&Figure], peer: Option<&str>) -> Vec<Vec<String>> {
+    let head = ["case", "sprung", peer.unwrap_or("compared with"), "ratio"].map(str::to_owned);
+    let rows = figures.iter().map(|figure| {
+        let (other, ratio) = match (&figure.peer, figure.peer_value) {
+            (Some(name), Some(value)) => {
+                let name = if peer.is_some() {
+                    String::new()
+                } else {
+                    format!("{name}: ")
+                };
+                let ratio = value / figure.value;
+                let digits = if ratio >= 10.0 { 0 } else { 2 };
+                (
+                    name + &with_unit(value, &figure.unit),
+                    format!("{ratio:.digits$}"),
+                )
+            }
+            _ => (String::new(), String::new()),
+        };
+        vec![figure.text.clone(), figure.shown(), other, ratio]
+    });
+    [head.to_vec()].into_iter().chain(rows).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::git;
+    use super::super::file::{Measured, notes};
     use super::*;
 
     fn figures() -> Figures {
-        let figure = |name: &str, peer| Figure {
-            name: name.into(),
-            text: format!("the case `{name}`"),
-            value: 0.4,
-            unit: "%".into(),
-            better: "lower".into(),
-            scatter: 0.0,
-            peer,
+        let line = |name: &str, text: &str, peer: &str| {
+            format!(
+                r#"{{"name": "{name}", "text": "{text}", "value": 0.4, "unit": "%", "better": "lower", "scatter": 0.0{peer}}}"#
+            )
         };
+        let peer = r#", "peer": "NumPy", "peer_value": 2.0"#;
+        let lines = [
+            line("a", "clean: error", ""),
+            line("a2", "clean: bias", ""),
+            line("b", "the case `b`", peer),
+            line("c", "", ""),
+        ];
         let measured = Measured {
-            command: "cargo xtask figures twins".into(),
             commit: "0123abcd".into(),
             date: "2026-11-26".into(),
             machine: "here".into(),
-            code: "00ff".into(),
-            minutes: 5.0,
-            figures: vec![
-                figure("a", None),
-                figure("b", Some(("NumPy".to_owned(), 2.0))),
-                Figure {
-                    text: String::new(),
-                    ..figure("c", None)
-                },
-            ],
+            figures: notes(&lines.join("\n")).unwrap(),
         };
-        Figures {
-            parts: [("twins".to_owned(), measured)].into(),
-        }
+        Figures([("twins".to_owned(), measured)].into())
     }
 
     #[test]
     fn marks_are_filled_again_and_again() {
-        let page =
-            "Error <!-- figure twins/a --><!-- end -->.\n<!-- figures twins -->old<!-- end -->\n";
-        let new = filled(page, &figures(), &|_, _| false).unwrap();
+        let page = "Error <!-- figure twins/a --><!-- end -->.\n<!-- figures twins/a -->old<!-- end -->\n\
+            <!-- figures twins/b --><!-- end -->";
+        let new = filled(page, &figures()).unwrap();
         assert!(
             new.starts_with("Error <!-- figure twins/a -->0.4 %<!-- end -->.\n"),
             "{new}"
         );
-        assert!(
-            new.contains("\n| the case `b` | 0.4 % | NumPy: 2 % | 5.00 |\n"),
-            "{new}"
-        );
-        assert!(!new.contains("old") && !new.contains("changed"), "{new}");
-        assert_eq!(new.matches("the case").count(), 2, "{new}");
-        assert_eq!(filled(&new, &figures(), &|_, _| false).unwrap(), new);
-        let some = filled(
-            "<!-- figures twins/b --><!-- end -->",
-            &figures(),
-            &|_, _| false,
-        );
-        let some = some.unwrap();
-        assert!(
-            some.contains("case `b`") && !some.contains("case `a`"),
-            "{some}"
-        );
-        let older = filled(&new, &figures(), &|_, _| true).unwrap();
-        assert!(older.contains("**The code has changed since.**"), "{older}");
-    }
-
-    #[test]
-    fn a_part_that_is_not_measured_keeps_its_text() {
-        let page =
-            "<!-- figures verdicts -->earlier<!-- end --> <!-- figure speed/a -->1 s<!-- end -->";
-        assert_eq!(filled(page, &figures(), &|_, _| false).unwrap(), page);
+        let table = "\n| case | error | bias |\n|---|---|---|\n| clean | 0.4 % | 0.4 % |\n";
+        assert!(new.contains(table) && !new.contains("old"), "{new}");
+        let table = "\n| case | sprung | NumPy | ratio |\n|---|---|---|---|\n| the case `b` | 0.4 % | 2 % | 5.00 |\n";
+        assert!(new.contains(table), "{new}");
+        assert_eq!(filled(&new, &figures()).unwrap(), new);
     }
 
     #[test]
     fn a_page_that_asks_for_an_absent_figure_is_wrong() {
         for (page, fault) in [
             ("<!-- figure twins/d --><!-- end -->", "no figure twins/d"),
-            ("<!-- figures others --><!-- end -->", "no part others"),
-            ("<!-- figures twins/x --><!-- end -->", "no figures twins/x"),
+            ("<!-- figures others --><!-- end -->", "no figure s others"),
             ("<!-- figure twins/a -->", "lacks its"),
             ("<!-- figure twins/a", "no `-->`"),
         ] {
-            let found = filled(page, &figures(), &|_, _| false).unwrap_err();
+            let found = filled(page, &figures()).unwrap_err();
             assert!(found.contains(fault), "{found}");
         }
     }
 
     #[test]
     fn pages_have_the_figures_of_the_file() {
-        if git(&["rev-parse", "HEAD"]).is_none() {
-            eprintln!("SKIPPED figures of the pages: this is no checkout of git");
-            return;
-        }
         let figures = Figures::read(&root().join(FILE)).unwrap();
+        if std::env::var_os("SPRUNG_WRITE_DOCS").is_some() {
+            fill_all(&figures).unwrap();
+        }
         for page in files(&root(), "md") {
             let text = fs::read_to_string(&page).unwrap();
-            match filled(&text, &figures, &is_old) {
-                Ok(new) => assert!(
-                    new == text,
-                    "{} has other figures than {FILE}, or does not say that the code has changed: run cargo xtask docs",
-                    page.display()
-                ),
-                Err(fault) => panic!("{}: {fault}", page.display()),
-            }
+            let new = filled(&text, &figures).unwrap_or_else(|fault| panic!("{fault}"));
+            let page = page.display();
+            assert!(
+                new == text,
+                "{page} has other figures than {FILE}: run cargo xtask docs"
+            );
         }
     }
 }

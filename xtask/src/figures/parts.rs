@@ -1,448 +1,227 @@
-//! The parts of the figures: their commands, and the code that they measure.
+//! The parts of the figures, and the programs that measure them.
 
-use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
-use super::run::{Run, data, foreign_logs};
+use crate::install::hdf5;
 use crate::outside::python::Python;
-use crate::outside::wheel::{self, For};
+use crate::outside::wheel::{self, For, MATURIN};
 use crate::steps::succeeds;
 use crate::{root, target};
+
+/// The parts in the order of the documentation: name, packages that pip installs, and programs, one after another. With
+/// maturin, the wheel is installed, too.
+///
+/// A program is `bench` or `test` of a package, a script of `benches`, `sprung` or `xtask`. `{sprung}` is the program,
+/// `{out}` a folder for the part, `{data}` the logs of real machines, and `{foreign}` the logs that `foreign` simulates.
+/// A new part is a line here and its notes in a benchmark.
+const PARTS: &str = "
+twins | numpy mujoco | peers/two_joints_mujoco.py {out}; bench sprung accuracy --mujoco {out}
+intervals | | bench sprung accuracy --lengths 10,60,300 --seeds 20
+verdicts | | bench sprung verdicts --cases 30
+machines | | machines/run.py --data {data} --binary {sprung}
+examples | | examples/run.py --data {data} --binary {sprung}; \
+    test sprung twin exact_positions encoders_and refined_drives offset_that
+foreign | numpy numba pin example-robot-data | foreign/run.py --arms ur5,panda --seeds 1-1 --rates 1000,250 \
+    --sharpness 100 --held-out --jobs 2 --binary {sprung} --out {foreign}
+diagnoses | numpy numba pin example-robot-data | diagnoses/run.py --binary {sprung} --foreign {foreign} --out {out}
+arms | numpy scipy pyarrow mcap mcap-ros2-support example-robot-data | arms/known_arms.py {sprung} {out}
+servo | --ignore-requires-python numpy better-actuator-models optuna cmaes | bench sprung servo --seeds 20; \
+    peers/servo_bam.py {sprung} {out} 400
+springs | | bench sprung springs; bench sprung stiff
+design | | bench sprung excite two-joints rounds seven-joints arms --runs 50 --robots 2 --random 50 --count 10
+sensors | | test sprung twin stiffnesses_and_inertias they_follow_from motion_gives_stiffnesses
+clocks | | test sprung-log formats resampling
+bodies | | bench sprung physical --only bodies --seeds 5; bench sprung physical --only bounds --seeds 5; \
+    bench sprung physical --only payload --seeds 2
+checks | | bench sprung faults --seeds 4; bench sprung delays --seeds 1 --sizes 0,2,20
+control | numpy mujoco | sprung demo --quiet --out {out}/demo; control/poses.py {sprung} {out}/demo; \
+    export/controlled.py {sprung} {out}/controlled
+drift | | drift/run.py --binary {sprung} --out {out}
+arm | | xtask test outside arm
+fleet | maturin numpy scipy pyarrow fsspec | fleet/statistics.py --fleets 50
+speed | | peers/run.py {out}; bench sprung-cli size
+beside | maturin numpy scipy pandas pin figaroh mujoco[sysid] | beside/run.py
+python | maturin numpy | python/overhead.py
+";
+
+/// Versions of the packages. BAM requires Python 3.12; its models run on 3.11 with the option of its part.
+const VERSIONS: &str = "numpy==2.4.6 scipy==1.17.1 pandas==3.1.1 pyarrow==26.0.1 numba==0.68.1 pin==4.1.0 mcap==1.6.0 \
+    example-robot-data==6.0.0 mcap-ros2-support==0.6.0 mujoco==4.0.0 mujoco[sysid]==4.0.0 figaroh==1.0.2 \
+    better-actuator-models==1.0.2 optuna==5.0.0 cmaes==0.13.1 fsspec==2026.9.0";
 
 /// A group of figures that one run measures, and one table of the documentation.
 pub(super) struct Part {
     pub(super) name: &'static str,
-    /// Folders whose code the figures measure, as path specifications of git.
-    pub(super) code: &'static [&'static [&'static str]],
     /// What pip installs for it.
-    packages: &'static [&'static str],
-    run: fn(&Run) -> Option<()>,
+    packages: Vec<&'static str>,
+    programs: Vec<&'static str>,
 }
 
-const METHOD: &str = "crates/sprung-method/src";
-const LOG: &str = "crates/sprung-log/src";
-/// Leaves out the readers of Arrow and Parquet, for parts whose logs are text.
-const NO_ARROW: &str = ":(exclude)crates/sprung-log/src/formats/arrow*";
-const CORE: &str = "crates/sprung-core/src";
-const MODEL: &str = "crates/sprung-model/src";
-const ROBOT: &str = "crates/sprung-robot/src";
+/// Returns all parts.
+pub(super) fn parts() -> Vec<Part> {
+    let lines = PARTS
+        .lines()
+        .map(|line| line.split('|').map(str::trim).collect::<Vec<_>>());
+    lines
+        .filter_map(|fields| match fields[..] {
+            [name, packages, programs] => Some(Part {
+                name,
+                packages: packages.split_whitespace().map(with_version).collect(),
+                programs: programs.split("; ").collect(),
+            }),
+            _ => None,
+        })
+        .collect()
+}
 
-/// Code of identifications; they design no motion.
-const IDENTIFICATION: &[&str] = &[
-    METHOD,
-    ":(exclude)crates/sprung-method/src/excite",
-    CORE,
-    MODEL,
-];
-/// Code that reads logs of text.
-const TEXT_LOGS: &[&str] = &[LOG, NO_ARROW];
-
-/// All parts, in the order of the documentation. A new part is a line here and its notes in a benchmark.
-pub(super) const PARTS: [Part; 23] = [
-    Part {
-        name: "twins",
-        code: &[
-            IDENTIFICATION,
-            TEXT_LOGS,
-            &["crates/sprung/benches/accuracy"],
-        ],
-        packages: &["numpy==2.4.6", "mujoco==4.0.0"],
-        run: |run| {
-            let logs = target().join("mujoco");
-            if !logs.join("009.csv").exists() {
-                run.python("benches/peers/two_joints_mujoco.py", &[&logs])?;
-            }
-            let arguments = ["--mujoco", &logs.to_string_lossy()];
-            run.bench("sprung", "accuracy", &arguments)
-        },
-    },
-    Part {
-        name: "intervals",
-        code: &[
-            IDENTIFICATION,
-            TEXT_LOGS,
-            &["crates/sprung/benches/accuracy"],
-        ],
-        packages: &[],
-        run: |run| {
-            let lengths = ["--lengths", "10,60,300", "--seeds", "20"];
-            run.bench("sprung", "accuracy", &lengths)
-        },
-    },
-    Part {
-        name: "verdicts",
-        code: &[
-            IDENTIFICATION,
-            TEXT_LOGS,
-            &["crates/sprung/benches/verdicts"],
-        ],
-        packages: &[],
-        run: |run| run.bench("sprung", "verdicts", &["--cases", "30"]),
-    },
-    Part {
-        name: "machines",
-        code: &[IDENTIFICATION, TEXT_LOGS, &[ROBOT, "benches/machines"]],
-        packages: &[],
-        run: |run| {
-            let sprung = run.sprung()?;
-            run.python(
-                "benches/machines/run.py",
-                &[
-                    Path::new("--data"),
-                    &data()?,
-                    Path::new("--binary"),
-                    &sprung,
-                ],
-            )
-        },
-    },
-    Part {
-        name: "examples",
-        code: &[
-            IDENTIFICATION,
-            TEXT_LOGS,
-            &[
-                ROBOT,
-                "benches/examples",
-                "crates/sprung/tests/twin/seven.rs",
-            ],
-        ],
-        packages: &[],
-        run: |run| {
-            let sprung = run.sprung()?;
-            let words = [
-                Path::new("--data"),
-                &data()?,
-                Path::new("--binary"),
-                &sprung,
-            ];
-            run.python("benches/examples/run.py", &words)?;
-            let names = [
-                "exact_positions",
-                "encoders_and",
-                "refined_drives",
-                "offset_that",
-            ];
-            run.test("sprung", "twin", &names)
-        },
-    },
-    Part {
-        name: "foreign",
-        code: &[IDENTIFICATION, TEXT_LOGS, &["benches/foreign"]],
-        packages: &[
-            "numpy==2.4.6",
-            "numba==0.68.1",
-            "pin==4.1.0",
-            "example-robot-data==6.0.0",
-        ],
-        run: |run| {
-            let (sprung, logs) = (run.sprung()?, foreign_logs());
-            let words = [
-                "--arms",
-                "ur5,panda",
-                "--seeds",
-                "1-1",
-                "--rates",
-                "1000,250",
-                "--sharpness",
-                "100",
-                "--held-out",
-                "--jobs",
-                "2",
-            ];
-            let mut arguments: Vec<&Path> = words.iter().map(Path::new).collect();
-            arguments.extend([Path::new("--binary"), &sprung, Path::new("--out"), &logs]);
-            run.python("benches/foreign/run.py", &arguments)
-        },
-    },
-    Part {
-        name: "diagnoses",
-        code: &[IDENTIFICATION, TEXT_LOGS, &["benches/diagnoses"]],
-        packages: &[
-            "numpy==2.4.6",
-            "numba==0.68.1",
-            "pin==4.1.0",
-            "example-robot-data==6.0.0",
-        ],
-        run: |run| {
-            let (sprung, logs) = (run.sprung()?, foreign_logs());
-            let damaged = target().join("figures/diagnoses");
-            run.python(
-                "benches/diagnoses/run.py",
-                &[
-                    Path::new("--binary"),
-                    &sprung,
-                    Path::new("--foreign"),
-                    &logs,
-                    Path::new("--out"),
-                    &damaged,
-                ],
-            )
-        },
-    },
-    Part {
-        name: "arms",
-        code: &[
-            IDENTIFICATION,
-            &[LOG, ROBOT, "benches/arms"],
-            &[
-                "crates/sprung/src",
-                ":(exclude)crates/sprung/src/session/excite",
-            ],
-        ],
-        packages: &[
-            "numpy==2.4.6",
-            "scipy==1.17.1",
-            "pyarrow==26.0.1",
-            "mcap==1.6.0",
-            "mcap-ros2-support==0.6.0",
-            "example-robot-data==6.0.0",
-        ],
-        run: |run| {
-            let logs = target().join("figures/arms");
-            run.python("benches/arms/known_arms.py", &[&run.sprung()?, &logs])
-        },
-    },
-    Part {
-        name: "servo",
-        code: &[&[
-            "crates/sprung-servo/src",
-            "crates/sprung/benches/servo",
-            "benches/peers/servo_bam.py",
-        ]],
-        packages: &[
-            // The package requires Python 3.12, and its models run on 3.11.
-            "--ignore-requires-python",
-            "numpy==2.4.6",
-            "better-actuator-models==1.0.2",
-            "optuna==5.0.0",
-            "cmaes==0.13.1",
-        ],
-        run: |run| {
-            run.bench("sprung", "servo", &["--seeds", "20"])?;
-            let folder = target().join("figures/servo");
-            run.python(
-                "benches/peers/servo_bam.py",
-                &[&run.sprung()?, &folder, Path::new("400")],
-            )
-        },
-    },
-    Part {
-        name: "springs",
-        code: &[
-            IDENTIFICATION,
-            &[
-                "crates/sprung/benches/springs",
-                "crates/sprung/benches/stiff",
-            ],
-        ],
-        packages: &[],
-        run: |run| {
-            run.bench("sprung", "springs", &[])?;
-            run.bench("sprung", "stiff", &[])
-        },
-    },
-    Part {
-        name: "design",
-        code: &[&[
-            METHOD,
-            CORE,
-            MODEL,
-            "crates/sprung/src",
-            "crates/sprung/benches/excite",
-        ]],
-        packages: &[],
-        run: |run| {
-            let cases = ["two-joints", "rounds", "seven-joints", "arms"];
-            let extent = [
-                "--runs", "50", "--robots", "2", "--random", "50", "--count", "10",
-            ];
-            run.bench("sprung", "excite", &[&cases[..], &extent].concat())
-        },
-    },
-    Part {
-        name: "sensors",
-        code: &[IDENTIFICATION, TEXT_LOGS, &["crates/sprung/tests/twin"]],
-        packages: &[],
-        run: |run| {
-            let names = [
-                "stiffnesses_and_inertias",
-                "they_follow_from",
-                "motion_gives_stiffnesses",
-            ];
-            run.test("sprung", "twin", &names)
-        },
-    },
-    Part {
-        name: "clocks",
-        code: &[TEXT_LOGS, &["crates/sprung-log/tests/formats"]],
-        packages: &[],
-        run: |run| run.test("sprung-log", "formats", &["resampling"]),
-    },
-    Part {
-        name: "bodies",
-        code: &[IDENTIFICATION, &["crates/sprung/benches/physical"]],
-        packages: &[],
-        run: |run| {
-            for (only, seeds) in [("bodies", "5"), ("bounds", "5"), ("payload", "2")] {
-                let extent = ["--only", only, "--seeds", seeds];
-                run.bench("sprung", "physical", &extent)?;
-            }
-            Some(())
-        },
-    },
-    Part {
-        name: "checks",
-        code: &[
-            IDENTIFICATION,
-            TEXT_LOGS,
-            &[
-                "crates/sprung/benches/faults",
-                "crates/sprung/benches/delays",
-            ],
-        ],
-        packages: &[],
-        run: |run| {
-            let faults = ["--seeds", "4"];
-            run.bench("sprung", "faults", &faults)?;
-            let delays = ["--seeds", "1", "--sizes", "0,2,20"];
-            run.bench("sprung", "delays", &delays)
-        },
-    },
-    Part {
-        name: "control",
-        code: &[
-            IDENTIFICATION,
-            &[
-                "crates/sprung-export/src",
-                "benches/control",
-                "benches/export",
-            ],
-        ],
-        packages: &["numpy==2.4.6", "mujoco==4.0.0"],
-        run: |run| {
-            let sprung = run.sprung()?;
-            let demo = target().join("figures/control");
-            succeeds(
-                run.command(&sprung)
-                    .args(["demo", "--quiet", "--out"])
-                    .arg(&demo),
-            )?;
-            run.python("benches/control/poses.py", &[&sprung, &demo])?;
-            let folder = target().join("figures/controlled");
-            run.python("benches/export/controlled.py", &[&sprung, &folder])
-        },
-    },
-    Part {
-        name: "drift",
-        code: &[IDENTIFICATION, &["benches/drift"]],
-        packages: &[],
-        run: |run| {
-            let (sprung, runs) = (run.sprung()?, target().join("figures/drift"));
-            run.python(
-                "benches/drift/run.py",
-                &[Path::new("--binary"), &sprung, Path::new("--out"), &runs],
-            )
-        },
-    },
-    Part {
-        name: "arm",
-        code: &[&["crates/sprung-export/src", CORE, "benches/arm"]],
-        packages: &[],
-        run: |run| {
-            let program = std::env::current_exe().ok()?;
-            succeeds(run.command(program).args(["test", "outside", "arm"]))
-        },
-    },
-    Part {
-        name: "fleet",
-        code: &[&["crates/sprung-python/python/sprung/fleet", "benches/fleet"]],
-        packages: &[
-            wheel::MATURIN,
-            "numpy==2.4.6",
-            "scipy==1.17.1",
-            "pyarrow==26.0.1",
-            "fsspec==2026.9.0",
-        ],
-        run: |run| {
-            wheel::install(&run.python, For::Figures)?;
-            run.python(
-                "benches/fleet/statistics.py",
-                &[Path::new("--fleets"), Path::new("50")],
-            )
-        },
-    },
-    Part {
-        name: "speed",
-        code: &[
-            IDENTIFICATION,
-            TEXT_LOGS,
-            &["crates/sprung-cli/src", "benches/peers"],
-        ],
-        packages: &[],
-        run: |run| {
-            let sprung = run.sprung()?;
-            let folder = target().join("figures/peers");
-            succeeds(
-                run.command("python3")
-                    .arg(root().join("benches/peers/run.py"))
-                    .arg(folder)
-                    .env("SPRUNG", sprung),
-            )?;
-            run.bench("sprung-cli", "size", &[])
-        },
-    },
-    Part {
-        name: "beside",
-        code: &[IDENTIFICATION, &["benches/beside", "benches/peers"]],
-        packages: &[
-            wheel::MATURIN,
-            "numpy==2.4.6",
-            "scipy==1.17.1",
-            "pandas==3.1.1",
-            "pin==4.1.0",
-            "figaroh==1.0.2",
-            "mujoco[sysid]==4.0.0",
-        ],
-        run: |run| {
-            wheel::install(&run.python, For::Figures)?;
-            run.python("benches/beside/run.py", &[])
-        },
-    },
-    Part {
-        name: "python",
-        code: &[&["crates/sprung-python/src", "benches/python"]],
-        packages: &[wheel::MATURIN, "numpy==2.4.6"],
-        run: |run| {
-            wheel::install(&run.python, For::Figures)?;
-            run.python("benches/python/overhead.py", &[])
-        },
-    },
-    Part {
-        name: "sizes",
-        code: &[&["crates", "Cargo.lock"]],
-        packages: &[],
-        run: |run| {
-            let sprung = run.sprung()?;
-            run.python("benches/sizes/run.py", &[Path::new("--binary"), &sprung])
-        },
-    },
-];
+/// Returns a package with its version.
+fn with_version(package: &'static str) -> &'static str {
+    let all = VERSIONS.split_whitespace().chain([MATURIN]);
+    let mut alike = all.filter(|one| one.split("==").next() == Some(package));
+    alike.next().unwrap_or(package)
+}
 
 impl Part {
-    /// Runs the part; returns `None`, and prints why, if a program fails. Its notes are in a new file.
+    /// Runs the programs of the part; returns `None`, and prints why, if one fails.
+    ///
+    /// - `notes`: the file where benchmarks note their figures.
     pub(super) fn run(&self, notes: &Path) -> Option<()> {
-        let folder = notes.parent()?;
-        fs::create_dir_all(folder)
-            .inspect_err(|error| eprintln!("── cannot create {}: {error}", folder.display()))
-            .ok()?;
-        fs::write(notes, "")
-            .inspect_err(|error| eprintln!("── cannot write {}: {error}", notes.display()))
-            .ok()?;
-        let run = Run {
-            python: Python::with(&target().join("outside"), self.packages)?,
-            notes: notes.canonicalize().ok()?,
+        let python = Python::with(&target().join("outside"), &self.packages)?;
+        if self.packages.contains(&MATURIN) {
+            wheel::install(&python, For::Figures)?;
+        }
+        let uses = |word: &str| self.programs.iter().any(|program| program.contains(word));
+        let sprung = if uses("sprung ") || uses("{sprung}") || uses("peers/run") {
+            sprung()?
+        } else {
+            PathBuf::new()
         };
-        (self.run)(&run)
+        let data = if uses("{data}") {
+            data()?
+        } else {
+            PathBuf::new()
+        };
+        let folder = target().join("figures");
+        let paths = [
+            ("{sprung}", sprung.clone()),
+            ("{data}", data),
+            ("{out}", folder.join(self.name)),
+            ("{foreign}", folder.join("foreign")),
+        ];
+        for program in &self.programs {
+            let words: Vec<String> = (program.split_whitespace())
+                .map(|word| {
+                    let put = |word: String, (mark, path): &(&str, PathBuf)| {
+                        word.replace(mark, &path.to_string_lossy())
+                    };
+                    paths.iter().fold(word.to_owned(), put)
+                })
+                .collect();
+            let mut command = command(&words, &python, &sprung)?;
+            command.env("SPRUNG_FIGURES", notes).env("SPRUNG", &sprung);
+            succeeds(command.current_dir(root()))?;
+        }
+        Some(())
+    }
+}
+
+/// Returns the command of a program of [`PARTS`].
+fn command(words: &[String], python: &Python, sprung: &Path) -> Option<Command> {
+    let (first, rest) = words.split_first()?;
+    let cargo = |words: &[&str]| {
+        let mut command = Command::new(env!("CARGO"));
+        // One test at a time, so that the figures have one order.
+        command.args(words).env("RUST_TEST_THREADS", "1");
+        command
+    };
+    let mut command = match (first.as_str(), rest) {
+        ("bench", [package, name, arguments @ ..]) => {
+            let mut command = cargo(&["bench", "--quiet", "-p", package, "--bench", name, "--"]);
+            command.args(arguments);
+            return Some(command);
+        }
+        ("test", [package, name, arguments @ ..]) => {
+            let release = [
+                "test",
+                "--quiet",
+                "--release",
+                "-p",
+                package,
+                "--test",
+                name,
+            ];
+            let mut command = cargo(&[&release[..], &["--"]].concat());
+            command.args(arguments);
+            return Some(command);
+        }
+        ("sprung", _) => Command::new(sprung),
+        ("xtask", _) => Command::new(std::env::current_exe().ok()?),
+        (script, _) => {
+            let environment = python.program();
+            let program = if environment.exists() {
+                environment
+            } else {
+                Path::new("python3")
+            };
+            let mut command = Command::new(program);
+            command.arg(root().join("benches").join(script));
+            command
+        }
+    };
+    command.args(rest);
+    Some(command)
+}
+
+/// Builds the program as a release, and returns its path.
+fn sprung() -> Option<PathBuf> {
+    let mut command = Command::new(env!("CARGO"));
+    command.args(["build", "--quiet", "--release", "-p", "sprung-cli"]);
+    if hdf5() {
+        command.arg("--features=mat73");
+    }
+    succeeds(command.current_dir(root()))?;
+    target().join("release/sprung").canonicalize().ok()
+}
+
+/// Returns the folder with the logs of real machines; `None`, and prints why, if it is absent.
+fn data() -> Option<PathBuf> {
+    let folder = std::env::var_os("SPRUNG_TEST_DATA")
+        .map_or_else(|| root().join("../shared"), PathBuf::from);
+    let data = folder.join("data");
+    if !data.is_dir() {
+        let data = data.display();
+        eprintln!("── {data} is absent: SPRUNG_TEST_DATA names the folder that holds `data`");
+        return None;
+    }
+    Some(data)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_part_names_known_packages_and_present_programs() {
+        let parts = parts();
+        assert_eq!(parts.len(), PARTS.lines().count() - 1);
+        for part in &parts {
+            for package in part.packages.iter().filter(|one| !one.starts_with("--")) {
+                assert!(package.contains("=="), "{}: {package}", part.name);
+            }
+            for program in &part.programs {
+                let words: Vec<&str> = program.split_whitespace().collect();
+                let file = match words[..] {
+                    ["bench", package, name, ..] => format!("crates/{package}/benches/{name}"),
+                    ["test", package, name, ..] => format!("crates/{package}/tests/{name}"),
+                    ["sprung" | "xtask", ..] => "Cargo.toml".to_owned(),
+                    [script, ..] => format!("benches/{script}"),
+                    [] => unreachable!("{}", part.name),
+                };
+                let file = root().join(file);
+                let is_there = file.exists() || file.with_extension("rs").exists();
+                assert!(is_there, "{}: {}", part.name, file.display());
+            }
+        }
     }
 }

@@ -127,23 +127,23 @@ impl<'g> Motion<'g> {
 
 /// What acts on a joint.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Part {
+enum JointPart {
     Rotor,
     Spring,
     Friction(Side),
 }
 
-fn part(what: JointParameter) -> Part {
+fn part(what: JointParameter) -> JointPart {
     match what {
-        JointParameter::RotorInertia => Part::Rotor,
+        JointParameter::RotorInertia => JointPart::Rotor,
         JointParameter::Stiffness
         | JointParameter::CubicStiffness
         | JointParameter::Damping
         | JointParameter::Hysteresis(_)
-        | JointParameter::Preload => Part::Spring,
-        JointParameter::BackEmf | JointParameter::TorqueOffset => Part::Friction(Side::Motor),
+        | JointParameter::Preload => JointPart::Spring,
+        JointParameter::BackEmf | JointParameter::TorqueOffset => JointPart::Friction(Side::Motor),
         JointParameter::Friction(side, _) | JointParameter::Change(side, ..) => {
-            Part::Friction(side)
+            JointPart::Friction(side)
         }
     }
 }
@@ -183,7 +183,7 @@ impl Source<'_> {
                 "Torques of the springs on the links; zero at rigid joints.",
                 &drives,
                 &[TAU],
-                |motion| Ok(self.drives(motion, |part, row, n| part == Part::Spring && row >= n)),
+                |motion| Ok(self.drives(motion, |part, row, n| part == JointPart::Spring && row >= n)),
             )?,
             self.function(
                 "friction",
@@ -192,7 +192,7 @@ impl Source<'_> {
                 &[TAU_LINK, TAU_MOTOR],
                 |motion| {
                     let of = |side| {
-                        self.drives(motion, move |part, _, _| part == Part::Friction(side))
+                        self.drives(motion, move |part, _, _| part == JointPart::Friction(side))
                     };
                     Ok([of(Side::Link), of(Side::Motor)].concat())
                 },
@@ -320,7 +320,7 @@ impl Source<'_> {
     fn drives<'g>(
         &self,
         motion: &Motion<'g>,
-        counts: impl Fn(Part, usize, usize) -> bool,
+        counts: impl Fn(JointPart, usize, usize) -> bool,
     ) -> Vec<Symbol<'g>> {
         let n = self.robot.joints();
         let mut torques = vec![Symbol::ZERO; n];

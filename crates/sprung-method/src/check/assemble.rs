@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::examine::Examination;
-use super::result::{CheckReport, Checked, CheckedLog, ColumnFigures, Place};
+use super::result::{CheckReport, Checked, CheckedLog, ColumnFigures, FindingSamples};
 use crate::curves::{CurveSet, Curves};
 use crate::description::Experiment;
 use crate::finding::{Finding, GENERATOR, Severity};
@@ -135,7 +135,7 @@ fn place(
     names: &[String],
     excerpt: &Excerpt,
     (index, finding): (usize, &Finding),
-) -> Option<Place> {
+) -> Option<FindingSamples> {
     let evidence = finding.evidence.as_ref()?;
     let (column, at) = (evidence.column.as_ref()?, evidence.time_s?);
     if names.first() != Some(&evidence.file) {
@@ -158,7 +158,7 @@ fn place(
     let from = nearest.saturating_sub(SAMPLES_EACH_SIDE);
     let to = (nearest + SAMPLES_EACH_SIDE).min(samples.len());
     let channel = &channels.all[i];
-    Some(Place {
+    Some(FindingSamples {
         finding: index,
         column: column.clone(),
         unit: channel

@@ -38,7 +38,7 @@ pub use columns::reversed_torque;
 pub use examine::{OfLog, examine};
 pub use refusal::Refusal;
 pub(crate) use resolution::{UNEXPLAINED, beyond_resolution};
-pub use result::{CheckReport, Checked, CheckedLog, ColumnFigures, JointFigures, Place};
+pub use result::{CheckReport, Checked, CheckedLog, ColumnFigures, FindingSamples, JointFigures};
 pub use run::check;
 pub(crate) use unknowns::settled_or_other_meaning;
 

@@ -159,12 +159,12 @@ pub struct Checked {
     /// Each column over the first log: a set `smallest` and a set `largest`.
     pub overview: Curves,
     /// Samples around the places of findings, one entry per finding with a place in the excerpt.
-    pub places: Vec<Place>,
+    pub places: Vec<FindingSamples>,
 }
 
 /// Samples around the place of a finding.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Place {
+pub struct FindingSamples {
     /// Index of the finding in [`CheckReport::findings`].
     pub finding: usize,
     /// Name of the column.

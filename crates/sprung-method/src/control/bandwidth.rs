@@ -54,7 +54,7 @@ enum Tried {
 }
 
 /// The search over factors of the bandwidths.
-struct Search<'t, 'a> {
+struct BandwidthSearch<'t, 'a> {
     task: &'t ControlTask<'a>,
     /// Bandwidths for the factor one, Hz, \[n\].
     base: Vec<f64>,
@@ -94,7 +94,7 @@ pub(super) fn feedback(
     };
     let heaviest = linear(task.model, task.theta, &task.poses[heaviest(task)]);
     let centres = std::iter::once(centre).chain(heaviest).collect();
-    let mut search = Search {
+    let mut search = BandwidthSearch {
         task,
         base,
         centres,
@@ -122,7 +122,7 @@ fn heaviest(task: &ControlTask<'_>) -> usize {
     (all.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))).map_or(0, |(pose, _)| pose)
 }
 
-impl Search<'_, '_> {
+impl BandwidthSearch<'_, '_> {
     fn run(&mut self, is_asked: bool) -> Result<Found, ControlRefusal> {
         let (mut factor, mut broken) = self.largest()?;
         let mut reductions = 0;

@@ -137,7 +137,7 @@ pub(super) fn certify_followed(
         }
         let found = torques.places(&motion, bounds, kinematics);
         let mut is_decided = true;
-        for &Place {
+        for &LimitedInterval {
             what,
             joint,
             bound,
@@ -172,7 +172,7 @@ pub(super) fn certify_followed(
 }
 
 /// A limited quantity on a time interval.
-struct Place {
+struct LimitedInterval {
     what: Limited,
     joint: usize,
     /// Bound of the used part of the limit on the interval.
@@ -212,12 +212,12 @@ impl Torques {
         motion: &[Vec<Enclosure>; 3],
         bounds: &Bounds,
         kinematics: Option<&Kinematics>,
-    ) -> Vec<Place> {
+    ) -> Vec<LimitedInterval> {
         let n = motion[0].len();
         let mut found = Vec::new();
         let mut decide = |what, joint, interval: Interval, range: [f64; 2], value: f64| {
             if interval.is_limited() {
-                found.push(Place {
+                found.push(LimitedInterval {
                     what,
                     joint,
                     bound: range

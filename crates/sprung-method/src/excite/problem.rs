@@ -49,7 +49,7 @@ pub(super) struct Peak {
 
 /// The part of the robot on which a limited quantity is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Part {
+enum RobotPart {
     Link,
     Motor,
     /// Origin of a joint's frame, or the tool after the last joint.
@@ -61,7 +61,7 @@ enum Part {
 struct Seen {
     what: Limited,
     joint: usize,
-    on: Part,
+    on: RobotPart,
     t: usize,
     place: f64,
     interval: Interval,
@@ -257,22 +257,22 @@ impl Problem {
                         });
                     }
                 };
-                see(Limited::Torque, Part::Motor, moved.torque[(t, row)]);
+                see(Limited::Torque, RobotPart::Motor, moved.torque[(t, row)]);
                 see(
                     Limited::TorqueRate,
-                    Part::Motor,
+                    RobotPart::Motor,
                     self.torque_rate(scenario, moved, t, row),
                 );
                 if self.has_motion(scenario, joint) {
-                    see(Limited::Position, Part::Motor, at.motor[0][joint]);
-                    see(Limited::Velocity, Part::Motor, at.motor[1][joint]);
+                    see(Limited::Position, RobotPart::Motor, at.motor[0][joint]);
+                    see(Limited::Velocity, RobotPart::Motor, at.motor[1][joint]);
                 }
                 if self.model.is_flexible(joint) {
-                    see(Limited::Position, Part::Link, at.link[0][joint]);
-                    see(Limited::Velocity, Part::Link, at.link[1][joint]);
+                    see(Limited::Position, RobotPart::Link, at.link[0][joint]);
+                    see(Limited::Velocity, RobotPart::Link, at.link[1][joint]);
                     see(
                         Limited::Deflection,
-                        Part::Motor,
+                        RobotPart::Motor,
                         at.motor[0][joint] - at.link[0][joint],
                     );
                 }
@@ -295,7 +295,7 @@ impl Problem {
                 visit(Seen {
                     what,
                     joint: n - 1,
-                    on: Part::Point(n),
+                    on: RobotPart::Point(n),
                     t,
                     interval,
                     place,
@@ -309,7 +309,7 @@ impl Problem {
                     visit(Seen {
                         what: Limited::Height,
                         joint,
-                        on: Part::Point(point),
+                        on: RobotPart::Point(point),
                         t,
                         interval,
                         place,
@@ -461,7 +461,7 @@ impl Problem {
             Limited::Position | Limited::Velocity => {
                 let order = usize::from(seen.what == Limited::Velocity);
                 let motion = &mut by.at[t];
-                let side = if seen.on == Part::Link {
+                let side = if seen.on == RobotPart::Link {
                     &mut motion.link
                 } else {
                     &mut motion.motor
@@ -475,7 +475,7 @@ impl Problem {
 
     /// Adds the slope of a barrier of the tool's speed or of a height.
     fn add_place(&self, moved: &Moved, seen: &Seen, slope: f64, by: &mut ByMotion) {
-        let (Some(kinematics), Part::Point(point)) = (&self.kinematics, seen.on) else {
+        let (Some(kinematics), RobotPart::Point(point)) = (&self.kinematics, seen.on) else {
             return;
         };
         let at = &moved.at[seen.t];

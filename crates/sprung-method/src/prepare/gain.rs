@@ -106,7 +106,7 @@ fn of_position(
         Model::new(&experiment).ok()
     };
     let with_offset = with_offset.map(|model| reading.with_model(model));
-    let search = Search {
+    let search = GainSearch {
         reading: with_offset.as_ref().unwrap_or(reading),
         excerpt,
         channel,
@@ -145,14 +145,14 @@ fn spread(excerpt: &Excerpt, channel: usize) -> f64 {
     (squares / n).sqrt()
 }
 
-struct Search<'a> {
+struct GainSearch<'a> {
     reading: &'a Reading,
     excerpt: &'a Excerpt,
     channel: usize,
     joint: usize,
 }
 
-impl Search<'_> {
+impl GainSearch<'_> {
     /// Squared ratio of the torque row's residual to the torque, with the channel multiplied by
     /// `gain`; infinite where the stiffness is not positive.
     fn cost(&self, gain: f64) -> f64 {

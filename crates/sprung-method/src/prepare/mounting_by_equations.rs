@@ -81,7 +81,7 @@ fn by_equations(reading: &Reading, excerpt: &Excerpt) -> Option<Channels> {
     if sensors.kind != Inertial::Accelerometer || open.is_empty() || !has_motion {
         return None;
     }
-    let mut search = Search {
+    let mut search = MountingSearch {
         reading: &reading.without_weights(),
         excerpt,
         free: Free::new(model),
@@ -103,7 +103,7 @@ struct Open {
     windows: Vec<Window>,
 }
 
-struct Search<'a> {
+struct MountingSearch<'a> {
     reading: &'a Reading,
     excerpt: &'a Excerpt,
     free: Free,
@@ -124,7 +124,7 @@ struct Linear {
     weights: Vec<f64>,
 }
 
-impl Search<'_> {
+impl MountingSearch<'_> {
     fn model(&self) -> &Model {
         self.reading.model()
     }

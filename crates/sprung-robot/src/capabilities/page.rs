@@ -29,13 +29,16 @@ pub fn what_works() -> String {
 }
 
 fn features_and_tasks(page: &mut String) -> std::fmt::Result {
-    writeln!(page, "## Sensors, logs and tasks\n")?;
+    writeln!(
+        page,
+        "## Sensors, logs and tasks\n\nA combination works if its cell is empty.\n"
+    )?;
     let tasks = Task::ALL.map(heading);
     writeln!(page, "| | {} |", tasks.join(" | "))?;
     writeln!(page, "|---|{}", ":-:|".repeat(Task::COUNT))?;
     for feature in Feature::ALL.into_iter().filter(|one| is_in_table(*one)) {
         let cells = row(feature).map(|answer| match answer {
-            Answer::Works => "yes",
+            Answer::Works => "",
             Answer::Refused(_) => "no",
         });
         writeln!(page, "| {} | {} |", feature.name(), cells.join(" | "))?;
@@ -128,18 +131,35 @@ fn pairs(page: &mut String) -> std::fmt::Result {
         page,
         "| code | with | and | why | instead |\n|---|---|---|---|---|"
     )?;
+    let mut told = Vec::new();
     for pair in &PAIRS {
+        let code = pair.reason.code;
+        if told.contains(&code) {
+            continue;
+        }
+        told.push(code);
+        let alike = || PAIRS.iter().filter(|other| other.reason.code == code);
         writeln!(
             page,
-            "| `{}` | {} | {} | {} | {} |",
-            pair.reason.code,
-            pair.one.name(),
-            pair.other.name(),
+            "| `{code}` | {} | {} | {} | {} |",
+            each_once(alike().map(|pair| pair.one.name()), " or "),
+            each_once(alike().map(|pair| pair.other.name()), " or "),
             pair.reason.why,
-            pair.reason.instead
+            each_once(alike().map(|pair| pair.reason.instead), "; ")
         )?;
     }
     writeln!(page)
+}
+
+/// Joins texts, each of them once.
+fn each_once<'a>(texts: impl Iterator<Item = &'a str>, between: &str) -> String {
+    let mut all: Vec<&str> = Vec::new();
+    for text in texts {
+        if !all.contains(&text) {
+            all.push(text);
+        }
+    }
+    all.join(between)
 }
 
 fn languages(page: &mut String) -> std::fmt::Result {

@@ -29,12 +29,12 @@ pub struct Key {
     pub scaling: Scaling,
     /// Its place in a template.
     pub(crate) template: InTemplate,
-    columns: Place,
+    columns: ColumnsPlace,
 }
 
 /// Where a log has the columns of a key.
 #[derive(Clone, Copy, Debug)]
-enum Place {
+enum ColumnsPlace {
     /// In a field: the same columns twice, the second time mutable.
     Field(
         fn(&Log) -> &Option<Columns>,
@@ -129,7 +129,7 @@ macro_rules! key {
             unit: $unit,
             scaling: Scaling::$scaling,
             template: $template,
-            columns: Place::Field(|log| &log.$name$(.$axis)?, |log| &mut log.$name$(.$axis)?),
+            columns: ColumnsPlace::Field(|log| &log.$name$(.$axis)?, |log| &mut log.$name$(.$axis)?),
         }
     };
 }
@@ -165,7 +165,7 @@ const fn of_covariate(covariate: Covariate) -> Key {
         unit: SI,
         scaling: Scaling::None,
         template: NO,
-        columns: Place::Covariate(covariate),
+        columns: ColumnsPlace::Covariate(covariate),
     }
 }
 
@@ -239,16 +239,16 @@ impl Key {
     /// Returns its columns in a log.
     pub(crate) fn columns<'a>(&self, log: &'a Log) -> Option<&'a Columns> {
         match self.columns {
-            Place::Field(columns, _) => columns(log).as_ref(),
-            Place::Covariate(covariate) => log.covariates.of(covariate),
+            ColumnsPlace::Field(columns, _) => columns(log).as_ref(),
+            ColumnsPlace::Covariate(covariate) => log.covariates.of(covariate),
         }
     }
 
     /// Returns its columns in a log, mutable.
     pub fn columns_mut<'a>(&self, log: &'a mut Log) -> &'a mut Option<Columns> {
         match self.columns {
-            Place::Field(_, columns) => columns(log),
-            Place::Covariate(covariate) => log.covariates.of_mut(covariate),
+            ColumnsPlace::Field(_, columns) => columns(log),
+            ColumnsPlace::Covariate(covariate) => log.covariates.of_mut(covariate),
         }
     }
 

@@ -74,7 +74,7 @@ fn row(case: &str, length: f64, demo: &Demo, results: &[EstimateResult]) {
         good.count()
     );
     let text = format!(
-        "{case}, {length} s, {} logs: 95 % intervals that contain the truth",
+        "{case}, {length} s, {} logs: 95 % intervals with the truth",
         results.len()
     );
     Figure::neutral(&format!("{case}, {length} s"), &text, share(1), "%").note();

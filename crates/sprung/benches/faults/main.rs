@@ -157,9 +157,19 @@ fn faults(demo: &Demo, arguments: &Arguments) {
         }
         println!("  {:28} {}", kind.name, cells.join(" | "));
         let of_kind = f64::from(found as u32 - found_before);
-        let text = format!("{}, {}", kind.name, cells.join(", "));
-        let logs = kind.sizes.len() as f64 * seeds as f64;
-        Figure::higher(kind.name, &text, 100.0 * of_kind / logs.max(1.0), "%").note();
+        let percent = 100.0 * of_kind / (kind.sizes.len() as f64 * seeds as f64).max(1.0);
+        // The table of the page has the kinds that are not always found.
+        let text = match kind.sizes[..] {
+            [first, .., last] if percent < 100.0 => {
+                format!(
+                    "{}, {first} {unit} to {last} {unit}",
+                    kind.name,
+                    unit = kind.unit
+                )
+            }
+            _ => String::new(),
+        };
+        Figure::higher(kind.name, &text, percent, "%").note();
         for (instead, count) in missed {
             let instead = if instead.is_empty() {
                 "nothing"

@@ -98,7 +98,7 @@ fn main() {
         );
         Figure::lower(
             name,
-            &format!("`{name}`, largest error"),
+            &format!("`{name}`: largest error"),
             100.0 * largest,
             "%",
         )

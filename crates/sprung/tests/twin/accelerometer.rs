@@ -1,7 +1,7 @@
 //! Accelerometers on the links of the demo's arm, described by its lengths.
 //!
 //! `cargo test --release -p sprung --test twin -- accelerometer --nocapture` prints the figures of
-//! docs/how-to/accelerometer.md.
+//! docs/how-to/inertial-sensors.md.
 
 use sprung_base::demo;
 use sprung_base::finding::{Finding, Severity};

@@ -1,7 +1,7 @@
 //! Gyroscopes on the links of the demo's arm and of the arm with seven flexible joints.
 //!
 //! `cargo test --release -p sprung --test twin -- gyroscope --nocapture` prints the figures of
-//! docs/how-to/gyroscope.md.
+//! docs/how-to/inertial-sensors.md.
 
 use sprung_base::demo;
 use sprung_base::finding::{Finding, Severity};

@@ -48,13 +48,7 @@ const LOOP: u64 = 2_000_000;
 const COUNT_ERROR: u64 = 100;
 
 /// Functions in the documentation.
-const SHOWN: [&str; 5] = [
-    "inverse_dynamics",
-    "state_derivative",
-    "regressor",
-    "feedforward",
-    "control_step",
-];
+const SHOWN: [&str; 2] = ["inverse_dynamics", "control_step"];
 
 /// Cost of a call of a function.
 #[derive(Clone, Debug, PartialEq)]
@@ -179,21 +173,25 @@ pub(super) struct Row {
 }
 
 impl Row {
-    /// Notes the size for the documentation, with stack, difference and the instructions of some functions.
+    /// Notes size, stack and the instructions of one function for the documentation.
     pub(super) fn note(&self) {
-        let costs = self.found.costs.iter();
-        let instructions: Vec<String> = costs
-            .filter(|cost| SHOWN.contains(&cost.function.as_str()))
-            .map(|cost| format!("`{}` {}", cost.function, cost.instructions))
-            .collect();
-        let text = format!(
-            "{}: flash (stack {} B, difference {:.0e}; instructions: {})",
-            self.what,
-            self.found.stack(),
-            self.difference,
-            instructions.join(", ")
-        );
-        Figure::lower(&self.what, &text, self.flash as f64 / 1e3, "kB").note();
+        let what = &self.what;
+        let note = |name: &str, text: &str, value: f64, unit: &str| {
+            Figure::lower(
+                &format!("{what}{name}"),
+                &format!("{what}: {text}"),
+                value,
+                unit,
+            )
+            .note();
+        };
+        note("", "flash", self.flash as f64 / 1e3, "kB");
+        note(", stack", "stack", self.found.stack() as f64, "B");
+        let mut costs = self.found.costs.iter();
+        if let Some(cost) = costs.find(|cost| SHOWN.contains(&cost.function.as_str())) {
+            let text = "instructions of `inverse_dynamics` or `control_step`";
+            note(", instructions", text, cost.instructions as f64, "");
+        }
     }
 }
 

@@ -20,15 +20,12 @@ const INTRODUCTION: &str = "\
 
 One file describes the robot, the columns of the log, the identification and the validation. The name of each key ends
 in its unit. sprung refuses an unknown key and names the nearest known key. `sprung schema` prints the JSON schema of the
-file, for completion in editors.
+file, for completion in editors. A key takes one number, or the values in parentheses.
 
 The robot is described by one of `urdf`, `dh_modified`, `dh_classic` and `kinematics`.
 [Logs](logs.md) describes formats, names of columns, units and clocks.
 
-## Keys that most users need
-
-`sprung new` writes them. All others have values that suit most robots.
-
+`sprung new` writes the keys that most users need; all others have values that suit most robots:
 ";
 
 /// The keys that most users need, with the headings of their tables.
@@ -57,7 +54,7 @@ const SECTIONS: [(&str, &str); 23] = [
     ("log", "Log"),
     ("Table of a column", "Column"),
     ("Axes of a sensor", "AxisColumns"),
-    ("Window of a file", "Part"),
+    ("Window of a file", "FileWindow"),
     ("Payload of a file", "Payload"),
     ("log.csv", "CsvForm"),
     ("identify", "Identify"),
@@ -129,18 +126,22 @@ impl Schema {
         };
         let words = types.iter().filter_map(|kind| match kind.as_str() {
             Some("null") => None,
-            Some("array") => Some(format!(
-                "list of {}",
-                joined(&self.values(&schema["items"]))
-            )),
+            Some("array") => {
+                let items = joined(&self.values(&schema["items"]));
+                Some(match items.as_str() {
+                    "number" | "integer" | "text" => format!("{items}s"),
+                    "numbers" => "rows of numbers".to_owned(),
+                    _ => format!("list of {items}"),
+                })
+            }
             Some("object") if schema["additionalProperties"].is_null() => Some("table".to_owned()),
             Some("object") => {
                 let values = self.values(&schema["additionalProperties"]);
                 Some(format!("table of {}", joined(&values)))
             }
             Some("string") => Some("text".to_owned()),
-            Some("boolean") => Some("true or false".to_owned()),
-            Some("integer") => Some("whole number".to_owned()),
+            Some("boolean") => Some("boolean".to_owned()),
+            Some("integer") => Some("integer".to_owned()),
             Some("number") => Some("number".to_owned()),
             other => panic!("unknown type {other:?} in {schema}"),
         });
@@ -192,7 +193,7 @@ impl Schema {
             .flatten()
             .filter_map(Value::as_str)
             .collect();
-        let mut text = String::from("| key | value | meaning |\n|---|---|---|\n");
+        let mut text = String::from("| key | meaning |\n|---|---|\n");
         for (key, schema) in self.properties(name) {
             let is_required = required.contains(key.as_str());
             text += &self.row(key, schema, is_required);
@@ -201,55 +202,45 @@ impl Schema {
     }
 
     fn row(&self, key: &str, schema: &Value, is_required: bool) -> String {
-        let mut values = joined(&self.values(schema));
+        let mut values = self.values(schema);
+        if let Some((last, others)) = values.split_last()
+            && !others.is_empty()
+            && *last == format!("list of {}", joined(others))
+        {
+            values = vec![joined(others), "list".to_owned()];
+        }
+        let column = "text, integer or [table](#table-of-a-column)";
+        let mut values = joined(&values).replace(column, "[column](#table-of-a-column)");
         if is_required {
             values += "; required";
         } else if let Some(default) = default_of(schema) {
             write!(values, "; default {default}").unwrap();
         }
         let meaning = schema["description"].as_str().unwrap();
-        format!("| `{key}` | {values} | {} |\n", in_a_cell(meaning))
-    }
-
-    /// Returns the rows of the keys that most users need.
-    fn first_keys(&self) -> String {
-        let mut text = String::from("| key | in | meaning |\n|---|---|---|\n");
-        for (heading, key) in FIRST_KEYS {
-            let (_, name) = SECTIONS
-                .iter()
-                .find(|(title, _)| *title == heading)
-                .unwrap();
-            let meaning = self.properties(name)[key]["description"].as_str().unwrap();
-            let (title, anchor) = (title(heading), anchor(heading));
-            writeln!(
-                text,
-                "| `{key}` | [{title}](#{anchor}) | {} |",
-                in_a_cell(meaning)
-            )
-            .unwrap();
+        let meaning = in_a_cell(meaning);
+        match values.as_str() {
+            "number" => format!("| `{key}` | {meaning} |\n"),
+            _ => format!("| `{key}` | {meaning} ({values}) |\n"),
         }
-        text
     }
 
     /// Returns the whole page.
     fn page(&self) -> String {
-        let mut page = INTRODUCTION.to_owned() + &self.first_keys();
-        page += "\n## Tables\n\n| table | meaning |\n|---|---|\n";
+        let mut page = INTRODUCTION.to_owned();
+        let keys = FIRST_KEYS
+            .map(|(heading, key)| format!("`{key}` of [{}](#{})", title(heading), anchor(heading)));
+        writeln!(page, "{}.", joined(&keys).replace(" or ", " and ")).unwrap();
         for (heading, name) in SECTIONS {
-            let meaning = self.definition(name)["description"].as_str().unwrap();
-            let meaning = in_a_cell(meaning);
-            let title = title(heading);
-            writeln!(page, "| [{title}](#{}) | {meaning} |", anchor(heading)).unwrap();
-        }
-        for (heading, name) in SECTIONS {
-            write!(page, "\n## {}\n\n{}", title(heading), self.table(name)).unwrap();
+            let meaning = in_a_cell(self.definition(name)["description"].as_str().unwrap());
+            let (title, table) = (title(heading), self.table(name));
+            write!(page, "\n## {title}\n\n{meaning}\n\n{table}").unwrap();
         }
         page
     }
 }
 
 /// Pages with parts of an experiment file.
-const PAGES_WITH_PARTS: [&str; 11] = [
+const PAGES_WITH_PARTS: [&str; 10] = [
     "docs/reference/logs.md",
     "docs/how-to/no-link-encoder.md",
     "docs/how-to/current-and-gears.md",
@@ -258,8 +249,7 @@ const PAGES_WITH_PARTS: [&str; 11] = [
     "docs/how-to/several-logs.md",
     "docs/how-to/servos.md",
     "docs/how-to/covariates.md",
-    "docs/how-to/gyroscope.md",
-    "docs/how-to/accelerometer.md",
+    "docs/how-to/inertial-sensors.md",
     "docs/how-to/torque-sensor.md",
 ];
 

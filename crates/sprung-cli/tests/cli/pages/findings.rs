@@ -13,11 +13,10 @@ use crate::common::{stderr, stdout};
 const HEAD: &str = "# Findings
 
 A finding is an observation that you must know. It has a code, a severity, a text with values, a remedy and, where one
-line of the experiment file corrects the cause, this line. This page has the cause, the condition, the remedy and an
-example of each code; `sprung explain CODE` prints them, `sprung explain --list` prints all codes, and `--json` prints
-either as JSON. A code of an earlier version has the same explanation. [Verdict, promise and
-proof](../explanation/verdict.md#findings-and-their-cost) says what severities cost, [How the check
-works](../explanation/checks.md) its method.
+line of the experiment file corrects the cause, this line. This page has the cause, the condition and the remedy of each
+code; `sprung explain CODE` prints them with an example, `sprung explain --list` prints all codes, and `--json` prints
+either as JSON. [Verdict, promise and proof](../explanation/verdict.md#findings-and-their-cost) says what severities
+cost, [How the check works](../explanation/checks.md) its method.
 ";
 
 /// Returns the page.
@@ -45,34 +44,18 @@ fn entry(explanation: &Explanation) -> String {
             .replace("](../reference/", "](")
     };
     let mut text = format!("\n### {}\n\n", quoted(&explanation.codes));
-    writeln!(text, "- Cause: {}.", linked(&explanation.cause)).unwrap();
+    let cause = linked(&explanation.cause);
+    let (first, rest) = cause.split_at(cause.chars().next().map_or(0, char::len_utf8));
+    write!(text, "{}{rest}.\n\n", first.to_uppercase()).unwrap();
     let severities = explanation.severities.join(", ");
     match &explanation.condition {
         Some(condition) => {
-            writeln!(text, "- Condition ({severities}): {}.", linked(condition)).unwrap();
+            writeln!(text, "- When ({severities}): {}.", linked(condition)).unwrap();
         }
         None => writeln!(text, "- Severity: {severities}.").unwrap(),
     }
     writeln!(text, "- Remedy: {}.", linked(&explanation.remedy)).unwrap();
-    if !explanation.aliases.is_empty() {
-        writeln!(text, "- Earlier codes: {}.", quoted(&explanation.aliases)).unwrap();
-    }
-    if let Some(example) = &explanation.example {
-        writeln!(text, "\n> {}", quotable(example)).unwrap();
-    }
     text
-}
-
-/// Returns a text whose characters are no marks of Markdown.
-fn quotable(text: &str) -> String {
-    let mut shown = String::new();
-    for letter in text.chars() {
-        if "\\`*<".contains(letter) {
-            shown.push('\\');
-        }
-        shown.push(letter);
-    }
-    shown
 }
 
 #[test]

@@ -34,7 +34,7 @@ impl Candidate {
     }
 }
 
-struct Search<'r> {
+struct ShaperSearch<'r> {
     impulses: usize,
     region: &'r Region,
     /// Sampling period, s.
@@ -49,7 +49,7 @@ struct Search<'r> {
 /// - `period`: sampling period, s.
 pub(super) fn best(impulses: usize, region: &Region, level: f64, period: f64) -> Option<Candidate> {
     let thinned = region.thinned();
-    let search = Search {
+    let search = ShaperSearch {
         impulses,
         region: &thinned,
         period,
@@ -79,7 +79,7 @@ pub(super) fn best(impulses: usize, region: &Region, level: f64, period: f64) ->
     })
 }
 
-impl Search<'_> {
+impl ShaperSearch<'_> {
     /// Returns frequency, rad/s, and damping ratio of the best centre.
     fn centre(&self, hump: f64) -> Option<[f64; 2]> {
         let damping = |frequency| {

@@ -23,7 +23,7 @@ use crate::estimate::statistics::{
 use crate::progress::{Listener, Phase, Stopped};
 
 /// First run whose step is taken. Start levels may be wrong by orders of magnitude, so the levels are searched first. A
-/// step in the first run moves an estimate by 1.6 standard errors (`benches/numbers/run.py`).
+/// step in the first run moves an estimate by 1.6 standard errors.
 const FIRST_STEP: usize = 2;
 
 /// Last run after which levels are searched. If the model lacks an effect, step and levels may
@@ -51,11 +51,11 @@ const MAX_TRANSITION_NUMBERS: usize = 9_000_000;
 
 /// While a search for levels gains more log-likelihood than this value, the levels are far from their optimum, and this
 /// fraction of each searched segment suffices. Half the value moves an estimate by 0.02 standard errors, twice the
-/// value has no effect (`benches/numbers/run.py`).
+/// value has no effect.
 const FAR_GAIN: f64 = 100.0;
 
 /// Share of each segment that suffices while the levels are far from their optimum; the cost is proportional to it.
-/// Half or twice the value moves an estimate by 0.05 standard errors (`benches/numbers/run.py`).
+/// Half or twice the value moves an estimate by 0.05 standard errors.
 const FAR_SHARE: f64 = 0.4;
 
 /// Reason why a descent ended.

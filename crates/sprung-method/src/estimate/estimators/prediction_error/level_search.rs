@@ -10,25 +10,22 @@ use super::solve::damped_step;
 use crate::estimate::statistics::{MAX_ROUNDS, NEGLIGIBLE_SHARE, ROUNDING};
 
 /// Largest change of a logarithm in a step: a factor of 4.5, beyond which the quadratic model of the likelihood fails.
-/// Half the value stops a search early and moves an estimate by 1.1 standard errors, twice the value by 0.04
-/// (`benches/numbers/run.py`).
+/// Half the value stops a search early and moves an estimate by 1.1 standard errors, twice the value by 0.04.
 const MAX_LOG_CHANGE: f64 = 1.5;
 
 /// Limit of the factor that scales the information, and of its inverse.
 const MAX_CORRECTION: f64 = 30.0;
 
 /// The search ends if a step predicts a smaller gain of the log-likelihood; the next run of the filter begins a new
-/// search. Twice the value moves an estimate by 0.04 standard errors, half the value by less than 0.01
-/// (`benches/numbers/run.py`).
+/// search. Twice the value moves an estimate by 0.04 standard errors, half the value by less than 0.01.
 const MIN_PREDICTED_GAIN: f64 = 0.1;
 
 /// Gain relative to the gain of the search so far, below which the next run of the filter gains more. Twice the value
-/// moves an estimate by 0.04 standard errors, half the value by less than 0.01 (`benches/numbers/run.py`).
+/// moves an estimate by 0.04 standard errors, half the value by less than 0.01.
 const MIN_RELATIVE_GAIN: f64 = 0.02;
 
 /// Factor that shortens a step while it does not raise the likelihood. Its inverse is the growth of the added
-/// information while the longest step is too long. Half or twice the value moves an estimate by 0.04 standard errors
-/// (`benches/numbers/run.py`).
+/// information while the longest step is too long. Half or twice the value moves an estimate by 0.04 standard errors.
 const SHORTENING: f64 = 0.25;
 
 /// Initial information that is added for every logarithm: a prior whose standard deviation is a factor of 24.
@@ -36,11 +33,11 @@ const START_ADDED_INFORMATION: f64 = 0.1;
 
 /// Expected corner frequency of the disturbances, Hz, and its standard deviation as a factor. This prior is needed
 /// because a log with small disturbances does not determine the corner. Half the value moves an estimate by 0.06
-/// standard errors, twice the value by 0.01 (`benches/numbers/run.py`).
+/// standard errors, twice the value by 0.01.
 pub(super) const EXPECTED_CORNER_HZ: f64 = 1.5;
 
 /// Standard deviation of the corner frequency, as a factor. Half the value moves an estimate by 0.3 standard errors,
-/// twice the value by 0.04 (`benches/numbers/run.py`).
+/// twice the value by 0.04.
 const CORNER_FACTOR: f64 = 3.0;
 
 /// Searches the levels with the greatest likelihood. Returns them and the increase of the

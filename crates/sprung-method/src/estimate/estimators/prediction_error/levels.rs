@@ -5,7 +5,7 @@ use crate::estimate::statistics::NEGLIGIBLE_SHARE;
 
 /// Bounds of the torque levels, relative to the torque's standard deviation. A larger disturbance is an effect that the
 /// model lacks. White noise may be larger, for example that of a current sensor. Twice the value moves an estimate of a
-/// short log of the demo by 2.6 standard errors, half the value by 0.3 (`benches/numbers/run.py`).
+/// short log of the demo by 2.6 standard errors, half the value by 0.3.
 const MIN_TORQUE_LEVEL: f64 = 1e-4;
 
 /// Largest noise of a torque, relative to its standard deviation.
@@ -25,7 +25,7 @@ const MIN_SENSOR_NOISE: f64 = 1e-8;
 const MAX_SENSOR_NOISE: f64 = 0.3;
 
 /// Bounds of the corner frequency of the disturbances, Hz. A log with small disturbances does not determine the corner.
-/// Half or twice both values moves an estimate of a short log by 0.15 standard errors (`benches/numbers/run.py`).
+/// Half or twice both values moves an estimate of a short log by 0.15 standard errors.
 const CORNER_BOUNDS_HZ: (f64, f64) = (0.2, 10.0);
 
 /// Levels of noise and disturbances. They determine Q and R of the filter.

@@ -8,12 +8,11 @@ use crate::log::Channels;
 use crate::model::Model;
 
 /// Start level relative to the standard deviation of the torque: of noise and disturbance of motors, and of links while
-/// friction reverses. Half the value moves an estimate by 0.05 standard errors, twice the value by 0.02
-/// (`benches/numbers/run.py`).
+/// friction reverses. Half the value moves an estimate by 0.05 standard errors, twice the value by 0.02.
 const START: f64 = 0.01;
 
 /// Start level of motors while friction reverses, and largest start level of the torque's noise. Twice the value moves
-/// an estimate by 0.03 standard errors, half the value by less than 0.01 (`benches/numbers/run.py`).
+/// an estimate by 0.03 standard errors, half the value by less than 0.01.
 const LARGE_START: f64 = 0.1;
 
 /// Noise of a torque that is declared exact, which the likelihood needs above zero, and start level of a sensor's
@@ -21,7 +20,7 @@ const LARGE_START: f64 = 0.1;
 const SMALL_START: f64 = 1e-3;
 
 /// Start level of links: they have no motor, so disturbances are smaller. Half or twice the value moves an estimate by
-/// 0.03 standard errors (`benches/numbers/run.py`).
+/// 0.03 standard errors.
 const START_LINK_LEVEL: f64 = 0.003;
 
 /// Accuracy of the logged torque.

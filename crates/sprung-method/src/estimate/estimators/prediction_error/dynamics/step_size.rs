@@ -6,7 +6,7 @@ use super::motion::Dynamics;
 
 /// Limits of one integration step: step length times the fastest friction rate, and phase of the fastest spring, rad.
 /// Runge-Kutta of order 4 is stable up to 2.7. At 0.7 its error is 1e-3 of an oscillation. Twice the value moves an
-/// estimate by 0.07 standard errors, half the value has no effect (`benches/numbers/run.py`).
+/// estimate by 0.07 standard errors, half the value has no effect.
 const MAX_DAMPING_PER_STEP: f64 = 1.2;
 
 /// Phase of the fastest oscillation in a step, rad: Runge-Kutta of order 4 has a relative error of 1e-3 at 0.7.

@@ -3,18 +3,16 @@
 use super::sensor::uniform_variance;
 
 /// Standard deviation of the position of an encoder edge, in counts, because encoder lines are uneven. Half the value
-/// moves an estimate by 0.3 standard errors, twice the value by 0.7 and nearly doubles a standard error
-/// (`benches/numbers/run.py`).
+/// moves an estimate by 0.3 standard errors, twice the value by 0.7 and nearly doubles a standard error.
 const EDGE_DEVIATION_COUNTS: f64 = 0.05;
 
 /// Motion per sample, in counts, above which samples are measurements instead of edges. Above it the errors of
 /// successive samples are independent. The velocity decides, because a choice by the change of the count would prefer
-/// samples just after an encoder edge. Half the value moves an estimate by 0.5 standard errors, twice the value by 0.1
-/// (`benches/numbers/run.py`).
+/// samples just after an encoder edge. Half the value moves an estimate by 0.5 standard errors, twice the value by 0.1.
 const MIN_COUNTS_OF_SAMPLES: f64 = 2.0;
 
 /// Number of samples without an edge after which the joint counts as resting within a count. Half or twice the value
-/// moves an estimate by 0.1 standard errors (`benches/numbers/run.py`).
+/// moves an estimate by 0.1 standard errors.
 const REST_SAMPLES: usize = 100;
 
 /// A position measured by an incremental encoder.

@@ -6,12 +6,11 @@ use faer::linalg::solvers::SolveLstsq;
 use super::sensor::Sensor;
 
 /// Standard deviation of the smoothed velocity at the start of a segment: constant part, rad/s, and part relative to
-/// the velocity. Half the value moves an estimate by 0.06 standard errors, twice the value by 0.03
-/// (`benches/numbers/run.py`).
+/// the velocity. Half the value moves an estimate by 0.06 standard errors, twice the value by 0.03.
 const START_VELOCITY_DEVIATION: f64 = 0.05;
 
 /// The same relative to the velocity of the joint. Half the value moves an estimate by 0.07 standard errors, twice the
-/// value by 0.03 (`benches/numbers/run.py`).
+/// value by 0.03.
 const START_VELOCITY_RELATIVE_DEVIATION: f64 = 0.2;
 
 /// Standard deviation of a deflection by a torque sensor, whose offset and stiffness are not exact,
