@@ -256,6 +256,11 @@ fn reason(kind: JointParameter) -> (How, String) {
             How::Dropped,
             "the format has only linear springs".to_owned(),
         ),
+        JointParameter::Hysteresis(_) => (
+            How::Dropped,
+            "the format has no spring with hysteresis; after a reversal the robot is stiffer"
+                .to_owned(),
+        ),
         JointParameter::Preload => (
             How::Dropped,
             "it is the zero of the link's encoder, not a property of the robot".to_owned(),
@@ -268,7 +273,6 @@ fn reason(kind: JointParameter) -> (How, String) {
         JointParameter::RotorInertia
         | JointParameter::Stiffness
         | JointParameter::Damping
-        | JointParameter::Hysteresis(_)
         | JointParameter::BackEmf
         | JointParameter::TorqueOffset => (How::Dropped, "the format has no such law".to_owned()),
     }

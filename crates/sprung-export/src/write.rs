@@ -64,6 +64,18 @@ pub struct Exported {
     pub proof: Proof,
 }
 
+/// Returns the half widths of the plays of springs in words; `None` without any.
+fn plays(model: &Model) -> Option<String> {
+    let of_joint = |(joint, name): (usize, &String)| {
+        let [half_width, _] = model.play(joint)?;
+        Some(format!("{name} ±{half_width:.3e} rad (m)"))
+    };
+    let all: Vec<String> = (model.joints().iter().enumerate())
+        .filter_map(of_joint)
+        .collect();
+    (!all.is_empty()).then(|| all.join(", "))
+}
+
 /// Returns the file of a robot.
 ///
 /// # Errors
@@ -86,6 +98,10 @@ pub fn export(request: &Request<'_>) -> Result<Exported, ExportError> {
         let names = identified.unknown.join(", ");
         let note = format!("{names}: the parameters have no value for it, so the file has zero");
         rows.push(row("friction without a value", How::Dropped, note));
+    }
+    if let Some(plays) = plays(request.model).filter(|_| !format.is_code()) {
+        let note = format!("{plays}: the format's springs have none");
+        rows.push(row("play", How::Dropped, note));
     }
     let has_lengths = !matches!(format, Format::Json | Format::C | Format::Rust);
     if request.model.tree().is_none() && has_lengths {

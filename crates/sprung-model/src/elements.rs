@@ -9,7 +9,7 @@ use super::Model;
 pub struct Elements {
     sets: Vec<Set>,
     // [n × ALL_ELEMENTS]; empty if no joint has any.
-    elements: Vec<f64>,
+    values: Vec<f64>,
     has_begun: bool,
 }
 
@@ -77,7 +77,7 @@ impl Model {
             .flat_map(|joint| of_motor(joint).into_iter().chain(of_spring(joint)))
             .collect();
         Elements {
-            elements: vec![0.0; if sets.is_empty() { 0 } else { n * ALL_ELEMENTS }],
+            values: vec![0.0; if sets.is_empty() { 0 } else { n * ALL_ELEMENTS }],
             sets,
             has_begun: false,
         }
@@ -94,7 +94,7 @@ impl Elements {
     /// Begins another motion.
     pub fn restart(&mut self) {
         self.has_begun = false;
-        self.elements.fill(0.0);
+        self.values.fill(0.0);
     }
 
     /// Moves on to the next sample and returns its elements, \[n × [`ALL_ELEMENTS`]\]; empty if no joint has any.
@@ -104,12 +104,12 @@ impl Elements {
         for set in &mut self.sets {
             let position = set.at(phi, q);
             if self.has_begun {
-                set.slide(&mut self.elements, position - set.position);
+                set.slide(&mut self.values, position - set.position);
             }
             set.position = position;
         }
         self.has_begun = true;
-        &self.elements
+        &self.values
     }
 
     /// Moves on by travels. Springs behind a coupled transmission do not move.
@@ -122,9 +122,9 @@ impl Elements {
             } else {
                 0.0
             };
-            set.slide(&mut self.elements, motors[set.joint] - link);
+            set.slide(&mut self.values, motors[set.joint] - link);
         }
-        &self.elements
+        &self.values
     }
 
     /// Writes the elements at positions between the last sample and the next, without moving on.
@@ -132,7 +132,7 @@ impl Elements {
     /// - `q`, `phi`: as of [`Self::advance`]; `out`: \[n × [`ALL_ELEMENTS`]\], or empty.
     pub fn write_at(&self, q: &[f64], phi: &[f64], out: &mut Vec<f64>) {
         out.clear();
-        out.extend_from_slice(&self.elements);
+        out.extend_from_slice(&self.values);
         if self.has_begun {
             for set in &self.sets {
                 set.slide(out, set.at(phi, q) - set.position);

@@ -145,6 +145,18 @@ fn fixed_value(
     }
 }
 
+/// Returns the joints of which something holds.
+fn joints_with(
+    robot: &description::Robot,
+    holds: impl Fn(&description::Joint) -> bool,
+) -> Vec<usize> {
+    let joints = robot.joint.iter().enumerate();
+    joints
+        .filter(|(_, joint)| holds(joint))
+        .map(|(index, _)| index)
+        .collect()
+}
+
 impl Model {
     /// Returns the model of a described robot.
     ///
@@ -225,23 +237,16 @@ impl Model {
                 joints: JointInfo::all(robot),
                 names: robot.joint.iter().map(|joint| joint.name.clone()).collect(),
                 unknown_stribeck,
-                open_sharpness: (0..robot.joint.len())
-                    .filter(|&i| robot.joint[i].coulomb_sharpness_s_per_rad.is_none())
-                    .collect(),
+                open_sharpness: joints_with(robot, |joint| {
+                    joint.coulomb_sharpness_s_per_rad.is_none()
+                }),
                 instruments,
-                open_presliding: (0..robot.joint.len())
-                    .filter(|&i| robot.joint[i].presliding_width_rad.is_none())
-                    .collect(),
-                open_hysteresis: (0..robot.joint.len())
-                    .filter(|&i| robot.joint[i].hysteresis_width_rad.is_none())
-                    .collect(),
-                open_play: (robot.joint.iter().enumerate())
-                    .filter(|(_, joint)| {
-                        let terms = joint.spring_terms();
-                        terms.contains(&SpringTerm::Play) && joint.play_half_width_rad.is_none()
-                    })
-                    .map(|(i, _)| i)
-                    .collect(),
+                open_presliding: joints_with(robot, |joint| joint.presliding_width_rad.is_none()),
+                open_hysteresis: joints_with(robot, |joint| joint.hysteresis_width_rad.is_none()),
+                open_play: joints_with(robot, |joint| {
+                    let terms = joint.spring_terms();
+                    terms.contains(&SpringTerm::Play) && joint.play_half_width_rad.is_none()
+                }),
                 parameters,
                 inertial,
                 links,

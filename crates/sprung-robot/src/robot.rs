@@ -246,7 +246,7 @@ pub struct Joint {
     /// square of the velocity of the joint in the log.
     pub presliding_width_rad: Option<f64>,
     /// Width of the widest of the six elements of the spring's hysteresis, rad (m): the deflection from the middle until it
-    /// slides. If absent, twice the standard deviation of the deflection in the log.
+    /// slides. If absent, twice the standard deviation of the deflection in the log, at most a quarter of its range.
     pub hysteresis_width_rad: Option<f64>,
     /// Half of the play in series with the spring, rad (m); a search in the log determines it if absent.
     pub play_half_width_rad: Option<f64>,

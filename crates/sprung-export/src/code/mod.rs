@@ -179,8 +179,12 @@ pub(super) fn said(model: &Model, extras: &[Extra], control: Option<&ControlCode
         rows.push(row("presliding friction", How::Approximated, note));
     }
     if model.has_springs() {
-        let note = "stiffness, damping, cubic stiffness and preload, as identified";
+        let note = "stiffness, play, damping, cubic stiffness and preload, as identified";
         rows.push(row("springs", How::Exact, note));
+    }
+    if (0..model.joint_count()).any(|joint| model.hysteresis_width(joint).is_some()) {
+        let note = "the code has no memory of the motion: the elements of its springs slide";
+        rows.push(row("hysteresis", How::Approximated, note));
     }
     if let Some(control) = control {
         let controller = &control.controller;

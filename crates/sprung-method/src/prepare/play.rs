@@ -4,6 +4,7 @@ use sprung_core::parameters::JointParameter;
 
 use super::excerpt::Excerpt;
 use super::stribeck::{Deflection, deflection, solved};
+use crate::log::LogBlock;
 use crate::model::Model;
 use crate::regression::{Reading, Triangle};
 
@@ -14,9 +15,18 @@ const SHARES: [f64; 7] = [0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64];
 /// Part of the squared residuals that the best play of the scan may leave.
 const PROMISING: f64 = 0.9;
 
-/// Steps of the golden section for the half width and the centre, and rounds of both.
-const STEPS: usize = 6;
-const ROUNDS: usize = 2;
+/// Steps of the search for half width and centre, and the places about the best one that a step tries.
+const STEPS: usize = 14;
+const NEIGHBOURS: [[f64; 2]; 8] = [
+    [-0.5, -0.5],
+    [-0.5, 0.0],
+    [-0.5, 0.5],
+    [0.0, -0.5],
+    [0.0, 0.5],
+    [0.5, -0.5],
+    [0.5, 0.0],
+    [0.5, 0.5],
+];
 
 /// The play of a spring.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,11 +72,29 @@ pub(crate) fn find_play(reading: &Reading, excerpt: &Excerpt, joint: usize) -> O
     if least > PROMISING * without {
         return None;
     }
-    for round in 0..ROUNDS {
-        let reach = 0.7 / f64::from(1 << (2 * round));
-        let log = narrowed((width.ln(), least), reach, |log| cost(log.exp(), centre));
-        (width, least) = (log.0.exp(), log.1);
-        (centre, least) = narrowed((centre, least), reach * width, |at| cost(width, at));
+    let mut reach = width;
+    for _ in 0..STEPS {
+        let neighbours = NEIGHBOURS.map(|[wider, higher]| {
+            let place = (width + wider * reach, centre + higher * reach);
+            let is_play = place.0 > 0.1 * width;
+            (
+                place,
+                if is_play {
+                    cost(place.0, place.1)
+                } else {
+                    f64::INFINITY
+                },
+            )
+        });
+        let best = neighbours
+            .into_iter()
+            .min_by(|one, other| one.1.total_cmp(&other.1));
+        match best {
+            Some((place, squares)) if squares < least => {
+                ((width, centre), least) = (place, squares);
+            }
+            Some(_) | None => reach *= 0.5,
+        }
     }
     Some(Play {
         half_width: width,
@@ -77,15 +105,29 @@ pub(crate) fn find_play(reading: &Reading, excerpt: &Excerpt, joint: usize) -> O
     })
 }
 
-/// Returns the sum of squared residuals of the motor's row without the preload: a spring has no torque in the middle of its play.
+/// Returns the sum of squared residuals of motor and link without the preload: a spring has no torque in the middle of its play. The
+/// row of the link is solved with the stiffness of the motor's, because it has no right-hand side.
 fn unexplained(model: &Model, whole: &[Triangle], joint: usize) -> Option<f64> {
-    let row = model.torque_row(joint);
     let preload = model.index(JointParameter::Preload, joint);
-    let known: Vec<Option<f64>> = (model.row_columns(row).iter())
-        .map(|&column| (Some(column) == preload).then_some(0.0))
-        .collect();
-    let (_, squares) = solved(&whole.get(row)?.with_known(&known))?;
-    Some(squares)
+    let stiffness = model.index(JointParameter::Stiffness, joint)?;
+    let solved_with = |row: usize, of_spring: Option<f64>| {
+        let columns = model.row_columns(row);
+        let known = |column: &usize| match *column {
+            column if Some(column) == preload => Some(0.0),
+            column if column == stiffness => of_spring,
+            _ => None,
+        };
+        let known: Vec<Option<f64>> = columns.iter().map(known).collect();
+        let free: Vec<usize> = (columns.iter().copied().zip(&known))
+            .filter_map(|(column, known)| known.is_none().then_some(column))
+            .collect();
+        let (x, squares) = solved(&whole.get(row)?.with_known(&known))?;
+        let at = free.iter().position(|column| *column == stiffness);
+        Some((at.map(|at| x[at]), squares))
+    };
+    let (of_spring, of_motor) = solved_with(model.torque_row(joint), None)?;
+    let (_, of_link) = solved_with(joint, of_spring)?;
+    Some(of_motor + of_link)
 }
 
 /// Returns the model with the plays that the description leaves open.
@@ -112,27 +154,9 @@ fn unloaded(deflection: &Deflection, cost: impl Fn(f64) -> f64) -> f64 {
     centre
 }
 
-/// Returns a place of a lower cost by steps of the golden section, with the cost.
-fn narrowed(
-    (mut at, mut least): (f64, f64),
-    mut reach: f64,
-    cost: impl Fn(f64) -> f64,
-) -> (f64, f64) {
-    for _ in 0..STEPS {
-        reach *= 0.618;
-        for tried in [at - reach, at + reach] {
-            let found = cost(tried);
-            if found < least {
-                (at, least) = (tried, found);
-            }
-        }
-    }
-    (at, least)
-}
-
 /// Returns the number of independent samples of the rows of a joint.
 fn independent(reading: &Reading, excerpt: &Excerpt) -> f64 {
-    let samples: usize = excerpt.blocks().iter().map(|block| block.len()).sum();
+    let samples: usize = excerpt.blocks().iter().map(LogBlock::len).sum();
     let duration = samples as f64 * excerpt.period();
     (4.0 * reading.position_cutoff_hz() * duration).max(1.0)
 }

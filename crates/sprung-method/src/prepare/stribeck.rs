@@ -20,6 +20,9 @@ const PRESLIDING_S: f64 = 0.2;
 /// Width of the widest element of hysteresis over the standard deviation of the deflection.
 const HYSTERESIS_SHARE: f64 = 2.0;
 
+/// Largest width over the range of the deflection.
+const SLIDING_SHARE: f64 = 0.25;
+
 /// Velocities in the first scan, in equal ratios.
 const VELOCITIES_TRIED: usize = 9;
 
@@ -156,7 +159,9 @@ pub(crate) fn with_widths(reading: &Reading, excerpt: &Excerpt) -> Model {
     }
     for &joint in reading.model().open_hysteresis() {
         if let Some(deflection) = deflection(reading, excerpt, joint) {
-            model.set_hysteresis_width(joint, HYSTERESIS_SHARE * deflection.rms);
+            // An element that never slides is part of the stiffness.
+            let width = (HYSTERESIS_SHARE * deflection.rms).min(SLIDING_SHARE * deflection.range);
+            model.set_hysteresis_width(joint, width);
         }
     }
     model
@@ -169,6 +174,8 @@ pub(super) struct Deflection {
     pub(super) mean: f64,
     /// Standard deviation, rad (m).
     pub(super) rms: f64,
+    /// Largest minus smallest, rad (m).
+    pub(super) range: f64,
 }
 
 /// Returns the deflection of a joint; `None` if two encoders do not show it.
@@ -180,12 +187,15 @@ pub(super) fn deflection(reading: &Reading, excerpt: &Excerpt, joint: usize) -> 
     let [motor, link] = [Quantity::MotorPosition, Quantity::LinkPosition].map(channel);
     let (motor, link) = (motor?, link?);
     let (mut count, mut sum, mut squares) = (0.0, 0.0, 0.0);
+    let (mut least, mut largest) = (f64::INFINITY, f64::NEG_INFINITY);
     for block in excerpt.blocks() {
         for (phi, q) in block.values[motor].iter().zip(&block.values[link]) {
             let deflection = phi - q;
             count += 1.0;
             sum += deflection;
             squares += deflection * deflection;
+            least = least.min(deflection);
+            largest = largest.max(deflection);
         }
     }
     let mean = sum / f64::max(count, 1.0);
@@ -193,6 +203,7 @@ pub(super) fn deflection(reading: &Reading, excerpt: &Excerpt, joint: usize) -> 
     (variance > 0.0).then(|| Deflection {
         mean,
         rms: variance.sqrt(),
+        range: largest - least,
     })
 }
 

@@ -90,9 +90,10 @@ pub(super) fn in_search<T>(
     run: impl FnOnce(Search<'_>) -> Option<T>,
 ) -> Option<T> {
     let model = reading.model();
-    // Slow filters smear the edges of a play.
-    let has_play = (0..model.joint_count()).any(|joint| model.play(joint).is_some());
-    let limit = if has_play { f64::INFINITY } else { CUTOFF_HZ };
+    // Slow filters smear the edges of a play and of a hysteresis.
+    let has_edges = (0..model.joint_count())
+        .any(|joint| model.play(joint).is_some() || model.hysteresis_width(joint).is_some());
+    let limit = if has_edges { f64::INFINITY } else { CUTOFF_HZ };
     let cutoff = reading.position_cutoff_hz().min(limit);
     let reading = reading.without_weights().with_position_cutoff(cutoff);
     let (model, channels) = (reading.model().clone(), reading.channels().clone());

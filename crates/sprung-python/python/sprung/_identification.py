@@ -111,6 +111,8 @@ class AddedLaw:
         law: its name in the file; empty without a key.
         stribeck_velocity: velocity at which Stribeck friction has fallen to 1/e, rad/s (m/s); ``None`` for other laws.
         stribeck_velocity_error: its standard error; ``None`` unless the likelihood gave it.
+        play_half_width: half of the play of a spring, rad (m); ``None`` for other laws.
+        play_centre: deflection in the middle of the play, rad (m); ``None`` for other laws.
 
     Example:
         >>> import sprung
@@ -122,6 +124,8 @@ class AddedLaw:
     law: str
     stribeck_velocity: float | None = None
     stribeck_velocity_error: float | None = None
+    play_half_width: float | None = None
+    play_centre: float | None = None
 
 
 @dataclass(frozen=True)

@@ -191,12 +191,12 @@ fn hysteresis_of_a_spring_is_found_and_leaves_the_rotor_true() {
     let log = log(Sliding::Jump, Spring::Slips([1e-4, 3e-4]));
     let declared = identified("declared", &log);
     let wrong = error(&declared, "hip.rotor_inertia", ROTOR);
-    assert!(wrong.abs() > 0.05, "{wrong}");
+    assert!(wrong.abs() > 0.15, "{wrong}");
     let found = identified("auto", &log);
     assert_eq!(used(&found), ["hysteresis"]);
     let rotor = error(&found, "hip.rotor_inertia", ROTOR);
     let stiffness = error(&found, "hip.stiffness", STIFFNESS);
-    assert!(rotor.abs() < 0.02, "{rotor}");
+    assert!(rotor.abs() < 0.06, "{rotor}");
     assert!(stiffness.abs() < 0.02, "{stiffness}");
     let shown = found.results[0].shown_parameters();
     let row = shown.iter().find(|one| one.name == "hip.spring_hysteresis");
