@@ -7,7 +7,7 @@ use super::added_law::may_add_laws;
 use super::confirmed_laws::{Judged, falls, found_law, with_laws_of};
 use super::found::Found;
 use super::result::{AddedLaw, UnknownResult};
-use super::settled::{Settled, applied, searched, told};
+use super::searched::{Settled, applied, searched, told};
 use crate::description::SpringTerm;
 use crate::finding::Finding;
 use crate::prepare::{PrepareError, Prepared, find_play};
