@@ -5,6 +5,7 @@ mod commands;
 mod experiment;
 mod figures;
 mod findings;
+mod matlab;
 mod tutorial;
 mod what_works;
 
