@@ -27,7 +27,11 @@ pub(crate) fn write() -> ExitCode {
         .env("SPRUNG_WRITE_DOCS", "1")
         .current_dir(root());
     let written = succeeds(&mut command);
-    if publication::write().and(figures::write_pages()).and(written).is_some() {
+    if publication::write()
+        .and(figures::write_pages())
+        .and(written)
+        .is_some()
+    {
         ExitCode::SUCCESS
     } else {
         ExitCode::FAILURE

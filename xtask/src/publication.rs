@@ -93,8 +93,7 @@ pub(crate) fn value(key: &str) -> Result<String, String> {
     if key == "version" {
         return Ok(env!("CARGO_PKG_VERSION").to_owned());
     }
-    let text =
-        fs::read_to_string(root().join(FILE)).map_err(|error| format!("{FILE}: {error}"))?;
+    let text = fs::read_to_string(root().join(FILE)).map_err(|error| format!("{FILE}: {error}"))?;
     let line = text.lines().find_map(|line| {
         let (name, rest) = line.split_once(" = ")?;
         (name == key).then(|| rest.trim_matches('"').to_owned())

@@ -13,8 +13,8 @@ use crate::common::{stderr, stdout};
 const HEAD: &str = "# Findings
 
 A finding is an observation that you must know. It has a code, a severity, a text with values, a remedy and, where one
-line of the experiment file corrects the cause, this line. This page has the cause, the condition, the remedy and an
-example of each code; `sprung explain CODE` prints them, `sprung explain --list` prints all codes, and `--json` prints
+line of the experiment file corrects the cause, this line. This page has the cause, the condition, the remedy, when
+you may ignore it, and an example of each code; `sprung explain CODE` prints them, `sprung explain --list` prints all codes, and `--json` prints
 either as JSON. A code of an earlier version has the same explanation. [Verdict, promise and
 proof](../explanation/verdict.md#findings-and-their-cost) says what severities cost, [How the check
 works](../explanation/checks.md) its method.
@@ -54,6 +54,12 @@ fn entry(explanation: &Explanation) -> String {
         None => writeln!(text, "- Severity: {severities}.").unwrap(),
     }
     writeln!(text, "- Remedy: {}.", linked(&explanation.remedy)).unwrap();
+    writeln!(
+        text,
+        "- When to ignore it: {}.",
+        linked(&explanation.ignore)
+    )
+    .unwrap();
     if !explanation.aliases.is_empty() {
         writeln!(text, "- Earlier codes: {}.", quoted(&explanation.aliases)).unwrap();
     }
@@ -157,7 +163,7 @@ fn explanations_as_json_have_plain_texts() {
     assert_eq!(one["codes"], json!(["noisy-signal"]));
     assert_eq!(one["severities"], json!(["warning"]));
     for entry in table {
-        for key in ["section", "cause", "remedy", "example"] {
+        for key in ["section", "cause", "remedy", "ignore", "example"] {
             let text = entry[key].as_str().unwrap();
             assert!(!text.is_empty() && !text.contains("]("), "{entry:#}");
         }

@@ -28,7 +28,9 @@ fn octave_runs_the_demo_and_reads_its_parameters() {
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(text.starts_with("verdict: good\n"), "{text}");
     let words = |line: &str| line.split_whitespace().nth(1)?.parse::<f64>().ok();
-    let line = text.lines().find(|line| line.starts_with("joint1.stiffness "));
+    let line = text
+        .lines()
+        .find(|line| line.starts_with("joint1.stiffness "));
     let stiffness = line.and_then(words).unwrap();
     assert!((stiffness / 9.3587 - 1.0).abs() < 0.01, "{text}");
     assert_eq!(text.lines().count(), 16);
