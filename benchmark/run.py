@@ -11,7 +11,7 @@ from tasks import TASKS
 
 HERE = Path(__file__).parent
 TOOLS = {"sprung": "sprung", "numpy_least_squares": "NumPy least squares", "scipy_output_error": "SciPy output error"}
-LIMIT_S = 400
+LIMIT_S = 1200
 
 
 def run(tool, folder):
@@ -52,14 +52,13 @@ def table(results):
 
 
 def main(tasks, chosen, writes):
-    results = {}
-    for name in TASKS:
-        if not (tasks / name / "task.json").exists():
-            print(f"skipped {name}: {tasks / name} does not exist", file=sys.stderr)
-            continue
-        for tool in chosen or TOOLS:
-            results[name, tool] = run(tool, tasks / name)
-            print(name, tool, json.dumps(results[name, tool]), file=sys.stderr, flush=True)
+    there = [name for name in TASKS if (tasks / name / "task.json").exists()]
+    for name in TASKS.keys() - set(there):
+        print(f"skipped {name}: {tasks / name} does not exist", file=sys.stderr)
+    results = {(name, tool): None for name in there for tool in chosen or TOOLS}
+    for name, tool in sorted(results, key=lambda key: list(TOOLS).index(key[1])):
+        results[name, tool] = run(tool, tasks / name)
+        print(name, tool, json.dumps(results[name, tool]), file=sys.stderr, flush=True)
     (tasks / "results.json").write_text(json.dumps({f"{a} {b}": f for (a, b), f in results.items()}, indent=1))
     text = table(results)
     print(text)
