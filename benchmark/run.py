@@ -1,6 +1,7 @@
 """Runs all adapters on all tasks and prints the table: `run.py TASKS [--write] [TOOL…]`; --write puts it into README.md."""
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -18,13 +19,17 @@ def run(tool, folder):
     """Figures of a tool on a task, with processor seconds; or why there are none."""
     out, before = folder / f"{tool}.json", os.times()
     out.unlink(missing_ok=True)
+    words = [sys.executable, HERE / "adapters" / f"{tool}.py", folder, out]
+    done = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True)
     try:
-        done = subprocess.run([sys.executable, HERE / "adapters" / f"{tool}.py", folder, out], capture_output=True, text=True, timeout=LIMIT_S)
+        _, errors = done.communicate(timeout=LIMIT_S)
     except subprocess.TimeoutExpired:
+        os.killpg(done.pid, signal.SIGKILL)                 # with the programs that the adapter started
+        done.communicate()
         return {"absent": f"not done after {LIMIT_S} s"}
     after = os.times()
     if done.returncode or not out.exists():
-        return {"absent": (done.stderr.strip().splitlines() or ["wrote no file"])[-1][:120]}
+        return {"absent": (errors.strip().splitlines() or ["wrote no file"])[-1][:120]}
     try:
         figures = score(folder, json.loads(out.read_text()))
     except (Refused, ValueError) as why:
