@@ -197,7 +197,7 @@ mod tests {
             let value = value(key).unwrap();
             value.is_empty() || value.contains("example.invalid") || value == "The sprung authors"
         };
-        let unset: Vec<&str> = KEYS.into_iter().filter(|key| is_unset(&key)).collect();
+        let unset: Vec<&str> = KEYS.into_iter().filter(is_unset).collect();
         let line = format!("UNSET in {FILE}: {}\n", unset.join(", "));
         std::io::stderr().write_all(line.as_bytes()).unwrap();
     }
