@@ -4,12 +4,14 @@ use std::process::{Command, ExitCode};
 
 use crate::figures;
 use crate::install::hdf5;
+use crate::publication;
 use crate::root;
 use crate::steps::succeeds;
 use crate::test::features;
 
 /// Writes `docs/reference/experiment.md` from the JSON schema, `docs/reference/what-works.md` from the table of what
-/// works with what, `docs/reference/findings.md` from the explanations of findings, and the figures into all pages.
+/// works with what, `docs/reference/findings.md` from the explanations of findings, the figures into all pages, and the values
+/// of `publication.toml` into all files that name them.
 ///
 /// Tests compare the pages with the program; with `SPRUNG_WRITE_DOCS` they write them.
 pub(crate) fn write() -> ExitCode {
@@ -25,7 +27,11 @@ pub(crate) fn write() -> ExitCode {
         .env("SPRUNG_WRITE_DOCS", "1")
         .current_dir(root());
     let written = succeeds(&mut command);
-    if figures::write_pages().and(written).is_some() {
+    if publication::write()
+        .and(figures::write_pages())
+        .and(written)
+        .is_some()
+    {
         ExitCode::SUCCESS
     } else {
         ExitCode::FAILURE

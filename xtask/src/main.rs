@@ -18,6 +18,7 @@ mod install;
 mod outside;
 #[cfg(test)]
 mod pages;
+mod publication;
 mod run;
 mod steps;
 mod summary;
@@ -41,7 +42,8 @@ const USAGE: &str = "usage: cargo xtask TASK
   wheel [pythons]
                 builds the wheel for Python into target/wheels; with `pythons`, tests it in each supported Python that is
                 found
-  docs          writes the pages of the documentation that come from the program, and the figures of all pages
+  docs          writes the pages of the documentation that come from the program, the figures of all pages, and the
+                version and the values of publication.toml into all files that name them
   figures [--accept] [PART…]
                 measures the figures of the documentation, all or some of these parts: PARTS;
                 fails if one is worse than before by more than its scatter; --accept stores it nevertheless

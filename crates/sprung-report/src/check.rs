@@ -146,6 +146,7 @@ fn of_place(finding: &Finding, place: &FindingSamples) -> Figure {
         id: format!("place-{}", place.finding),
         caption: format!("\"{}\" around the place of {}.", place.column, finding.code),
         x_label: "time [s]".to_owned(),
+        logarithmic: false,
         layout: Layout::Stack,
         panels: vec![Panel {
             y_label: format!("{} [{}]", place.column, place.unit),
@@ -259,6 +260,7 @@ fn overview(report: &CheckReport, curves: &Curves) -> Figure {
         id: "overview".to_owned(),
         caption: "All columns; drag to zoom.".to_owned(),
         x_label: "time [s]".to_owned(),
+        logarithmic: false,
         layout: Layout::Grid,
         panels: panels.collect(),
     }

@@ -3,12 +3,13 @@
 use std::fmt::Write;
 
 use sprung_method::control::{
-    Banded, ControlDesign, ControlPictures, Controlled, LoopCurve, Motors, ShaperDesign, Timed,
-    WithDraws,
+    Banded, ControlDesign, ControlPictures, Controlled, LoopCurve, Motors, PoleInPose,
+    ShaperDesign, Timed, WithDraws,
 };
 
 use super::document::{
-    Badge, Block, Document, Figure, Fold, Layout, Panel, Row, Section, Series, Style, Table, Tone,
+    Badge, Block, Document, Figure, Fold, Layout, Line, Panel, Row, Section, Series, Style, Table,
+    Tone,
 };
 use super::numbers::{or_dash, short, significant};
 use super::section::{folded, section};
@@ -166,43 +167,84 @@ fn loops(design: &ControlDesign, pictures: &ControlPictures) -> Section {
         rows: design.loops.iter().map(row).collect(),
         ..Table::default()
     };
-    let figure = Figure {
-        id: "bode".to_owned(),
-        caption: "Open loop of each motor with the loops of the others closed, in the middle of the workspace: the identified \
-                  robot, and the lowest and the highest value over robots of the posterior."
-            .to_owned(),
-        x_label: "log₁₀ of the frequency in Hz".to_owned(),
-        layout: Layout::Grid,
-        panels: pictures.loops.iter().flat_map(bode).collect(),
-    };
+    let mut blocks = vec![Block::Table(table)];
+    blocks.extend(pictures.loops.iter().map(bode).map(Block::Figure));
     section(
         "loops",
         "Margins",
         "Each loop is opened at one motor while the others stay closed, with sampling and velocity estimators, in all poses. \
          The worst robot is the worst over all robots and poses.",
-        vec![Block::Table(table), Block::Figure(figure)],
+        blocks,
     )
 }
 
-fn bode(curve: &LoopCurve) -> [Panel; 2] {
-    let x: Vec<f64> = curve.hz.iter().map(|hz| hz.log10()).collect();
-    [
-        (&curve.gain_db, format!("{} gain [dB]", curve.joint), 0.0),
-        (
-            &curve.phase_deg,
-            format!("{} phase [°]", curve.joint),
-            -180.0,
-        ),
-    ]
-    .map(|(band, y_label, line)| {
+/// Returns the Bode plot of a loop, gain above phase, with the margins of the identified robot.
+fn bode(curve: &LoopCurve) -> Figure {
+    let panel = |band: &Banded, y_label: String, line: f64, marks: Vec<Line>| {
         let mut series = banded(band, "identified robot", Style::First);
-        series.insert(0, constant(line, x.len()));
+        series.insert(0, constant(line, curve.hz.len()));
         Panel {
             y_label,
-            x: x.clone(),
+            x: curve.hz.clone(),
             series,
+            marks,
             ..Panel::default()
         }
+    };
+    let (gain, phase) = (&curve.gain_db, &curve.phase_deg);
+    let mark = |at, text| Line { at, text };
+    let gain_marks = crossings(&curve.hz, &phase.identified, -180.0, &gain.identified)
+        .map(|(hz, db)| mark(hz, format!("gain margin {} dB", significant(-db, 2))));
+    let phase_marks =
+        crossings(&curve.hz, &gain.identified, 0.0, &phase.identified).map(|(hz, degrees)| {
+            let margin = significant(180.0 + degrees, 2);
+            mark(
+                hz,
+                format!("phase margin {margin}° at {} Hz", significant(hz, 2)),
+            )
+        });
+    Figure {
+        id: format!("bode-{}", curve.joint),
+        caption: format!(
+            "Open loop of {} with the loops of the others closed, in the middle of the workspace: the identified robot and its \
+             margins, and the lowest and the highest value over robots of the posterior.",
+            curve.joint
+        ),
+        x_label: "frequency [Hz]".to_owned(),
+        logarithmic: true,
+        layout: Layout::Half,
+        panels: vec![
+            panel(
+                gain,
+                format!("{} gain [dB]", curve.joint),
+                0.0,
+                gain_marks.collect(),
+            ),
+            panel(
+                phase,
+                format!("{} phase [°]", curve.joint),
+                -180.0,
+                phase_marks.collect(),
+            ),
+        ],
+    }
+}
+
+/// Returns where a curve crosses a level: the frequency, and the value of another curve there.
+fn crossings<'a>(
+    hz: &'a [f64],
+    curve: &'a [f64],
+    level: f64,
+    other: &'a [f64],
+) -> impl Iterator<Item = (f64, f64)> + 'a {
+    (1..hz.len()).filter_map(move |k| {
+        let (before, after) = (curve[k - 1] - level, curve[k] - level);
+        (before * after < 0.0).then(|| {
+            let part = before / (before - after);
+            let between = |a: f64, b: f64| a + part * (b - a);
+            let at = between(hz[k - 1].ln(), hz[k].ln()).exp();
+            (at, between(other[k - 1], other[k]))
+        })
     })
 }
 
@@ -278,34 +320,9 @@ fn vibrations(design: &ControlDesign, pictures: &ControlPictures) -> Section {
         rows: rows.collect(),
         ..Table::default()
     };
-    let mut poles = pictures.poles.clone();
-    poles.sort_by(|a, b| a.hz.total_cmp(&b.hz));
-    let cloud = |name: &str, is_identified: bool, style| Series {
-        name: name.to_owned(),
-        values: (poles.iter())
-            .map(|pole| (pole.is_identified == is_identified).then_some(pole.damping))
-            .collect(),
-        style,
-        clipped: false,
-    };
-    let figure = Figure {
-        id: "poles".to_owned(),
-        caption: "Vibrations of the closed loop in all poses. A point is a pole of one robot in one pose.".to_owned(),
-        x_label: "natural frequency [Hz]".to_owned(),
-        layout: Layout::Stack,
-        panels: vec![Panel {
-            y_label: "damping ratio".to_owned(),
-            x: poles.iter().map(|pole| pole.hz).collect(),
-            series: vec![
-                cloud("robots of the posterior", false, Style::Cloud),
-                cloud("identified robot", true, Style::Cloud),
-            ],
-            ..Panel::default()
-        }],
-    };
     let mut blocks = vec![Block::Table(table)];
     if !pictures.poles.is_empty() {
-        blocks.push(Block::Figure(figure));
+        blocks.push(Block::Figure(poles(&pictures.poles)));
     }
     section(
         "vibrations",
@@ -314,6 +331,80 @@ fn vibrations(design: &ControlDesign, pictures: &ControlPictures) -> Section {
          the vibration while dry friction holds the motors. Loop closed: with this controller.",
         blocks,
     )
+}
+
+/// Damping ratios of the lines among the poles.
+const DAMPINGS: [f64; 5] = [0.05, 0.1, 0.2, 0.4, 0.7];
+
+/// Number of points of such a line.
+const POINTS: usize = 60;
+
+/// Returns the poles in the complex plane with lines of equal damping.
+fn poles(all: &[PoleInPose]) -> Figure {
+    let place = |pole: &PoleInPose| {
+        let damping = pole.damping.clamp(-1.0, 1.0);
+        (
+            -damping * pole.hz,
+            pole.hz * (1.0 - damping * damping).sqrt(),
+        )
+    };
+    let most = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
+    let left = most(&mut all.iter().map(|pole| -place(pole).0));
+    let top = most(&mut all.iter().map(|pole| place(pole).1));
+    // Lines end at the border of the poles.
+    let line = |damping: f64| {
+        let slope = (1.0 - damping * damping).sqrt() / damping;
+        let end = left.min(top / slope);
+        (0..=POINTS).map(move |k| {
+            let x = -end * k as f64 / POINTS as f64;
+            (x, -slope * x)
+        })
+    };
+    let mut points: Vec<(f64, f64, usize)> = (all.iter())
+        .map(|pole| {
+            (
+                place(pole).0,
+                place(pole).1,
+                usize::from(pole.is_identified),
+            )
+        })
+        .collect();
+    for (k, damping) in DAMPINGS.into_iter().enumerate() {
+        points.extend(line(damping).map(|(x, y)| (x, y, k + 2)));
+    }
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let series = |name: String, which: usize, style| Series {
+        name,
+        values: (points.iter())
+            .map(|(_, y, curve)| (*curve == which).then_some(*y))
+            .collect(),
+        style,
+        clipped: false,
+    };
+    let mut curves: Vec<Series> = (DAMPINGS.iter().enumerate())
+        .map(|(k, damping)| series(format!("damping ratio {damping}"), k + 2, Style::Reference))
+        .collect();
+    curves.push(series(
+        "robots of the posterior".to_owned(),
+        0,
+        Style::Cloud,
+    ));
+    curves.push(series("identified robot".to_owned(), 1, Style::Cloud));
+    Figure {
+        id: "poles".to_owned(),
+        caption: "Poles of the closed loop in all poses, divided by 2π; a point is a pole of one robot in one pose. Lines from the \
+                  right to the left have the damping ratios 0.05, 0.1, 0.2, 0.4 and 0.7."
+            .to_owned(),
+        x_label: "real part [Hz]".to_owned(),
+        layout: Layout::Stack,
+        panels: vec![Panel {
+            y_label: "imaginary part [Hz]".to_owned(),
+            x: points.iter().map(|point| point.0).collect(),
+            series: curves,
+            ..Panel::default()
+        }],
+        ..Figure::default()
+    }
 }
 
 fn shaper(design: &ShaperDesign) -> Section {
@@ -375,6 +466,7 @@ fn figure(id: &str, caption: &str, timed: &Timed, what: &str) -> Figure {
         id: id.to_owned(),
         caption: caption.to_owned(),
         x_label: "time [s]".to_owned(),
+        logarithmic: false,
         layout: Layout::Grid,
         panels: timed.joints.iter().map(panel).collect(),
     }

@@ -179,6 +179,8 @@ pub struct Finding {
     pub cause: String,
     /// The observation that leads to it, as a sentence; may be empty.
     pub condition: String,
+    /// When it may be ignored, as a sentence; may be empty.
+    pub ignore: String,
 }
 
 /// Values with their intervals: one row per quantity, one colour per source. Without ticks each row
@@ -265,6 +267,8 @@ pub struct Figure {
     pub caption: String,
     /// The quantity and unit of the horizontal axis.
     pub x_label: String,
+    /// Whether the horizontal axis is logarithmic; its coordinates then are positive.
+    pub logarithmic: bool,
     /// How the panels are arranged.
     pub layout: Layout,
     /// The panels in reading order.

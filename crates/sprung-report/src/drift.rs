@@ -99,6 +99,7 @@ fn figure(comparison: &Comparison, at: usize, drift: &Drift) -> Figure {
         } else {
             "run".to_owned()
         },
+        logarithmic: false,
         layout: Layout::Grid,
         panels: (shown.into_iter())
             .map(|parameter| panel(comparison, drift, parameter))

@@ -172,6 +172,7 @@ mod tests {
             remedy: text(),
             cause: text(),
             condition: text(),
+            ignore: text(),
         };
         Document {
             title: text(),

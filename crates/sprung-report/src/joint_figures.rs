@@ -86,6 +86,7 @@ impl JointCurves<'_> {
             id: format!("{what}-{}", slug(self.joint)),
             caption,
             x_label,
+            logarithmic: false,
             layout: Layout::Half,
             panels: vec![panel],
         }

@@ -72,6 +72,7 @@ impl<'a> Motion<'a> {
             id: id.to_owned(),
             caption: format!("{caption}{approach}"),
             x_label: "time [s]".to_owned(),
+            logarithmic: false,
             layout: Layout::Grid,
             panels: panels.collect(),
         }

@@ -134,6 +134,7 @@ fn figure(shown: &Compared<'_>) -> Figure {
             shown.caption
         ),
         x_label: "time [s]".to_owned(),
+        logarithmic: false,
         layout: Layout::Overview,
         panels: panels.collect(),
     }

@@ -71,6 +71,7 @@ pub(super) fn traces(
                   scale."
             .to_owned(),
         x_label: "time [s]".to_owned(),
+        logarithmic: false,
         layout: Layout::Grid,
         panels,
     }
@@ -135,6 +136,7 @@ pub(super) fn validation(run: &RunResult, curves: &Curves) -> Vec<Figure> {
             id: format!("{id}-{}", slug(&run.name)),
             caption,
             x_label: "time [s]".to_owned(),
+            logarithmic: false,
             layout: Layout::Stack,
             panels,
         }
@@ -183,6 +185,7 @@ pub(super) fn fit(identification: &Identification, fit: &Curves) -> Figure {
             identification.files()
         ),
         x_label: "time [s]".to_owned(),
+        logarithmic: false,
         layout: Layout::Stack,
         panels,
     }

@@ -48,5 +48,8 @@ pub(super) fn shown(finding: &Finding) -> Shown {
         condition: known
             .and_then(|explanation| explanation.condition.as_deref())
             .map_or_else(String::new, sentence),
+        ignore: known.map_or_else(String::new, |explanation| {
+            format!("{}.", Explanation::plain(&explanation.ignore))
+        }),
     }
 }

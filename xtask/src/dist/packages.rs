@@ -5,6 +5,7 @@ use std::process::Command;
 
 use super::files::{self, Entry, SHELLS};
 use super::{Done, Release, output};
+use crate::publication;
 
 /// Makes a package twice and checks that the bytes are the same.
 pub(super) fn twice(release: &Release, make: fn(&Release) -> Done<PathBuf>) -> Done<PathBuf> {
@@ -176,9 +177,11 @@ fn control(release: &Release, architecture: &str, size: u64) -> Done<String> {
     let libc = libc_of(&bytes).map_or_else(String::new, |(major, minor)| {
         format!(" (>= {major}.{minor})")
     });
+    let [authors, contact, homepage] = ["authors", "contact", "homepage"].map(publication::value);
+    let (authors, contact, homepage) = (authors?, contact?, homepage?);
     Ok(format!(
         "Package: sprung\nVersion: {}\nSection: science\nPriority: optional\nArchitecture: {architecture}\n\
-         Depends: libc6{libc}, libgcc-s1\nInstalled-Size: {size}\nMaintainer: the sprung authors <sprung@localhost>\n\
+         Depends: libc6{libc}, libgcc-s1\nInstalled-Size: {size}\nMaintainer: {authors} <{contact}>\nHomepage: {homepage}\n\
          Description: identifies flexible-joint robots from measured logs\n \
          sprung estimates the dynamic parameters of robots with flexible joints: inertial parameters, \n \
          stiffnesses, rotor inertias and friction, with intervals and a verdict.\n",

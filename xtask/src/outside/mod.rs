@@ -51,7 +51,7 @@ struct Installed {
 }
 
 /// All steps: those without packages, then the long ones first. A new comparison is a line here and a file beside this one.
-static STEPS: [Step; 13] = [
+static STEPS: [Step; 14] = [
     Step {
         name: "benches",
         what: "every benchmark of cargo, once and with little work",
@@ -159,6 +159,12 @@ static STEPS: [Step; 13] = [
         what: "torques and momenta of Pinocchio",
         packages: &["numpy==2.4.6", "pin==4.1.0"],
         run: vectors::pinocchio,
+    },
+    Step {
+        name: "benchmark",
+        what: "the scorer of the benchmark, its simulator and an adapter",
+        packages: &["numpy==2.4.6", "scipy==1.17.1"],
+        run: |python| python.run("benchmark/test_benchmark.py", &[]),
     },
     Step {
         name: "scipy",

@@ -1,4 +1,4 @@
-//! The meaning of every finding: its cause, its condition and its remedy.
+//! The meaning of every finding: its cause, its condition, its remedy, and when it may be ignored.
 
 use std::sync::LazyLock;
 
@@ -46,6 +46,8 @@ pub struct Explanation {
     pub condition: Option<String>,
     /// Remedy.
     pub remedy: String,
+    /// When the finding may be ignored; begins with "if", "always", "never" or a severity.
+    pub ignore: String,
     /// Text of such a finding, as a program printed it.
     pub example: Option<String>,
 }
@@ -107,6 +109,7 @@ impl Explanation {
             cause: Self::plain(&self.cause),
             condition: self.condition.as_deref().map(Self::plain),
             remedy: Self::plain(&self.remedy),
+            ignore: Self::plain(&self.ignore),
             ..self.clone()
         }
     }
@@ -169,6 +172,7 @@ mod tests {
                 cause,
                 condition,
                 remedy,
+                ignore,
                 example,
                 ..
             } = explanation;
@@ -176,7 +180,12 @@ mod tests {
             for severity in severities {
                 assert!(known.contains(&severity.as_str()), "{codes:?}");
             }
-            for text in [cause, remedy].into_iter().chain(condition) {
+            let starts = ["if ", "always", "never", "a note", "a warning"];
+            assert!(
+                starts.iter().any(|start| ignore.starts_with(start)),
+                "{ignore}"
+            );
+            for text in [cause, remedy, ignore].into_iter().chain(condition) {
                 assert!(text.len() > 5 && !text.ends_with('.'), "{text}");
             }
             // Reports show these as sentences, and make their first letter a capital.

@@ -56,6 +56,7 @@ fn shown(explanation: &Explanation) -> String {
         ("cause", Some(&explanation.cause)),
         ("condition", explanation.condition.as_ref()),
         ("remedy", Some(&explanation.remedy)),
+        ("ignore it", Some(&explanation.ignore)),
         ("example", explanation.example.as_ref()),
     ];
     let mut lines = vec![title, String::new()];

@@ -193,16 +193,18 @@ function listenToKeys(figure, panel) {
     if (!isReset && !move) return;
     event.preventDefault();
     if (isReset) return zoom(figure, null);
-    const [low, high] = figure.range ?? figure.whole;
-    const [first, last] = figure.whole;
+    // Keys move by parts of the axis as it is drawn.
+    const [to, from] = figure.data.logarithmic ? [Math.log10, (x) => 10 ** x] : [Number, Number];
+    const [low, high] = (figure.range ?? figure.whole).map(to);
+    const [first, last] = figure.whole.map(to);
     const width = high - low;
     const size = Math.min(width * (1 + move[1] - move[0]), last - first);
     const start = Math.max(first, Math.min(low + move[0] * width, last - size));
-    zoom(figure, size < last - first ? [start, start + size] : null);
+    zoom(figure, size < last - first ? [start, start + size].map(from) : null);
   });
 }
 
-function axisOptions(size, last) {
+function axisOptions(size, last, logarithmic) {
   const grid = size !== "stack";
   // Low panels have few labels, and no labels of time.
   const low = size === "dense" || size === "strip";
@@ -219,7 +221,11 @@ function axisOptions(size, last) {
       ...common,
       space: (grid ? 40 : 64) * scale,
       size: (named ? 24 : 6) * scale,
-      values: (_plot, splits, _axis, _space, step) => (named ? tickLabels(splits, step) : splits.map(() => "")),
+      values: (_plot, splits, _axis, _space, step) => {
+        if (!named) return splits.map(() => "");
+        // A logarithmic axis names some of its lines, and splits are null at the others.
+        return logarithmic ? splits.map((x) => (x === null ? "" : String(Number(x.toPrecision(3))))) : tickLabels(splits, step);
+      },
     },
     {
       ...common,
@@ -320,8 +326,8 @@ function plotOptions(figure, panel, size, last) {
     ...size,
     padding: [8 * scale, 10 * scale, 0, 0],
     legend: { show: false },
-    scales: { x: { time: false, min, max, range: () => figure.range ?? figure.whole }, y: { range: panel.data.isStrip ? stripRange : yRange } },
-    axes: axisOptions(panel.data.isStrip ? "strip" : sizeOf(figure.data), last),
+    scales: { x: { time: false, distr: figure.data.logarithmic ? 3 : 1, min, max, range: () => figure.range ?? figure.whole }, y: { range: panel.data.isStrip ? stripRange : yRange } },
+    axes: axisOptions(panel.data.isStrip ? "strip" : sizeOf(figure.data), last, figure.data.logarithmic),
     series: [{}, ...lines],
     cursor: {
       y: false,

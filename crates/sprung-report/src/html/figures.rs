@@ -43,6 +43,7 @@ struct SkeletonData<'a> {
 struct FigureData<'a> {
     id: &'a str,
     x_label: &'a str,
+    logarithmic: bool,
     layout: Layout,
     panels: Vec<PanelData<'a>>,
 }
@@ -144,6 +145,7 @@ fn figure_data<'a>(
     Ok(FigureData {
         id: &figure.id,
         x_label: &figure.x_label,
+        logarithmic: figure.logarithmic,
         layout: figure.layout,
         panels,
     })

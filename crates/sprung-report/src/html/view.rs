@@ -215,6 +215,7 @@ fn finding_view<'a>(finding: &'a Finding, before: &mut Before<'a>) -> Value {
         remedy => finding.remedy.as_str(),
         cause => finding.cause.as_str(),
         condition => finding.condition.as_str(),
+        ignore => finding.ignore.as_str(),
         told_under,
     }
 }

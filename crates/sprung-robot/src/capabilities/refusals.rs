@@ -52,6 +52,7 @@ impl Meaning {
             cause: self.why.to_owned(),
             condition: Some(combinations.join("; ")),
             remedy: self.instead.join("; or "),
+            ignore: "never; sprung stops".to_owned(),
             example: Some(self.example),
         }
     }

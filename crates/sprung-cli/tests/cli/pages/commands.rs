@@ -1,4 +1,4 @@
-//! The page of the commands.
+//! The page of the commands, and the commands of the questions.
 
 use super::{beside_the_demo, of_repository, run_commands};
 use crate::common::{sprung, stdout};
@@ -11,6 +11,15 @@ fn its_commands_run() {
     let printed = run_commands(&of_repository(PAGE), folder.path());
     assert!(printed.len() >= 8, "{}", printed.len());
     assert!(folder.path().join("second-run/identification.csv").exists());
+}
+
+#[test]
+fn commands_of_the_questions_run() {
+    let folder = beside_the_demo();
+    let page = of_repository("docs/how-to/faq.md");
+    let printed = run_commands(&page, folder.path());
+    assert!(printed.len() >= 14, "{}", printed.len());
+    assert!(printed.iter().any(|text| text.contains("\nignore it ")));
 }
 
 #[test]

@@ -13,8 +13,8 @@ use crate::common::{stderr, stdout};
 const HEAD: &str = "# Findings
 
 A finding is an observation that you must know. It has a code, a severity, a text with values, a remedy and, where one
-line of the experiment file corrects the cause, this line. This page has the cause, the condition and the remedy of each
-code; `sprung explain CODE` prints them with an example, `sprung explain --list` prints all codes, and `--json` prints
+line of the experiment file corrects the cause, this line. This page has the cause, the condition, the remedy of each
+code, and when you may ignore it; `sprung explain CODE` prints them with an example, `sprung explain --list` prints all codes, and `--json` prints
 either as JSON. [Verdict, promise and proof](../explanation/verdict.md#findings-and-their-cost) says what severities
 cost, [How the check works](../explanation/checks.md) its method.
 ";
@@ -55,6 +55,12 @@ fn entry(explanation: &Explanation) -> String {
         None => writeln!(text, "- Severity: {severities}.").unwrap(),
     }
     writeln!(text, "- Remedy: {}.", linked(&explanation.remedy)).unwrap();
+    writeln!(
+        text,
+        "- When to ignore it: {}.",
+        linked(&explanation.ignore)
+    )
+    .unwrap();
     text
 }
 
@@ -140,7 +146,7 @@ fn explanations_as_json_have_plain_texts() {
     assert_eq!(one["codes"], json!(["noisy-signal"]));
     assert_eq!(one["severities"], json!(["warning"]));
     for entry in table {
-        for key in ["section", "cause", "remedy", "example"] {
+        for key in ["section", "cause", "remedy", "ignore", "example"] {
             let text = entry[key].as_str().unwrap();
             assert!(!text.is_empty() && !text.contains("]("), "{entry:#}");
         }

@@ -1,10 +1,12 @@
 //! The pages of the documentation agree with the program: their commands run as they are written, and
 //! their tables have the figures that the program prints.
 
+mod claims;
 mod commands;
 mod experiment;
 mod figures;
 mod findings;
+mod matlab;
 mod tutorial;
 mod what_works;
 
