@@ -47,6 +47,7 @@ mod renamed_log;
 mod robots;
 mod servo;
 mod seven_joints;
+mod shapes;
 mod terminal;
 mod timing;
 mod trust;

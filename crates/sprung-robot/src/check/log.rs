@@ -28,9 +28,9 @@ fn check_length(
     (key, list): (&Key, &Columns),
     which: Joints,
     path: &[&str],
-    robot: &Robot,
+    (robot, log): (&Robot, &Log),
 ) -> Result<Vec<usize>, Fault> {
-    let joints = key.joints(which, robot);
+    let joints = key.joints_in(log, which, robot);
     if list.spread().is_some() && !joints.is_empty() {
         return Ok(joints);
     }
@@ -41,7 +41,7 @@ fn check_length(
     }
     let name = |i: &usize| robot.joint[*i].name.as_str();
     let flexible_only = key.signal().is_of_flexible_joints() && which == Joints::ThatHaveIt;
-    let with_rigid = key.joints(Joints::Rigid, robot);
+    let with_rigid = key.joints_in(log, Joints::Rigid, robot);
     if flexible_only && joints.len() < with_rigid.len() && count == with_rigid.len() {
         let rigid = with_rigid.iter().find(|i| !joints.contains(i));
         let key = key.name;
@@ -93,7 +93,7 @@ pub(crate) fn check_log(log: &Log, path: &[&str], robot: &Robot) -> Result<(), F
         } else {
             Joints::ThatHaveIt
         };
-        let joints = check_length((key, list), which, &at(key.name), robot)?;
+        let joints = check_length((key, list), which, &at(key.name), (robot, log))?;
         check_columns(key, list, &joints, &at(key.name), robot)?;
     }
     check_inertial(log, path, robot)?;
@@ -102,18 +102,21 @@ pub(crate) fn check_log(log: &Log, path: &[&str], robot: &Robot) -> Result<(), F
     check_files(log, path)?;
     check_time(log, path)?;
     check_csv(log, path)?;
-    check_twice(log, path)?;
+    check_twice(log, path, robot)?;
     let labels = check_labels(log, path)?;
     check_by_column(log, path, &labels)
 }
 
 /// Checks that each signal has at most one key for revolute and one for prismatic joints, or one key
-/// for all joints.
-fn check_twice(log: &Log, path: &[&str]) -> Result<(), Fault> {
+/// for all joints or for those of the other kind.
+fn check_twice(log: &Log, path: &[&str], robot: &Robot) -> Result<(), Fault> {
     for signal in Signal::all().chain([Signal::Target, Signal::Switch]) {
         let given: Vec<&Key> = Key::of(signal).filter(|key| key.is_given(log)).collect();
         if let [first, second, ..] = given[..]
             && overlap(first.kind, second.kind)
+            && given
+                .iter()
+                .any(|key| key.joints_in(log, Joints::Rigid, robot).is_empty())
         {
             return Err(fault(
                 &[path, &[second.name]].concat(),
