@@ -38,6 +38,7 @@ mod new_log_bags;
 mod new_log_lists;
 mod outputs;
 mod pages;
+mod pasted;
 mod payload;
 mod physical;
 mod real_machine;

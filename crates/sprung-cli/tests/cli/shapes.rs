@@ -323,3 +323,32 @@ fn some_joints_have_currents_and_others_forces() {
         stdout(&output)
     );
 }
+
+#[test]
+fn the_filters_follow_the_rate_from_20_hz() {
+    let (desk, log) = log();
+    for (every, cutoff) in [(15, 10.0), (25, 6.0), (1, 30.0)] {
+        let mut slow = columns(&log, &[("time", T), ("phi*", PHI), ("tau*", TAU)]);
+        for (_, values) in &mut slow {
+            *values = values.iter().copied().step_by(every).collect();
+        }
+        desk.write("log.csv", &csv(&slow));
+        let folder = format!("at{every}");
+        desk.succeeds(&["new", &folder, "--urdf", "arm.urdf", "--log", "log.csv"]);
+        for verb in ["check", "identify"] {
+            let output = desk.run(&[verb, &folder]);
+            let told = stdout(&output) + &stderr(&output);
+            assert!(matches!(output.status.code(), Some(0 | 1)), "{told}");
+            assert!(
+                !told.contains("filter-cutoff") && !told.contains("too short"),
+                "{told}"
+            );
+        }
+        let json = desk.read(&format!("{folder}/sprung-out/identification.json"));
+        let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+        let used = json["settings"]["filter_cutoff_rad_per_s"]
+            .as_f64()
+            .unwrap();
+        assert!((used / cutoff - 1.0_f64).abs() < 1e-9, "{used}");
+    }
+}

@@ -114,9 +114,7 @@ fn check_twice(log: &Log, path: &[&str], robot: &Robot) -> Result<(), Fault> {
         let given: Vec<&Key> = Key::of(signal).filter(|key| key.is_given(log)).collect();
         if let [first, second, ..] = given[..]
             && overlap(first.kind, second.kind)
-            && given
-                .iter()
-                .any(|key| key.joints_in(log, Joints::Rigid, robot).is_empty())
+            && !shares_joints([first, second], log, robot)
         {
             return Err(fault(
                 &[path, &[second.name]].concat(),
@@ -221,6 +219,12 @@ fn check_by_column(log: &Log, path: &[&str], labels: &[String]) -> Result<(), Fa
         }
     }
     Ok(())
+}
+
+/// Returns whether a key for all joints leaves its own joints to another key for joints of one kind.
+fn shares_joints(keys: [&Key; 2], log: &Log, robot: &Robot) -> bool {
+    let has_joints = |key: &Key| !key.joints_in(log, Joints::Rigid, robot).is_empty();
+    keys[0].kind != keys[1].kind && keys.into_iter().all(has_joints)
 }
 
 /// Returns whether two keys have joints of the same kind.

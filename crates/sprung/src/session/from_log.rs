@@ -307,6 +307,8 @@ fn mended(chosen: &Chosen, finding: &Finding) -> Option<Chosen> {
             .setting
             .as_ref()?
             .strip_prefix("[log] ")?
+            .split("  #")
+            .next()?
             .split_once(" = ")?;
         let line = other
             .lines
