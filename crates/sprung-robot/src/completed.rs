@@ -222,14 +222,10 @@ fn columns(key: &Key, value: Value, log: &Log, robot: &Robot) -> Option<String> 
         ))
     };
     let line = (of_key.iter().all(is_plain)).then(in_key).flatten();
-    let line = match line {
-        Some(line) => line,
-        None => {
-            let all: Option<Vec<String>> =
-                of_signal.iter().map(|entry| entry.column.text()).collect();
-            format!("{stem} = [{}]", all?.join(", "))
-        }
-    };
+    let line = line.or_else(|| {
+        let all: Option<Vec<String>> = of_signal.iter().map(|entry| entry.column.text()).collect();
+        Some(format!("{stem} = [{}]", all?.join(", ")))
+    })?;
     let replaced: Vec<&str> = Key::of(key.signal())
         .filter(|known| known.is_given(log) && !line.starts_with(&format!("{} =", known.name)))
         .filter(|known| line.starts_with(&format!("{stem} =")) || known.kind == key.kind)
@@ -314,10 +310,10 @@ impl Column {
     ///
     /// - `place`: place of the joint in the entry; `joint`: its name.
     fn alone(&self, place: usize, joint: &str) -> Option<Self> {
-        fn at<T: Clone>(of: &Option<PerJoint<T>>, place: usize) -> Option<PerJoint<T>> {
-            of.as_ref()?.get(place).map(PerJoint::One)
+        fn at<T: Clone>(of: Option<&PerJoint<T>>, place: usize) -> Option<PerJoint<T>> {
+            of?.get(place).map(PerJoint::One)
         }
-        let column = at(&self.column, place);
+        let column = at(self.column.as_ref(), place);
         if matches!(&column, Some(PerJoint::One(name)) if name.is_pattern()) {
             return None;
         }
@@ -327,14 +323,14 @@ impl Column {
         let joint_names = self.topic.is_some().then(|| vec![in_messages.to_owned()]);
         Some(Self {
             column,
-            field: at(&self.field, place),
+            field: at(self.field.as_ref(), place),
             joint_names,
-            counts_per_turn: at(&self.counts_per_turn, place),
-            sign: at(&self.sign, place),
-            offset: at(&self.offset, place),
-            gain: at(&self.gain, place),
-            wrap: at(&self.wrap, place),
-            starts_at_rad: at(&self.starts_at_rad, place),
+            counts_per_turn: at(self.counts_per_turn.as_ref(), place),
+            sign: at(self.sign.as_ref(), place),
+            offset: at(self.offset.as_ref(), place),
+            gain: at(self.gain.as_ref(), place),
+            wrap: at(self.wrap.as_ref(), place),
+            starts_at_rad: at(self.starts_at_rad.as_ref(), place),
             ..self.clone()
         })
     }

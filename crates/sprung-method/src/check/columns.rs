@@ -9,6 +9,7 @@ use super::scale::USUAL_RATIOS;
 use super::trial::Group;
 use crate::finding::{Finding, Severity};
 use crate::log::{Quantity, Signal, rounded, slope_remedy};
+use crate::numbers::with_error;
 use crate::prepare::{Excerpt, MotorRowFit, OfRow, RowFit, fit_rows};
 use crate::unknowns::{Found, Kind, Place, settle};
 
@@ -217,12 +218,11 @@ impl CheckContext<'_> {
         let column = &channels.all[channel].column;
         let lines =
             format!("sign = {{ \"{column}\" = -1 }}\ndelay_s = {{ \"{column}\" = \"estimate\" }}");
+        let [late, error] = with_error(delay.value, delay.standard_error);
         let text = format!(
-            "{}: \"{column}\" has the wrong direction and was recorded {:.3} s late (standard error {:.3} s): with both the \
+            "{}: \"{column}\" has the wrong direction and was recorded {late} s late (standard error {error} s): with both the \
              equations leave {:.1} % of the torques unexplained instead of {:.1} %, and no parameter is negative",
             self.name(joint),
-            delay.value,
-            delay.standard_error,
             100.0 * left,
             100.0 * before
         );

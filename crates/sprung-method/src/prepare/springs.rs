@@ -7,7 +7,7 @@
 use sprung_core::parameters::JointParameter;
 
 use super::excerpt::Excerpt;
-use crate::description::{Estimator, SpringTorque};
+use crate::description::SpringTorque;
 use crate::finding::{Finding, Severity};
 use crate::fit::{fit, fit_values};
 use crate::log::Signal;

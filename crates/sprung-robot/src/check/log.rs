@@ -87,6 +87,7 @@ pub(crate) fn check_log(log: &Log, path: &[&str], robot: &Robot) -> Result<(), F
     let at = |key| [path, &[key]].concat();
     let rigid = !robot.has_springs();
     let lone = rigid && !Key::of(Signal::Motor).any(|key| key.is_given(log));
+    check_twice(log, path, robot)?;
     for (key, list) in log.given() {
         let which = if lone && key.quantity == Quantity::LinkPosition {
             Joints::Rigid
@@ -102,7 +103,6 @@ pub(crate) fn check_log(log: &Log, path: &[&str], robot: &Robot) -> Result<(), F
     check_files(log, path)?;
     check_time(log, path)?;
     check_csv(log, path)?;
-    check_twice(log, path, robot)?;
     let labels = check_labels(log, path)?;
     check_by_column(log, path, &labels)
 }

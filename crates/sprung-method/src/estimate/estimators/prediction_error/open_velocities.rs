@@ -8,7 +8,6 @@ use super::refine::{Refinery, Start};
 use super::refined::Refined;
 use super::rung::Rung;
 use super::start_levels::TorqueNoise;
-use crate::description::Estimator;
 use crate::fit::fit;
 use crate::log::LogSource;
 use crate::prepare::{Excerpt, VelocityByLikelihood};
