@@ -131,4 +131,26 @@ impl Finding {
         self.setting = Some(format!("{table} {line}"));
         self
     }
+
+    /// Completes the lines that correct the cause, in its texts as well; removes them where they cannot be completed.
+    ///
+    /// - `complete`: returns the lines with what the file says beside them.
+    pub fn complete(&mut self, complete: impl Fn(&str) -> Option<String>) {
+        let Some(before) = self.setting.take() else {
+            return;
+        };
+        self.setting = complete(&before);
+        let words = |setting: &str| {
+            let lines = setting.split_once("] ").map_or(setting, |(_, lines)| lines);
+            let bare = lines
+                .lines()
+                .map(|line| line.split("  #").next().unwrap_or(line));
+            bare.collect::<Vec<&str>>().join(" and ")
+        };
+        if let Some(after) = &self.setting {
+            for text in [&mut self.text, &mut self.remedy] {
+                *text = text.replace(&words(&before), &words(after));
+            }
+        }
+    }
 }

@@ -41,6 +41,9 @@ pub const JSON_VALUES: usize = 1 << 20;
 /// Largest number of objects of a JSON file. An empty one takes far more memory than a number.
 pub const JSON_OBJECTS: usize = 1 << 17;
 
+/// Largest number of cells of a log in JSON: its columns times their rows.
+pub const JSON_CELLS: usize = 1 << 23;
+
 /// Largest number of bytes of a mesh.
 pub const MESH_BYTES: usize = 64 << 20;
 
@@ -49,7 +52,7 @@ pub const SHOWN_CHARS: usize = 80;
 
 /// The limits as `SECURITY.md` lists them: what is limited, and how many.
 #[must_use]
-pub fn table() -> [(&'static str, String); 15] {
+pub fn table() -> [(&'static str, String); 16] {
     [
         ("a line of a log in text", size(LINE_BYTES)),
         ("columns of a log", COLUMNS.to_string()),
@@ -67,6 +70,7 @@ pub fn table() -> [(&'static str, String); 15] {
         ("any other text file", size(TEXT_BYTES)),
         ("values of a JSON file", JSON_VALUES.to_string()),
         ("objects of a JSON file", JSON_OBJECTS.to_string()),
+        ("cells of a log in JSON", JSON_CELLS.to_string()),
         ("a mesh", size(MESH_BYTES)),
         (
             "characters of a foreign text that a message shows",

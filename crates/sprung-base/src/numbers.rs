@@ -14,6 +14,17 @@ impl fmt::Display for Shown {
     }
 }
 
+/// Returns a value and its standard error with two digits of the error, so that neither is written as zero.
+#[must_use]
+pub fn with_error(value: f64, error: f64) -> [String; 2] {
+    let decimals = 1.0 - error.abs().log10().floor();
+    if !(0.0..=12.0).contains(&decimals) {
+        return [value, error].map(|number| format!("{number:.1e}"));
+    }
+    let decimals = decimals as usize;
+    [value, error].map(|number| format!("{number:.decimals$}"))
+}
+
 /// Returns a fraction in percent.
 #[must_use]
 pub fn in_percent(fraction: f64) -> f64 {
@@ -52,7 +63,20 @@ pub fn rounded_down(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Shown, rounded_down};
+    use super::{Shown, rounded_down, with_error};
+
+    #[test]
+    fn errors_have_two_digits_and_are_never_zero() {
+        for (value, error, texts) in [
+            (981.25, 6.1, ["981.2", "6.1"]),
+            (0.000_123_4, 0.000_004_5, ["0.0001234", "0.0000045"]),
+            (2.9, 1.113, ["2.9", "1.1"]),
+            (1400.0, 123.0, ["1.4e3", "1.2e2"]),
+            (1.0, 0.0, ["1.0e0", "0.0e0"]),
+        ] {
+            assert_eq!(with_error(value, error), texts);
+        }
+    }
 
     #[test]
     fn bounds_are_rounded_down_and_grouped() {

@@ -258,6 +258,9 @@ pub(crate) struct Validate {
     /// the results folder].
     #[arg(long, value_name = "FILE")]
     pub(crate) parameters: Option<PathBuf>,
+    /// Take values that sprung identify is still refining, or that a stopped refinement left.
+    #[arg(long)]
+    pub(crate) accept_refining: bool,
     #[command(flatten)]
     pub(crate) common: Common,
 }
@@ -335,6 +338,9 @@ pub(crate) struct Control {
     /// Design also with values whose verdict is unusable; control.json and the exported code then say so.
     #[arg(long)]
     pub(crate) accept_unusable: bool,
+    /// Take values that sprung identify is still refining, or that a stopped refinement left.
+    #[arg(long)]
+    pub(crate) accept_refining: bool,
     #[command(flatten)]
     pub(crate) common: Common,
 }
@@ -369,6 +375,9 @@ pub(crate) struct Export {
     /// Replace a file that was edited since the last export, or that no export wrote.
     #[arg(long)]
     pub(crate) force: bool,
+    /// Take values that sprung identify is still refining, or that a stopped refinement left.
+    #[arg(long)]
+    pub(crate) accept_refining: bool,
     #[command(flatten)]
     pub(crate) common: Common,
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use sprung::curves::Curves;
-use sprung::estimate::{Identified, parameters_csv};
+use sprung::estimate::{Identification, Identified, parameters_csv};
 use sprung::report::{Contents, Document, compose, render};
 use sprung::session::{Disk, Files, IDENTIFICATION_FILE};
 use sprung::validate::{Validated, Validation};
@@ -52,10 +52,32 @@ pub(crate) fn write_json(
     Ok(())
 }
 
+/// Status in the files of a result that is still being refined. Other results have none.
+const REFINING: &str = "refining";
+
+/// Returns whether a result is that of least squares, written before its refinement.
+pub(crate) fn is_refining(identification: &Identification) -> bool {
+    let mut findings = identification.findings.iter();
+    findings.any(|finding| finding.code == "refinement-pending")
+}
+
 /// Writes all files of an identification except the report.
 pub(crate) fn write_identified(output: &mut Output<'_>, found: &Identified) -> Result<(), Failure> {
-    write_json(output, IDENTIFICATION_FILE, &found.identification)?;
-    output.text(PARAMETERS_FILE, &parameters_csv(&found.identification))?;
+    let mut parameters = parameters_csv(&found.identification);
+    if is_refining(&found.identification) {
+        let mut json = serde_json::to_value(&found.identification)
+            .map_err(|error| Failure::new(ExitCode::File, error.to_string()))?;
+        json["status"] = REFINING.into();
+        write_json(output, IDENTIFICATION_FILE, &json)?;
+        let lines = (parameters.lines().enumerate()).map(|(k, line)| {
+            let status = if k == 0 { "status" } else { REFINING };
+            format!("{line},{status}\n")
+        });
+        parameters = lines.collect();
+    } else {
+        write_json(output, IDENTIFICATION_FILE, &found.identification)?;
+    }
+    output.text(PARAMETERS_FILE, &parameters)?;
     output.text(TRACE_FILE, &found.trace.to_csv("estimator"))?;
     output.text(FIT_FILE, &found.fit.to_csv("source"))?;
     Ok(())

@@ -61,6 +61,7 @@ const PEEKED_BYTES: usize = 1 << 16;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Text,
+    Json,
     Gzip,
     Zstd,
     Npy,
@@ -82,6 +83,7 @@ impl Kind {
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Text => "text",
+            Self::Json => "JSON",
             Self::Gzip => "a gzip file",
             Self::Zstd => "a zstd file",
             Self::Npy => "an .npy file",
@@ -98,8 +100,13 @@ impl Kind {
     }
 }
 
+const PICKLE: Kind = Kind::Other(
+    "is a pickle of Python, which can run code and is not read; write its arrays: d = pandas.read_pickle(\"run.pkl\"); \
+     numpy.savez(\"run.npz\", **d), or d.to_csv(\"run.csv\", index=False) for a data frame",
+);
+
 /// First bytes of each recognised format.
-const MAGIC: [(&[u8], Kind); 20] = [
+const MAGIC: [(&[u8], Kind); 25] = [
     (b"\x1f\x8b", Kind::Gzip),
     (b"\x28\xb5\x2f\xfd", Kind::Zstd),
     (b"\x93NUMPY", Kind::Npy),
@@ -129,8 +136,8 @@ const MAGIC: [(&[u8], Kind); 20] = [
     (
         b"#ROSBAG V2.0",
         Kind::Other(
-            "is a bag of ROS 1; convert it with rosbags-convert (pip install rosbags) and give the \
-             converted bag",
+            "is a bag of ROS 1; convert it and give the folder run: pip install rosbags; rosbags-convert --src run.bag \
+             --dst run",
         ),
     ),
     (
@@ -140,6 +147,14 @@ const MAGIC: [(&[u8], Kind); 20] = [
     (
         b"\xfd7zXZ\0",
         Kind::Other("is compressed with xz; decompress it"),
+    ),
+    (b"\x80\x02", PICKLE),
+    (b"\x80\x03", PICKLE),
+    (b"\x80\x04", PICKLE),
+    (b"\x80\x05", PICKLE),
+    (
+        b"\xd0\xcf\x11\xe0",
+        Kind::Other("is a spreadsheet in the old format .xls; save it as CSV"),
     ),
     (b"\xff\xfe", Kind::Other("is UTF-16 text; save it as UTF-8")),
     (b"\xfe\xff", Kind::Other("is UTF-16 text; save it as UTF-8")),
@@ -165,7 +180,22 @@ pub(super) fn kind_of(start: &[u8]) -> Kind {
              .mat, MCAP and ROS 2 .db3",
         );
     }
+    if is_json(start) {
+        return Kind::Json;
+    }
     Kind::Text
+}
+
+/// Returns whether a text begins an object with keys, or a list of objects or lists.
+fn is_json(start: &[u8]) -> bool {
+    let inside = |open: &[u8]| {
+        start
+            .trim_ascii_start()
+            .strip_prefix(open)
+            .map(<[u8]>::trim_ascii_start)
+    };
+    inside(b"{").is_some_and(|rest| rest.starts_with(b"\""))
+        || inside(b"[").is_some_and(|rest| rest.starts_with(b"{") || rest.starts_with(b"["))
 }
 
 /// Returns whether a text stands before NUL bytes, which a file system that lost power leaves at the end.
@@ -182,7 +212,7 @@ fn is_text_before_nul(start: &[u8]) -> bool {
 #[must_use]
 pub fn format_of(start: &[u8]) -> Option<&'static str> {
     match kind_of(start) {
-        Kind::Text | Kind::Empty => None,
+        Kind::Text | Kind::Json | Kind::Empty => None,
         Kind::Other(_) => Some("a binary file"),
         kind => Some(kind.name()),
     }

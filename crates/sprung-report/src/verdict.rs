@@ -45,6 +45,12 @@ impl Head {
             Verdict::Doubtful => "Use the model as a whole.",
             Verdict::Unusable => "Do not use the values.",
         };
+        let mut findings = identification.findings.iter();
+        let refining = if findings.any(|finding| finding.code == "refinement-pending") {
+            ", being refined"
+        } else {
+            ""
+        };
         let next = match (deciding, result.verdict) {
             (Some(finding), _) => as_sentence(&finding.remedy),
             (None, Verdict::Good) => {
@@ -55,7 +61,7 @@ impl Head {
         Self {
             badge: Some(Badge {
                 tone: tone(result.verdict),
-                text: format!("{}: {}", result.estimator, result.verdict.word()),
+                text: format!("{}: {}{refining}", result.estimator, result.verdict.word()),
             }),
             // Results of earlier versions have one sentence.
             summary: if result.decision.promise.is_empty() {

@@ -19,8 +19,8 @@ pub struct Identify {
     /// Start values of the refinement: `"least-squares"` (the default), or `"nominal"`, which needs
     /// nominal values.
     pub start: StartName,
-    /// Corner λ of the filter pair, rad/s.
-    pub filter_cutoff_rad_per_s: f64,
+    /// Corner λ of the filter pair, rad/s; if absent 30, and below 100 samples per second 0.3 times their rate.
+    pub filter_cutoff_rad_per_s: Option<f64>,
     /// Discretisation of the filter pair: `"matched"` (the default) or `"paper"`. `"paper"` with
     /// `weights = "none"` and a number for the cut-off is the published method.
     pub discretization: DiscretizationName,
@@ -59,7 +59,7 @@ impl Default for Identify {
         Self {
             estimator: Vec::new(),
             start: StartName::LeastSquares,
-            filter_cutoff_rad_per_s: 30.0,
+            filter_cutoff_rad_per_s: None,
             discretization: DiscretizationName::Matched,
             position_cutoff_hz: Cutoff::Auto,
             position_filter_order: 2,
@@ -75,7 +75,20 @@ impl Default for Identify {
     }
 }
 
+/// Corner of the filter pair without a key, rad/s: above the motion of arms, below the noise.
+const FILTER_CUTOFF: f64 = 30.0;
+
+/// Largest corner of the filter pair without a key, over the sampling rate.
+const MAX_FILTER_SHARE_OF_RATE: f64 = 0.3;
+
 impl Identify {
+    /// Returns the corner λ of the filter pair, rad/s: that of the file, or the one that suits a sampling period, s.
+    #[must_use]
+    pub fn filter_cutoff(&self, period: f64) -> f64 {
+        let suited = || FILTER_CUTOFF.min(MAX_FILTER_SHARE_OF_RATE / period);
+        self.filter_cutoff_rad_per_s.unwrap_or_else(suited)
+    }
+
     /// Returns the estimators that the file names, or those by default.
     ///
     /// - `refines`: whether a joint has a spring, or the equations of rigid joints explain the torques. Otherwise laws of

@@ -12,6 +12,7 @@
 mod capabilities;
 mod check;
 mod columns;
+mod completed;
 mod control;
 mod covariates;
 mod defaults;

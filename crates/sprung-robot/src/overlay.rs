@@ -57,9 +57,9 @@ impl Log {
     pub(super) fn labelled(&self, robot: &Robot) -> Vec<Labelled> {
         let mut all = Vec::new();
         for (key, columns) in self.given() {
-            let mut joints = key.joints(Joints::ThatHaveIt, robot);
+            let mut joints = key.joints_in(self, Joints::ThatHaveIt, robot);
             if joints.is_empty() {
-                joints = key.joints(Joints::Rigid, robot);
+                joints = key.joints_in(self, Joints::Rigid, robot);
             }
             for (k, joint) in joints.into_iter().enumerate() {
                 let name = &robot.joint[joint].name;

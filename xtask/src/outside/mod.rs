@@ -78,7 +78,7 @@ static STEPS: [Step; 14] = [
     },
     Step {
         name: "new",
-        what: "sixty logs of ten known arms, begun by sprung new",
+        what: "a hundred logs of ten known arms, begun by sprung new",
         packages: &[
             "numpy==2.4.6",
             "scipy==1.17.1",

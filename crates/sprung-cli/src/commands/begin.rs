@@ -34,10 +34,12 @@ pub(super) fn begun(
     let start = if let Some(file) = urdf {
         start_from_urdf(file, folder)?
     } else {
-        let joints = match (joints, logs.first()) {
-            (None, Some(log)) => joints_of_log(log)?,
-            (joints, _) => joints,
-        };
+        let mut joints = joints;
+        for log in logs {
+            if joints.is_none() {
+                joints = joints_of_log(log)?;
+            }
+        }
         Start::table(joints.unwrap_or(DEFAULT_JOINTS)).map_err(SessionError::from)?
     };
     if logs.is_empty() {

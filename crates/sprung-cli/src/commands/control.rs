@@ -4,6 +4,7 @@ use sprung::control::{ControlDesign, Motors, WithDraws};
 use sprung::report::{compose_control, significant};
 use sprung::session::{Parameters, Session, controller_toml, find_identification};
 
+use super::refuse_refining;
 use crate::args::Control;
 use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};
@@ -27,6 +28,7 @@ pub(crate) fn run(args: &Control) -> Result<ExitCode, Failure> {
         None => find_identification(&path, &session.results_folder())?,
     };
     let parameters = Parameters::open(&file)?;
+    refuse_refining(&parameters, &file, args.accept_refining)?;
     let inputs = session.inputs().into_iter().chain([file]);
     let folder = Folder::new(&path, inputs, &FILES)?;
     let controlled = terminal.follow("designing", |progress| {

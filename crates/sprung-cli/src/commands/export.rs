@@ -8,6 +8,7 @@ use sprung::session::{
     Disk, ExportRequest, Files, Parameters, Session, Usability, find_identification, read_control,
 };
 
+use super::refuse_refining;
 use crate::args::Export;
 use crate::exit_code::{ExitCode, Failure};
 use crate::output::{Folder, results_folder};
@@ -33,6 +34,7 @@ pub(crate) fn run(args: &Export) -> Result<ExitCode, Failure> {
         None => find_identification(&path, &session.results_folder())?,
     };
     let parameters = Parameters::open(&file)?;
+    refuse_refining(&parameters, &file, args.accept_refining)?;
     let form = if args.rigid {
         Form::Rigid
     } else {

@@ -3,6 +3,7 @@
 use sprung::report::Contents;
 use sprung::session::{Parameters, Session, Usability, find_identification};
 
+use super::refuse_refining;
 use crate::args::Validate;
 use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};
@@ -21,6 +22,7 @@ pub(crate) fn run(args: &Validate) -> Result<ExitCode, Failure> {
         None => find_identification(&path, &session.results_folder())?,
     };
     let parameters = Parameters::open(&file)?;
+    refuse_refining(&parameters, &file, args.accept_refining)?;
     let inputs = session.inputs().into_iter().chain([file.clone()]);
     let folder = Folder::new(&path, inputs, &VALIDATED_FILES)?;
     let found = terminal.follow("validating", |progress| {

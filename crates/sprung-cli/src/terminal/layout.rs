@@ -31,10 +31,13 @@ impl Stream {
     }
 }
 
+/// Widths of the first column, in characters, that are tried if a table does not fit.
+const FOLDED: [usize; 3] = [32, 24, 18];
+
 /// A table of text.
 ///
 /// If it is wider than the terminal, it becomes several tables, each with the first columns and some groups of the
-/// others. If a group does not fit either, optional columns are left out. If that does not help, each row becomes a
+/// others. If a group does not fit either, optional columns are left out. If that does not help, the first column is folded, and at last each row becomes a
 /// list.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Grid {
@@ -89,16 +92,46 @@ impl Grid {
         let Some(width) = width.filter(|width| self.width_of(&all) > *width) else {
             return self.part(&all);
         };
+        let folded = FOLDED.map(|limit| self.folded(limit));
+        (std::iter::once(self).chain(&folded))
+            .find_map(|grid| grid.tables(&all, width))
+            .unwrap_or_else(|| self.list(width))
+    }
+
+    /// Returns tables of all groups that fit, without optional columns if they do not fit with them.
+    fn tables(&self, all: &[usize], width: usize) -> Option<String> {
         for left_out in 0..=self.optional.len() {
             let columns: Vec<usize> = (all.iter().copied())
                 .filter(|column| !self.optional[..left_out].contains(column))
                 .collect();
             if let Some(parts) = self.parts(&columns, width) {
                 let tables: Vec<String> = parts.iter().map(|part| self.part(part)).collect();
-                return tables.join("\n\n");
+                return Some(tables.join("\n\n"));
             }
         }
-        self.list(width)
+        None
+    }
+
+    /// Returns the table with the texts of the first column on several lines of at most `limit` characters.
+    fn folded(&self, limit: usize) -> Self {
+        let rows = self.rows.iter().flat_map(|row| {
+            let first = wrapped(row.first().map_or("", String::as_str), Some(limit));
+            let lines: Vec<String> = first.lines().map(str::to_owned).collect();
+            let row = move |(k, line): (usize, String)| {
+                let rest = row.iter().skip(1);
+                let rest = rest.map(|cell| if k == 0 { cell.clone() } else { String::new() });
+                std::iter::once(line).chain(rest).collect()
+            };
+            lines
+                .into_iter()
+                .enumerate()
+                .map(row)
+                .collect::<Vec<Vec<String>>>()
+        });
+        Self {
+            rows: rows.collect(),
+            ..self.clone()
+        }
     }
 
     /// Divides columns into parts that fit; returns `None` if a group does not fit.
@@ -256,6 +289,15 @@ mod tests {
             widest(&narrow) <= 36 && !narrow.contains("N·m/rad"),
             "{narrow}"
         );
+        // Long names are folded, and their values stay beside their first lines.
+        let mut long = grid();
+        long.rows[0][0] = "link1.mass + link2.mass + link3.mass".to_owned();
+        let folded = long.text(Some(60));
+        assert!(
+            widest(&folded) <= 60 && folded.contains("link2.mass +"),
+            "{folded}"
+        );
+        assert!(!folded.contains("unit:"), "{folded}");
         // A list has everything.
         let list = grid().text(Some(22));
         assert!(widest(&list) <= 22, "{list}");

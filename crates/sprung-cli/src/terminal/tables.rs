@@ -53,9 +53,10 @@ pub(super) fn parameter_table(
             (None, Some(bound)) => bound,
             (value, _) => dash(value, 5),
         };
-        let error = match estimate.at_most() {
-            Some(most) => format!("< {}", significant(most, 2)),
-            None => dash(estimate.standard_error, 2),
+        // An interval that ends at the bound of the parameter has no standard error.
+        let (value, error) = match estimate.at_most() {
+            Some(most) => (format!("< {}", significant(most, 2)), "-".to_owned()),
+            None => (value, dash(estimate.standard_error, 2)),
         };
         [value, error, share]
     };

@@ -60,7 +60,7 @@ fn all_errors_are_said_at_once_with_their_lines() {
     assert_eq!(code, Some(3));
     for part in [
         "error (units-disagree)",
-        "line: [log] link_position_deg",
+        "line: [log] link_position = [{ column = \"q1_rad\", unit = \"deg\" }, { column",
         "remedy:",
     ] {
         assert!(out.contains(part), "no {part:?} in {out}");

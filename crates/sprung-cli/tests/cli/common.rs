@@ -229,7 +229,13 @@ impl Case {
         let message = self.message(&output);
         assert_eq!(output.status.code(), Some(code), "{more:?}: {message}");
         assert!(message.starts_with("error: "), "{message}");
-        assert_eq!(message.trim().lines().count(), 1, "{message}");
+        // Further lines of a correction are indented.
+        let is_first = |line: &&str| !line.starts_with("    ");
+        assert_eq!(
+            message.trim().lines().filter(is_first).count(),
+            1,
+            "{message}"
+        );
         let out = self.path("sprung-out");
         assert!(!out.exists(), "{more:?}: a failed run left results");
         message

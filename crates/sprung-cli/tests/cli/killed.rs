@@ -254,6 +254,31 @@ fn a_refinement_that_is_killed_leaves_the_result_of_least_squares() {
         .map(|f| &f["code"])
         .collect();
     assert!(codes.contains(&&"refinement-pending".into()), "{codes:?}");
+    assert_eq!(json["status"], "refining");
+    let parameters = String::from_utf8_lossy(&found["parameters.csv"]).into_owned();
+    assert!(
+        parameters
+            .lines()
+            .all(|line| line.ends_with(",status") || line.ends_with(",refining")),
+        "{parameters}"
+    );
+    let report = String::from_utf8_lossy(&found["report.html"]).into_owned();
+    assert!(report.contains(", being refined"));
+    let path = desk.case.path("experiment.toml");
+    for verb in [
+        &["validate"][..],
+        &["export", "--format", "json"],
+        &["control"],
+    ] {
+        let args = [verb, &[path.to_str().unwrap()]].concat();
+        let output = sprung(&args);
+        assert_eq!(output.status.code(), Some(2), "{verb:?}");
+        assert!(
+            stderr(&output).contains("--accept-refining"),
+            "{}",
+            stderr(&output)
+        );
+    }
     assert!(!found.contains_key("validation.json"));
     assert!(desk.run("identify", &refine, None).is_none());
     let json: serde_json::Value =

@@ -5,18 +5,18 @@ use crate::new::{ARM, Desk};
 use crate::renamed_log::{csv, recorded};
 
 /// Columns of the log of the twin.
-const T: usize = 0;
-const Q: usize = 1;
-const PHI: usize = 3;
-const TAU: usize = 5;
+pub(crate) const T: usize = 0;
+pub(crate) const Q: usize = 1;
+pub(crate) const PHI: usize = 3;
+pub(crate) const TAU: usize = 5;
 /// Derived: torque of the springs, current, velocity of the motors, row, noise.
 const SPRING: usize = 7;
 const CURRENT: usize = 9;
-const RATE: usize = 11;
+pub(crate) const RATE: usize = 11;
 const ROW: usize = 13;
 
 /// The log of the twin with derived columns.
-fn log() -> (Desk, Vec<Vec<f64>>) {
+pub(crate) fn log() -> (Desk, Vec<Vec<f64>>) {
     let (desk, mut log) = recorded();
     let count = log[T].len();
     let period = log[T][1] - log[T][0];

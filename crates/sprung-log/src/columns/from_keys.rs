@@ -23,7 +23,7 @@ pub(super) fn channels(
     for &signal in signals {
         let mut channels = Vec::new();
         for (key, columns) in log.given().filter(|(key, _)| key.signal() == signal) {
-            let joints = key.joints(Joints::ThatHaveIt, robot);
+            let joints = key.joints_in(log, Joints::ThatHaveIt, robot);
             channels.extend(of_key(key, columns, &joints, key.scaling, (robot, log))?);
         }
         if signal == Signal::Motor && channels.is_empty() {
@@ -44,7 +44,7 @@ fn lone_positions(robot: &Robot, log: &Log) -> Result<Vec<Channel>, ChannelError
     }
     for (key, columns) in log.given() {
         if key.quantity == Quantity::LinkPosition {
-            let joints = key.joints(Joints::Rigid, robot);
+            let joints = key.joints_in(log, Joints::Rigid, robot);
             let scaling = Scaling::PositionSide;
             all.extend(of_key(key, columns, &joints, scaling, (robot, log))?);
         }

@@ -132,8 +132,7 @@ impl ColumnCheck<'_> {
                 ),
                 "name the column that holds the quantity, or record it",
             )
-            .seen(file, column, extent.first, unit)
-            .mended_by("[log]", &format!("{} = [\"…\"]", channel.quantity.key())),
+            .seen(file, column, extent.first, unit),
         )
     }
 

@@ -1,5 +1,7 @@
 //! Findings about the samples of one channel, made from its statistics.
 
+use std::f64::consts::TAU;
+
 use super::channel::{Event, Figures};
 use crate::columns::channel::Channel;
 use crate::description::Quantity;
@@ -23,6 +25,9 @@ const STALL_JUMP_RATIO: f64 = 2.5;
 
 /// A step above this fraction of the range means that the counter wraps around.
 const WRAP_PART: f64 = 0.95;
+
+/// Largest deviation of a jump from the usual range of a counter.
+const NEAR_USUAL_RANGE: f64 = 0.03;
 
 /// A channel in which more than this fraction of the samples changes is not quantised.
 const FINE_ENCODER_PART: f64 = 0.9;
@@ -225,9 +230,9 @@ impl SampleCheck<'_> {
                 "give the number of units of the column after which the counter wraps around",
             );
             let setting = format!(
-                "{} = {{ column = \"{column}\", unit = \"…\", wrap = {} }}",
+                "{} = {{ column = \"{column}\", wrap = {} }}",
                 self.channel.quantity.key(),
-                rounded(raw)
+                counter_range(raw)
             );
             return Some(
                 (finding.seen(self.file, column, largest.size, "rad"))
@@ -246,12 +251,16 @@ impl SampleCheck<'_> {
                 largest.time,
                 size / figures.steps().quantile(0.95)
             ),
-            "cut the log there and give both parts: file = [\"before\", \"after\"]",
+            "cut the log there: give both parts of the file in place of the file",
+        );
+        let parts = format!(
+            "file = [{{ path = \"{0}\", to_s = {1:?} }}, {{ path = \"{0}\", from_s = {1:?} }}]",
+            self.file, largest.time
         );
         Some(
             (finding.seen(self.file, column, largest.size, "rad"))
                 .at(largest.time)
-                .mended_by("[log]", "file = [\"before.csv\", \"after.csv\"]"),
+                .mended_by("[log]", &parts),
         )
     }
 
@@ -335,5 +344,18 @@ fn rounded(raw: f64) -> String {
     match powers.chain(whole).find(|value| near(*value)) {
         Some(value) => format!("{value}"),
         None => format!("{raw:.4}"),
+    }
+}
+/// Returns the range of a counter as text: the usual one nearest to a jump, which lacks a step, or the jump.
+fn counter_range(jump: f64) -> String {
+    let turns = [TAU, 360.0]
+        .into_iter()
+        .flat_map(|turn| [turn / 2.0, turn, 2.0 * turn]);
+    let usual = turns.chain((0..=32).map(|bits| f64::from(bits).exp2()));
+    let far = |range: &f64| (range / jump).ln().abs();
+    let nearest = usual.min_by(|a, b| far(a).total_cmp(&far(b)));
+    match nearest.filter(|range| far(range) < NEAR_USUAL_RANGE) {
+        Some(range) => range.to_string(),
+        None => rounded(jump),
     }
 }

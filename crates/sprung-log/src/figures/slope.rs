@@ -48,7 +48,7 @@ pub fn slope_remedy(motor: &Channel, link: &Channel, slope: f64) -> SlopeRemedy 
         ("[log]", line, first)
     } else {
         let line = format!(
-            "gear_ratio = {}   # with motor_position_side = \"motor\" in [log]",
+            "gear_ratio = {}\n[log] motor_position_side = \"motor\"",
             rounded(slope)
         );
         let first = format!(

@@ -70,7 +70,11 @@ pub(super) fn open_npz(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Open
     let is_array = |name: &str| name.strip_suffix(".npy").is_some();
     if !names.iter().any(|name| is_array(name)) {
         let what = if names.iter().any(|name| name.starts_with("xl/")) {
-            " is a spreadsheet; save it as CSV".to_owned()
+            " is a spreadsheet; save it as CSV: pandas.read_excel(\"run.xlsx\").to_csv(\"run.csv\", index=False)".to_owned()
+        } else if names.iter().any(|name| name.ends_with("data.pkl")) {
+            " is a file of PyTorch; write its arrays: d = torch.load(\"run.pt\"); numpy.savez(\"run.npz\", **{k: \
+             numpy.asarray(v) for k, v in d.items()})"
+                .to_owned()
         } else {
             format!(
                 " is a zip archive without NumPy arrays; unpack it, it holds {}",
@@ -194,5 +198,6 @@ fn open(
         time_unit: (request.time).and_then(|time| columns[places[time]].1.time_unit),
         all,
         has_names,
+        units: Vec::new(),
     })
 }

@@ -132,6 +132,7 @@ pub(super) fn open(
         time_unit,
         all: columns(&schema, &lists).0,
         has_names: true,
+        units: Vec::new(),
     })
 }
 

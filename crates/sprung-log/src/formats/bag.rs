@@ -127,6 +127,7 @@ pub(super) fn table(request: &Request<'_>, topic: Topic) -> Result<Opened, LogEr
         time_unit: Some(1e-9),
         all: Vec::new(),
         has_names: true,
+        units: Vec::new(),
     })
 }
 

@@ -25,6 +25,8 @@ pub(crate) enum Contents {
         names: Vec<String>,
         /// Whether the file names its columns; otherwise they only have numbers.
         has_names: bool,
+        /// Their units as the file writes them; empty if it has none.
+        units: Vec<String>,
     },
     /// Topics with numbers, and the names of all other topics.
     #[cfg_attr(
@@ -67,6 +69,7 @@ pub(crate) fn contents(file: &str, reopen: Reopen<'_>) -> Result<Contents, LogEr
     Ok(Contents::Columns {
         names: opened.all,
         has_names: opened.has_names,
+        units: opened.units,
     })
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use csv::{ByteRecord, Position, Reader, ReaderBuilder};
 
-use super::delimited::{Delimiter, Form, date, number};
+use super::delimited::{Delimiter, Form, date, is_missing, number};
 use super::recording::{Recording, Watch};
 use super::table::{Opened, Readings, Request, Table};
 use crate::columns::names::Names;
@@ -114,8 +114,12 @@ pub(super) fn open(
             why: "the file is empty, not even a header line is there".to_owned(),
         });
     }
+    let given_by_header = form.header;
     let given = form.header || form.commented_names.is_some();
     let all = names_of(file, &form, &lines.record)?;
+    if !form.units.is_empty() {
+        lines.next()?;
+    }
     let names = Names {
         file,
         all: &all,
@@ -125,13 +129,14 @@ pub(super) fn open(
         .map(|pick| names.find(pick))
         .collect::<Result<Vec<usize>, LogError>>()?;
     let names: Vec<String> = places.iter().map(|&place| all[place].clone()).collect();
+    let units = form.units.clone();
     let table = CsvTable {
+        form,
         file: file.to_owned(),
         lines,
         names: names.clone(),
         cells: places,
-        pending: !form.header,
-        form,
+        pending: !given_by_header,
         time: request.time,
         dates: request.dates,
         nan: request.nan,
@@ -144,6 +149,7 @@ pub(super) fn open(
         time_unit: request.dates.then_some(1e-9),
         all,
         has_names: given,
+        units,
     })
 }
 
@@ -182,10 +188,7 @@ fn other_text(start: &[u8]) -> Option<&'static str> {
     if MARKUP.iter().any(begins) {
         return Some(" is a page of HTML or XML, not a table of numbers; give the log");
     }
-    let inside = start.strip_prefix(b"{")?.trim_ascii_start();
-    inside
-        .starts_with(b"\"")
-        .then_some(" is JSON, which sprung does not read; give the log as CSV or in another format")
+    None
 }
 
 /// Returns a reader of the rows of a text.
@@ -391,17 +394,6 @@ impl CsvTable {
             hint,
         }
     }
-}
-
-/// Words for a missing value, in lower case, as programs write them.
-const MISSING_WORDS: [&[u8]; 6] = [b"", b"na", b"n/a", b"<na>", b"null", b"none"];
-
-/// Returns whether a cell is empty or contains a word for a missing value. `NaN` is a number.
-fn is_missing(cell: &[u8]) -> bool {
-    let cell = cell.trim_ascii();
-    MISSING_WORDS
-        .iter()
-        .any(|word| cell.eq_ignore_ascii_case(word))
 }
 
 /// Decodes text as UTF-8, or as Latin-1 if it is not valid UTF-8.

@@ -5,6 +5,9 @@ use crate::description::CsvForm;
 /// Lines of data that determine the form.
 const SAMPLED_LINES: usize = 50;
 
+/// Most bytes of a unit below the name of a column.
+const UNIT_BYTES: usize = 24;
+
 /// Separator of cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Delimiter {
@@ -23,6 +26,8 @@ pub(super) struct Form {
     pub(super) comment: u8,
     /// Names of the columns, if the last comment before the data contains them.
     pub(super) commented_names: Option<Vec<String>>,
+    /// Units of the columns, if the second line has only texts; empty otherwise.
+    pub(super) units: Vec<String>,
 }
 
 impl Form {
@@ -74,7 +79,13 @@ impl Form {
             None => numbers < width || width == 0,
         });
         let commented_names = commented.filter(|_| !header);
+        let units = if header {
+            units_of(&data, delimiter, decimal_comma)
+        } else {
+            Vec::new()
+        };
         Self {
+            units,
             delimiter,
             decimal_comma,
             header,
@@ -82,6 +93,37 @@ impl Form {
             commented_names,
         }
     }
+}
+
+/// Returns the units below the names: a line without numbers above a line of numbers; nothing without such a line.
+fn units_of(data: &[&str], delimiter: Delimiter, decimal_comma: bool) -> Vec<String> {
+    let [names, units, numbers, ..] = data else {
+        return Vec::new();
+    };
+    let [names, units, numbers] =
+        [names, units, numbers].map(|line| cells(line, delimiter).collect::<Vec<_>>());
+    let is_number = |cell: &&str| number(cell.as_bytes(), decimal_comma).is_some();
+    let is_said = |cell: &&str| !is_missing(cell.as_bytes()) && cell.len() <= UNIT_BYTES;
+    let is_row = units.len() == names.len()
+        && numbers.len() == names.len()
+        && units
+            .iter()
+            .all(|cell| cell.is_empty() || (!is_number(cell) && is_said(cell)))
+        && 2 * units.iter().filter(|cell| is_said(cell)).count() >= names.len()
+        && 2 * numbers.iter().filter(|cell| is_number(cell)).count() > names.len();
+    let units = units.into_iter().map(str::to_owned);
+    if is_row { units.collect() } else { Vec::new() }
+}
+
+/// Words for a missing value, in lower case, as programs write them.
+const MISSING_WORDS: [&[u8]; 6] = [b"", b"na", b"n/a", b"<na>", b"null", b"none"];
+
+/// Returns whether a cell is empty or contains a word for a missing value. `NaN` is a number.
+pub(super) fn is_missing(cell: &[u8]) -> bool {
+    let cell = cell.trim_ascii();
+    MISSING_WORDS
+        .iter()
+        .any(|word| cell.eq_ignore_ascii_case(word))
 }
 
 /// Returns the first character of comments.

@@ -101,6 +101,7 @@ pub(super) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, 
         time_unit: None,
         all,
         has_names: true,
+        units: Vec::new(),
     })
 }
 

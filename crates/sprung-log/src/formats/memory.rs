@@ -7,13 +7,24 @@ use crate::columns::names::Names;
 use crate::error::{LogError, Place};
 
 /// The wanted columns and the position of the reader.
-struct MemoryTable {
+pub(super) struct MemoryTable {
     columns: Vec<Array>,
     rows: usize,
     /// The first row of the last block.
     first: usize,
     /// The row after the last block.
     next: usize,
+}
+
+impl MemoryTable {
+    pub(super) fn new(columns: Vec<Array>, rows: usize) -> Self {
+        Self {
+            columns,
+            rows,
+            first: 0,
+            next: 0,
+        }
+    }
 }
 
 /// Finds the wanted columns.
@@ -36,16 +47,12 @@ pub(crate) fn open(request: &Request<'_>, arrays: &Arrays) -> Result<Opened, Log
         columns.extend(arrays.array(place).cloned());
     }
     Ok(Opened {
-        table: Box::new(MemoryTable {
-            columns,
-            rows: arrays.len(),
-            first: 0,
-            next: 0,
-        }),
+        table: Box::new(MemoryTable::new(columns, arrays.len())),
         names: found,
         time_unit: None,
         all: arrays.names().to_vec(),
         has_names: true,
+        units: Vec::new(),
     })
 }
 

@@ -25,6 +25,7 @@ mod db3;
 #[cfg(any(feature = "db3", feature = "mcap"))]
 mod definition;
 mod delimited;
+mod json;
 mod mat;
 #[cfg(feature = "mat73")]
 mod mat73;

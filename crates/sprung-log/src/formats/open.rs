@@ -13,7 +13,7 @@ use super::mat73;
 use super::mcap;
 use super::recording::{UpToCut, Watch};
 use super::table::{Opened, Reopen, Request};
-use super::{arrays, csv, matlab};
+use super::{arrays, csv, json, matlab};
 use crate::error::LogError;
 use crate::input::{Beginning, Kind, kind_of, peek};
 
@@ -43,6 +43,7 @@ pub(crate) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, 
             let text = ("its text", Arc::default());
             csv::open(request, text, (&start, is_whole), Box::new(read))
         }
+        Kind::Json => json::open(request, read),
         Kind::Npy => arrays::open_npy(request, reopen),
         Kind::Zip => arrays::open_npz(request, reopen),
         #[cfg(feature = "arrow")]
@@ -93,6 +94,7 @@ fn compressed<R: Read + Send + 'static>(
         Kind::Text | Kind::Empty => {
             csv::open(request, (&what, watch), (&start, is_whole), Box::new(read))
         }
+        Kind::Json => json::open(request, read),
         kind => Err(LogError::format(
             request.file,
             format!(

@@ -120,6 +120,8 @@ pub(crate) struct Opened {
     pub(crate) all: Vec<String>,
     /// Whether the file names its columns; otherwise they only have numbers.
     pub(crate) has_names: bool,
+    /// Units of all columns as the file writes them; empty if it has none.
+    pub(crate) units: Vec<String>,
 }
 
 /// Opens a file at its beginning; may be called several times.

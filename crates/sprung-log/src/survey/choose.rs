@@ -2,6 +2,7 @@
 
 use sprung_core::chain::JointKind;
 
+use super::blocks::blocks;
 use super::by_content::{count, joined};
 use super::error::ChooseError;
 use super::families::{Family, families, shortened};
@@ -36,7 +37,8 @@ pub fn choose(
             topics: robots,
         });
     }
-    let all = joined(survey, families(survey, joints, mimics), joints.len());
+    let all = blocks(survey, Some(joints.len()))
+        .unwrap_or_else(|| joined(survey, families(survey, joints, mimics), joints.len()));
     let all = with_sensors(survey, all);
     let of_joints: Vec<&Family> = all
         .iter()
@@ -94,6 +96,9 @@ pub fn choose(
 /// of the columns have no numbers.
 #[must_use]
 pub fn joint_count(survey: &Survey) -> Option<usize> {
+    if let Some(blocks) = blocks(survey, None) {
+        return blocks.first().map(|block| block.columns.len());
+    }
     let all = families(survey, &[], &[]);
     let sizes = || {
         let is_position = |family: &&Family| family.meaning.sort == Some(Sort::Position);
@@ -193,6 +198,8 @@ impl Decided<'_> {
         };
         let motor = self.family(self.positions.motor);
         let torque = self.family(self.torque.family);
+        let beside = self.family(self.torque.beside);
+        let has_beside = |joint: usize| beside.is_some_and(|family| family.of[joint].is_some());
         if motor.is_none() && torque.is_none() {
             let named: Vec<usize> = (0..self.robot.len())
                 .filter(|&joint| {
@@ -204,7 +211,7 @@ impl Decided<'_> {
             return named;
         }
         (0..self.robot.len())
-            .filter(|&joint| has(motor, joint) && has(torque, joint))
+            .filter(|&joint| has(motor, joint) && (has(torque, joint) || has_beside(joint)))
             .collect()
     }
 
@@ -234,7 +241,7 @@ impl Decided<'_> {
             grippers: (of_gripper.iter().map(|&joint| &self.robot[joint]))
                 .filter_map(|joint| Some((joint.name.clone(), joint.gripper.clone()?)))
                 .collect(),
-            remarks: Vec::new(),
+            remarks: self.survey.joined.clone(),
             held: self.held(of_arm),
         };
         chosen.lines.extend(time(self.survey, self.all));
@@ -274,6 +281,7 @@ impl Decided<'_> {
             self.positions.motor,
             self.positions.link,
             self.torque.family,
+            self.torque.beside,
         ];
         let columns = (used.into_iter().flatten()).flat_map(|family| {
             joints
@@ -472,28 +480,57 @@ impl Decided<'_> {
             chosen.lines.push(line);
             return;
         };
+        let beside = self.family(self.torque.beside);
+        for family in std::iter::once(family).chain(beside) {
+            let of_family = joints_in(family, joints);
+            self.lines_of_torque(family, (joints, &of_family), readings, chosen);
+        }
+    }
+
+    /// Writes the lines of a family of torques, currents or voltages.
+    ///
+    /// - `joints`: the joints of the log, and those of the family.
+    fn lines_of_torque(
+        &self,
+        family: &Family,
+        (joints, of_family): (&[usize], &[usize]),
+        readings: &Readings,
+        chosen: &mut Chosen,
+    ) {
         let (stem, usual) = match family.meaning.sort {
             Some(Sort::Current) => ("motor_current", Some("A")),
             Some(Sort::Voltage) => ("drive_voltage", Some("V")),
             _ => ("motor_torque", None),
         };
-        let mut conversion: Conversion = of_torques(family, self.robot, joints, usual);
+        let mut conversion: Conversion = of_torques(family, self.robot, of_family, usual);
         let mut why = self.torque.why.clone();
         let reversed = readings.motor.as_ref().map(|motor| &motor.conversion.signs);
-        if let Some(signs) = reversed.filter(|signs| signs.iter().any(|sign| *sign < 0.0)) {
-            conversion.signs.clone_from(signs);
+        let sign = |joint: &usize| {
+            let place = joints.iter().position(|other| other == joint);
+            reversed
+                .zip(place)
+                .map_or(1.0, |(signs, place)| signs[place])
+        };
+        conversion.signs = of_family.iter().map(sign).collect();
+        if conversion.signs.iter().any(|sign| *sign < 0.0) {
             if !why.is_empty() {
                 why.push_str(". ");
             }
             why.push_str("Reversed with the motor positions");
         }
         let part = (stem, family);
-        let joint_lines = lines(self.survey, part, (self.robot, joints), &conversion, &why);
+        let joint_lines = lines(
+            self.survey,
+            part,
+            (self.robot, of_family),
+            &conversion,
+            &why,
+        );
         chosen.lines.extend(joint_lines);
         if stem == "motor_torque" {
             return;
         }
-        for joint in &mut chosen.joints {
+        for joint in (chosen.joints.iter_mut()).filter(|joint| of_family.contains(&joint.joint)) {
             joint.lines.push(ChosenLine::open(
                 "torque_constant_nm_per_a",
                 "FILL IN the motor torque per current, N·m/A, with torque_constant_side = \"motor\" as in the \
@@ -585,6 +622,7 @@ impl Decided<'_> {
             self.positions.link,
             self.positions.deflection,
             self.torque.family,
+            self.torque.beside,
             self.used_joint_torque(joints).and(self.joint_torque),
         ];
         let names: Vec<String> = (self.all.iter().enumerate())

@@ -120,7 +120,7 @@ pub(super) fn families(survey: &Survey, joints: &[JointOfStart], mimics: &[Strin
                     vec![((in_field, stem), Key::Number(*k as u64))]
                 }
                 ElementPlace::Alone => {
-                    let topic = source.topic.as_deref().unwrap_or_default();
+                    let topic = source.prefix();
                     let whole = tokens(&format!("{topic} {}", column.name));
                     (names.ways(&whole).into_iter())
                         .map(|(stem, key)| ((None, stem), key))
@@ -171,8 +171,13 @@ fn family(
 ) -> Family {
     let (source, column) = members[0].1;
     let source = &survey.sources[source];
-    let topic = source.topic.as_deref().unwrap_or_default();
-    let of_stem: Vec<Token> = stem.iter().flatten().cloned().collect();
+    let topic = source.prefix();
+    let mut of_stem: Vec<Token> = stem.iter().flatten().cloned().collect();
+    let unit = |&(_, (source, column)): &(Key, Place)| &survey.sources[source].columns[column].unit;
+    let of_first = unit(&members[0]);
+    if members.iter().all(|member| unit(member) == of_first) {
+        of_stem.extend(tokens(of_first));
+    }
     let of_topic = tokens(topic);
     let in_list = source.columns[column].place != ElementPlace::Alone;
     let topic_words: Vec<&str> = words(&of_topic);
@@ -214,10 +219,10 @@ pub(super) fn shown(survey: &Survey, columns: impl Iterator<Item = Place>) -> St
     let name = |&(s, c): &Place| {
         let source = &survey.sources[s];
         let column = source.columns[c].label();
-        source
-            .topic
-            .as_ref()
-            .map_or(column.clone(), |topic| format!("{topic}.{column}"))
+        match source.prefix() {
+            "" => column,
+            prefix => format!("{prefix}.{column}"),
+        }
     };
     match &columns.collect::<Vec<Place>>()[..] {
         [] => String::new(),

@@ -4,11 +4,13 @@
 //! end and parts between them. [`choose`] assigns columns to the quantities of a robot's joints,
 //! first by their names, then by their contents, and explains each decision.
 
+mod blocks;
 mod by_content;
 mod choose;
 mod error;
 mod families;
 mod figures;
+mod join;
 mod parts;
 mod period;
 mod positions;

@@ -58,8 +58,11 @@ pub(super) fn period(survey: &Survey, families: &[Family]) -> Option<(f64, Strin
     None
 }
 
+/// Samples over which the change of a position is compared with the sum of the velocities.
+const SPAN: usize = 10;
+
 /// Returns the change of a position per sample over a velocity; `None` unless one follows the other.
-fn ratio(survey: &Survey, position: Place, velocity: Place) -> Option<f64> {
+pub(super) fn ratio(survey: &Survey, position: Place, velocity: Place) -> Option<f64> {
     if position.0 != velocity.0 {
         return None;
     }
@@ -70,8 +73,9 @@ fn ratio(survey: &Survey, position: Place, velocity: Place) -> Option<f64> {
     );
     let (mut both, mut square_x, mut square_v) = (0.0, 0.0, 0.0);
     for part in source.parts(x.len().min(v.len())) {
-        for k in part.start + 1..part.end.saturating_sub(1) {
-            let (change, velocity) = ((x[k + 1] - x[k - 1]) / 2.0, v[k]);
+        for k in part.start..part.end.saturating_sub(SPAN) {
+            let inner: f64 = v[k + 1..k + SPAN].iter().sum();
+            let (change, velocity) = (x[k + SPAN] - x[k], inner + (v[k] + v[k + SPAN]) / 2.0);
             if change.is_finite() && velocity.is_finite() {
                 both += change * velocity;
                 square_x += change * change;

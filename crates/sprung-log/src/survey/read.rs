@@ -42,6 +42,8 @@ pub struct Survey {
     pub(super) counters: Vec<String>,
     /// Whether the file names its columns; otherwise they only have numbers.
     pub(super) has_names: bool,
+    /// Sentences about the files that were joined.
+    pub(super) joined: Vec<String>,
 }
 
 /// Columns that share their times.
@@ -49,7 +51,11 @@ pub struct Survey {
 pub(super) struct Source {
     /// The topic; `None` for a table.
     pub(super) topic: Option<String>,
-    /// Times of the messages of a topic, s, from the first on; empty for a table.
+    /// Another file of the same recording, and its column of time as TOML.
+    pub(super) file: Option<(String, String)>,
+    /// Name of the file, if it says what the columns are.
+    pub(super) label: Option<String>,
+    /// Times of the messages of a topic, s, from the first on; times of a file that was joined; empty for another table.
     pub(super) times: Vec<f64>,
     /// Time of the first message, ns.
     pub(super) begin: i64,
@@ -65,6 +71,8 @@ pub(super) struct Column {
     pub(super) name: String,
     /// Its number in the file, from 1.
     pub(super) number: usize,
+    /// Its unit as the file writes it; empty if it has none.
+    pub(super) unit: String,
     /// Its place in the field of a topic.
     pub(super) place: ElementPlace,
     /// Size of its unit in s, if the file defines it as a time.
@@ -104,8 +112,24 @@ impl Survey {
             })
         };
         match contents(file, &mut reopen)? {
-            Contents::Columns { names, has_names } => {
-                table(file, (&names, has_names), extent, &mut reopen)
+            Contents::Columns {
+                names,
+                has_names,
+                units,
+            } => {
+                let mut survey = table(file, (&names, has_names), extent, &mut reopen)?;
+                for column in survey
+                    .sources
+                    .iter_mut()
+                    .flat_map(|source| &mut source.columns)
+                {
+                    let unit = units.get(column.number - 1);
+                    column.unit = unit.cloned().unwrap_or_default();
+                }
+                for source in &mut survey.sources {
+                    survey.counters = without_counters(source);
+                }
+                Ok(survey)
             }
             Contents::Topics { numeric, others } => {
                 Ok(bag(file, &numeric, others, extent, &mut reopen))
@@ -137,6 +161,11 @@ impl Survey {
 }
 
 impl Source {
+    /// Returns the words that stand before the names of its columns: its topic, or the name of its file.
+    pub(super) fn prefix(&self) -> &str {
+        (self.topic.as_deref().or(self.label.as_deref())).unwrap_or_default()
+    }
+
     /// Returns the parts of `count` samples that follow each other without a gap.
     pub(super) fn parts(&self, count: usize) -> Vec<Range<usize>> {
         parts_between(&self.joins, count)
@@ -144,6 +173,13 @@ impl Source {
 }
 
 impl Column {
+    /// Returns the meaning of its name and its unit.
+    pub(super) fn meaning(&self) -> Meaning {
+        let mut all = tokens(&self.name);
+        all.extend(tokens(&self.unit));
+        Meaning::of(&all, &[])
+    }
+
     /// Returns its name with its place, for messages.
     pub(super) fn label(&self) -> String {
         match &self.place {
@@ -257,33 +293,32 @@ fn table(
         columns.push(Column {
             name: names[k].clone(),
             number: k + 1,
+            unit: String::new(),
             place: ElementPlace::Alone,
             time_unit: time_unit_of(file, k, &values, reopen),
             figures,
             values,
         });
     }
-    let mut source = Source {
+    let source = Source {
         topic: None,
         columns,
         joins,
         ..Source::default()
     };
-    let counters = without_counters(&mut source);
     Ok(Survey {
         file: file.to_owned(),
         sources: vec![source],
         others,
-        counters,
         has_names,
+        ..Survey::default()
     })
 }
 
 /// Removes the columns that count rows, unless their names say that they are times. Returns their names.
 fn without_counters(source: &mut Source) -> Vec<String> {
     let is_counter = |column: &Column| {
-        let is_time = column.time_unit.is_some()
-            || Meaning::of(&tokens(&column.name), &[]).sort == Some(Sort::Time);
+        let is_time = column.time_unit.is_some() || column.meaning().sort == Some(Sort::Time);
         column.figures.counts_rows() && !is_time
     };
     let all = std::mem::take(&mut source.columns);
@@ -311,8 +346,8 @@ fn bag(
         file: file.to_owned(),
         sources: Vec::new(),
         others,
-        counters: Vec::new(),
         has_names: true,
+        ..Survey::default()
     };
     for topic in numeric {
         // A topic whose messages change their form is not for the robot.
@@ -357,6 +392,7 @@ fn of_topic(
     .map(|(k, (element, (readings, range)))| Column {
         name: element.field.clone(),
         number: k + 1,
+        unit: String::new(),
         place: element.place.clone(),
         time_unit: None,
         figures: Figures::of(&readings.values, &joins).with_range(range),
@@ -366,6 +402,8 @@ fn of_topic(
     let first = times.values.first().copied().unwrap_or_default();
     Ok(Source {
         topic: Some(topic.name.clone()),
+        file: None,
+        label: None,
         times: times.values.iter().map(|t| (t - first) * unit).collect(),
         begin: times.origin.saturating_add(first as i64),
         columns,

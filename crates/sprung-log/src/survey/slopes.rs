@@ -286,6 +286,7 @@ mod tests {
         let column = |(k, values): (usize, Vec<f64>)| Column {
             name: format!("c{k}"),
             number: k + 1,
+            unit: String::new(),
             place: ElementPlace::Alone,
             time_unit: None,
             figures: Figures::of(&values, &[]),

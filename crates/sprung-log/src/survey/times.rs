@@ -2,7 +2,7 @@
 
 use super::families::Family;
 use super::period::period;
-use super::read::{Column, Survey};
+use super::read::{Column, Source, Survey};
 use super::words::{Meaning, Sort, tokens};
 use super::write::{name_of, number};
 use crate::description::{ChosenLine, Unit};
@@ -15,34 +15,20 @@ const USUAL_RATE: f64 = 500.0;
 
 /// Returns the line of the time; `None` for a bag, whose messages have times.
 pub(super) fn time(survey: &Survey, families: &[Family]) -> Option<ChosenLine> {
-    let [source] = &survey.sources[..] else {
-        return None;
-    };
+    let source = survey.sources.first()?;
     if source.topic.is_some() {
         return None;
     }
-    let meaning = |column: &Column| Meaning::of(&tokens(&column.name), &[]);
-    let named: Vec<&Column> = (source.columns.iter())
-        .filter(|column| meaning(column).sort == Some(Sort::Time) || column.time_unit.is_some())
-        .filter(|column| column.figures.rises)
-        .collect();
-    let rising = || {
+    let best = clock(source).or_else(|| {
         let rises = |column: &&Column| column.figures.rises && column.figures.even;
-        source.columns.iter().filter(rises).collect::<Vec<_>>()
-    };
-    let (candidates, how) = if named.is_empty() {
-        (rising(), "because it rises evenly")
-    } else {
-        (named, "by its name")
-    };
-    // A recorder may write several clocks; the one with an even step is that of the samples.
-    let best =
-        (candidates.iter()).max_by_key(|column| (column.figures.even, -(column.number as i64)));
-    let Some(column) = best else {
+        let first = source.columns.iter().find(rises)?;
+        Some((first, "because it rises evenly"))
+    });
+    let Some((column, how)) = best else {
         return Some(date(survey).unwrap_or_else(|| without_time(survey, families)));
     };
     let name = name_of(survey, column);
-    let unit = meaning(column).unit;
+    let unit = column.meaning().unit;
     if unit.is_none() && column.time_unit.is_none() && column.figures.counts_rows() {
         return Some(ambiguous(survey, families, &name));
     }
@@ -62,6 +48,18 @@ pub(super) fn time(survey: &Survey, families: &[Family]) -> Option<ChosenLine> {
         }
     };
     Some(ChosenLine::new(&format!("time_{unit}"), name, why))
+}
+
+/// Returns the column that is a time by its name or its file, and the reason. A recorder may write several clocks; the one
+/// with an even step is that of the samples.
+pub(super) fn clock(source: &Source) -> Option<(&Column, &'static str)> {
+    let is_time = |column: &&Column| {
+        let sort = column.meaning().sort;
+        (sort == Some(Sort::Time) || column.time_unit.is_some()) && column.figures.rises
+    };
+    let all = source.columns.iter().filter(is_time);
+    let best = all.max_by_key(|column| (column.figures.even, -(column.number as i64)))?;
+    Some((best, "by its name"))
 }
 
 /// Returns the line of the period of a log without times.

@@ -14,6 +14,8 @@ use crate::description::JointOfStart;
 pub(super) struct Torques {
     /// Index of the family.
     pub(super) family: Option<usize>,
+    /// Index of the family of the joints of the other kind: forces beside torques or currents.
+    pub(super) beside: Option<usize>,
     pub(super) why: String,
 }
 
@@ -114,6 +116,38 @@ fn has_unit_of_other_kind(family: &Family, joints: &[JointOfStart]) -> bool {
             .all(|joint| joint.kind == other)
 }
 
+/// Returns the measured torques, currents or voltages of the joints of the other kind than those of a family, if one
+/// family has them.
+fn beside(
+    survey: &Survey,
+    (families, joints): (&[Family], &[JointOfStart]),
+    one: usize,
+) -> Option<usize> {
+    let kind = |family: &Family| {
+        let mut kinds = (joints.iter().zip(&family.of)).filter(|(_, place)| place.is_some());
+        let first = kinds.next().map(|(joint, _)| joint.kind)?;
+        kinds.all(|(joint, _)| joint.kind == first).then_some(first)
+    };
+    let of_one = kind(&families[one])?;
+    let is_drive = |family: &Family| {
+        let sort = family.meaning.sort;
+        let is_torque =
+            sort.is_some_and(|sort| matches!(sort, Sort::Torque | Sort::Current | Sort::Voltage));
+        is_torque
+            && !family.meaning.is_reference
+            && !family.meaning.is_computed
+            && !family.meaning.is_input
+    };
+    let all = (0..families.len()).filter(|&k| {
+        let family = &families[k];
+        is_drive(family) && moves(survey, family) && kind(family).is_some_and(|kind| kind != of_one)
+    });
+    match distinct(survey, families, all.collect())[..] {
+        [other] => Some(other),
+        _ => None,
+    }
+}
+
 /// Chooses the torques: measured torques before currents, currents before voltages and commands.
 pub(super) fn torques(survey: &Survey, families: &[Family], joints: &[JointOfStart]) -> Torques {
     let ranks = [
@@ -147,11 +181,19 @@ pub(super) fn torques(survey: &Survey, families: &[Family], joints: &[JointOfSta
         } else {
             &all
         };
+        // Those of the other kind of joints are beside the first.
+        let chosen = match chosen[..] {
+            [first, second] if beside(survey, (families, joints), first) == Some(second) => {
+                &chosen[..1]
+            }
+            _ => &chosen[..],
+        };
         match chosen[..] {
             [] => {}
             [one] if families[one].meaning.is_input => {
                 return Torques {
                     family: None,
+                    beside: None,
                     why: format!(
                         "FILL IN what \"{}\" is: motor_torque_nm, or motor_current_a or drive_voltage_v in place of this \
                          key; the name says the input of the motor and no quantity",
@@ -170,6 +212,7 @@ pub(super) fn torques(survey: &Survey, families: &[Family], joints: &[JointOfSta
                 };
                 return Torques {
                     family: Some(one),
+                    beside: beside(survey, (families, joints), one),
                     why,
                 };
             }
@@ -179,6 +222,7 @@ pub(super) fn torques(survey: &Survey, families: &[Family], joints: &[JointOfSta
                     .collect();
                 return Torques {
                     family: None,
+                    beside: None,
                     why: format!(
                         "FILL IN which columns are the torques of the motors: {}",
                         names.join(" or ")
@@ -195,6 +239,7 @@ pub(super) fn torques(survey: &Survey, families: &[Family], joints: &[JointOfSta
     });
     Torques {
         family: None,
+        beside: None,
         why: format!(
             "FILL IN the torques, currents or voltages of the motors: no column looks like them{sensor}"
         ),

@@ -5,7 +5,7 @@ use std::fmt;
 use sprung_core::chain::JointKind;
 
 use super::families::{Family, Place};
-use super::read::{Column, Survey};
+use super::read::{Column, Source, Survey};
 use crate::description::{ChosenLine, JointOfStart, quoted};
 use crate::formats::table::ElementPlace;
 
@@ -53,7 +53,14 @@ pub(super) fn number(value: f64) -> String {
 /// Returns the name of a column of a table as TOML: its number if the name is not unique.
 pub(super) fn name_of(survey: &Survey, column: &Column) -> String {
     let same = |other: &&Column| other.name == column.name;
-    let columns = survey.sources.iter().flat_map(|source| &source.columns);
+    let is_in = |source: &&Source| {
+        source
+            .columns
+            .iter()
+            .any(|other| std::ptr::eq(other, column))
+    };
+    let source = survey.sources.iter().find(is_in);
+    let columns = source.into_iter().flat_map(|source| &source.columns);
     let is_unique = columns.filter(same).count() == 1 && !survey.others.contains(&column.name);
     if survey.has_names && is_unique {
         quoted(&column.name)
@@ -106,18 +113,26 @@ pub(super) fn lines(
         .filter_map(|&joint| family.of[joint])
         .collect();
     let is_bag = |place: &Place| survey.sources[place.0].topic.is_some();
+    let file = |place: &Place| survey.sources[place.0].file.as_ref();
     let in_key = |unit: &str| key_in_unit(stem, unit);
     let plain = conversion.units.iter().all(|unit| in_key(unit).is_some())
         && conversion.signs.iter().all(|sign| *sign > 0.0);
-    if plain && !places.iter().any(is_bag) {
+    let is_in_log = |place: &Place| !is_bag(place) && file(place).is_none();
+    if plain && places.iter().all(is_in_log) {
         return by_unit(survey, &places, conversion, &in_key, why);
     }
     let value = if places.iter().any(is_bag) {
         in_topic(survey, &places, (robot, joints), conversion)
+    } else if places.iter().any(|place| file(place) != file(&places[0])) {
+        None
     } else {
         let names: Vec<String> = places.iter().map(|place| name_at(survey, *place)).collect();
         together(
-            &format!("column = {}", as_list(&names)),
+            &format!(
+                "{}column = {}",
+                in_file(survey, places.first()),
+                as_list(&names)
+            ),
             &(0..places.len()).collect::<Vec<_>>(),
             conversion,
         )
@@ -128,6 +143,14 @@ pub(super) fn lines(
         format!("[{}]", each.collect::<Vec<_>>().join(", "))
     });
     vec![ChosenLine::new(stem, value, why)]
+}
+
+/// Returns the keys of a column in another file of the recording; nothing for the log itself.
+fn in_file(survey: &Survey, place: Option<&Place>) -> String {
+    match place.and_then(|place| survey.sources[place.0].file.as_ref()) {
+        None => String::new(),
+        Some((file, time)) => format!("file = {}, time = {time}, ", quoted(file)),
+    }
 }
 
 fn as_list(values: &[String]) -> String {
@@ -250,7 +273,10 @@ fn alone(
     conversion: &Conversion,
 ) -> String {
     let source = match &survey.sources[place.0].topic {
-        None => format!("column = {}", name_at(survey, place)),
+        None => {
+            let file = in_file(survey, Some(&place));
+            format!("{file}column = {}", name_at(survey, place))
+        }
         Some(topic) => {
             let column = &survey.sources[place.0].columns[place.1];
             let topic = format!("topic = {}", quoted(topic));

@@ -9,6 +9,7 @@ use super::scale::USUAL_RATIOS;
 use super::trial::Group;
 use crate::finding::{Finding, Severity};
 use crate::log::{Quantity, Signal, rounded, slope_remedy};
+use crate::numbers::with_error;
 use crate::prepare::{Excerpt, MotorRowFit, OfRow, RowFit, fit_rows};
 use crate::unknowns::{Found, Kind, Place, settle};
 
@@ -217,12 +218,11 @@ impl CheckContext<'_> {
         let column = &channels.all[channel].column;
         let lines =
             format!("sign = {{ \"{column}\" = -1 }}\ndelay_s = {{ \"{column}\" = \"estimate\" }}");
+        let [late, error] = with_error(delay.value, delay.standard_error);
         let text = format!(
-            "{}: \"{column}\" has the wrong direction and was recorded {:.3} s late (standard error {:.3} s): with both the \
+            "{}: \"{column}\" has the wrong direction and was recorded {late} s late (standard error {error} s): with both the \
              equations leave {:.1} % of the torques unexplained instead of {:.1} %, and no parameter is negative",
             self.name(joint),
-            delay.value,
-            delay.standard_error,
             100.0 * left,
             100.0 * before
         );
@@ -300,7 +300,15 @@ impl CheckContext<'_> {
         } else {
             "slope-not-one"
         };
-        Some(
+        let others = self.equal_ratios(joint, ratio, now);
+        let words = match &others[..] {
+            [] => words,
+            _ => format!(
+                "{words}; {} explain the torque as well, so the data sheet decides",
+                others.join(" and ")
+            ),
+        };
+        let finding =
             Finding::new(
                 Severity::Error,
                 code,
@@ -314,9 +322,37 @@ impl CheckContext<'_> {
                 ),
                 &words,
             )
-            .seen(self.file, column, ratio, "rad/rad")
-            .mended_by(table, &line),
-        )
+            .seen(self.file, column, ratio, "rad/rad");
+        Some(if others.is_empty() {
+            finding.mended_by(table, &line)
+        } else {
+            finding
+        })
+    }
+
+    /// Returns the other usual gear ratios that explain the torque of a joint about as well, unless the file gives the
+    /// ratio.
+    fn equal_ratios(&self, joint: usize, ratio: f64, now: &MotorRowFit) -> Vec<String> {
+        let channels = self.reading.channels();
+        let motor = channels.index(Quantity::MotorPosition, joint);
+        let channel = motor.map(|motor| &channels.all[motor]);
+        if channel.is_none_or(|channel| channel.before_gear || channel.gear_ratio.is_some()) {
+            return Vec::new();
+        }
+        USUAL_RATIOS
+            .into_iter()
+            .filter(|usual| {
+                let far = (usual / ratio).ln().abs();
+                far > 1e-9 && far < NEAR_RATIO
+            })
+            .filter(|usual| {
+                let fit = self.scaled(&[Quantity::MotorPosition], joint, usual.recip());
+                fit.is_some_and(|fit| {
+                    fit.plausible && fit.relative_residual < NEAR_RESIDUAL * now.relative_residual
+                })
+            })
+            .map(rounded)
+            .collect()
     }
 }
 

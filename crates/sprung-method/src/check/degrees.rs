@@ -255,7 +255,7 @@ impl WholeRobot<'_> {
                     percent(&left),
                     percent(&self.given_left)
                 ),
-                &format!("set {lines} in [log]"),
+                &format!("set {} in [log]", lines.replace('\n', " and ")),
             )
             .seen(
                 context.file,
@@ -403,7 +403,8 @@ impl CheckContext<'_> {
             LOOKS_LIKE_DEGREES,
             text,
             &format!(
-                "if the columns hold degrees, set {lines} in [log] instead of the present keys"
+                "if the columns hold degrees, set {} in [log] instead of the present keys",
+                lines.replace('\n', " and ")
             ),
         )
         .seen(self.file, column, range, "rad")

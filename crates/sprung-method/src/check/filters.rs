@@ -181,7 +181,7 @@ impl FilterCheck<'_> {
             return None;
         }
         let samples = std::f64::consts::TAU / (frequency * period);
-        let lambda = self.reading.settings().filter_cutoff_rad_per_s;
+        let given = self.reading.settings().filter_cutoff_rad_per_s;
         let name = self.name(joint);
         if samples < SAMPLES_PER_PERIOD {
             return Some(
@@ -198,6 +198,8 @@ impl FilterCheck<'_> {
                 .seen(self.file, "", samples, "samples"),
             );
         }
+        // Without the key sprung chose it by the rate.
+        let lambda = given?;
         let (words, better) = if lambda * period > MAX_LAMBDA_SHARE_OF_RATE {
             ("too close to the sampling rate", 0.1 / period)
         } else if lambda < MIN_LAMBDA_SHARE_OF_MOTION * frequency {

@@ -70,7 +70,7 @@ impl WholeRobot<'_> {
             let ratio = geared.ratios.first().copied().unwrap_or(1.0);
             (
                 "[[robot.joint]]",
-                format!("gear_ratio = {}   # with {line} in [log]", rounded(ratio)),
+                format!("gear_ratio = {}\n[log] {line}", rounded(ratio)),
             )
         };
         let or = if is_equal {

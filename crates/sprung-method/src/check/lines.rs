@@ -42,7 +42,7 @@ impl CheckContext<'_> {
             Some(format!("{key} = [{}]", tables.join(", ")))
         })
         .collect();
-        lines.join("; ")
+        lines.join("\n")
     }
 
     /// Returns the lines of the keys whose columns differ, with the columns of other channels.
@@ -63,7 +63,7 @@ impl CheckContext<'_> {
                 (now != before).then(|| format!("{} = {}", key.name, list(&now)))
             })
             .collect();
-        lines.join("; ")
+        lines.join("\n")
     }
 
     /// Returns the key of `[log]` under which the columns of a quantity are named.

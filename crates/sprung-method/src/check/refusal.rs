@@ -12,7 +12,8 @@ impl std::fmt::Display for Refusal {
             let separator = if k == 0 { "" } else { "\n" };
             write!(f, "{separator}{} ({})", finding.text, finding.code)?;
             if let Some(setting) = &finding.setting {
-                write!(f, "; in the experiment file: {setting}")?;
+                let lines = setting.replace('\n', "\n    ");
+                write!(f, "; in the experiment file: {lines}")?;
             }
         }
         Ok(())

@@ -30,7 +30,7 @@ pub(crate) fn as_given(
         Some(Delay::Known(delay)) => delay,
         Some(Delay::Estimate) | None => 0.0,
     });
-    let reading = Reading::new(model, settings, channels, cutoff);
+    let reading = Reading::new(model, settings, channels, cutoff).at_period(excerpt.period());
     let reading = reading.with_delays(&known.collect::<Vec<f64>>());
     (with_mountings(&reading, excerpt), reason)
 }

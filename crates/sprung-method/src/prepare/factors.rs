@@ -12,6 +12,7 @@ use crate::description::{Experiment, Factor, Side};
 use crate::finding::{Finding, Severity};
 use crate::log::{ChannelError, Channels, LogError, LogSource};
 use crate::model::Model;
+use crate::numbers::with_error;
 use crate::regression::Reading;
 
 /// Errors of the search for signs and gains.
@@ -66,13 +67,14 @@ impl Factors {
             .mended_by("[log]", &line)
         });
         let gains = self.gains.iter().map(|gain| {
+            let [value, error] = with_error(gain.value, gain.standard_error);
             let line = format!("gain = {{ \"{}\" = {:.6} }}", gain.column, gain.value);
             Finding::new(
                 Severity::Info,
                 "gain-estimated",
                 format!(
-                    "\"{}\" must be multiplied by {:.6} (standard error {:.6}): {}",
-                    gain.column, gain.value, gain.standard_error, gain.because
+                    "\"{}\" must be multiplied by {value} (standard error {error}): {}",
+                    gain.column, gain.because
                 ),
                 "give the gain as a number to keep it fixed",
             )

@@ -165,5 +165,5 @@ pub(crate) fn fit_rows(
 /// Returns the number of independent filtered residuals of an excerpt: residuals are correlated
 /// over about 2/λ.
 pub(crate) fn independent(excerpt: &Excerpt, reading: &Reading) -> f64 {
-    (excerpt.duration() * reading.settings().filter_cutoff_rad_per_s / 2.0).max(1.0)
+    (excerpt.duration() * reading.filter_cutoff() / 2.0).max(1.0)
 }

@@ -16,7 +16,7 @@ impl Excerpt {
     #[must_use]
     pub(crate) fn thinned_for(&self, reading: &Reading, longest: f64) -> Self {
         let period = (MIN_RATE_OVER_CUTOFF * reading.position_cutoff_hz()).recip();
-        let by_filter = MAX_FILTER_STEP / reading.settings().filter_cutoff_rad_per_s;
+        let by_filter = MAX_FILTER_STEP / reading.filter_cutoff();
         let every = (period.min(by_filter).min(longest) / self.period()).floor();
         self.thinned(reading.channels(), (every as usize).max(1))
     }

@@ -237,7 +237,7 @@ fn read_log(
             log.read(&mut block)?;
             Ok(())
         };
-        let mut fold = || reduce(&mut reduction, reading.settings(), &ready);
+        let mut fold = || reduce(&mut reduction, reading, &ready);
         let (prepared, folded) = rayon::join(&mut prepare, &mut fold);
         folded?;
         prepared?;
@@ -247,7 +247,7 @@ fn read_log(
     if preparation.used == 0 {
         return Err(too_short(source, reading, &preparation, &log).into());
     }
-    reduce(&mut reduction, reading.settings(), &ready)?;
+    reduce(&mut reduction, reading, &ready)?;
     Ok(ReadLog {
         system: reduction.finish(),
         span: [first + later, first + later + log.timing().duration],

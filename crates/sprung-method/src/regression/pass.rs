@@ -7,7 +7,6 @@ use sprung_core::filter::FilterError;
 use super::reading::Reading;
 use super::reduction::Reduction;
 use super::system::System;
-use crate::description::Identify;
 use crate::log::{LogBlock, LogError};
 use crate::model::Model;
 use crate::numbers::Shown;
@@ -152,9 +151,9 @@ impl Preparation {
             reading.position_cutoff_hz(),
             period,
         )?;
-        if settings.filter_cutoff_rad_per_s * period > 1.0 {
+        if reading.filter_cutoff() * period > 1.0 {
             return Err(PassError::TooFast {
-                cutoff: settings.filter_cutoff_rad_per_s,
+                cutoff: reading.filter_cutoff(),
                 rate: 1.0 / period,
             });
         }
@@ -290,9 +289,10 @@ fn smoother(model: &Model, filter: &Butterworth, period: f64) -> Smoother {
 /// Folds smoothed blocks into a reduction.
 pub(super) fn reduce(
     reduction: &mut Reduction,
-    settings: &Identify,
+    reading: &Reading,
     blocks: &[SmoothedBlock],
 ) -> Result<(), PassError> {
+    let discretization = reading.settings().discretization;
     for smoothed in blocks {
         if smoothed.begins {
             reduction.restart();
@@ -301,9 +301,9 @@ pub(super) fn reduce(
         reduction
             .push(
                 &smoothed.signals,
-                settings.filter_cutoff_rad_per_s,
+                reading.filter_cutoff(),
                 smoothed.period,
-                settings.discretization,
+                discretization,
             )
             .map_err(PassError::FilterPair)?;
     }
@@ -329,7 +329,7 @@ pub(crate) fn reduce_signals(
     let mut reduction = empty.weighted(reading.weights()).with_samples(samples);
     for segment in segments {
         reduction.restart();
-        let cutoff = settings.filter_cutoff_rad_per_s;
+        let cutoff = reading.filter_cutoff();
         (reduction.push(segment, cutoff, period, settings.discretization))
             .map_err(PassError::FilterPair)?;
     }

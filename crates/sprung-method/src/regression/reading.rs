@@ -17,6 +17,7 @@ pub struct Reading {
     model: Arc<Model>,
     settings: Arc<Identify>,
     channels: Arc<Channels>,
+    filter_cutoff: f64,
     position_cutoff_hz: f64,
     delays: Arc<[f64]>,
     compliances: Arc<[f64]>,
@@ -41,9 +42,25 @@ impl Reading {
             delays: vec![0.0; channels.all.len()].into(),
             compliances: vec![0.0; model.joint_count()].into(),
             channels: Arc::new(channels.clone()),
+            filter_cutoff: settings.filter_cutoff(0.0),
             position_cutoff_hz,
             weights: None,
         }
+    }
+
+    /// Returns a copy for logs of a sampling period, s, on which the corner of the filter pair depends.
+    #[must_use]
+    pub fn at_period(self, period: f64) -> Self {
+        Self {
+            filter_cutoff: self.settings.filter_cutoff(period),
+            ..self
+        }
+    }
+
+    /// Returns the corner λ of the filter pair, rad/s.
+    #[must_use]
+    pub fn filter_cutoff(&self) -> f64 {
+        self.filter_cutoff
     }
 
     /// Returns the equations.
@@ -82,7 +99,7 @@ impl Reading {
     /// cut-off of the positions, or twice the time constant of the filter pair.
     #[must_use]
     pub fn memory(&self) -> f64 {
-        let of_pair = 2.0 / self.settings.filter_cutoff_rad_per_s;
+        let of_pair = 2.0 / self.filter_cutoff;
         of_pair.max(self.position_cutoff_hz.recip())
     }
 

@@ -255,6 +255,10 @@ pub(super) fn falls(joints: &[[Vec<f64>; 2]], least: f64) -> bool {
         let logs = joints.iter().map(|both| ratio_of(both, parts.clone()).ln());
         -logs.sum::<f64>() / joints.len() as f64
     };
+    // A short log has fewer parts.
+    if (joints.iter().flatten()).any(|of_parts| of_parts.len() < PARTS) {
+        return false;
+    }
     let of_parts: Vec<f64> = (0..PARTS).map(|part| mean(part..part + 1)).collect();
     let (of_part, error) = mean_and_error(&of_parts);
     // The jackknife error is that of values without each part; of the parts themselves it is smaller.

@@ -223,23 +223,24 @@ impl Candidate {
             let changes = beginning?.changes((&self.model, &theta), &proofs)?;
             Some((changes, theta))
         });
+        let about_changes = change.map_or_else(Vec::new, |((changes, left), theta)| {
+            let of_set = OfSet {
+                label: &self.label,
+                model: &self.model,
+                theta: &theta,
+            };
+            changed(&of_set, (&changes, &left), &proofs, logs)
+        });
+        let is_explained = !about_changes.is_empty();
         self.findings
-            .extend(promise_broken(&self.label, &proofs, change.is_some(), logs));
+            .extend(promise_broken(&self.label, &proofs, is_explained, logs));
         let not_broken: Vec<TorqueFit> = (torques.iter().zip(&proofs))
             .filter(|(_, proof)| !proof.quantities().any(|quantity| quantity.is_broken()))
             .map(|(torque, _)| torque.clone())
             .collect();
         self.findings
             .extend(findings::poor_prediction(&self.label, &not_broken));
-        if let Some(((changes, left), theta)) = change {
-            let of_set = OfSet {
-                label: &self.label,
-                model: &self.model,
-                theta: &theta,
-            };
-            self.findings
-                .extend(changed(&of_set, (&changes, &left), &proofs, logs));
-        }
+        self.findings.extend(about_changes);
         let outcome = self.outcome();
         let motion = self.motion_error();
         if outcome == Outcome::Simulated && fits && motion > UNEXPLAINED {

@@ -7,6 +7,7 @@ use crate::estimate::percent;
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, Signal};
 use crate::model::Model;
+use crate::numbers::with_error;
 use crate::unknowns::{FoundChange, Kind};
 
 /// Code of the finding about a broken promise.
@@ -30,6 +31,9 @@ const CHANGES: [(&str, &str); 12] = [
 
 /// Maximum number of quantities and of changed values that a text names.
 const MAX_NAMED: usize = 4;
+
+/// Largest part of an error that stays with a change; with a larger part the change explains nothing.
+const LARGEST_LEFT: f64 = 0.9;
 
 /// Logs of a validation run and of the identification, for the remedies.
 pub(super) struct Logs<'a> {
@@ -112,7 +116,8 @@ pub(super) fn changed(
     proofs: &[JointProof],
     logs: &Logs<'_>,
 ) -> Vec<Finding> {
-    let errors = errors(proofs, left);
+    let falls =
+        |joint: Option<usize>| errors(proofs, left, joint.map(|joint| &*set.model.joints()[joint]));
     let steps = |kinds: &dyn Fn(&FoundChange) -> bool| -> Vec<&FoundChange> {
         changes.iter().filter(|change| kinds(change)).collect()
     };
@@ -120,11 +125,12 @@ pub(super) fn changed(
     let friction = steps(&|change| change.found.kind == Kind::Friction);
     if let Some(first) = friction.first() {
         let is_one = friction.iter().all(|change| change.joint == first.joint);
-        let whose = match first.joint.filter(|_| is_one) {
+        let of_one = first.joint.filter(|_| is_one);
+        let whose = match of_one {
             Some(joint) => format!("the friction of {}", set.model.joints()[joint]),
             None => "the friction of several joints".to_owned(),
         };
-        let finding = Finding::new(
+        let finding = falls(of_one).map(|errors| Finding::new(
             Severity::Warning,
             CHANGES[0].0,
             format!(
@@ -134,8 +140,8 @@ pub(super) fn changed(
             ),
             "friction changes with temperature, load and wear: record both logs at the same \
              temperature, or identify from both",
-        );
-        findings.push(both_logs(about(finding, &friction), logs));
+        ));
+        findings.extend(finding.map(|finding| both_logs(about(finding, &friction), logs)));
     }
     let load = steps(&|change| change.found.kind == Kind::Load);
     if !load.is_empty() {
@@ -148,7 +154,7 @@ pub(super) fn changed(
             }
             _ => "the load of the links".to_owned(),
         };
-        let finding = Finding::new(
+        let finding = falls(None).map(|errors| Finding::new(
             Severity::Warning,
             CHANGES[1].0,
             format!(
@@ -159,11 +165,13 @@ pub(super) fn changed(
             ),
             "take the payload off, or identify with it; a payload that stays belongs into the \
              robot's description (the last link of the URDF)",
-        );
-        findings.push(about(finding, &load));
+        ));
+        findings.extend(finding.map(|finding| about(finding, &load)));
     }
     for change in changes {
-        findings.extend(single(set, change, &errors, logs));
+        if let Some(errors) = falls(change.joint) {
+            findings.extend(single(set, change, &errors, logs));
+        }
     }
     let before = worst(proofs).map_or(0.0, |worst| worst.ratio.unwrap_or(0.0));
     let seen = |finding: Finding| {
@@ -261,22 +269,26 @@ fn about(finding: Finding, changes: &[&FoundChange]) -> Finding {
     finding.about(names.map(str::to_owned))
 }
 
-/// Returns the largest error in proportion to its promise, before and after the changes, in words.
-fn errors(proofs: &[JointProof], left: &[Left]) -> String {
+/// Returns the largest error in proportion to its promise of those that fall, before and after the changes, in words; `None`
+/// if none falls.
+///
+/// - `joint`: the joint of the changes, if they are of one.
+fn errors(proofs: &[JointProof], left: &[Left], joint: Option<&str>) -> Option<String> {
     let joints = proofs.iter().zip(left);
     let quantities = joints.flat_map(|(proof, left)| proof.quantities().map(move |of| (of, left)));
-    let largest = quantities.max_by(|a, b| over_promise(&a.0).total_cmp(&over_promise(&b.0)));
-    let Some((largest, left)) = largest else {
-        return String::new();
-    };
+    let (largest, left) = quantities
+        .filter(|(of, left)| {
+            left.of(of) < LARGEST_LEFT && joint.is_none_or(|joint| joint == of.joint)
+        })
+        .max_by(|a, b| over_promise(&a.0).total_cmp(&over_promise(&b.0)))?;
     let share = |error: f64| percent(error / largest.value);
-    format!(
+    Some(format!(
         "the {} error of {} falls from {} to {}",
         largest.name,
         largest.joint,
         share(largest.error),
         share(largest.error * left.of(&largest))
-    )
+    ))
 }
 
 /// Returns the changed values with their standard errors, in words.
@@ -289,18 +301,20 @@ fn values(changes: &[&FoundChange], set: &OfSet<'_>) -> String {
         let same = |at: &usize| model.parameters()[*at].short() == name;
         match (0..theta.len()).find(same).map(|at| theta[at]) {
             Some(before) => {
+                let [after, error] = with_error(before + by, error);
+                let [before_text, _] = with_error(before, change.found.standard_error);
                 let share = 100.0 * by / before.abs();
                 let share = if share.is_finite() {
                     format!(", {share:+.0} %")
                 } else {
                     String::new()
                 };
-                format!(
-                    "{name} {before:.4} → {:.4} ± {error:.1e} {unit}{share}",
-                    before + by
-                )
+                format!("{name} {before_text} → {after} ± {error} {unit}{share}")
             }
-            None => format!("{name} {by:+.4} ± {error:.1e} {unit}"),
+            None => {
+                let [by, error] = with_error(by, error);
+                format!("{name} {by} ± {error} {unit}")
+            }
         }
     };
     let mut words: Vec<String> = changes.iter().take(MAX_NAMED).map(one).collect();

@@ -1,9 +1,12 @@
 //! The outcome of a validation in one sentence.
 
 use super::changes::change_in_words;
-use super::proof::{PROMISE_TOLERANCE, QuantityProof, worst};
+use super::proof::{JointProof, PROMISE_TOLERANCE, QuantityProof, worst};
 use super::result::{RunResult, SetResult, Validation};
 use crate::finding::Severity;
+
+/// Smallest error of a model that does not predict, as a part of the measured quantity.
+const USELESS: f64 = 0.5;
 
 impl Validation {
     /// Returns whether the promise of the first parameter set is kept on all logs, in words, and the
@@ -65,6 +68,24 @@ impl Validation {
                     validate on another log."
                 .to_owned();
         };
+        let is_useless = |of: &QuantityProof<'_>| of.error > USELESS * of.value;
+        let useless = others().find_map(|proof| {
+            let all = proof
+                .set
+                .predictions
+                .iter()
+                .flat_map(JointProof::quantities);
+            Some((proof.run, all.into_iter().find(is_useless)?))
+        });
+        if let Some((run, of)) = useless {
+            return format!(
+                "The model does not predict, although no error exceeds {PROMISE_TOLERANCE} times the promised one: in {} {} is \
+                 {}.",
+                run.name,
+                of.name(),
+                of.errors()
+            );
+        }
         let names: Vec<&str> = others().map(|proof| proof.run.name.as_str()).collect();
         format!(
             "The promise is kept: in {} no error exceeds {PROMISE_TOLERANCE} times the promised one; \

@@ -37,7 +37,10 @@ pub(super) fn identify(file: &ExperimentFile) -> Result<(), Fault> {
         }
     }
     for (key, value) in [
-        ("filter_cutoff_rad_per_s", settings.filter_cutoff_rad_per_s),
+        (
+            "filter_cutoff_rad_per_s",
+            settings.filter_cutoff_rad_per_s.unwrap_or(1.0),
+        ),
         (
             "position_cutoff_hz",
             match settings.position_cutoff_hz {

@@ -28,9 +28,9 @@ fn check_length(
     (key, list): (&Key, &Columns),
     which: Joints,
     path: &[&str],
-    robot: &Robot,
+    (robot, log): (&Robot, &Log),
 ) -> Result<Vec<usize>, Fault> {
-    let joints = key.joints(which, robot);
+    let joints = key.joints_in(log, which, robot);
     if list.spread().is_some() && !joints.is_empty() {
         return Ok(joints);
     }
@@ -41,7 +41,7 @@ fn check_length(
     }
     let name = |i: &usize| robot.joint[*i].name.as_str();
     let flexible_only = key.signal().is_of_flexible_joints() && which == Joints::ThatHaveIt;
-    let with_rigid = key.joints(Joints::Rigid, robot);
+    let with_rigid = key.joints_in(log, Joints::Rigid, robot);
     if flexible_only && joints.len() < with_rigid.len() && count == with_rigid.len() {
         let rigid = with_rigid.iter().find(|i| !joints.contains(i));
         let key = key.name;
@@ -87,13 +87,14 @@ pub(crate) fn check_log(log: &Log, path: &[&str], robot: &Robot) -> Result<(), F
     let at = |key| [path, &[key]].concat();
     let rigid = !robot.has_springs();
     let lone = rigid && !Key::of(Signal::Motor).any(|key| key.is_given(log));
+    check_twice(log, path, robot)?;
     for (key, list) in log.given() {
         let which = if lone && key.quantity == Quantity::LinkPosition {
             Joints::Rigid
         } else {
             Joints::ThatHaveIt
         };
-        let joints = check_length((key, list), which, &at(key.name), robot)?;
+        let joints = check_length((key, list), which, &at(key.name), (robot, log))?;
         check_columns(key, list, &joints, &at(key.name), robot)?;
     }
     check_inertial(log, path, robot)?;
@@ -102,18 +103,18 @@ pub(crate) fn check_log(log: &Log, path: &[&str], robot: &Robot) -> Result<(), F
     check_files(log, path)?;
     check_time(log, path)?;
     check_csv(log, path)?;
-    check_twice(log, path)?;
     let labels = check_labels(log, path)?;
     check_by_column(log, path, &labels)
 }
 
 /// Checks that each signal has at most one key for revolute and one for prismatic joints, or one key
-/// for all joints.
-fn check_twice(log: &Log, path: &[&str]) -> Result<(), Fault> {
+/// for all joints or for those of the other kind.
+fn check_twice(log: &Log, path: &[&str], robot: &Robot) -> Result<(), Fault> {
     for signal in Signal::all().chain([Signal::Target, Signal::Switch]) {
         let given: Vec<&Key> = Key::of(signal).filter(|key| key.is_given(log)).collect();
         if let [first, second, ..] = given[..]
             && overlap(first.kind, second.kind)
+            && !shares_joints([first, second], log, robot)
         {
             return Err(fault(
                 &[path, &[second.name]].concat(),
@@ -218,6 +219,12 @@ fn check_by_column(log: &Log, path: &[&str], labels: &[String]) -> Result<(), Fa
         }
     }
     Ok(())
+}
+
+/// Returns whether a key for all joints leaves its own joints to another key for joints of one kind.
+fn shares_joints(keys: [&Key; 2], log: &Log, robot: &Robot) -> bool {
+    let has_joints = |key: &Key| !key.joints_in(log, Joints::Rigid, robot).is_empty();
+    keys[0].kind != keys[1].kind && keys.into_iter().all(has_joints)
 }
 
 /// Returns whether two keys have joints of the same kind.

@@ -261,7 +261,7 @@ impl Key {
     pub(crate) fn gives(signal: Signal, joint: usize, log: &Log, robot: &Robot) -> bool {
         Self::of(signal)
             .filter(|key| key.is_given(log))
-            .any(|key| key.joints(Joints::ThatHaveIt, robot).contains(&joint))
+            .any(|key| (key.joints_in(log, Joints::ThatHaveIt, robot)).contains(&joint))
             && !(signal.is_of_flexible_joints() && robot.joint[joint].rigid_by_log)
     }
 
@@ -287,6 +287,18 @@ impl Key {
             .filter(|&i| !flexible || robot.joint[i].is_described_flexible())
             .filter(|&i| self.kind.is_none_or(|kind| robot.kind(i) == kind))
             .collect()
+    }
+
+    /// Returns the indices of the joints that have a column under it in a log. A key for all kinds of joints, such as
+    /// `motor_current_a`, leaves out those for whose kind another key gives the signal, such as `motor_force_n`.
+    #[must_use]
+    pub fn joints_in(&self, log: &Log, joints: Joints, robot: &Robot) -> Vec<usize> {
+        let others = || Self::of(self.signal()).filter(|key| key.is_given(log));
+        let is_of_other =
+            |i: &usize| self.kind.is_none() && others().any(|key| key.kind == Some(robot.kind(*i)));
+        let mut all = self.joints(joints, robot);
+        all.retain(|i| !is_of_other(i));
+        all
     }
 
     /// Returns the default field of a message for it.

@@ -33,6 +33,7 @@ impl Session {
         let (experiment, model) = (self.experiment(), self.model());
         let mut checked = check(experiment, model, sources, progress)?;
         self.check_design(sources, &mut checked)?;
+        self.complete(&mut checked.report.findings);
         Ok(checked)
     }
 }

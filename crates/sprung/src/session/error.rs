@@ -324,7 +324,8 @@ pub enum SessionError {
     Log(#[from] LogError),
     /// Two logs of one experiment have different columns.
     #[error(
-        "{file} has no \"{column}\", which {first} has; the logs of one experiment must have the same columns"
+        "{file} has no \"{column}\", which {first} has; the logs of one experiment must have the same columns, and the files of \
+         one recording must run at the same times and differ in all columns but the time"
     )]
     OtherColumns {
         /// Name of the log.

@@ -67,7 +67,7 @@ impl NewExperiment {
     /// Returns the experiment of a robot and its logs: chooses the columns by their names and contents, then checks the
     /// choice.
     ///
-    /// - `logs`: the logs, at least one; `topics`: beginning of the topics of a bag that belong to the robot, or none for
+    /// - `logs`: the logs, at least one, or the files of one recording; `topics`: beginning of the topics of a bag that belong to the robot, or none for
     ///   all; `folder`: future folder of the experiment, which need not exist.
     ///
     /// # Errors
@@ -90,13 +90,20 @@ impl NewExperiment {
             let Some(path) = path.to_str() else {
                 return Err(SessionError::NotUnicode { path });
             };
-            paths.push(path.to_owned());
             let name = log.display().to_string();
-            match &first {
+            match &mut first {
                 None => first = Some(Survey::read(&name, &mut |_| Disk.open(log))?),
                 Some(first) => {
-                    let survey = Survey::read_beginning(&name, &mut |_| Disk.open(log))?;
-                    if let Some(column) = survey.lacks_of(first) {
+                    let mut open = |_: Option<&Path>| Disk.open(log);
+                    let beginning = Survey::read_beginning(&name, &mut open)?;
+                    let lacks = beginning.lacks_of(first);
+                    if (lacks.is_some() || beginning.says_in_its_name())
+                        && paths.len() == 1
+                        && first.join(&Survey::read(&name, &mut open)?, path)
+                    {
+                        continue;
+                    }
+                    if let Some(column) = lacks {
                         return Err(SessionError::OtherColumns {
                             file: name,
                             column,
@@ -105,6 +112,7 @@ impl NewExperiment {
                     }
                 }
             }
+            paths.push(path.to_owned());
         }
         let mut survey = first.unwrap_or_default();
         if let Some(topics) = topics {
@@ -121,7 +129,7 @@ impl NewExperiment {
         let mut about = start.with(chosen.clone()).remarks();
         let grippers = (chosen.grippers.iter())
             .map(|(joint, why)| format!("{joint} is left out as a joint of a gripper, {why}"));
-        about.splice(0..0, grippers);
+        about.splice(0..0, survey.joined().iter().cloned().chain(grippers));
         let left_out = chosen.left_out.len();
         let new = checked(start, chosen, folder, progress)?;
         Ok(Self {
@@ -132,7 +140,8 @@ impl NewExperiment {
     }
 }
 
-/// Returns the number of joints whose positions a log holds; `None` if the names of its columns do not contain it.
+/// Returns the number of joints whose positions a log holds; `None` if neither the names of its columns nor their contents
+/// show it.
 ///
 /// # Errors
 ///
@@ -298,6 +307,8 @@ fn mended(chosen: &Chosen, finding: &Finding) -> Option<Chosen> {
             .setting
             .as_ref()?
             .strip_prefix("[log] ")?
+            .split("  #")
+            .next()?
             .split_once(" = ")?;
         let line = other
             .lines

@@ -2,9 +2,10 @@
 
 use super::error::SessionError;
 use super::load::Session;
+use sprung_base::finding::Finding;
 use sprung_base::progress::Listener;
 use sprung_log::LogSource;
-use sprung_method::estimate::{Identified, identify_and_tell};
+use sprung_method::estimate::{Identified, IdentifyError, identify_and_tell};
 use sprung_robot::{Estimator, Task};
 
 impl Session {
@@ -62,8 +63,25 @@ impl Session {
             [] => first(found),
             _ => first(&self.with_earlier_laws(found.clone())),
         };
-        let found = identify_and_tell(experiment, model, sources, progress, &mut first)?;
+        let mut found = identify_and_tell(experiment, model, sources, progress, &mut first)
+            .map_err(|mut error| {
+                if let IdentifyError::Refused(refusal) = &mut error {
+                    self.complete(&mut refusal.0);
+                }
+                error
+            })?;
+        self.complete(&mut found.identification.findings);
+        for result in &mut found.identification.results {
+            self.complete(&mut result.warnings);
+        }
         self.with_design(self.with_earlier_laws(found))
+    }
+
+    /// Completes the lines that findings propose by those of the experiment.
+    pub(super) fn complete(&self, findings: &mut [Finding]) {
+        for finding in findings {
+            finding.complete(|setting| self.experiment().completed(setting));
+        }
     }
 
     /// Adds the laws of earlier identifications, which the model has, to the results.

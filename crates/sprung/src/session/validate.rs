@@ -67,13 +67,11 @@ impl Session {
         if let Some(found) = &parameters.identification {
             found.log.settle(&mut experiment);
         }
-        Ok(validate(
-            &experiment,
-            &model,
-            &parameters.sets,
-            &chosen,
-            sources,
-            progress,
-        )?)
+        let sets = &parameters.sets;
+        let mut validated = validate(&experiment, &model, sets, &chosen, sources, progress)?;
+        for run in &mut validated.validation.runs {
+            self.complete(&mut run.findings);
+        }
+        Ok(validated)
     }
 }

@@ -98,7 +98,7 @@ fn logs_give_the_parameters_of_one_pass() {
         for source in sources {
             let log = excerpt(&channels, source).unwrap();
             for segment in signals(&reading, log.period(), log.blocks()).unwrap() {
-                let (cutoff, period) = (settings.filter_cutoff_rad_per_s, log.period());
+                let (cutoff, period) = (reading.filter_cutoff(), log.period());
                 reduction.restart();
                 (reduction.push(&segment, cutoff, period, settings.discretization)).unwrap();
             }

@@ -235,7 +235,7 @@ fn worst_residual(results: &[EstimateResult]) -> f64 {
 fn settings_used(reading: &Reading, choice: Option<CutoffChoice>) -> SettingsUsed {
     let settings = reading.settings();
     SettingsUsed {
-        filter_cutoff_rad_per_s: settings.filter_cutoff_rad_per_s,
+        filter_cutoff_rad_per_s: reading.filter_cutoff(),
         discretization: settings.discretization.name().to_owned(),
         weights: settings.weights.name().to_owned(),
         constraints: settings.constraints.name().to_owned(),

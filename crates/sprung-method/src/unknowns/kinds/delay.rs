@@ -7,7 +7,7 @@ use super::words::{falls, or_else};
 use crate::description::Delay as Given;
 use crate::finding::{Finding, Severity};
 use crate::log::Signal;
-use crate::numbers::in_ms;
+use crate::numbers::{in_ms, with_error};
 use crate::unknowns::found::Telling;
 use crate::unknowns::unknown::{ChannelEffect, Effect, Kind, Place, Samples, Unknown};
 
@@ -135,15 +135,14 @@ pub(super) fn finding(of: &Telling<'_>) -> Finding {
         .map(|column| format!("\"{column}\" = {value:.6}"))
         .collect();
     let setting = format!("delay_s = {{ {} }}", settings.join(", "));
+    let [late, late_error] = with_error(in_ms(value.abs()), in_ms(error));
     Finding::new(
         Severity::Info,
         "delayed-channel",
         format!(
-            "{} {} recorded {:.3} ms {when} (standard error {:.3} ms): with this delay {}. sprung uses it{}",
+            "{} {} recorded {late} ms {when} (standard error {late_error} ms): with this delay {}. sprung uses it{}",
             columns.join(", "),
             if columns.len() == 1 { "was" } else { "were" },
-            in_ms(value.abs()),
-            in_ms(error),
             falls(of),
             or_else(of)
         ),
@@ -157,14 +156,13 @@ pub(super) fn finding(of: &Telling<'_>) -> Finding {
 pub(super) fn timing(of: &Telling<'_>) -> Finding {
     let (value, error) = (of.found.value, of.found.standard_error);
     let when = if value < 0.0 { "later" } else { "earlier" };
+    let [size, size_error] = with_error(in_ms(value.abs()), in_ms(error));
     Finding::new(
         Severity::Info,
         "torque-timing",
         format!(
-            "the torques act {:.3} ms {when} (standard error {:.3} ms, {:.2} samples) than torques that are held from their time \
+            "the torques act {size} ms {when} (standard error {size_error} ms, {:.2} samples) than torques that are held from their time \
              stamp to the next one: {}. sprung uses this timing{}",
-            in_ms(value.abs()),
-            in_ms(error),
             value.abs() / of.period,
             falls(of),
             or_else(of)

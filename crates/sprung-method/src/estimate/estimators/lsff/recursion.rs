@@ -57,7 +57,7 @@ impl Lsff {
     pub fn new(model: &Model, settings: &Identify, period: f64) -> Result<Self, LsffError> {
         let regression = FilteredRegression::new(
             model,
-            settings.filter_cutoff_rad_per_s,
+            settings.filter_cutoff(period),
             period,
             DiscretizationName::Paper,
         )
