@@ -40,7 +40,7 @@ pub(crate) use inertial_findings::inertial_findings;
 pub(crate) use link_rows::{BodyScale, INACCURATE_FACTOR, LinkRows};
 pub use noise::noise;
 pub(crate) use noise::{velocity_noise, white_noise};
-pub(crate) use play::find_play;
+pub(crate) use play::find_plays;
 pub(crate) use prepared::Prepared;
 pub use prepared::{PrepareError, prepare};
 pub(crate) use row::MotorRowFit;

@@ -16,7 +16,7 @@ const SHARES: [f64; 7] = [0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64];
 const PROMISING: f64 = 0.9;
 
 /// Steps of the search for half width and centre, and the places about the best one that a step tries.
-const STEPS: usize = 14;
+const STEPS: usize = 9;
 const NEIGHBOURS: [[f64; 2]; 8] = [
     [-0.5, -0.5],
     [-0.5, 0.0],
@@ -39,70 +39,140 @@ pub(crate) struct Play {
     pub(crate) centre: f64,
 }
 
-impl Play {
-    /// Returns half width and centre.
-    pub(crate) fn values(&self) -> [f64; 2] {
-        [self.half_width, self.centre]
+/// The search for the play of one spring.
+#[derive(Clone, Copy)]
+struct Search {
+    joint: usize,
+    deflection: Deflection,
+    /// Half width and centre, rad (m).
+    place: [f64; 2],
+    /// Distance of the places that are tried, rad (m).
+    reach: f64,
+    /// Sum of squared residuals.
+    least: f64,
+}
+
+/// Returns the plays of springs that explain the beginning of a log best. A joint is absent if no play does much better than none, or
+/// two encoders do not show its deflection.
+///
+/// The rows of different joints do not affect each other, so all joints are searched at once.
+#[must_use]
+pub(crate) fn find_plays(
+    reading: &Reading,
+    excerpt: &Excerpt,
+    joints: &[usize],
+) -> Vec<(usize, Play)> {
+    let search = |&joint: &usize| {
+        let deflection = deflection(reading, excerpt, joint)?;
+        Some(Search {
+            joint,
+            deflection,
+            place: [HARDLY * deflection.rms, deflection.mean],
+            reach: 0.0,
+            least: f64::INFINITY,
+        })
+    };
+    let mut all: Vec<Search> = joints.iter().filter_map(search).collect();
+    if all.is_empty() {
+        return Vec::new();
+    }
+    let model = reading.model();
+    let costs = |all: &[Search], place: &dyn Fn(&Search) -> [f64; 2]| -> Vec<f64> {
+        let mut changed = model.clone();
+        for one in all {
+            changed.set_play(one.joint, place(one));
+        }
+        let reading = reading.with_model(changed.clone());
+        let whole = excerpt.reduce(&reading).and_then(|system| system.whole());
+        let whole = whole.as_deref().unwrap_or_default();
+        let of_joint = |one: &Search| unexplained(&changed, whole, one.joint);
+        (all.iter())
+            .map(|one| of_joint(one).unwrap_or(f64::INFINITY))
+            .collect()
+    };
+    centre(&mut all, &costs);
+    let without = costs(&all, &|one| one.place);
+    scan(&mut all, &costs);
+    let mut all: Vec<Search> = (all.into_iter().zip(without))
+        .filter(|(one, without)| one.least < PROMISING * without)
+        .map(|(one, _)| one)
+        .collect();
+    for _ in 0..STEPS * usize::from(!all.is_empty()) {
+        narrow(&mut all, &costs);
+    }
+    let samples = independent(reading, excerpt);
+    let errors = standard_errors(&all, samples, &costs);
+    let play = |(one, standard_error): (&Search, f64)| {
+        let [half_width, centre] = one.place;
+        let play = Play {
+            half_width,
+            standard_error,
+            centre,
+        };
+        (one.joint, play)
+    };
+    all.iter().zip(errors).map(play).collect()
+}
+
+/// Costs of all joints, each with the play at its place.
+type Costs<'c> = dyn Fn(&[Search], &dyn Fn(&Search) -> [f64; 2]) -> Vec<f64> + 'c;
+
+/// Moves each centre to the deflection without torque of a spring with hardly any play, by parabolas through the cost.
+fn centre(all: &mut [Search], costs: &Costs<'_>) {
+    for share in [1.0, 0.1] {
+        let [before, here, after] = [-share, 0.0, share].map(|by| {
+            costs(all, &|one| {
+                let [half_width, centre] = one.place;
+                [half_width, centre + by * one.deflection.rms]
+            })
+        });
+        for (at, one) in all.iter_mut().enumerate() {
+            let step = share * one.deflection.rms;
+            let curvature = before[at] + after[at] - 2.0 * here[at];
+            if curvature > 0.0 {
+                let vertex = 0.5 * step * (before[at] - after[at]) / curvature;
+                one.place[1] += vertex.clamp(-3.0 * step, 3.0 * step);
+            }
+        }
     }
 }
 
-/// Returns the play of a joint's spring that explains the beginning of a log best; `None` if none does better than a spring without
-/// play, or two encoders do not show the deflection.
-///
-#[must_use]
-pub(crate) fn find_play(reading: &Reading, excerpt: &Excerpt, joint: usize) -> Option<Play> {
-    let deflection = deflection(reading, excerpt, joint)?;
-    let model = reading.model();
-    let cost = |half_width: f64, centre: f64| -> f64 {
-        let mut changed = model.clone();
-        changed.set_play(joint, [half_width, centre]);
-        let reading = reading.with_model(changed.clone());
-        let whole = excerpt.reduce(&reading).and_then(|system| system.whole());
-        (whole.as_deref())
-            .and_then(|whole| unexplained(&changed, whole, joint))
-            .unwrap_or(f64::INFINITY)
-    };
-    let hardly = HARDLY * deflection.rms;
-    let mut centre = unloaded(&deflection, |centre| cost(hardly, centre));
-    let without = cost(hardly, centre);
-    let widths = SHARES.map(|share| share * deflection.rms);
-    let costs = widths.map(|width| (width, cost(width, centre)));
-    let (mut width, mut least) =
-        (costs.into_iter()).min_by(|one, other| one.1.total_cmp(&other.1))?;
-    if least > PROMISING * without {
-        return None;
-    }
-    let mut reach = width;
-    for _ in 0..STEPS {
-        let neighbours = NEIGHBOURS.map(|[wider, higher]| {
-            let place = (width + wider * reach, centre + higher * reach);
-            let is_play = place.0 > 0.1 * width;
-            (
-                place,
-                if is_play {
-                    cost(place.0, place.1)
-                } else {
-                    f64::INFINITY
-                },
-            )
-        });
-        let best = neighbours
-            .into_iter()
-            .min_by(|one, other| one.1.total_cmp(&other.1));
-        match best {
-            Some((place, squares)) if squares < least => {
-                ((width, centre), least) = (place, squares);
+/// Takes the best of some half widths.
+fn scan(all: &mut [Search], costs: &Costs<'_>) {
+    for share in SHARES {
+        let of_share = |one: &Search| [share * one.deflection.rms, one.place[1]];
+        let found = costs(all, &of_share);
+        for (one, cost) in all.iter_mut().zip(found) {
+            if cost < one.least {
+                (one.place, one.least) = (of_share(one), cost);
+                one.reach = one.place[0];
             }
-            Some(_) | None => reach *= 0.5,
         }
     }
-    Some(Play {
-        half_width: width,
-        standard_error: standard_error((width, least), independent(reading, excerpt), |at| {
-            cost(at, centre)
-        }),
-        centre,
-    })
+}
+
+/// Tries the places about each best one, and halves the reach where none is better.
+fn narrow(all: &mut [Search], costs: &Costs<'_>) {
+    let mut is_better = vec![false; all.len()];
+    for [wider, higher] in NEIGHBOURS {
+        let neighbour = |one: &Search| {
+            let [half_width, centre] = one.place;
+            let wide = half_width + wider * one.reach;
+            [wide.max(0.1 * half_width), centre + higher * one.reach]
+        };
+        let found = costs(all, &neighbour);
+        for ((one, cost), is_better) in all.iter_mut().zip(found).zip(&mut is_better) {
+            if cost < one.least {
+                (one.place, one.least) = (neighbour(one), cost);
+                *is_better = true;
+            }
+        }
+    }
+    for (one, is_better) in all.iter_mut().zip(is_better) {
+        if !is_better {
+            one.reach *= 0.5;
+        }
+    }
 }
 
 /// Returns the sum of squared residuals of motor and link without the preload: a spring has no torque in the middle of its play. The
@@ -133,25 +203,10 @@ fn unexplained(model: &Model, whole: &[Triangle], joint: usize) -> Option<f64> {
 /// Returns the model with the plays that the description leaves open.
 pub(crate) fn with_plays(reading: &Reading, excerpt: &Excerpt) -> Model {
     let mut model = reading.model().clone();
-    for &joint in reading.model().open_play() {
-        if let Some(play) = find_play(reading, excerpt, joint) {
-            model.set_play(joint, play.values());
-        }
+    for (joint, play) in find_plays(reading, excerpt, reading.model().open_play()) {
+        model.set_play(joint, [play.half_width, play.centre]);
     }
     model
-}
-
-/// Returns the deflection without torque of a spring with hardly any play, by parabolas through the cost, rad (m).
-fn unloaded(deflection: &Deflection, cost: impl Fn(f64) -> f64) -> f64 {
-    let mut centre = deflection.mean;
-    for step in [deflection.rms, 0.1 * deflection.rms] {
-        let [before, here, after] = [-step, 0.0, step].map(|by| cost(centre + by));
-        let curvature = before + after - 2.0 * here;
-        if curvature > 0.0 {
-            centre += (0.5 * step * (before - after) / curvature).clamp(-3.0 * step, 3.0 * step);
-        }
-    }
-    centre
 }
 
 /// Returns the number of independent samples of the rows of a joint.
@@ -161,13 +216,26 @@ fn independent(reading: &Reading, excerpt: &Excerpt) -> f64 {
     (4.0 * reading.position_cutoff_hz() * duration).max(1.0)
 }
 
-/// Returns the standard error of a place by the curvature of the cost there.
-fn standard_error((at, least): (f64, f64), samples: f64, cost: impl Fn(f64) -> f64) -> f64 {
-    let step = 0.1 * at;
-    let curvature = (cost(at + step) + cost(at - step) - 2.0 * least) / (2.0 * step * step);
-    if curvature > 0.0 {
-        (least / samples / curvature).sqrt()
-    } else {
-        at
+/// Returns the standard errors of the half widths by the curvature of the cost.
+fn standard_errors(all: &[Search], samples: f64, costs: &Costs<'_>) -> Vec<f64> {
+    if all.is_empty() {
+        return Vec::new();
     }
+    let [narrower, wider] = [0.9, 1.1].map(|share| {
+        costs(all, &|one| {
+            let [half_width, centre] = one.place;
+            [share * half_width, centre]
+        })
+    });
+    let error = |(at, one): (usize, &Search)| {
+        let [half_width, _] = one.place;
+        let step = 0.1 * half_width;
+        let curvature = (narrower[at] + wider[at] - 2.0 * one.least) / (2.0 * step * step);
+        if curvature > 0.0 {
+            (one.least / samples / curvature).sqrt()
+        } else {
+            half_width
+        }
+    };
+    all.iter().enumerate().map(error).collect()
 }

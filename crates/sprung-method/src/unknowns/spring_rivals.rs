@@ -10,7 +10,7 @@ use super::result::{AddedLaw, UnknownResult};
 use super::searched::{Settled, applied, searched, told};
 use crate::description::SpringTerm;
 use crate::finding::Finding;
-use crate::prepare::{PrepareError, Prepared, find_play};
+use crate::prepare::{PrepareError, Prepared, find_plays};
 use crate::progress::Listener;
 use crate::regression::Reading;
 
@@ -48,30 +48,29 @@ pub(super) fn with_springs(
         laws: Vec::new(),
         findings: Vec::new(),
     };
-    for at in 0..best.base.experiment().robot.joint.len() {
-        if may_have(&best, at) {
-            let delays = best.found.prepared.reading().delays().to_vec();
-            for rival in rivals(&best.base, &delays, at) {
-                let (laws, about) = told(std::slice::from_ref(&rival), &best.base);
-                let with = applied(
-                    best.base.clone(),
-                    (std::slice::from_ref(&rival), &laws),
-                    progress,
-                )?;
-                let Some(found) = searched(&with, progress)? else {
-                    continue;
-                };
-                let cutoff = best.base.reading().position_cutoff_hz();
-                let left = |of: &Settled| left(&of.prepared, cutoff, at);
-                if left(&found) < REPLACES * left(&best.found) {
-                    best = WithSprings {
-                        base: with,
-                        found,
-                        laws,
-                        findings: about.findings,
-                    };
-                }
-            }
+    let joints: Vec<usize> = (0..best.base.experiment().robot.joint.len())
+        .filter(|&at| may_have(&best, at))
+        .collect();
+    let delays = best.found.prepared.reading().delays().to_vec();
+    for (at, rival) in rivals(&best.base, &delays, &joints) {
+        let (laws, about) = told(std::slice::from_ref(&rival), &best.base);
+        let with = applied(
+            best.base.clone(),
+            (std::slice::from_ref(&rival), &laws),
+            progress,
+        )?;
+        let Some(found) = searched(&with, progress)? else {
+            continue;
+        };
+        let cutoff = best.base.reading().position_cutoff_hz();
+        let left = |of: &Settled| left(&of.prepared, cutoff, at);
+        if left(&found) < REPLACES * left(&best.found) {
+            best.base = with;
+            best.found = found;
+            // A law takes the place of another one of its joint.
+            best.laws.retain(|other| other.place != laws[0].place);
+            best.laws.extend(laws);
+            best.findings.extend(about.findings);
         }
     }
     Ok(best)
@@ -109,57 +108,80 @@ fn may_have(of: &WithSprings, at: usize) -> bool {
             || of.found.about.unexplained > Some(MUCH_UNEXPLAINED))
 }
 
-/// Returns the laws of a joint's spring whose held-out error is less than without them.
+/// Returns the laws of springs whose held-out error is less than without them, each with its joint.
 ///
 /// - `delays`: that were found; some may be shadows of these laws.
-fn rivals(prepared: &Prepared, delays: &[f64], at: usize) -> Vec<Found> {
+fn rivals(prepared: &Prepared, delays: &[f64], joints: &[usize]) -> Vec<(usize, Found)> {
+    if joints.is_empty() {
+        return Vec::new();
+    }
     let reading = prepared.weighted_reading();
-    let mut found = rivals_in(prepared, &reading, at);
+    let mut found = rivals_in(prepared, &reading, joints);
     if delays != reading.delays() {
-        for rival in rivals_in(prepared, &reading.with_delays(delays), at) {
-            if found.iter().all(|other| other.id != rival.id) {
+        for rival in rivals_in(prepared, &reading.with_delays(delays), joints) {
+            if found.iter().all(|(_, other)| other.id != rival.1.id) {
                 found.push(rival);
             }
         }
     }
+    found.sort_by_key(|(at, _)| *at);
     found
 }
 
-fn rivals_in(prepared: &Prepared, reading: &Reading, at: usize) -> Vec<Found> {
-    let Some(without) = Judged::new(prepared, reading, &[]) else {
-        return Vec::new();
-    };
+fn rivals_in(prepared: &Prepared, reading: &Reading, joints: &[usize]) -> Vec<(usize, Found)> {
     let law = |term: SpringTerm| AddedLaw {
         of: "spring".to_owned(),
         law: term.word().to_owned(),
         ..AddedLaw::default()
     };
-    let judged = |law: &AddedLaw| {
-        let with = Judged::new(prepared, reading, &[(at, law.clone())])?;
-        let both = [without.left(at), with.left(at)];
-        falls(std::slice::from_ref(&both), LEAST_FALL).then_some((with, both))
+    let hysteresis: Vec<(usize, AddedLaw)> = (joints.iter())
+        .map(|&at| (at, law(SpringTerm::Hysteresis)))
+        .collect();
+    let of_play = law(SpringTerm::Play);
+    let with_play = with_laws_of(prepared, reading, joints.iter().map(|&at| (at, &of_play)));
+    let plays = with_play.map_or(Vec::new(), |reading| {
+        find_plays(&reading, prepared.excerpt(), joints)
+    });
+    let play: Vec<(usize, AddedLaw)> = (plays.iter())
+        .map(|(at, play)| {
+            let law = AddedLaw {
+                play_half_width: Some(play.half_width),
+                play_centre: Some(play.centre),
+                ..of_play.clone()
+            };
+            (*at, law)
+        })
+        .collect();
+    let Some(without) = Judged::new(prepared, reading, &[]) else {
+        return Vec::new();
     };
-    let hysteresis = || {
-        let law = law(SpringTerm::Hysteresis);
-        let (with, both) = judged(&law)?;
-        let parameters: Vec<usize> = (0..ELEMENTS as u8)
-            .filter_map(|at_element| with.index(JointParameter::Hysteresis(at_element), at))
-            .collect();
-        let sum = with.sum(&parameters);
-        Some(found_law(prepared, (at, law), sum, &both))
-    };
-    let play = || {
-        let law = law(SpringTerm::Play);
-        let reading = with_laws_of(prepared, reading, [(at, &law)].into_iter())?;
-        let play = find_play(&reading, prepared.excerpt(), at)?;
-        let law = AddedLaw {
-            play_half_width: Some(play.half_width),
-            play_centre: Some(play.centre),
-            ..law
+    let mut found = Vec::new();
+    for laws in [hysteresis, play] {
+        if laws.is_empty() {
+            continue;
+        }
+        let Some(with) = Judged::new(prepared, reading, &laws) else {
+            continue;
         };
-        let (_, both) = judged(&law)?;
-        let size = (play.half_width, play.standard_error);
-        Some(found_law(prepared, (at, law), size, &both))
-    };
-    hysteresis().into_iter().chain(play()).collect()
+        for (at, law) in laws {
+            let both = [without.left(at), with.left(at)];
+            if !falls(std::slice::from_ref(&both), LEAST_FALL) {
+                continue;
+            }
+            let of_play = plays.iter().find(|(joint, _)| *joint == at);
+            let size = match of_play.filter(|_| law.play_half_width.is_some()) {
+                Some((_, play)) => (play.half_width, play.standard_error),
+                None => with.sum(&elements(&with, at)),
+            };
+            found.push((at, found_law(prepared, (at, law), size, &both)));
+        }
+    }
+    found
+}
+
+/// Returns the parameters of the hysteresis of a spring.
+fn elements(of: &Judged, at: usize) -> Vec<usize> {
+    (0..ELEMENTS as u8)
+        .filter_map(|element| of.index(JointParameter::Hysteresis(element), at))
+        .collect()
 }
