@@ -59,6 +59,18 @@ function fewTicks(low, high, most) {
   return [low, high];
 }
 
+// Ticks of a logarithmic axis: 1, 2 and 5 in each decade.
+function decades(low, high) {
+  const all = [];
+  for (let power = Math.floor(Math.log10(low)); 10 ** power <= high; power++) {
+    for (const unit of [1, 2, 5]) {
+      const at = Number((unit * 10 ** power).toPrecision(3));
+      if (at >= low && at <= high) all.push(at);
+    }
+  }
+  return all;
+}
+
 // All tick labels of an axis share their number of decimals or their exponent.
 function tickLabels(splits, step) {
   const largest = Math.max(...splits.map(Math.abs));
@@ -219,12 +231,12 @@ function axisOptions(size, last, logarithmic) {
   return [
     {
       ...common,
+      ...(logarithmic ? { splits: (_plot, _axis, min, max) => decades(min, max), filter: (_plot, splits) => splits } : {}),
       space: (grid ? 40 : 64) * scale,
       size: (named ? 24 : 6) * scale,
       values: (_plot, splits, _axis, _space, step) => {
         if (!named) return splits.map(() => "");
-        // A logarithmic axis names some of its lines, and splits are null at the others.
-        return logarithmic ? splits.map((x) => (x === null ? "" : String(Number(x.toPrecision(3))))) : tickLabels(splits, step);
+        return logarithmic ? splits.map(String) : tickLabels(splits, step);
       },
     },
     {
