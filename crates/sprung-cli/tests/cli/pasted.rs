@@ -86,7 +86,9 @@ type Damage = fn(&mut Columns);
 
 fn scale(columns: &mut Columns, name: &str, factor: f64) {
     let (_, values) = columns.iter_mut().find(|(known, _)| known == name).unwrap();
-    values.iter_mut().for_each(|value| *value *= factor);
+    for value in values {
+        *value *= factor;
+    }
 }
 
 fn late(columns: &mut Columns, name: &str, samples: usize) {
@@ -99,9 +101,9 @@ fn late(columns: &mut Columns, name: &str, samples: usize) {
 fn wrapped(columns: &mut Columns, name: &str) {
     let (_, values) = columns.iter_mut().find(|(known, _)| known == name).unwrap();
     let turn = std::f64::consts::TAU;
-    values
-        .iter_mut()
-        .for_each(|value| *value = (*value + 3.1).rem_euclid(turn));
+    for value in values {
+        *value = (*value + 3.1).rem_euclid(turn);
+    }
 }
 
 #[test]
@@ -117,7 +119,7 @@ fn lines_of_findings_can_be_pasted_and_clear_them() {
         ("reversed", |log| scale(log, "tau2", -1.0)),
         ("reversed position", |log| scale(log, "phi2", -1.0)),
         ("degrees of one", |log| {
-            scale(log, "phi2", 180.0 / std::f64::consts::PI)
+            scale(log, "phi2", 180.0 / std::f64::consts::PI);
         }),
         ("degrees of both", |log| {
             for name in &NAMES[1..5] {

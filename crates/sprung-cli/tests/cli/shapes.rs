@@ -12,7 +12,7 @@ use crate::renamed_log::{csv, is_identified};
 fn columns(log: &[Vec<f64>], names: &[(&str, usize)]) -> Vec<(String, Vec<f64>)> {
     let mut all = Vec::new();
     for &(name, column) in names {
-        for joint in 0..1 + usize::from(name.contains('*')) {
+        for joint in 0..=usize::from(name.contains('*')) {
             let name = name.replace('*', &(joint + 1).to_string());
             all.push((name, log[column + joint].clone()));
         }
@@ -140,24 +140,29 @@ fn recordings_of_any_shape_are_read_without_an_edit() {
             "",
         ),
     ] {
-        let desk = arm();
-        let mut args = vec!["new", "exp", "--urdf", "arm.urdf"];
-        for (file, text) in &files {
-            desk.write(file, text);
-            args.extend(["--log", file]);
-        }
-        let output = desk.run(&args);
-        let told = stdout(&output);
-        assert_eq!(output.status.code(), Some(0), "{args:?}: {told}");
-        let text = desk.read("exp/experiment.toml");
-        for line in lines {
-            assert!(text.contains(&format!("\n{line}\n")), "{line}: {told}");
-        }
-        assert!(told.contains(said), "{told}");
-        // Joints with one position are rigid and have no stiffness.
-        if text.contains("link_position_rad = [") {
-            is_identified(&desk);
-        }
+        is_read(&files, &lines, said);
+    }
+}
+
+/// Checks that a template for files has these lines, says something, and is identified.
+fn is_read(files: &[(String, String)], lines: &[&str], said: &str) {
+    let desk = arm();
+    let mut args = vec!["new", "exp", "--urdf", "arm.urdf"];
+    for (file, text) in files {
+        desk.write(file, text);
+        args.extend(["--log", file]);
+    }
+    let output = desk.run(&args);
+    let told = stdout(&output);
+    assert_eq!(output.status.code(), Some(0), "{args:?}: {told}");
+    let text = desk.read("exp/experiment.toml");
+    for line in lines {
+        assert!(text.contains(&format!("\n{line}\n")), "{line}: {told}");
+    }
+    assert!(told.contains(said), "{told}");
+    // Joints with one position are rigid and have no stiffness.
+    if text.contains("link_position_rad = [") {
+        is_identified(&desk);
     }
 }
 

@@ -107,12 +107,7 @@ pub(super) fn open(
         if lines.watch.is_cut() {
             return Err(LogError::read(file, what, ErrorKind::UnexpectedEof.into()));
         }
-        return Err(LogError::TooShort {
-            file: file.to_owned(),
-            found: 0,
-            needed: 2,
-            why: "the file is empty, not even a header line is there".to_owned(),
-        });
+        return Err(empty(file));
     }
     let given_by_header = form.header;
     let given = form.header || form.commented_names.is_some();
@@ -151,6 +146,15 @@ pub(super) fn open(
         has_names: given,
         units,
     })
+}
+
+fn empty(file: &str) -> LogError {
+    LogError::TooShort {
+        file: file.to_owned(),
+        found: 0,
+        needed: 2,
+        why: "the file is empty, not even a header line is there".to_owned(),
+    }
 }
 
 /// Returns the names of the columns, or their numbers if the text has no names.

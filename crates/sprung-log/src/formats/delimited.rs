@@ -85,12 +85,12 @@ impl Form {
             Vec::new()
         };
         Self {
-            units,
             delimiter,
             decimal_comma,
             header,
             comment,
             commented_names,
+            units,
         }
     }
 }

@@ -75,7 +75,7 @@ pub(super) fn ratio(survey: &Survey, position: Place, velocity: Place) -> Option
     for part in source.parts(x.len().min(v.len())) {
         for k in part.start..part.end.saturating_sub(SPAN) {
             let inner: f64 = v[k + 1..k + SPAN].iter().sum();
-            let (change, velocity) = (x[k + SPAN] - x[k], inner + (v[k] + v[k + SPAN]) / 2.0);
+            let (change, velocity) = (x[k + SPAN] - x[k], inner + f64::midpoint(v[k], v[k + SPAN]));
             if change.is_finite() && velocity.is_finite() {
                 both += change * velocity;
                 square_x += change * change;

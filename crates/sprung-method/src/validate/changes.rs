@@ -299,22 +299,20 @@ fn values(changes: &[&FoundChange], set: &OfSet<'_>) -> String {
         let name = change.parameter().unwrap_or_default();
         let (by, error, unit) = (found.value, found.standard_error, found.unit);
         let same = |at: &usize| model.parameters()[*at].short() == name;
-        match (0..theta.len()).find(same).map(|at| theta[at]) {
-            Some(before) => {
-                let [after, error] = with_error(before + by, error);
-                let [before_text, _] = with_error(before, change.found.standard_error);
-                let share = 100.0 * by / before.abs();
-                let share = if share.is_finite() {
-                    format!(", {share:+.0} %")
-                } else {
-                    String::new()
-                };
-                format!("{name} {before_text} → {after} ± {error} {unit}{share}")
-            }
-            None => {
-                let [by, error] = with_error(by, error);
-                format!("{name} {by} ± {error} {unit}")
-            }
+        if let Some(at) = (0..theta.len()).find(same) {
+            let before = theta[at];
+            let [after, error] = with_error(before + by, error);
+            let [before_text, _] = with_error(before, change.found.standard_error);
+            let share = 100.0 * by / before.abs();
+            let share = if share.is_finite() {
+                format!(", {share:+.0} %")
+            } else {
+                String::new()
+            };
+            format!("{name} {before_text} → {after} ± {error} {unit}{share}")
+        } else {
+            let [by, error] = with_error(by, error);
+            format!("{name} {by} ± {error} {unit}")
         }
     };
     let mut words: Vec<String> = changes.iter().take(MAX_NAMED).map(one).collect();
