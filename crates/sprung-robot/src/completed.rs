@@ -166,7 +166,13 @@ fn entries(signal: Signal, log: &Log, robot: &Robot) -> Option<Vec<Entry>> {
 }
 
 fn columns(key: &Key, value: Value, log: &Log, robot: &Robot) -> Option<String> {
-    let Columns(named) = Columns::deserialize(value).ok()?;
+    let given = Columns::deserialize(value).ok()?;
+    let alone = |k: usize| {
+        let (column, place) = given.of(k)?;
+        column.column.as_ref()?.get(place)?;
+        column.alone(place, &robot.joint[k].name)
+    };
+    let named: Vec<Column> = (0..robot.joint.len()).map_while(alone).collect();
     let signals = [Signal::Link, Signal::Motor, Signal::Torque, Signal::Spring];
     let known: Vec<Entry> = (signals.into_iter())
         .map(|signal| entries(signal, log, robot))
@@ -221,7 +227,16 @@ fn columns(key: &Key, value: Value, log: &Log, robot: &Robot) -> Option<String> 
             names?.join(", ")
         ))
     };
-    let line = (of_key.iter().all(is_plain)).then(in_key).flatten();
+    // One table has the columns of all joints.
+    let in_table = || {
+        let names: Option<Vec<String>> = of_signal.iter().map(|entry| by_name(&entry)).collect();
+        let has_all = of_key.len() == of_signal.len() && of_signal.len() > 1;
+        let unit = quoted(unit.filter(|_| has_all)?.name());
+        let names = names?.join(", ");
+        Some(format!("{stem} = {{ column = [{names}], unit = {unit} }}"))
+    };
+    let is_plain = of_key.iter().all(is_plain);
+    let line = is_plain.then(|| in_key().or_else(in_table)).flatten();
     let line = line.or_else(|| {
         let all: Option<Vec<String>> = of_signal.iter().map(|entry| entry.column.text()).collect();
         Some(format!("{stem} = [{}]", all?.join(", ")))

@@ -6,13 +6,15 @@ use std::path::{Path, PathBuf};
 use sprung::description::Start;
 use sprung::finding::{Finding, Severity};
 use sprung::session::{
-    Disk, EXPERIMENT_FILE, Files, NewExperiment, SessionError, joints_of_log, start_from_urdf,
+    Disk, EXPERIMENT_FILE, Files, NewExperiment, Parameters, SessionError, joints_of_log,
+    start_from_urdf,
 };
 
 use crate::args::Identify;
 use crate::command_line::quoted;
 use crate::exit_code::{ExitCode, Failure};
 use crate::output::Folder;
+use crate::results::is_refining;
 use crate::terminal::Terminal;
 
 /// Number of joints without `--joints`.
@@ -238,4 +240,25 @@ fn refuse_incomplete(
         "{logs} contradicts what its names and values say: {why}; {command} writes the experiment file for you to correct"
     );
     Err(Failure::new(ExitCode::Log, message).with_findings(errors))
+}
+
+/// Returns an error if values are still being refined and the user does not accept this.
+///
+/// - `file`: the file of the values.
+pub(super) fn refuse_refining(
+    parameters: &Parameters,
+    file: &Path,
+    accept: bool,
+) -> Result<(), Failure> {
+    match &parameters.identification {
+        Some(identification) if is_refining(identification) && !accept => Err(Failure::new(
+            ExitCode::Usage,
+            format!(
+                "{} has the values of least squares before their refinement, which has not ended or was stopped; let \
+                 sprung identify end, or take them with --accept-refining",
+                file.display()
+            ),
+        )),
+        _ => Ok(()),
+    }
 }

@@ -4,7 +4,7 @@ use sprung::control::{ControlDesign, Motors, WithDraws};
 use sprung::report::{compose_control, significant};
 use sprung::session::{Parameters, Session, controller_toml, find_identification};
 
-use super::refuse_refining;
+use super::begin::refuse_refining;
 use crate::args::Control;
 use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};

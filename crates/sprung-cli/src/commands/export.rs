@@ -8,7 +8,7 @@ use sprung::session::{
     Disk, ExportRequest, Files, Parameters, Session, Usability, find_identification, read_control,
 };
 
-use super::refuse_refining;
+use super::begin::refuse_refining;
 use crate::args::Export;
 use crate::exit_code::{ExitCode, Failure};
 use crate::output::{Folder, results_folder};

@@ -16,19 +16,16 @@ mod simulate;
 mod validate;
 
 use std::ffi::OsString;
-use std::path::Path;
 #[cfg(unix)]
 use std::sync::Arc;
 
 use clap::Parser;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
-use sprung::session::Parameters;
 
 use crate::args::{Cli, Verb, Work};
 use crate::command_line::{remember, words};
 use crate::exit_code::{ExitCode, Failure};
 use crate::hide_caught_panics;
-use crate::results::is_refining;
 use crate::terminal::{self, complain, complain_json};
 
 /// Flags of earlier versions: verb, flag, and what replaces it.
@@ -37,23 +34,6 @@ const REMOVED: [(&str, &str, &str); 1] = [(
     "--thorough",
     "the check now tries every channel by default; remove the flag",
 )];
-
-/// Returns an error if values are still being refined and the user does not accept this.
-///
-/// - `file`: the file of the values.
-fn refuse_refining(parameters: &Parameters, file: &Path, accept: bool) -> Result<(), Failure> {
-    match &parameters.identification {
-        Some(identification) if is_refining(identification) && !accept => Err(Failure::new(
-            ExitCode::Usage,
-            format!(
-                "{} has the values of least squares before their refinement, which has not ended or was stopped; let \
-                 sprung identify end, or take them with --accept-refining",
-                file.display()
-            ),
-        )),
-        _ => Ok(()),
-    }
-}
 
 /// Runs a command and returns its exit code.
 ///

@@ -3,7 +3,7 @@
 use sprung::report::Contents;
 use sprung::session::{Parameters, Session, Usability, find_identification};
 
-use super::refuse_refining;
+use super::begin::refuse_refining;
 use crate::args::Validate;
 use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};

@@ -6,7 +6,7 @@ use sprung_core::presliding::ELEMENTS;
 use super::added_law::may_add_laws;
 use super::confirmed_laws::{Judged, falls, found_law, with_laws_of};
 use super::found::Found;
-use super::result::{AddedLaw, UnknownResult};
+use super::result::{AddedLaw, UnknownResult, UnknownStatus};
 use super::searched::{Settled, applied, searched, told};
 use crate::description::SpringTerm;
 use crate::finding::Finding;
@@ -64,7 +64,12 @@ pub(super) fn with_springs(
         };
         let cutoff = best.base.reading().position_cutoff_hz();
         let left = |of: &Settled| left(&of.prepared, cutoff, at);
-        if left(&found) < REPLACES * left(&best.found) {
+        // Faults that nothing corrects, such as jumps, are told by the search only.
+        let has_faults = (best.found.unknowns.iter())
+            .any(|one| one.status == UnknownStatus::Found && is_of_joint(&best, one, at));
+        let unexplained = |of: &Settled| of.about.unexplained.unwrap_or(f64::INFINITY);
+        let is_told = !has_faults || unexplained(&found) < REPLACES * unexplained(&best.found);
+        if is_told && left(&found) < REPLACES * left(&best.found) {
             best.base = with;
             best.found = found;
             // A law takes the place of another one of its joint.
@@ -90,22 +95,21 @@ fn left(prepared: &Prepared, cutoff: f64, at: usize) -> f64 {
 fn may_have(of: &WithSprings, at: usize) -> bool {
     let experiment = of.base.experiment();
     let described = &experiment.robot.joint[at];
-    let name = &described.name;
-    let channels = of.base.reading().channels();
-    let columns: Vec<&str> = (channels.all.iter())
-        .filter(|channel| channel.joint == at)
-        .map(|channel| channel.column.as_str())
-        .collect();
-    let is_of_joint = |one: &UnknownResult| {
-        one.place == *name || columns.iter().any(|column| one.place == *column)
-    };
     let terms = described.spring_terms();
     described.is_flexible()
         && may_add_laws(experiment, at)
         && !terms.contains(&SpringTerm::Hysteresis)
         && !terms.contains(&SpringTerm::Play)
-        && (of.found.unknowns.iter().any(is_of_joint)
+        && (of.found.unknowns.iter().any(|one| is_of_joint(of, one, at))
             || of.found.about.unexplained > Some(MUCH_UNEXPLAINED))
+}
+
+/// Returns whether an unknown is at a joint.
+fn is_of_joint(of: &WithSprings, one: &UnknownResult, at: usize) -> bool {
+    let channels = of.base.reading().channels();
+    let mut of_joint = channels.all.iter().filter(|channel| channel.joint == at);
+    one.place == of.base.experiment().robot.joint[at].name
+        || of_joint.any(|channel| one.place == channel.column)
 }
 
 /// Returns the laws of springs whose held-out error is less than without them, each with its joint.

@@ -312,7 +312,8 @@ fn values(changes: &[&FoundChange], set: &OfSet<'_>) -> String {
             format!("{name} {before_text} → {after} ± {error} {unit}{share}")
         } else {
             let [by, error] = with_error(by, error);
-            format!("{name} {by} ± {error} {unit}")
+            let sign = if by.starts_with('-') { "" } else { "+" };
+            format!("{name} {sign}{by} ± {error} {unit}")
         }
     };
     let mut words: Vec<String> = changes.iter().take(MAX_NAMED).map(one).collect();
