@@ -144,11 +144,7 @@ struct Entry {
 fn entries(signal: Signal, log: &Log, robot: &Robot) -> Option<Vec<Entry>> {
     let mut all = Vec::new();
     for (key, columns) in log.given().filter(|(key, _)| key.signal() == signal) {
-        let mut joints = key.joints_in(log, Joints::ThatHaveIt, robot);
-        if joints.is_empty() {
-            joints = key.joints_in(log, Joints::Rigid, robot);
-        }
-        for (k, joint) in joints.into_iter().enumerate() {
+        for (k, joint) in joints_of(key, log, robot).into_iter().enumerate() {
             let (column, place) = columns.of(k)?;
             let name = &robot.joint[joint].name;
             let (label, _) = columns.labels(k, name, key.default_field());
@@ -163,6 +159,15 @@ fn entries(signal: Signal, log: &Log, robot: &Robot) -> Option<Vec<Entry>> {
         }
     }
     Some(all)
+}
+
+/// Returns the joints with columns of a key.
+fn joints_of(key: &Key, log: &Log, robot: &Robot) -> Vec<usize> {
+    let joints = key.joints_in(log, Joints::ThatHaveIt, robot);
+    if joints.is_empty() {
+        return key.joints_in(log, Joints::Rigid, robot);
+    }
+    joints
 }
 
 fn columns(key: &Key, value: Value, log: &Log, robot: &Robot) -> Option<String> {
@@ -180,7 +185,10 @@ fn columns(key: &Key, value: Value, log: &Log, robot: &Robot) -> Option<String> 
         .concat();
     let mut of_signal = entries(key.signal(), log, robot)?;
     let is_given = key.is_given(log);
-    let joints = key.joints_in(log, Joints::ThatHaveIt, robot);
+    let mut joints = joints_of(key, log, robot);
+    if joints.is_empty() {
+        joints = of_signal.iter().map(|entry| entry.joint).collect();
+    }
     for (k, one) in named.iter().enumerate() {
         let name = one.column.as_ref()?.get(0)?.to_string();
         let source = known.iter().find(|entry| entry.label == name)?;
@@ -196,6 +204,7 @@ fn columns(key: &Key, value: Value, log: &Log, robot: &Robot) -> Option<String> 
         }
         column.wrap = one.wrap.clone().or(column.wrap);
         of_signal[place].column = column;
+        of_signal[place].stem = stem_of(key);
     }
     let of_key: Vec<&Entry> = of_signal
         .iter()
@@ -221,7 +230,9 @@ fn columns(key: &Key, value: Value, log: &Log, robot: &Robot) -> Option<String> 
                     && unit_of(known.name) == unit
                     && known.joints(Joints::Rigid, robot).len() >= of_key.len()
             })?;
-        (given.joints_in(log, Joints::ThatHaveIt, robot) == joints).then_some(format!(
+        // A key that another one keeps away takes its place.
+        let own = joints_of(given, log, robot);
+        (own.is_empty() || own == joints).then_some(format!(
             "{} = [{}]",
             given.name,
             names?.join(", ")
