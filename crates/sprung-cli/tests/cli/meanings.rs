@@ -254,7 +254,8 @@ fn currents_and_other_units_of_torques_are_named() {
         Some(line),
     );
     let case = scaled(constants("torque_constant_nm_per_a = 8.0"), &TORQUES, 0.125);
-    let line = "[log] motor_current_a = [\"tau1\", \"tau2\", \"tau3\", \"tau4\"]";
+    let line =
+        "[log] motor_current = { column = [\"tau1\", \"tau2\", \"tau3\", \"tau4\"], unit = \"A\" }";
     says(
         &case,
         ("serious", "torque-scale"),
