@@ -178,6 +178,14 @@ fn columns(key: &Key, value: Value, log: &Log, robot: &Robot) -> Option<String> 
         column.alone(place, &robot.joint[k].name)
     };
     let named: Vec<Column> = (0..robot.joint.len()).map_while(alone).collect();
+    let rest = given.of(named.len());
+    let is_end = |(column, place): (&Column, usize)| {
+        (column.column.as_ref()).is_some_and(|names| names.get(place).is_none())
+    };
+    // Fields of topics and patterns have no columns of their own.
+    if named.is_empty() || named.len() < robot.joint.len() && !rest.is_none_or(is_end) {
+        return None;
+    }
     let signals = [Signal::Link, Signal::Motor, Signal::Torque, Signal::Spring];
     let known: Vec<Entry> = (signals.into_iter())
         .map(|signal| entries(signal, log, robot))

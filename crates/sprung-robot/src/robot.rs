@@ -250,7 +250,8 @@ pub struct Joint {
     pub hysteresis_width_rad: Option<f64>,
     /// Half of the play in series with the spring, rad (m); a search in the log determines it if absent.
     pub play_half_width_rad: Option<f64>,
-    /// Deflection in the middle of the play, rad (m); zero if absent, and found with the half width.
+    /// Deflection in the middle of the play, rad (m). If absent, a search finds it with the half width; with a given half width it
+    /// is zero.
     pub play_centre_rad: Option<f64>,
     /// Beta of the Coulomb friction `tanh(beta * velocity)`, s/rad (s/m). If absent, 100, and the refinement estimates
     /// it with the parameters.

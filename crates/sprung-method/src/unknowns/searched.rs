@@ -47,7 +47,7 @@ impl Settled {
 ///
 /// # Errors
 ///
-/// As of [`settled`].
+/// As of [`prepare`](crate::prepare::prepare), but for those of reading.
 pub(super) fn searched(
     prepared: &Prepared,
     progress: &mut dyn Listener,

@@ -218,7 +218,6 @@ fn with_all_laws(experiment: &Experiment) -> Experiment {
                 SpringTerm::Linear,
                 SpringTerm::Cubic,
                 SpringTerm::Damping,
-                SpringTerm::Hysteresis,
             ]);
         }
         joint.motor_friction = Some(friction);
