@@ -38,6 +38,7 @@ pub fn check(
         prepared,
         mut unknowns,
         about,
+        ..
     } = settled_or_other_meaning(prepared, progress)?;
     let figures = read_all(prepared.reading(), sources, progress)?;
     let mut found = examine(&prepared, &OfLog::of_each(&prepared, &figures), &about);

@@ -15,7 +15,7 @@ use crate::description::{FrictionLaw, Weights};
 use crate::fit::{HoldOut, Missed, fit_values, row_weights};
 use crate::log::Channels;
 use crate::model::{Model, Theta};
-use crate::prepare::{Prepared, rms_speeds};
+use crate::prepare::{Excerpt, Prepared, rms_speeds};
 use crate::regression::Reading;
 
 /// Least fall of the error of a joint's torques (root mean square) by its laws. The smearing of the filters fakes 4 %.
@@ -51,8 +51,11 @@ impl Judged {
         laws: &[(usize, AddedLaw)],
     ) -> Option<Self> {
         let laws = laws.iter().map(|(joint, law)| (*joint, law));
-        let reading = with_laws_of(prepared, reading, laws)?;
-        let system = prepared.excerpt().reduce(&reading)?;
+        Self::of(prepared.excerpt(), &with_laws_of(prepared, reading, laws)?)
+    }
+
+    pub(super) fn of(excerpt: &Excerpt, reading: &Reading) -> Option<Self> {
+        let system = excerpt.reduce(reading)?;
         let values = fit_values(reading.model(), &system)?;
         let weights = row_weights(reading.model(), &system, &values);
         let hold_out = HoldOut::new(reading.model(), &system, PARTS);

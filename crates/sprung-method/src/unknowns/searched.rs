@@ -12,7 +12,7 @@ use crate::description::{Delay, EncoderOffset, Experiment};
 use crate::finding::Finding;
 use crate::log::{Channels, Signal};
 use crate::model::Model;
-use crate::prepare::{PrepareError, Prepared, fit_rows};
+use crate::prepare::{Excerpt, PrepareError, Prepared, fit_rows};
 use crate::progress::Listener;
 use sprung_core::parameters::JointParameter;
 
@@ -22,6 +22,8 @@ pub(crate) struct Settled {
     pub(crate) prepared: Prepared,
     pub(crate) unknowns: Vec<UnknownResult>,
     pub(crate) about: AboutUnknowns,
+    /// As of [`Settlement`].
+    pub(super) faultless: Option<Excerpt>,
 }
 
 /// What is said of the unknowns of a log.
@@ -39,6 +41,7 @@ impl Settled {
             prepared,
             unknowns: Vec::new(),
             about: AboutUnknowns::default(),
+            faultless: None,
         }
     }
 }
@@ -52,11 +55,17 @@ pub(super) fn searched(
     prepared: &Prepared,
     progress: &mut dyn Listener,
 ) -> Result<Option<Settled>, PrepareError> {
-    let Some(Settlement { found, unexplained }) = settle(
+    let settlement = settle(
         prepared.experiment(),
         &prepared.examined(),
         prepared.excerpt(),
-    ) else {
+    );
+    let Some(Settlement {
+        found,
+        unexplained,
+        faultless,
+    }) = settlement
+    else {
         return Ok(None);
     };
     let channels = prepared.reading().channels().clone();
@@ -78,6 +87,7 @@ pub(super) fn searched(
         prepared,
         unknowns,
         about,
+        faultless,
     }))
 }
 

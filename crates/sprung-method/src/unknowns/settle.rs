@@ -39,6 +39,9 @@ const IN_EARNEST: f64 = 0.9;
 /// The same for a late channel in the place of an early one.
 const LATE_FOR_EARLY: f64 = 1.05;
 
+/// Usual sizes beyond which a fault is less credible than a law that explains as much.
+const UNUSUAL: f64 = 3.0;
+
 /// Rivals of an unknown that are applied in earnest.
 const RIVALS: usize = 3;
 
@@ -65,6 +68,8 @@ pub(crate) struct Settlement {
     pub(crate) found: Vec<Found>,
     /// Part of the torques that stays unexplained on held-out parts (root mean square over the rows).
     pub(crate) unexplained: f64,
+    /// Of the log, without the faults of credible sizes that sprung finds but does not correct; `None` if it has none.
+    pub(crate) faultless: Option<Excerpt>,
 }
 
 /// Finds the unknowns of the beginning of a log.
@@ -144,7 +149,22 @@ impl Search<'_> {
         Some(Settlement {
             found,
             unexplained: round.evidence.unexplained(&columns),
+            faultless: self.faultless(&state),
         })
+    }
+
+    /// Returns the excerpt without the faults of credible sizes that sprung does not correct; `None` if it has none.
+    fn faultless(&self, state: &State) -> Option<Excerpt> {
+        let mut sizes = state.sizes.clone();
+        for (size, unknown) in sizes.iter_mut().zip(&self.unknowns) {
+            let is_unusual = size.abs() > UNUSUAL * unknown.scale;
+            let is_corrected =
+                matches!(unknown.effect, Effect::Channels(..)) && !unknown.kind.is_applied();
+            if is_unusual || !is_corrected {
+                *size = 0.0;
+            }
+        }
+        (sizes.iter().any(|&size| size != 0.0)).then(|| self.corrected(&sizes))
     }
 
     pub(super) fn selection<'s>(&'s self, round: &'s Round) -> Selection<'s> {

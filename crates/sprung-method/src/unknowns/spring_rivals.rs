@@ -6,7 +6,7 @@ use sprung_core::presliding::ELEMENTS;
 use super::added_law::may_add_laws;
 use super::confirmed_laws::{Judged, falls, found_law, with_laws_of};
 use super::found::Found;
-use super::result::{AddedLaw, UnknownResult, UnknownStatus};
+use super::result::{AddedLaw, UnknownResult};
 use super::searched::{Settled, applied, searched, told};
 use crate::description::SpringTerm;
 use crate::finding::Finding;
@@ -63,13 +63,8 @@ pub(super) fn with_springs(
             continue;
         };
         let cutoff = best.base.reading().position_cutoff_hz();
-        let left = |of: &Settled| left(&of.prepared, cutoff, at);
-        // Faults that nothing corrects, such as jumps, are told by the search only.
-        let has_faults = (best.found.unknowns.iter())
-            .any(|one| one.status == UnknownStatus::Found && is_of_joint(&best, one, at));
-        let unexplained = |of: &Settled| of.about.unexplained.unwrap_or(f64::INFINITY);
-        let is_told = !has_faults || unexplained(&found) < REPLACES * unexplained(&best.found);
-        if is_told && left(&found) < REPLACES * left(&best.found) {
+        let left = |of: &Settled| left(of, cutoff, at);
+        if left(&found) < REPLACES * left(&best.found) {
             best.base = with;
             best.found = found;
             // A law takes the place of another one of its joint.
@@ -81,10 +76,12 @@ pub(super) fn with_springs(
     Ok(best)
 }
 
-/// Returns the held-out error of a joint (root mean square).
-fn left(prepared: &Prepared, cutoff: f64, at: usize) -> f64 {
+/// Returns the held-out error of a joint (root mean square) without the faults that were found.
+fn left(of: &Settled, cutoff: f64, at: usize) -> f64 {
+    let prepared = &of.prepared;
     let reading = prepared.weighted_reading().with_position_cutoff(cutoff);
-    let judged = Judged::new(prepared, &reading, &[]);
+    let excerpt = of.faultless.as_ref().unwrap_or(prepared.excerpt());
+    let judged = Judged::of(excerpt, &reading);
     judged.map_or(f64::INFINITY, |judged| {
         judged.left(at).iter().sum::<f64>().sqrt()
     })

@@ -72,6 +72,7 @@ pub(in crate::estimate) fn make_ready(
         prepared,
         mut unknowns,
         about: about_unknowns,
+        ..
     } = settled_or_other_meaning(prepared, progress)?;
     let RigidByLog {
         prepared,
