@@ -76,6 +76,9 @@ pub(crate) fn find_plays(
     if all.is_empty() {
         return Vec::new();
     }
+    let Some(smoothed) = excerpt.smoothed(reading) else {
+        return Vec::new();
+    };
     let model = reading.model();
     let costs = |all: &[Search], place: &dyn Fn(&Search) -> [f64; 2]| -> Vec<f64> {
         let mut changed = model.clone();
@@ -83,7 +86,7 @@ pub(crate) fn find_plays(
             changed.set_play(one.joint, place(one));
         }
         let reading = reading.with_model(changed.clone());
-        let whole = excerpt.reduce(&reading).and_then(|system| system.whole());
+        let whole = smoothed.reduce(&reading).and_then(|system| system.whole());
         let whole = whole.as_deref().unwrap_or_default();
         let of_joint = |one: &Search| unexplained(&changed, whole, one.joint);
         (all.iter())

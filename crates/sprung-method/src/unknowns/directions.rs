@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::rows::Direction;
+use super::rows::{Direction, Wanted};
 use super::search::Search;
-use super::unknown::Effect;
-use crate::log::{LogBlock, Signal};
+use super::unknown::{Effect, Unknown};
+use crate::description::LinkPosition;
+use crate::log::{Channel, LogBlock, Measures, Signal};
 use crate::prepare::{Excerpt, Smoothed};
 use crate::preprocess::SignalBlock;
 
@@ -15,35 +16,59 @@ use crate::preprocess::SignalBlock;
 const STEP: f64 = 0.05;
 
 impl Search<'_> {
-    /// Returns the signals of a log whose channels are all zero.
-    pub(super) fn zero(&self, corrected: &Excerpt) -> Option<Smoothed> {
-        let blocks = (corrected.blocks().iter())
-            .map(|block| LogBlock {
-                values: vec![vec![0.0; block.len()]; block.values.len()],
-                ..block.clone()
-            })
-            .collect();
-        self.signals(&corrected.replaced(blocks))
+    /// Returns whether each position is the one of its encoder, so that those of links do not move with those of motors.
+    fn has_separate_positions(&self) -> bool {
+        let is_difference = |channel: &Channel| matches!(channel.quantity.measures(), Measures::Position { link, motor } if link * motor != 0.0);
+        let are_flexible = (0..self.model.joint_count()).all(|joint| self.model.is_flexible(joint));
+        let mut instruments = self.channels.instruments.iter();
+        are_flexible
+            && self.channels.position_mix.is_none()
+            && !self.channels.all.iter().any(is_difference)
+            && instruments.all(|instrument| instrument.link_position() == LinkPosition::Column)
     }
 
-    /// Returns the directions of all unknowns of channels. Those of one kind and signal are formed together, joint by joint.
+    /// Returns the signals of a log whose channels are all zero.
+    pub(super) fn zero(&self) -> Option<&Smoothed> {
+        let zero = || {
+            let blocks = (self.excerpt.blocks().iter())
+                .map(|block| LogBlock {
+                    values: vec![vec![0.0; block.len()]; block.values.len()],
+                    ..block.clone()
+                })
+                .collect();
+            self.signals(&self.excerpt.replaced(blocks))
+        };
+        self.zero.get_or_init(zero).as_ref()
+    }
+
+    /// Returns the directions of the wanted unknowns of channels. Those of one kind are formed together, joint by joint, and if link
+    /// positions follow from those of motors, signal by signal.
     pub(super) fn directions(
         &self,
         corrected: &Excerpt,
         zero: &Smoothed,
+        wanted: Wanted<'_>,
     ) -> Option<Vec<Direction>> {
-        let mut passes: BTreeMap<(String, usize), Vec<usize>> = BTreeMap::new();
+        let mut passes: BTreeMap<(String, bool), Vec<usize>> = BTreeMap::new();
         let is_coupled = self.channels.position_mix.is_some() || self.channels.torque_mix.is_some();
+        let are_separate = self.has_separate_positions();
+        let groups: Vec<&Unknown> = (self.unknowns.iter().enumerate())
+            .filter(|(k, unknown)| wanted.contains(*k) && unknown.channels().len() > 1)
+            .map(|(_, unknown)| unknown)
+            .collect();
+        let is_member = |unknown: &Unknown, channel: usize| {
+            (groups.iter())
+                .any(|group| group.kind == unknown.kind && group.channels().contains(&channel))
+        };
         for (k, unknown) in self.unknowns.iter().enumerate() {
             let [channel] = unknown.channels() else {
                 continue;
             };
+            if !wanted.contains(k) && !is_member(unknown, *channel) {
+                continue;
+            }
             let of = &self.channels.all[*channel];
-            let signal = match of.quantity.signal() {
-                Signal::Link => 0,
-                Signal::Motor => 1,
-                _ => 2,
-            };
+            let signal = of.quantity.signal() == Signal::Motor && !are_separate;
             let key = unknown.id.replace(&of.column, "");
             let alone = if is_coupled {
                 format!("{key} {k}")
@@ -60,7 +85,7 @@ impl Search<'_> {
         let mut directions: Vec<Direction> = found?.into_iter().flatten().collect();
         directions.sort_by_key(|direction| direction.unknown);
         for (k, unknown) in self.unknowns.iter().enumerate() {
-            if unknown.channels().len() < 2 {
+            if unknown.channels().len() < 2 || !wanted.contains(k) {
                 continue;
             }
             let single = |direction: &&Direction| {
@@ -74,6 +99,7 @@ impl Search<'_> {
             };
             directions.push(sum);
         }
+        directions.retain(|direction| wanted.contains(direction.unknown));
         Some(directions)
     }
 
@@ -113,6 +139,7 @@ impl Search<'_> {
             .collect();
         let smoothed = self.signals(&corrected.replaced(blocks))?;
         let n = self.model.joint_count();
+        let are_separate = self.has_separate_positions();
         let directions = unknowns.iter().map(|&unknown| {
             let channel = self.unknowns[unknown].channels()[0];
             let of = &self.channels.all[channel];
@@ -121,9 +148,10 @@ impl Search<'_> {
             } else {
                 vec![of.joint]
             };
-            let is_torque = of.quantity.signal() == Signal::Torque;
+            let signal = Some(of.quantity.signal());
+            let of = signal.filter(|signal| are_separate || *signal == Signal::Torque);
             let segments = (smoothed.segments().iter().zip(zero.segments()))
-                .map(|(signals, zero)| difference(signals, zero, &joints, is_torque))
+                .map(|(signals, zero)| difference(signals, zero, &joints, of))
                 .collect();
             Direction {
                 unknown,
@@ -138,27 +166,42 @@ impl Search<'_> {
 }
 
 /// Returns the change of the signals of some joints.
+///
+/// - `of`: the signal that changes, or `None` for both positions.
 fn difference(
     signals: &SignalBlock,
     zero: &SignalBlock,
     joints: &[usize],
-    is_torque: bool,
+    of: Option<Signal>,
 ) -> SignalBlock {
     let n = signals.q.len();
     let mut change = SignalBlock::new(n);
     let minus =
         |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
     for &j in joints {
-        if is_torque {
+        if of == Some(Signal::Torque) {
             change.tau[j] = minus(&signals.tau[j], &zero.tau[j]);
-        } else {
-            change.q[j] = minus(&signals.q[j], &zero.q[j]);
-            change.dq[j] = minus(&signals.dq[j], &zero.dq[j]);
-            change.phi[j] = minus(&signals.phi[j], &zero.phi[j]);
-            change.dphi[j] = minus(&signals.dphi[j], &zero.dphi[j]);
+            continue;
         }
+        let still = || vec![0.0; signals.len()];
+        (change.q[j], change.dq[j]) = if of == Some(Signal::Motor) {
+            (still(), still())
+        } else {
+            (
+                minus(&signals.q[j], &zero.q[j]),
+                minus(&signals.dq[j], &zero.dq[j]),
+            )
+        };
+        (change.phi[j], change.dphi[j]) = if of == Some(Signal::Link) {
+            (still(), still())
+        } else {
+            (
+                minus(&signals.phi[j], &zero.phi[j]),
+                minus(&signals.dphi[j], &zero.dphi[j]),
+            )
+        };
     }
-    if is_torque {
+    if of == Some(Signal::Torque) {
         for j in (0..n).filter(|j| !joints.contains(j)) {
             change.tau[j] = vec![0.0; signals.len()];
         }

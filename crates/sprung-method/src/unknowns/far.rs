@@ -152,12 +152,7 @@ impl Search<'_> {
     pub(super) fn left_of(&self, corrected: &Excerpt) -> Option<Vec<f64>> {
         let smoothed = self.signals(corrected)?;
         let theta = self.known();
-        let rows = self.former(self.model, smoothed.period()).form(
-            smoothed.segments(),
-            &theta,
-            &self.unknowns,
-            &[],
-        )?;
+        let rows = self.plain_rows(&smoothed, &theta)?;
         let by_torque = Some(rows.iter().map(|row| row_rms(row).recip()).collect());
         let evidence = Evidence::new(
             &rows,

@@ -2,7 +2,7 @@
 
 use super::evidence::PARTS;
 use super::kinds::lost_counts;
-use super::rows::Row;
+use super::rows::{Row, Rows, Wanted};
 use super::search::Search;
 use super::state::State;
 use super::unknown::Unknown;
@@ -82,7 +82,10 @@ impl Search<'_> {
     /// Returns rows with the present column of one unknown.
     fn formed_again(&self, unknown: usize, of: &Formed<'_>, rows: &[Row]) -> Option<Vec<Row>> {
         let direction = self.pass(&[unknown], (of.corrected, of.zero), false)?;
-        let former = self.former(of.model, of.smoothed.period());
+        let former = Rows {
+            wanted: Wanted::These(&[]),
+            ..self.former(of.model, of.smoothed.period())
+        };
         let formed = former.form(of.smoothed.segments(), of.theta, &self.unknowns, &direction)?;
         Some(with_column(rows, &formed, self.free.len() + unknown))
     }

@@ -144,6 +144,23 @@ pub(super) struct Rows<'a> {
     pub(super) places: &'a BTreeMap<usize, usize>,
     /// Samples at the ends of segments that are left out.
     pub(super) edge: usize,
+    pub(super) wanted: Wanted<'a>,
+}
+
+/// The unknowns whose columns are formed.
+#[derive(Clone, Copy)]
+pub(super) enum Wanted<'a> {
+    All,
+    These(&'a [usize]),
+}
+
+impl Wanted<'_> {
+    pub(super) fn contains(self, unknown: usize) -> bool {
+        match self {
+            Self::All => true,
+            Self::These(these) => these.contains(&unknown),
+        }
+    }
 }
 
 /// Derivatives of a row by the position and velocity of links and motors at one sample.
@@ -170,6 +187,7 @@ struct RowOfSegment {
 impl Rows<'_> {
     /// Forms all rows.
     ///
+    /// - `directions`: of the wanted unknowns.
     /// - `theta`: present parameters, \[p\].
     pub(super) fn form(
         &self,
@@ -301,7 +319,14 @@ impl Rows<'_> {
                         for at in 0..4 * n {
                             let kept = state[at];
                             state[at] += steps[at];
-                            self.entries(&state, scratch, moved, moved_rest);
+                            if at < 2 * n {
+                                self.entries(&state, scratch, moved, moved_rest);
+                            } else {
+                                // Motors move only drives.
+                                moved.copy_from_slice(&momentum);
+                                moved_rest.copy_from_slice(&rest);
+                                self.drives(&state, scratch, moved, moved_rest);
+                            }
                             state[at] = kept;
                             for (row, before) in before.iter().enumerate() {
                                 let after = self.sums(row, theta, moved, moved_rest);
@@ -335,6 +360,15 @@ impl Rows<'_> {
                 .regressor()
                 .regressor(&state, &mut scratch.workspace(), momentum, rest);
         if written.is_err() {
+            momentum.fill(f64::NAN);
+        }
+    }
+
+    /// Writes the entries of the drives of a state.
+    fn drives(&self, state: &[f64], scratch: &mut Scratch, momentum: &mut [f64], rest: &mut [f64]) {
+        let state = state_of(state, self.model.joint_count());
+        let robot = self.model.regressor();
+        if (robot.drives(&state, &mut scratch.workspace(), momentum, rest)).is_err() {
             momentum.fill(f64::NAN);
         }
     }
@@ -475,13 +509,9 @@ impl Rows<'_> {
             .iter()
             .filter(|direction| self.acts(row, direction))
             .collect();
-        let laws: Vec<(usize, &Unknown)> = if directions.is_empty() {
-            Vec::new()
-        } else {
-            (unknowns.iter().enumerate())
-                .filter(|(_, unknown)| self.is_torque_of(row, unknown))
-                .collect()
-        };
+        let laws: Vec<(usize, &Unknown)> = (unknowns.iter().enumerate())
+            .filter(|(at, unknown)| self.wanted.contains(*at) && self.is_torque_of(row, unknown))
+            .collect();
         let width = base + acting.len() + laws.len();
         let mut columns: Vec<usize> = row
             .columns

@@ -1,13 +1,14 @@
 //! The log, the robot and the catalogue of a search for unknowns, and the steps of one regression.
 
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 use sprung_core::friction::Scale;
 use sprung_core::parameters::JointParameter;
 
 use super::evidence::{Evidence, PARTS, Prior};
 use super::kinds::{Catalogued, catalogue};
-use super::rows::{Row, RowOf, Rows};
+use super::rows::{Row, RowOf, Rows, Wanted};
 use super::state::State;
 use super::unknown::{Effect, Kind, Place, Samples, Unknown};
 use crate::description::{Delay, Experiment};
@@ -33,6 +34,8 @@ pub(super) struct Search<'a> {
     pub(super) places: BTreeMap<usize, usize>,
     pub(super) positive: Vec<bool>,
     pub(super) catalogued: Catalogued<'a>,
+    /// Signals of a log whose channels are all zero.
+    pub(super) zero: OnceLock<Option<Smoothed>>,
     /// Unknowns that the description asks for.
     pub(super) asked: Vec<usize>,
 }
@@ -80,6 +83,7 @@ impl<'a> Search<'a> {
             model,
             catalogued,
             excerpt,
+            zero: OnceLock::new(),
         }
     }
 
@@ -174,10 +178,21 @@ impl<'a> Search<'a> {
             model,
             reading: &self.reading,
             period,
+            wanted: Wanted::All,
             all: &self.rows,
             places: &self.places,
             edge: (2.0 / self.reading.position_cutoff_hz() / period).ceil() as usize,
         }
+    }
+
+    /// Returns the rows without columns of unknowns.
+    pub(super) fn plain_rows(&self, smoothed: &Smoothed, theta: &[f64]) -> Option<Vec<Row>> {
+        let former = self.former(self.model, smoothed.period());
+        let former = Rows {
+            wanted: Wanted::These(&[]),
+            ..former
+        };
+        former.form(smoothed.segments(), theta, &self.unknowns, &[])
     }
 
     /// Returns the parameters whose values are known, and zero for the others.
@@ -189,12 +204,7 @@ impl<'a> Search<'a> {
 
     pub(super) fn first_theta(&self, smoothed: &Smoothed, repeats: f64) -> Option<Vec<f64>> {
         let mut theta = self.known();
-        let rows = self.former(self.model, smoothed.period()).form(
-            smoothed.segments(),
-            &theta,
-            &self.unknowns,
-            &[],
-        )?;
+        let rows = self.plain_rows(&smoothed, &theta)?;
         let evidence = Evidence::new(&rows, (self.free.len(), &self.positive), &[], None, repeats);
         let chosen: Vec<usize> = (0..self.free.len()).collect();
         for (&column, value) in self.free.iter().zip(evidence.fit(&chosen)) {

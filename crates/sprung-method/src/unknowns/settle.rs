@@ -5,7 +5,7 @@ use sprung_core::parameters::JointParameter;
 use super::evidence::{Evidence, PARTS, mean_and_error};
 use super::found::{Competing, Found};
 use super::jumps::Formed;
-use super::rows::{Direction, row_cutoff};
+use super::rows::{Rows, Wanted, row_cutoff};
 use super::search::Search;
 use super::select::{Chosen, SIGNIFICANT, Selection};
 use super::state::State;
@@ -13,7 +13,6 @@ use super::unknown::{Effect, Kind, Place};
 use crate::description::Experiment;
 use crate::log::Signal;
 use crate::prepare::Excerpt;
-use crate::preprocess::SignalBlock;
 use crate::regression::Reading;
 
 /// Largest cut-off of positions and torques, Hz. Delays, gains and zeros show in slow motion, and the noise is fast.
@@ -226,7 +225,7 @@ impl Search<'_> {
         for unknown in delays {
             let mut trial = state.clone();
             trial.chosen.push(unknown);
-            self.repeated(&mut trial, false)?;
+            self.refitted(&mut trial, &weights)?;
             let left = self.left(&trial, &weights)?;
             if left < IN_EARNEST * before
                 && trial.sizes[unknown].abs() > SIGNIFICANT * trial.errors[unknown]
@@ -238,18 +237,54 @@ impl Search<'_> {
         Some(None)
     }
 
+    /// Regresses with the columns of what is chosen, and applies it, until nothing changes.
+    fn refitted(&self, state: &mut State, weights: &[f64]) -> Option<()> {
+        for _ in 0..MAX_ROUNDS {
+            if self.refit(state, weights)? <= MOVED {
+                break;
+            }
+        }
+        Some(())
+    }
+
+    /// Regresses once with the columns of what is chosen; returns the largest change in standard errors.
+    fn refit(&self, state: &mut State, weights: &[f64]) -> Option<f64> {
+        let corrected = self.corrected(&state.sizes);
+        let smoothed = self.signals(&corrected)?;
+        let period = smoothed.period();
+        let theta = self.floored(&state.theta, smoothed.segments(), period);
+        let chosen = state.chosen.clone();
+        let wanted = Wanted::These(&chosen);
+        let directions = self.directions(&corrected, self.zero()?, wanted)?;
+        let model = self.sharpened(&state.sizes);
+        let former = Rows {
+            wanted,
+            ..self.former(&model, period)
+        };
+        let rows = former.form(smoothed.segments(), &theta, &self.unknowns, &directions)?;
+        let scales = self.scales(&rows);
+        let weights = Some(weights.to_vec());
+        let evidence = self.evidence(&rows, (state, &scales), weights, self.repeats(period));
+        Some(self.applied(state, (&evidence, &scales), &theta))
+    }
+
+    /// Returns the number of neighbouring samples that say the same.
+    fn repeats(&self, period: f64) -> f64 {
+        (2.0 / row_cutoff(&self.reading) / period).max(1.0)
+    }
+
     /// Regresses once with all columns and changes the selection.
     pub(super) fn round(&mut self, state: &mut State, grows: Grows<'_>) -> Option<Round> {
         let corrected = self.corrected(&state.sizes);
         let smoothed = self.signals(&corrected)?;
         let period = smoothed.period();
-        let repeats = (2.0 / row_cutoff(&self.reading) / period).max(1.0);
+        let repeats = self.repeats(period);
         if state.theta.is_empty() {
             state.theta = self.first_theta(&smoothed, repeats)?;
         }
         let theta = self.floored(&state.theta, smoothed.segments(), period);
-        let zero = self.zero(&corrected)?;
-        let directions = self.directions(&corrected, &zero)?;
+        let zero = self.zero()?.clone();
+        let directions = self.directions(&corrected, &zero, Wanted::All)?;
         let model = self.sharpened(&state.sizes);
         let mut rows = self.former(&model, period).form(
             smoothed.segments(),
@@ -411,8 +446,8 @@ impl Search<'_> {
                 trial.gains[rival] = trial.gains[unknown];
                 trial.sizes[unknown] = 0.0;
                 trial.chosen.push(rival);
-                self.round(&mut trial, Grows::No)?;
-                let tried = self.round(&mut trial, Grows::No)?;
+                self.refit(&mut trial, &weights)?;
+                self.refit(&mut trial, &weights)?;
                 let left = self.left(&trial, &weights)?;
                 // No channel is early, so a late one may predict a little less well.
                 let is_early = |state: &State, unknown: usize| {
@@ -425,6 +460,7 @@ impl Search<'_> {
                 };
                 if left < needed * best {
                     best = left;
+                    let tried = self.round(&mut trial, Grows::No)?;
                     present = (trial, tried);
                     break;
                 }
@@ -442,29 +478,12 @@ impl Search<'_> {
         let laws: Vec<usize> = (state.chosen.iter().copied())
             .filter(|&unknown| !self.unknowns[unknown].is_applied())
             .collect();
-        let zero = Direction {
-            unknown: 0,
-            joints: Vec::new(),
-            segments: smoothed
-                .segments()
-                .iter()
-                .map(|_| SignalBlock::new(0))
-                .collect(),
-            has_rate: false,
-            scales_torque: false,
-        };
-        let with_laws = if laws.is_empty() {
-            Vec::new()
-        } else {
-            vec![zero]
-        };
         let model = self.sharpened(&state.sizes);
-        let rows = self.former(&model, period).form(
-            smoothed.segments(),
-            &theta,
-            &self.unknowns,
-            &with_laws,
-        )?;
+        let former = Rows {
+            wanted: Wanted::These(&laws),
+            ..self.former(&model, period)
+        };
+        let rows = former.form(smoothed.segments(), &theta, &self.unknowns, &[])?;
         let scales = vec![1e9; self.unknowns.len()];
         let untouched = State {
             sizes: vec![0.0; self.unknowns.len()],

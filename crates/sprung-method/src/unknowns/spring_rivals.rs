@@ -20,6 +20,9 @@ const LEAST_FALL: f64 = 0.1;
 /// A law takes the place of what was found if it leaves less than this part of the held-out error.
 const REPLACES: f64 = 0.93;
 
+/// Part of the held-out squares of a joint that a cubic spring must leave at most before a play is sought.
+const CURVED: f64 = 0.98;
+
 /// Part of the torques that stays unexplained from which on laws are tried without any sign of them.
 const MUCH_UNEXPLAINED: f64 = 0.01;
 
@@ -135,13 +138,18 @@ fn rivals_in(prepared: &Prepared, reading: &Reading, joints: &[usize]) -> Vec<(u
         law: term.word().to_owned(),
         ..AddedLaw::default()
     };
-    let hysteresis: Vec<(usize, AddedLaw)> = (joints.iter())
-        .map(|&at| (at, law(SpringTerm::Hysteresis)))
-        .collect();
+    let Some(without) = Judged::new(prepared, reading, &[]) else {
+        return Vec::new();
+    };
+    let of_joints = |joints: &[usize], term: SpringTerm| -> Vec<(usize, AddedLaw)> {
+        joints.iter().map(|&at| (at, law(term))).collect()
+    };
+    let hysteresis = of_joints(joints, SpringTerm::Hysteresis);
     let of_play = law(SpringTerm::Play);
-    let with_play = with_laws_of(prepared, reading, joints.iter().map(|&at| (at, &of_play)));
+    let curved = curved(prepared, reading, joints, &without);
+    let with_play = with_laws_of(prepared, reading, curved.iter().map(|&at| (at, &of_play)));
     let plays = with_play.map_or(Vec::new(), |reading| {
-        find_plays(&reading, prepared.excerpt(), joints)
+        find_plays(&reading, prepared.excerpt(), &curved)
     });
     let play: Vec<(usize, AddedLaw)> = (plays.iter())
         .map(|(at, play)| {
@@ -153,9 +161,6 @@ fn rivals_in(prepared: &Prepared, reading: &Reading, joints: &[usize]) -> Vec<(u
             (*at, law)
         })
         .collect();
-    let Some(without) = Judged::new(prepared, reading, &[]) else {
-        return Vec::new();
-    };
     let mut found = Vec::new();
     for laws in [hysteresis, play] {
         if laws.is_empty() {
@@ -178,6 +183,33 @@ fn rivals_in(prepared: &Prepared, reading: &Reading, joints: &[usize]) -> Vec<(u
         }
     }
     found
+}
+
+/// Returns the joints whose springs a cubic describes better than a line. It resembles a play, and needs no search.
+fn curved(
+    prepared: &Prepared,
+    reading: &Reading,
+    joints: &[usize],
+    without: &Judged,
+) -> Vec<usize> {
+    let terms = |at: usize| prepared.experiment().robot.joint[at].spring_terms();
+    let (known, open): (Vec<usize>, Vec<usize>) =
+        (joints.iter()).partition(|&&at| terms(at).contains(&SpringTerm::Cubic));
+    let cubic = AddedLaw {
+        of: "spring".to_owned(),
+        law: SpringTerm::Cubic.word().to_owned(),
+        ..AddedLaw::default()
+    };
+    let laws: Vec<(usize, AddedLaw)> = open.iter().map(|&at| (at, cubic.clone())).collect();
+    let with = Judged::new(prepared, reading, &laws);
+    let is_curved = |at: usize| {
+        with.as_ref().is_none_or(|with| {
+            let sum = |of: &Judged| of.left(at).iter().sum::<f64>();
+            sum(with) < CURVED * sum(without)
+        })
+    };
+    let curved = open.into_iter().filter(|&at| is_curved(at));
+    known.into_iter().chain(curved).collect()
 }
 
 /// Returns the parameters of the hysteresis of a spring.
