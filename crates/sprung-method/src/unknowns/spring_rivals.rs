@@ -55,28 +55,66 @@ pub(super) fn with_springs(
         .filter(|&at| may_have(&best, at))
         .collect();
     let delays = best.found.prepared.reading().delays().to_vec();
-    for (at, rival) in rivals(&best.base, &delays, &joints) {
-        let (laws, about) = told(std::slice::from_ref(&rival), &best.base);
-        let with = applied(
-            best.base.clone(),
-            (std::slice::from_ref(&rival), &laws),
-            progress,
-        )?;
-        let Some(found) = searched(&with, progress)? else {
+    let cutoff = best.base.reading().position_cutoff_hz();
+    for laws in one_of_each_joint(rivals(&best.base, &delays, &joints)) {
+        let Some(with) = best.with(&laws, progress)? else {
             continue;
         };
-        let cutoff = best.base.reading().position_cutoff_hz();
-        let left = |of: &Settled| left(of, cutoff, at);
-        if left(&found) < REPLACES * left(&best.found) {
-            best.base = with;
-            best.found = found;
-            // A law takes the place of another one of its joint.
-            best.laws.retain(|other| other.place != laws[0].place);
-            best.laws.extend(laws);
-            best.findings.extend(about.findings);
-        }
+        let is_better =
+            |at: usize| left(&with.found, cutoff, at) < REPLACES * left(&best.found, cutoff, at);
+        let better: Vec<(usize, Found)> = (laws.iter())
+            .filter(|(at, _)| is_better(*at))
+            .cloned()
+            .collect();
+        let with = match better.len() {
+            0 => None,
+            all if all == laws.len() => Some(with),
+            _ => best.with(&better, progress)?,
+        };
+        best = with.unwrap_or(best);
     }
     Ok(best)
+}
+
+impl WithSprings {
+    /// Returns what is found with further laws; `None` for a log that cannot be searched.
+    fn with(
+        &self,
+        laws: &[(usize, Found)],
+        progress: &mut dyn Listener,
+    ) -> Result<Option<Self>, PrepareError> {
+        let laws: Vec<Found> = laws.iter().map(|(_, law)| law.clone()).collect();
+        let (results, about) = told(&laws, &self.base);
+        let base = applied(self.base.clone(), (&laws, &results), progress)?;
+        let Some(found) = searched(&base, progress)? else {
+            return Ok(None);
+        };
+        // A law takes the place of another one of its joint.
+        let is_kept = |law: &&UnknownResult| results.iter().all(|other| other.place != law.place);
+        let kept = self.laws.iter().filter(is_kept).cloned();
+        Ok(Some(Self {
+            base,
+            found,
+            laws: kept.chain(results.clone()).collect(),
+            findings: [&self.findings[..], &about.findings].concat(),
+        }))
+    }
+}
+
+/// Returns groups of laws with at most one of each joint, the likeliest first: rows of different joints hardly affect each other.
+fn one_of_each_joint(mut laws: Vec<(usize, Found)>) -> Vec<Vec<(usize, Found)>> {
+    laws.sort_by(|(_, one), (_, other)| other.fall.total_cmp(&one.fall));
+    let mut groups: Vec<Vec<(usize, Found)>> = Vec::new();
+    for law in laws {
+        match groups
+            .iter_mut()
+            .find(|group| group.iter().all(|(at, _)| *at != law.0))
+        {
+            Some(group) => group.push(law),
+            None => groups.push(vec![law]),
+        }
+    }
+    groups
 }
 
 /// Returns the held-out error of a joint (root mean square) without the faults that were found.
@@ -128,7 +166,6 @@ fn rivals(prepared: &Prepared, delays: &[f64], joints: &[usize]) -> Vec<(usize, 
             }
         }
     }
-    found.sort_by_key(|(at, _)| *at);
     found
 }
 
