@@ -173,7 +173,7 @@ def emps(binary, data, out):
              "carriage.motor_viscous_negative": "viscous friction backwards; published 204"}
     best = [(words, find(result, name)) for name, words in shown.items()]
     return {
-        "title": "EMPS: force on a log that the fit has not seen",
+        "title": "EMPS: force of a log not used to fit",
         "series": SERIES,
         "panels": [panel(f"force, N; error {error:.1f} %",
                          [line(0, t, measured[:, 0], points=320), line(1, t, model[:, 0], points=320)], "time, s", 150)],
@@ -203,15 +203,15 @@ def panda(binary, data, out):
     own = off(measured, model)
     for (joint, error), drawn in zip(held_out(proofs).items(), own):
         print(f"panda {joint}: {error:.1f} % held out, {drawn:.1f} % of the curves")
-    best = sorted(result["parameters"], key=lambda p: -p["torque_rms_nm"])[:5]
+    best = sorted(result["parameters"], key=lambda p: -p["torque_rms_nm"])[:3]
     names = [re.split(r" [-+] ", p["name"], maxsplit=1)[0] for p in best]
     return {
-        "title": "Franka Panda: torque on a log that the fit has not seen",
+        "title": "Franka Panda: torque of a log not used to fit",
         "series": SERIES,
         "panels": [panel(f"joint {k + 1}, N·m; error {own[k]:.1f} %",
-                         [line(0, t, measured[:, k]), line(1, t, model[:, k])], "time, s" if k == 6 else "", 74)
-                   for k in (0, 1, 3, 6)],
-        "quantity": "five largest parameters (names shortened): 95 % interval, % of the value",
+                         [line(0, t, measured[:, k]), line(1, t, model[:, k])], "time, s" if k == 6 else "", 56)
+                   for k in (0, 3, 6)],
+        "quantity": "three largest parameters: 95 % interval, % of the value",
         "values": [value(f"{name} …", p, f"{p['value']:.4g} {p['unit']}", True) for name, p in zip(names, best)],
     }
 

@@ -218,6 +218,16 @@ mod tests {
     }
 
     #[test]
+    fn no_mark_of_a_value_begins_a_line() {
+        // A comment at the beginning of a line ends the paragraph on GitHub.
+        for page in files(&root(), "md") {
+            let text = fs::read_to_string(&page).unwrap();
+            let wrong = (text.lines()).find(|line| line.trim_start().starts_with("<!-- figure "));
+            assert_eq!(wrong, None, "{}", page.display());
+        }
+    }
+
+    #[test]
     fn pages_have_the_figures_of_the_file() {
         let figures = Figures::read(&root().join(FILE)).unwrap();
         if std::env::var_os("SPRUNG_WRITE_DOCS").is_some() {

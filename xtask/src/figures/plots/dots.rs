@@ -3,7 +3,7 @@
 use super::svg::{Anchor, Axis, Drawing, MARGIN, WIDTH, width_of};
 
 /// Space between a row and the next one.
-const ROW: f64 = 41.0;
+const ROW: f64 = 38.0;
 
 /// A value with its text, and its interval if it has one.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,7 +87,7 @@ impl Dots<'_> {
             drawing.text([x, y + 15.0], Anchor::End, &look, &dot.text);
             x -= width_of(&dot.text, 14.5) + 12.0;
         }
-        let track = y + 29.0;
+        let track = y + 27.0;
         drawing.line([MARGIN, track], [WIDTH - MARGIN, track], " class=\"g\"");
         // The first series lies above the others.
         for (k, dot) in dots.iter().enumerate().rev() {

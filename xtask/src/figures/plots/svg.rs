@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 /// Width in units of the drawing; a page shows it with [`SHOWN`] pixels, or with its own width if that is smaller.
 pub(super) const WIDTH: f64 = 480.0;
-const SHOWN: f64 = 560.0;
+const SHOWN: f64 = 500.0;
 
 /// Free space at the sides.
 pub(super) const MARGIN: f64 = 14.0;
