@@ -42,7 +42,7 @@ const USAGE: &str = "usage: cargo xtask TASK
   wheel [pythons]
                 builds the wheel for Python into target/wheels; with `pythons`, tests it in each supported Python that is
                 found
-  docs          writes the pages of the documentation that come from the program, the figures of all pages, and the
+  docs          writes the pages of the documentation that come from the program, figures and drawings of all pages, and the
                 version and the values of publication.toml into all files that name them
   figures [--accept] [PART…]
                 measures the figures of the documentation, all or some of these parts: PARTS;
