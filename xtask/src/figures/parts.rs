@@ -22,7 +22,7 @@ twins | numpy mujoco | peers/two_joints_mujoco.py {out}; bench sprung accuracy -
 intervals | | bench sprung accuracy --lengths 10,60,300 --seeds 20
 verdicts | | bench sprung verdicts --cases 30
 machines | | machines/run.py --data {data} --binary {sprung}
-gallery | | gallery/run.py --data {data} --binary {sprung} --curves {curves}
+gallery | numpy scipy | gallery/run.py --data {data} --binary {sprung} --curves {curves}
 examples | | examples/run.py --data {data} --binary {sprung}; \
     test sprung twin exact_positions encoders_and refined_drives offset_that
 foreign | numpy numba pin example-robot-data | foreign/run.py --arms ur5,panda --seeds 1-1 --rates 1000,250 \
