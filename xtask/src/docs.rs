@@ -10,7 +10,7 @@ use crate::steps::succeeds;
 use crate::test::features;
 
 /// Writes `docs/reference/experiment.md` from the JSON schema, `docs/reference/what-works.md` from the table of what
-/// works with what, `docs/reference/findings.md` from the explanations of findings, the figures into all pages, and the values
+/// works with what, `docs/reference/findings.md` from the explanations of findings, the figures into all pages and drawings, and the values
 /// of `publication.toml` into all files that name them.
 ///
 /// Tests compare the pages with the program; with `SPRUNG_WRITE_DOCS` they write them.

@@ -42,11 +42,14 @@ const USAGE: &str = "usage: cargo xtask TASK
   wheel [pythons]
                 builds the wheel for Python into target/wheels; with `pythons`, tests it in each supported Python that is
                 found
-  docs          writes the pages of the documentation that come from the program, the figures of all pages, and the
+  docs          writes the pages of the documentation that come from the program, figures and drawings of all pages, and the
                 version and the values of publication.toml into all files that name them
   figures [--accept] [PART…]
                 measures the figures of the documentation, all or some of these parts: PARTS;
                 fails if one is worse than before by more than its scatter; --accept stores it nevertheless
+  gallery [FOLDER [BINARY]]
+                makes the gallery of machines from the logs in FOLDER, with BINARY or a new build; without FOLDER,
+                draws it and the figures of all pages from the stored values
   browser       installs the browser that the report is tested in
   fuzz [SECONDS [TARGET…]]
                 feeds damaged files to every reader, or to some, each for so long [120]";
@@ -66,6 +69,7 @@ fn main() -> ExitCode {
         ["wheel", "pythons"] if outside::wheel::in_all_pythons().is_some() => ExitCode::SUCCESS,
         ["docs"] => docs::write(),
         ["figures", words @ ..] => figures::run(words),
+        ["gallery", words @ ..] if words.len() <= 2 => figures::gallery(words),
         ["browser"] if install::browser() => ExitCode::SUCCESS,
         ["deny" | "browser"] | ["wheel", "pythons"] => ExitCode::FAILURE,
         ["fuzz"] => fuzz::run("120", &[]),

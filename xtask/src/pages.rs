@@ -49,10 +49,13 @@ fn prose(page: &str) -> String {
 /// Returns the targets of the links and pictures of a page.
 fn targets(page: &str) -> Vec<String> {
     let text = prose(page);
-    let parts = text.split("](").skip(1);
-    parts
-        .filter_map(|rest| rest.split_once(')').map(|(target, _)| target.to_owned()))
+    let links = (text.split("](").skip(1))
+        .filter_map(|rest| rest.split_once(')').map(|(target, _)| target));
+    let pictures = (text.split(" src=\"").skip(1)).filter_map(|rest| rest.split('"').next());
+    links
+        .chain(pictures)
         .filter(|target| !target.contains(char::is_whitespace))
+        .map(str::to_owned)
         .collect()
 }
 
@@ -121,8 +124,8 @@ fn wrong_links_are_found() {
     assert_eq!(fault(&page, "docs/README.md#look-up"), None);
     assert!(fault(&page, "docs/absent.md").is_some());
     assert!(fault(&page, "docs/README.md#absent").is_some());
-    let page = "[a](b.md) `x`\n```sh\n[c](d.md)\n```\n[e\nf](g.md#h)";
-    assert_eq!(targets(page), ["b.md", "g.md#h"]);
+    let page = "[a](b.md) `x`\n```sh\n[c](d.md)\n```\n[e\nf](g.md#h) <img src=\"i.svg\">";
+    assert_eq!(targets(page), ["b.md", "g.md#h", "i.svg"]);
     let headings = "# The `log`, in short\n## More\n## More\n#no heading";
     let expected = ["more", "more-1", "the-log-in-short"];
     assert!(anchors(headings).iter().eq(expected.iter()));

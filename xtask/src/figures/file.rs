@@ -40,6 +40,16 @@ pub(super) struct Figure {
     pub(super) peer_value: Option<f64>,
 }
 
+impl Measured {
+    /// Returns a sentence about the measurement.
+    pub(super) fn measured(&self, part: &str) -> String {
+        format!(
+            "Measured on {} at `{}` by `cargo xtask figures {part}` ({}).",
+            self.date, self.commit, self.machine
+        )
+    }
+}
+
 /// Which values of a figure are better.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]

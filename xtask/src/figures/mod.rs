@@ -6,13 +6,14 @@
 mod file;
 mod pages;
 mod parts;
+mod plots;
 
 use std::fs;
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
 use file::{Figures, Measured};
-use parts::{Part, parts};
+use parts::{Given, Part, parts};
 
 use crate::{root, target};
 
@@ -41,7 +42,7 @@ pub(crate) fn run(words: &[&str]) -> ExitCode {
     for part in &parts() {
         if chosen.is_empty() || chosen.contains(&part.name) {
             eprintln!("── {}", part.name);
-            if measure(part, is_accepted).is_none() {
+            if measure(part, is_accepted, &Given::default()).is_none() {
                 failed.push(part.name);
             }
         }
@@ -53,15 +54,46 @@ pub(crate) fn run(words: &[&str]) -> ExitCode {
     ExitCode::FAILURE
 }
 
+/// Makes the gallery: from the logs of real machines if their folder is given, else from the stored figures and curves.
+///
+/// - `words`: nothing, or the folder of the logs, or this folder and the program.
+pub(crate) fn gallery(words: &[&str]) -> ExitCode {
+    let absolute = |word: &&str| {
+        (Path::new(word).canonicalize())
+            .inspect_err(|error| eprintln!("── {word}: {error}"))
+            .ok()
+    };
+    let paths: Option<Vec<_>> = words.iter().map(absolute).collect();
+    let made = paths.and_then(|paths| {
+        let mut paths = paths.into_iter();
+        let given = Given {
+            data: paths.next(),
+            sprung: paths.next(),
+        };
+        if given.data.is_none() {
+            return write_pages();
+        }
+        // Logs and machines differ from person to person, so a worse figure is no failure here.
+        let parts = parts();
+        let part = parts.iter().find(|part| part.name == "gallery")?;
+        measure(part, true, &given)
+    });
+    if made.is_some() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
+}
+
 /// Measures a part and stores it; returns `None`, and prints why, if a program fails or a figure is worse.
-fn measure(part: &Part, is_accepted: bool) -> Option<()> {
+fn measure(part: &Part, is_accepted: bool, given: &Given) -> Option<()> {
     let folder = target().join("figures");
     let notes = folder.join(format!("{}.jsonl", part.name));
     fs::create_dir_all(&folder)
         .and_then(|()| fs::write(&notes, ""))
         .inspect_err(|error| eprintln!("── cannot write {}: {error}", notes.display()))
         .ok()?;
-    part.run(&notes.canonicalize().ok()?)?;
+    part.run(&notes.canonicalize().ok()?, given)?;
     let measured = Measured {
         commit: of(Command::new("git").args(["rev-parse", "--short=8", "HEAD"]))?,
         date: of(Command::new("date").args(["-u", "+%F"]))?,
@@ -83,12 +115,13 @@ fn measure(part: &Part, is_accepted: bool) -> Option<()> {
     fs::write(&path, figures.text())
         .inspect_err(|error| eprintln!("── cannot write {FILE}: {error}"))
         .ok()?;
-    pages::fill_all(&figures)
+    pages::fill_all(&figures).and(plots::write(&figures))
 }
 
-/// Writes the figures of the file into the pages; returns `None`, and prints why, if a page requests an absent one.
+/// Writes the figures of the file into the pages and the drawings; returns `None`, and prints why, if one is absent.
 pub(crate) fn write_pages() -> Option<()> {
-    pages::fill_all(&Figures::read(&root().join(FILE))?)
+    let figures = Figures::read(&root().join(FILE))?;
+    pages::fill_all(&figures).and(plots::write(&figures))
 }
 
 /// Returns the output of a program in the root of the repository; `None`, and prints why, if it fails.

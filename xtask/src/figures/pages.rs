@@ -2,12 +2,14 @@
 //!
 //! - `<!-- figures PART -->` … `<!-- end -->`: the table of a part; with `PART/BEGINNING` of the figures whose names
 //!   begin so.
+//! - `<!-- figures chart/NAME -->` … `<!-- end -->`: the table of a chart of `plots/catalogue.rs`.
 //! - `<!-- figure PART/NAME -->` … `<!-- end -->`: one value.
 
 use std::fs;
 
 use super::FILE;
 use super::file::{Figure, Figures, with_unit};
+use super::plots;
 use crate::files::files;
 use crate::root;
 
@@ -48,9 +50,10 @@ fn filled(text: &str, figures: &Figures) -> Result<String, String> {
             .ok_or_else(|| "a mark `<!-- figure` has no `-->`".to_owned())?;
         let (_, after) = (behind.split_once(END))
             .ok_or_else(|| format!("the mark `<!-- figure{mark} -->` lacks its `{END}`"))?;
-        let value = match mark.strip_prefix("s ") {
-            Some(part) => table(part, figures),
-            None => figures.get(mark.trim()).map(Figure::shown),
+        let value = match (mark.strip_prefix("s chart/"), mark.strip_prefix("s ")) {
+            (Some(chart), _) => Some(plots::table(chart, figures)?),
+            (None, Some(part)) => table(part, figures),
+            (None, None) => figures.get(mark.trim()).map(Figure::shown),
         };
         let value = value.ok_or_else(|| format!("{FILE} has no figure {}", mark.trim()))?;
         page.extend([before, "<!-- figure", mark, " -->", &value, END]);
@@ -82,13 +85,8 @@ fn table(mark: &str, figures: &Figures) -> Option<String> {
         .map(|row| format!("| {} |", row.join(" | ")))
         .collect();
     lines.insert(1, "|---".repeat(rows[0].len()) + "|");
-    Some(format!(
-        "\n\n{}\n\nMeasured on {} at `{}` by `cargo xtask figures {name}` ({}).\n",
-        lines.join("\n"),
-        part.date,
-        part.commit,
-        part.machine
-    ))
+    let measured = part.measured(name);
+    Some(format!("\n\n{}\n\n{measured}\n", lines.join("\n")))
 }
 
 /// Returns a table with a row for each case and a column for each quantity, the part of a text after its last colon;
@@ -216,6 +214,16 @@ mod tests {
         ] {
             let found = filled(page, &figures()).unwrap_err();
             assert!(found.contains(fault), "{found}");
+        }
+    }
+
+    #[test]
+    fn no_mark_of_a_value_begins_a_line() {
+        // A comment at the beginning of a line ends the paragraph on GitHub.
+        for page in files(&root(), "md") {
+            let text = fs::read_to_string(&page).unwrap();
+            let wrong = (text.lines()).find(|line| line.trim_start().starts_with("<!-- figure "));
+            assert_eq!(wrong, None, "{}", page.display());
         }
     }
 

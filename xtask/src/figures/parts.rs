@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use super::plots::CURVES;
 use crate::install::hdf5;
 use crate::outside::python::Python;
 use crate::outside::wheel::{self, For, MATURIN};
@@ -13,13 +14,15 @@ use crate::{root, target};
 /// maturin, the wheel is installed, too.
 ///
 /// A program is `bench` or `test` of a package, a script of `benches`, `sprung` or `xtask`. `{sprung}` is the program,
-/// `{out}` a folder for the part, `{data}` the logs of real machines, and `{foreign}` the logs that `foreign` simulates.
+/// `{out}` a folder for the part, `{data}` the logs of real machines, `{curves}` the curves of the gallery, and `{foreign}` the
+/// logs that `foreign` simulates.
 /// A new part is a line here and its notes in a benchmark.
 const PARTS: &str = "
 twins | numpy mujoco | peers/two_joints_mujoco.py {out}; bench sprung accuracy --mujoco {out}
 intervals | | bench sprung accuracy --lengths 10,60,300 --seeds 20
 verdicts | | bench sprung verdicts --cases 30
 machines | | machines/run.py --data {data} --binary {sprung}
+gallery | numpy scipy | gallery/run.py --data {data} --binary {sprung} --curves {curves}
 examples | | examples/run.py --data {data} --binary {sprung}; \
     test sprung twin exact_positions encoders_and refined_drives offset_that
 foreign | numpy numba pin example-robot-data | foreign/run.py --arms ur5,panda --seeds 1-1 --rates 1000,250 \
@@ -82,23 +85,32 @@ fn with_version(package: &'static str) -> &'static str {
     alike.next().unwrap_or(package)
 }
 
+/// What a person gives instead of the usual paths.
+#[derive(Default)]
+pub(super) struct Given {
+    /// The folder with the logs of real machines.
+    pub(super) data: Option<PathBuf>,
+    /// The program, built from this commit.
+    pub(super) sprung: Option<PathBuf>,
+}
+
 impl Part {
     /// Runs the programs of the part; returns `None`, and prints why, if one fails.
     ///
     /// - `notes`: the file where benchmarks note their figures.
-    pub(super) fn run(&self, notes: &Path) -> Option<()> {
+    pub(super) fn run(&self, notes: &Path, given: &Given) -> Option<()> {
         let python = Python::with(&target().join("outside"), &self.packages)?;
         if self.packages.contains(&MATURIN) {
             wheel::install(&python, For::Figures)?;
         }
         let uses = |word: &str| self.programs.iter().any(|program| program.contains(word));
         let sprung = if uses("sprung ") || uses("{sprung}") || uses("peers/run") {
-            sprung()?
+            given.sprung.clone().or_else(sprung)?
         } else {
             PathBuf::new()
         };
         let data = if uses("{data}") {
-            data()?
+            given.data.clone().or_else(data)?
         } else {
             PathBuf::new()
         };
@@ -108,6 +120,7 @@ impl Part {
             ("{data}", data),
             ("{out}", folder.join(self.name)),
             ("{foreign}", folder.join("foreign")),
+            ("{curves}", root().join(CURVES)),
         ];
         for program in &self.programs {
             let words: Vec<String> = (program.split_whitespace())

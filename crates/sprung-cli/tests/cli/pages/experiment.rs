@@ -240,7 +240,8 @@ impl Schema {
 }
 
 /// Pages with parts of an experiment file.
-const PAGES_WITH_PARTS: [&str; 10] = [
+const PAGES_WITH_PARTS: [&str; 11] = [
+    "docs/gallery/README.md",
     "docs/reference/logs.md",
     "docs/how-to/no-link-encoder.md",
     "docs/how-to/current-and-gears.md",
