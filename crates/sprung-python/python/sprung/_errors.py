@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
-from sprung._finding import Finding, findings
+from sprung._record import record
+from sprung._results import Finding
 
 
 class SprungError(Exception):
@@ -132,6 +135,18 @@ class SprungWarning(UserWarning):
         return cls(f"{finding.code}: {finding.text}; {finding.remedy}", finding)
 
 
+def findings(given: str | Iterable[Mapping[str, Any]]) -> list[Finding]:
+    """Returns findings from their JSON or its text."""
+    return [record(Finding, one) for one in (json.loads(given or "[]") if isinstance(given, str) else given)]
+
+
+def warn(found: Iterable[Finding]) -> None:
+    """Gives a Python warning for each warning among findings, at the caller of the caller."""
+    for finding in found:
+        if finding.severity in {"warning", "serious"}:
+            warnings.warn(SprungWarning.of(finding), stacklevel=3)
+
+
 def one_of(name: str, value: str, allowed: tuple[str, ...]) -> None:
     """Refuses a word that is not allowed."""
     if value not in allowed:
@@ -157,4 +172,4 @@ def described(
     """
     classes = (ExperimentError, LogError, FileError, InputError, Stopped)
     (error_class,) = (one for one in classes if one.__name__ == kind)
-    return error_class(text, code, remedy, place, findings(json.loads(found or "[]")))
+    return error_class(text, code, remedy, place, findings(found))
