@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sprung._arrays import WithArrays
-from sprung._files import write_text
+from sprung._files import write_all
 from sprung._report import Field, Report
 from sprung._results import LoopMargins, Moves, ShapedMode, Tracking, Vibration, WithDraws
 
@@ -109,11 +109,12 @@ class Control(Report):
 
         Each file is written whole or not at all; ``control.json`` comes last.
         """
-        folder = Path(folder)
-        write_text(folder / "controller.toml", self.to_toml())
-        write_text(folder / "control.html", self._html())
-        write_text(folder / "control.json", self.to_json())
-        return folder
+        texts = {
+            "controller.toml": self.to_toml(),
+            "control.html": self._html(),
+            "control.json": self.to_json(),
+        }
+        return write_all(folder, texts)
 
     def __repr__(self) -> str:
         said = [f"{self.robot}: {self.feedback} every {1e3 * self.period_s:.4g} ms"]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sprung._arrays import WithArrays
-from sprung._files import remove, write_text
+from sprung._files import remove, write_all
 from sprung._report import Field, Report
 from sprung._results import LimitUsed, More, Promised
 
@@ -114,15 +114,11 @@ class Excitation(Report):
         Each file is written whole or not at all; ``excitation.json`` comes last. Without a motion for
         validation or a slow one, ``hold-out.csv`` or ``slow.csv`` of an earlier design is removed.
         """
-        folder = Path(folder)
-        for name, text in self._handle.files():
-            write_text(folder / name, text)
+        write_all(folder, dict(self._handle.files()))
         for name, motion in (("hold-out.csv", self.hold_out), ("slow.csv", self.slow)):
             if motion is None:
-                remove(folder / name)
-        write_text(folder / "report.html", self._html())
-        write_text(folder / "excitation.json", self.to_json())
-        return folder
+                remove(Path(folder) / name)
+        return write_all(folder, {"report.html": self._html(), "excitation.json": self.to_json()})
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Excitation):

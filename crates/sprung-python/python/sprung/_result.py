@@ -13,7 +13,7 @@ from sprung import _sprung
 from sprung._columns import given
 from sprung._curves import curves
 from sprung._errors import findings, one_of, whole
-from sprung._files import write_text
+from sprung._files import write_all
 from sprung._model import Model
 from sprung._named import Named
 from sprung._parameters import Parameters
@@ -259,7 +259,6 @@ class Result(Report):
 
         Each file is written whole or not at all; ``identification.json`` comes last.
         """
-        folder = Path(folder)
         texts = {
             "parameters.csv": self._handle.parameters_csv(),
             "trace.csv": self._handle.trace_csv(),
@@ -267,9 +266,7 @@ class Result(Report):
             "report.html": self._html(),
             "identification.json": self.to_json(),
         }
-        for name, text in texts.items():
-            write_text(folder / name, text)
-        return folder
+        return write_all(folder, texts)
 
     def export(
         self,
@@ -298,8 +295,7 @@ class Result(Report):
         with running("exporting") as run:
             texts = dict(session.export(identified, format, forms, "identification.json", run))
         if folder is not None:
-            for name, text in texts.items():
-                write_text(Path(folder) / name, text)
+            write_all(folder, texts)
         return texts
 
     def sample(self, n: int, seed: int = 0, *, accept_unusable: bool = False) -> Samples:

@@ -12,7 +12,7 @@ from sprung import _sprung
 from sprung._errors import ExperimentError, findings, warn
 from sprung._arguments import Log, Overrides, Table, assignments
 from sprung._experiment import Experiment
-from sprung._files import write_text
+from sprung._files import write_all
 from sprung._named import Named
 from sprung._parameters import Parameter, Parameters
 from sprung._progress import Progress, running
@@ -186,11 +186,12 @@ class ServoResult(Report):
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
         """Writes the files of ``sprung identify``: result, parameters, report."""
-        folder = Path(folder)
-        write_text(folder / "parameters.csv", self._handle.parameters_csv())
-        write_text(folder / "report.html", self._html())
-        write_text(folder / "servo.json", self.to_json())
-        return folder
+        texts = {
+            "parameters.csv": self._handle.parameters_csv(),
+            "report.html": self._html(),
+            "servo.json": self.to_json(),
+        }
+        return write_all(folder, texts)
 
     def __repr__(self) -> str:
         return "\n".join(f"  {parameter}" for parameter in self.parameters.values())
