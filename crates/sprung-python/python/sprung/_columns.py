@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 
 from sprung import _sprung
-from sprung._errors import InputError, SprungWarning
+from sprung._errors import InputError, SprungWarning, warn
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -143,12 +142,11 @@ def _array(name: str, values: Any) -> Any:
 
 def _contiguous(name: str, array: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     if array.dtype.kind == "f" and array.dtype.itemsize < 8:
-        warnings.warn(
+        warn(
             SprungWarning(
                 f'the column "{name}" has the type {array.dtype} and was converted to float64; '
                 f"its resolution is {np.finfo(array.dtype).eps:.1e} of its values"
-            ),
-            stacklevel=7,
+            )
         )
     exact = array.dtype.kind in "iu" and array.ndim == 1
     kind = np.dtype(np.int64 if exact else np.float64)

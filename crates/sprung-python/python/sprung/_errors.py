@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -140,11 +141,18 @@ def findings(given: str | Iterable[Mapping[str, Any]]) -> list[Finding]:
     return [record(Finding, one) for one in (json.loads(given or "[]") if isinstance(given, str) else given)]
 
 
-def warn(found: Iterable[Finding]) -> None:
-    """Gives a Python warning for each warning among findings, at the caller of the caller."""
-    for finding in found:
-        if finding.severity in {"warning", "serious"}:
-            warnings.warn(SprungWarning.of(finding), stacklevel=3)
+def warn(*given: SprungWarning) -> None:
+    """Gives Python warnings at the line that called the package."""
+    frame, level = sys._getframe(1), 2
+    while frame.f_back and frame.f_globals["__name__"].split(".")[0] == "sprung":
+        frame, level = frame.f_back, level + 1
+    for warning in given:
+        warnings.warn(warning, stacklevel=level)
+
+
+def warn_of(found: Iterable[Finding]) -> None:
+    """Gives a Python warning for each warning among findings."""
+    warn(*(SprungWarning.of(finding) for finding in found if finding.severity in {"warning", "serious"}))
 
 
 def one_of(name: str, value: str, allowed: tuple[str, ...]) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,7 +25,7 @@ from sprung._arguments import (
 from sprung._check import Check
 from sprung._columns import Named, given
 from sprung._control import Control
-from sprung._errors import ExperimentError, InputError, SprungWarning, findings, one_of, warn
+from sprung._errors import ExperimentError, InputError, SprungWarning, findings, one_of, warn, warn_of
 from sprung._excitation import Excitation
 from sprung._files import write_text
 from sprung._progress import Progress, running
@@ -205,8 +204,7 @@ class Experiment:
                 folder,
                 run,
             )
-        for finding in findings(found):
-            warnings.warn(SprungWarning.of(finding), stacklevel=2)
+        warn(*map(SprungWarning.of, findings(found)))
         return cls.from_text(text, overrides, folder=folder)
 
     @property
@@ -293,7 +291,7 @@ class Experiment:
             session = session.with_laws_from([earlier._handle for earlier in laws_from])
         with running("identifying", threads, progress) as run:
             result = Result(session.identify(logs, run), self)
-        warn(result.findings)
+        warn_of(result.findings)
         return result
 
     def simulate(

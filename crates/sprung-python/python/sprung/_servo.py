@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sprung import _sprung
-from sprung._errors import ExperimentError, findings, warn
+from sprung._errors import ExperimentError, findings, warn_of
 from sprung._arguments import Log, Overrides, Table, assignments
 from sprung._experiment import Experiment
 from sprung._files import write_all
@@ -118,7 +118,7 @@ class Servo:
         session, logs = self._experiment._given(log)
         with running("identifying", threads, progress) as run:
             result = ServoResult(session.identify_servo(logs, run))
-        warn(result.findings)
+        warn_of(result.findings)
         return result
 
     def simulate(
