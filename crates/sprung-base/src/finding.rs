@@ -1,12 +1,15 @@
 //! Findings: observations that the user must know, with evidence and remedy.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Name and version of the program, as written into results.
 pub const GENERATOR: &str = concat!("sprung ", env!("CARGO_PKG_VERSION"));
 
 /// Severity of a finding.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
     /// For information; all numbers are valid.
@@ -34,7 +37,7 @@ impl Severity {
 }
 
 /// Place in a log that shows a finding, and its value.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Evidence {
     /// Name of the log.
     pub file: String,
@@ -51,7 +54,7 @@ pub struct Evidence {
 }
 
 /// A finding.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Finding {
     /// Stable name for scripts, for example `impossible-robot`.
     pub code: String,
@@ -59,6 +62,7 @@ pub struct Finding {
     pub severity: Severity,
     /// Names of the parameters concerned.
     #[serde(default)]
+    #[schemars(extend("uniqueItems" = true))]
     pub parameters: Vec<String>,
     /// Observation with values and units, and its likely cause.
     pub text: String,

@@ -1,7 +1,10 @@
 //! Named values in a fixed order, base joint first; the nearest of known names.
 
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::fmt;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::{MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -59,6 +62,20 @@ impl Named {
 impl FromIterator<(String, f64)> for Named {
     fn from_iter<I: IntoIterator<Item = (String, f64)>>(items: I) -> Self {
         Self(items.into_iter().collect())
+    }
+}
+
+impl JsonSchema for Named {
+    fn schema_name() -> Cow<'static, str> {
+        "Named".into()
+    }
+
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        BTreeMap::<String, f64>::json_schema(generator)
     }
 }
 

@@ -25,6 +25,7 @@ fn _sprung(module: &Bound<'_, PyModule>) -> PyResult<()> {
     sprung_cli::hide_caught_panics();
     module.add("GENERATOR", sprung::finding::GENERATOR)?;
     module.add("DEMO_EXPERIMENT", sprung::demo::EXPERIMENT)?;
+    module.add("RESULTS", results::schema())?;
     module.add("DEMO_TRUTH", sprung::demo::TRUTH)?;
     module.add_class::<session::Session>()?;
     module.add_class::<results::Identified>()?;

@@ -11,7 +11,7 @@ use sprung::compare::{Compared, Drift};
 use sprung::curves::Curves;
 use sprung::estimate::Identification;
 use sprung::report::{Contents, Document, compose, compose_check, compose_comparison, render};
-use sprung::session::{Disk, Files, SessionError, read_identification};
+use sprung::session::{Disk, Files, SessionError, read_identification, results_schema};
 
 use crate::errors::{exception, wrong_input};
 
@@ -85,21 +85,6 @@ impl Identified {
     /// The text of `identification.json`.
     fn json(&self) -> String {
         file(&self.found.identification)
-    }
-
-    /// Findings about the logs and about a result, as JSON.
-    fn findings(&self, set: usize) -> String {
-        let identification = &self.found.identification;
-        let of_result = identification
-            .results
-            .get(set)
-            .map(|result| &result.warnings);
-        let all: Vec<_> = identification
-            .findings
-            .iter()
-            .chain(of_result.into_iter().flatten())
-            .collect();
-        serde_json::to_string(&all).unwrap_or_default()
     }
 
     fn trace_csv(&self) -> String {
@@ -271,6 +256,11 @@ pub(crate) fn read_results(
         identification: read.identification,
     };
     Ok((Identified::new(found, text), read.path))
+}
+
+/// Returns the JSON schema of every type of results, by its name.
+pub(crate) fn schema() -> String {
+    serde_json::Value::from(results_schema()).to_string()
 }
 
 /// Returns the text of a file of results.

@@ -54,12 +54,6 @@ impl IdentifiedServo {
         servo_parameters_csv(&self.found)
     }
 
-    /// Whether no finding is serious.
-    #[getter]
-    fn usable(&self) -> bool {
-        self.found.is_usable()
-    }
-
     /// The report as HTML.
     fn report(&self, py: Python<'_>) -> PyResult<String> {
         html(

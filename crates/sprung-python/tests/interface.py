@@ -1,26 +1,28 @@
-"""The page of the interface, from signatures and docstrings."""
+"""The page of the interface and the types of parts of results, from signatures and docstrings."""
 
 from __future__ import annotations
 
 import inspect
 import re
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import cached_property
 from typing import Any
 
 import sprung
+from sprung import _results
+from sprung._report import Field
 
 #: Headings and their modules.
 SECTIONS = {
     "Experiments": ["_experiment"],
-    "Results": ["_result", "_identification", "_parameters", "_samples", "_mujoco"],
+    "Results": ["_result", "_parameters", "_samples", "_mujoco"],
     "Plots": ["_plots"],
     "Model": ["_model"],
     "Checks, validations and comparisons": ["_check", "_validation", "_comparison"],
     "Designed experiments": ["_excitation"],
     "Designed controllers": ["_control"],
     "Servos": ["_servo"],
-    "Findings, errors and names": ["_finding", "_errors", "_named"],
+    "Findings, errors and names": ["_errors", "_named"],
 }
 HEAD = """# Python interface
 
@@ -48,10 +50,13 @@ def members(item: object) -> list[Member]:
     if not inspect.isclass(item) or item.__module__ == "sprung._sprung":
         return []
     described = _attributes(item.__doc__ or "")
+    described |= {name: value.__doc__ or "" for name, value in vars(item).items() if isinstance(value, Field)}
     types = {field.name: str(field.type) for field in fields(item)} if is_dataclass(item) else {}
     types |= {name: str(hint) for name, hint in inspect.get_annotations(item).items()}
     rows = [
-        Member(name, f"`{name}`", types.get(name, ""), meaning) for name, meaning in described.items()
+        Member(name, f"`{name}`", types.get(name, ""), meaning)
+        for name, meaning in described.items()
+        if not name.startswith("_")
     ]
     rows += [
         Member(name, f"`{name}`", hint, "")
@@ -76,19 +81,57 @@ def members(item: object) -> list[Member]:
 
 def page() -> str:
     """Returns the page."""
-    names = [name for name in sprung.__all__ if name != "__version__"]
+    headings = _headings()
     parts = [HEAD]
-    for heading, modules in SECTIONS.items():
-        inside = [
-            name
-            for module in modules
-            for name in names
-            if getattr(sprung, name).__module__ == f"sprung.{module}"
-        ]
+    for heading in SECTIONS:
+        inside = [name for name, own in headings.items() if own == heading]
         if inside:
             parts.append(f"\n## {heading}\n\n| name | meaning and members |\n|---|---|\n")
             parts += [_row(name) for name in sorted(inside, key=_place)]
     return "".join(parts)
+
+
+def _headings() -> dict[str, str]:
+    """Returns the heading of each name: that of its module, or for a part of results that of the first class with it."""
+    headings = {
+        name: heading
+        for heading, modules in SECTIONS.items()
+        for name in sprung.__all__
+        if getattr(getattr(sprung, name), "__module__", "") in {f"sprung.{module}" for module in modules}
+    }
+    for name in [*headings]:
+        _add_parts(name, headings[name], headings)
+    return headings
+
+
+def _add_parts(name: str, heading: str, headings: dict[str, str]) -> None:
+    for member in members(getattr(sprung, name)):
+        for part in sorted(set(re.findall(r"\w+", member.type)) & set(_results.__all__)):
+            # Findings belong to errors, whoever has them.
+            if part not in headings:
+                headings[part] = "Findings, errors and names" if part == "Finding" else heading
+                _add_parts(part, headings[part], headings)
+
+
+def stub() -> str:
+    """Returns the types of parts of results, for type checkers and editors."""
+    lines = [
+        '"""Parts of results. `SPRUNG_WRITE_DOCS=1 pytest tests/test_interface.py` writes this file."""',
+        "",
+        "from dataclasses import dataclass",
+        "",
+        "from sprung._named import Named",
+        "",
+        f"__all__ = {sorted(_results.__all__)!r}".replace("'", '"'),
+    ]
+    for name in sorted(_results.__all__):
+        cls = getattr(_results, name)
+        text = (cls.__doc__ or "").rstrip().replace("\n", "\n    ").replace("\n    \n", "\n\n")
+        lines += ["", "@dataclass(frozen=True)", f"class {name}:", f'    """{text}', '    """', ""]
+        for field in fields(cls):
+            is_needed = field.default is MISSING and field.default_factory is MISSING
+            lines.append(f"    {field.name}: {field.type}" + ("" if is_needed else " = ..."))
+    return "\n".join([*lines, ""])
 
 
 def _place(name: str) -> tuple[int, str]:

@@ -37,8 +37,9 @@ def test_float32_is_converted_and_said(experiment: sprung.Experiment, log: Log) 
     float32_log = {
         name: array if name == "t_s" else array.astype(np.float32) for name, array in log.items()
     }
-    with pytest.warns(sprung.SprungWarning, match="float32 and was converted"):
+    with pytest.warns(sprung.SprungWarning, match="float32 and was converted") as caught:
         result = experiment.identify(float32_log)
+    assert {warning.filename for warning in caught} == {__file__}
     assert result.parameters["joint1.stiffness"].value is not None
 
 

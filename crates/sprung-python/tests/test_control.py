@@ -242,7 +242,7 @@ def test_designs_are_frozen_pickle_copy_and_compare(
     designed: sprung.Control, shaped: sprung.Control
 ) -> None:
     with pytest.raises(dataclasses.FrozenInstanceError):
-        designed.feedback = "pd"  # type: ignore[misc]
+        designed.feedback = "pd"  # type: ignore[assignment]
     with pytest.raises(ValueError, match="read-only"):
         designed.gain[0, 0] = 1.0
     for back in (pickle.loads(pickle.dumps(designed)), copy.deepcopy(designed)):

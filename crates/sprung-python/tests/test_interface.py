@@ -10,10 +10,11 @@ from pathlib import Path
 import pytest
 
 import sprung
-from interface import members, page
+from interface import members, page, stub
 
 NAMES = [name for name in sprung.__all__ if name != "__version__"]
 PAGE = Path(__file__).parents[3] / "docs" / "reference" / "python.md"
+STUB = Path(__file__).parents[1] / "python" / "sprung" / "_results.pyi"
 
 
 def _example(item: object) -> str:
@@ -41,18 +42,28 @@ def test_every_public_name_has_an_example() -> None:
     for name in NAMES:
         lines = _example(getattr(sprung, name))
         if lines:
-            shown.add(name)
-            _shown_by(getattr(sprung, name), lines, shown)
+            by_this = {name}
+            _shown_by(getattr(sprung, name), lines, by_this)
+            shown |= by_this
     assert [name for name in NAMES if name not in shown] == []
+
+
+def _compare(file: Path, text: str) -> None:
+    """Compares a file with its text; with SPRUNG_WRITE_DOCS it writes the file."""
+    if os.environ.get("SPRUNG_WRITE_DOCS"):
+        file.write_text(text, encoding="utf-8")
+    assert file.read_text(encoding="utf-8") == text, (
+        f"{file.name} is older than the descriptions: run this test with SPRUNG_WRITE_DOCS=1"
+    )
+
+
+def test_the_types_of_parts_are_those_of_the_library() -> None:
+    _compare(STUB, stub())
 
 
 def test_the_page_shows_each_name_once() -> None:
     text = page()
-    if os.environ.get("SPRUNG_WRITE_DOCS"):
-        PAGE.write_text(text, encoding="utf-8")
-    assert PAGE.read_text(encoding="utf-8") == text, (
-        "docs/reference/python.md is older than the docstrings: run this test with SPRUNG_WRITE_DOCS=1"
-    )
+    _compare(PAGE, text)
     rows = re.findall(r"^\| `(\w+)", text, flags=re.MULTILINE)
     assert sorted(rows) == sorted(set(rows))
     assert set(rows) == set(NAMES)

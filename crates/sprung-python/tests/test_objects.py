@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
+import json
 import multiprocessing
 import pickle
 from pathlib import Path
@@ -34,6 +36,16 @@ def test_checks_and_validations_pickle(
     validation = result.validate(log)
     back = pickle.loads(pickle.dumps(validation))
     assert back == validation and back.sentence == validation.sentence
+    assert list(back.signals) == list(validation.signals)
+
+
+def test_parts_have_all_fields_of_the_files(result: sprung.Result) -> None:
+    contents = json.loads(result.to_json())
+    (first,) = contents["results"]
+    parts = ((result.logs[0], contents["log"]), (result.promise[0], first["promise"][0]))
+    for part, given in parts:
+        assert set(given) <= {field.name for field in dataclasses.fields(part)}
+    assert result.logs[0].recorded == contents["log"]["recorded"] > 0
 
 
 def test_errors_pickle(experiment: sprung.Experiment) -> None:

@@ -14,7 +14,7 @@ use crate::numbers::Shown;
 ///
 /// A sample at time t with index i belongs to it if `from_s` ≤ t < `to_s` and
 /// `from_index` ≤ i < `to_index`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(default)]
 pub struct Window {
     /// Time of its beginning, s, on the axis of the log's own time.

@@ -1,11 +1,12 @@
 //! The contents of `servo.json` and `parameters.csv`.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::finding::{Finding, Severity};
 
 /// Source of the scale of all torques.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scale {
     /// A load of known mass or inertia.
@@ -17,7 +18,7 @@ pub enum Scale {
 }
 
 /// A log of a servo.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ServoLog {
     /// Name, with its window.
     pub log: String,
@@ -32,7 +33,7 @@ pub struct ServoLog {
 }
 
 /// One parameter of a servo.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ServoEstimate {
     /// Name.
     pub name: String,
@@ -49,7 +50,8 @@ pub struct ServoEstimate {
 }
 
 /// Distance of the simulated from the logged positions.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "ServoErrors")]
 pub struct ServoFit {
     /// Root mean square over the windows that the model follows, rad.
     pub position_rms_rad: f64,
@@ -60,7 +62,7 @@ pub struct ServoFit {
 }
 
 /// Complete result of a servo; format 1.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ServoIdentification {
     /// Version of the file format; 1.
     pub format: u32,
@@ -88,7 +90,7 @@ pub struct ServoIdentification {
 }
 
 /// A parameter before the fit.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ServoExpectation {
     /// Name.
     pub name: String,

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::curves::Curves;
@@ -10,7 +11,7 @@ use crate::finding::{Finding, Severity};
 use crate::unknowns::UnknownResult;
 
 /// Figures and findings of a check.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct CheckReport {
     /// Version of the file format.
     pub format: u32,
@@ -50,7 +51,7 @@ impl CheckReport {
 }
 
 /// Figures of one log.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct CheckedLog {
     /// File as opened.
     pub file: String,
@@ -59,13 +60,13 @@ pub struct CheckedLog {
     pub window: Window,
     /// Number of samples.
     pub samples: u64,
-    /// Sampling period T.
+    /// Sampling period, s.
     pub period_s: f64,
-    /// Sampling rate.
+    /// Sampling rate, Hz.
     pub rate_hz: f64,
-    /// Time between first and last sample.
+    /// Time between the first and the last sample, s.
     pub duration_s: f64,
-    /// Largest deviation of a step from the period.
+    /// Largest deviation of a step from the period, percent.
     pub jitter_percent: f64,
     /// Times of the samples: `even`, `on-cycle` or `as-stamped`.
     pub sampling: String,
@@ -81,7 +82,7 @@ pub struct CheckedLog {
     pub frozen: u64,
     /// Number of gaps.
     pub gaps: u64,
-    /// Duration of all gaps.
+    /// Duration of all gaps, s.
     pub gap_duration_s: f64,
     /// Columns, in the order of the joints: links, motors, torques.
     pub columns: Vec<ColumnFigures>,
@@ -107,7 +108,8 @@ impl ColumnFigures {
 }
 
 /// Figures of one column.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "CheckedColumn")]
 pub struct ColumnFigures {
     /// Name of the column.
     pub column: String,
@@ -134,12 +136,12 @@ pub struct ColumnFigures {
     pub step: Option<f64>,
     /// Bits of an ideal converter with the same range and noise.
     pub effective_bits: Option<f64>,
-    /// Longest time with a constant value.
+    /// Longest time with a constant value, s.
     pub longest_still_s: f64,
 }
 
 /// Figures of one joint.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct JointFigures {
     /// Name of the joint.
     pub joint: String,

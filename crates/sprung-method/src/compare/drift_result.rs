@@ -1,5 +1,6 @@
 //! The drift of a robot in `comparison.json`.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::dates::{SECONDS_PER_DAY, day};
@@ -9,7 +10,8 @@ use crate::model::short;
 pub const PARAMETER_DRIFTS: &str = "parameter-drifts";
 
 /// The results of one estimator from different logs of one robot over time.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "DriftOverTime")]
 pub struct Drift {
     /// Name of the estimator.
     pub estimator: String,
@@ -30,7 +32,8 @@ pub struct Drift {
 }
 
 /// A line through the estimates of one parameter over time.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "DriftOfParameter")]
 pub struct ParameterDrift {
     /// Name of the parameter.
     pub name: String,

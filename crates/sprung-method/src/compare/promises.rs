@@ -1,11 +1,12 @@
 //! Promises of several validations side by side.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::validate::{JointProof, QuantityProof, Validation, worst};
 
 /// One parameter set on one validation log.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ComparedPromise {
     /// The file that was read.
     pub file: String,

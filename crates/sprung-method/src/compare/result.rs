@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::dates::minute;
@@ -13,7 +14,7 @@ use crate::model::short;
 use crate::named::Named;
 
 /// The compared results; format 1.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Comparison {
     /// Version of the file format; 1.
     pub format: u32,
@@ -81,7 +82,7 @@ impl Comparison {
 }
 
 /// Origin of the values in one column.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ComparedResult {
     /// A short, unique name.
     pub label: String,
@@ -130,7 +131,7 @@ impl ComparedResult {
 }
 
 /// One parameter in all results.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ComparedParameter {
     /// Name of the parameter.
     pub name: String,
@@ -143,7 +144,7 @@ pub struct ComparedParameter {
 }
 
 /// One parameter in one result.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ComparedValue {
     /// Estimate; absent if the log does not determine it.
     pub value: Option<f64>,
@@ -161,7 +162,8 @@ pub struct ComparedValue {
 }
 
 /// Results of one estimator from different logs of one robot, combined.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "Combined")]
 pub struct CombinedResult {
     /// Name of the estimator.
     pub estimator: String,
@@ -172,7 +174,7 @@ pub struct CombinedResult {
 }
 
 /// One parameter from several results.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct CombinedParameter {
     /// Name of the parameter.
     pub name: String,

@@ -1,5 +1,6 @@
 //! A designed controller, as it is written to `control.json`.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::shapers::ShaperDesign;
@@ -8,7 +9,7 @@ use super::shapers::ShaperDesign;
 pub const CONTROL_FORMAT: u32 = 1;
 
 /// A designed controller with its margins and tests.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ControlDesign {
     /// Version of the format.
     pub format: u32,
@@ -49,7 +50,7 @@ pub struct ControlDesign {
 }
 
 /// A controller with all its numbers.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DesignedController {
     /// `state-feedback`, `pd`, `link-damping` or `declared`.
     pub feedback: String,
@@ -72,7 +73,7 @@ pub struct DesignedController {
 }
 
 /// Bandwidths of the joints, Hz, \[n\] each.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Bandwidth {
     /// Those of the design.
     pub used_hz: Vec<f64>,
@@ -83,7 +84,7 @@ pub struct Bandwidth {
 }
 
 /// A figure for the identified robot and the worst over all robots of the posterior, both at their worst pose.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct WithDraws {
     /// Of the identified robot.
     pub identified: f64,
@@ -92,7 +93,7 @@ pub struct WithDraws {
 }
 
 /// The margins of the loop of one motor, opened there while the others are closed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LoopMargins {
     /// Name of the joint.
     pub joint: String,
@@ -105,7 +106,7 @@ pub struct LoopMargins {
 }
 
 /// Where the motors are while the robot vibrates.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Motors {
     /// No torque acts on them.
@@ -129,7 +130,7 @@ impl Motors {
 }
 
 /// A vibration over all poses and robots.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Vibration {
     /// The motors.
     pub motors: Motors,
@@ -142,7 +143,7 @@ pub struct Vibration {
 }
 
 /// Natural frequency and damping ratio with intervals that hold 95 % of the robots.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Mode {
     /// Natural frequency of the identified robot, Hz; over poses the median.
     pub hz: f64,
@@ -156,7 +157,7 @@ pub struct Mode {
 
 /// Results of simulations of the loop with robots from the posterior. The model in the controller is that of the
 /// identified robot.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Proof {
     /// Number of simulated robots, the identified one among them.
     pub robots: usize,
@@ -169,7 +170,7 @@ pub struct Proof {
 }
 
 /// Tracking error of a link, root mean square, rad (m).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Tracking {
     /// Name of the joint.
     pub joint: String,
@@ -180,7 +181,7 @@ pub struct Tracking {
 }
 
 /// Residual vibration of moves: the largest deviation of a link from its rest after the end of the command.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Moves {
     /// Length of a move, s.
     pub duration_s: f64,

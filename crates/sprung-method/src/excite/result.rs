@@ -1,5 +1,6 @@
 //! The design of an experiment, as it is written to `excitation.json`.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::checked_loop::Simulation;
@@ -8,7 +9,7 @@ use super::checked_loop::Simulation;
 pub const EXCITATION_FORMAT: u32 = 1;
 
 /// A designed experiment.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Excitation {
     /// Version of the format.
     pub format: u32,
@@ -47,7 +48,7 @@ pub struct Excitation {
 }
 
 /// A motion as a Fourier series, and its times.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct MotionResult {
     /// Length without approach, s.
     pub duration_s: f64,
@@ -64,7 +65,7 @@ pub struct MotionResult {
 }
 
 /// The series of one joint.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct JointMotion {
     /// Name of the joint.
     pub joint: String,
@@ -79,7 +80,7 @@ pub struct JointMotion {
 }
 
 /// How near the motion comes to one limit.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct LimitUsed {
     /// Joint; `None` for the tool.
     pub joint: Option<String>,
@@ -100,7 +101,7 @@ pub struct LimitUsed {
 }
 
 /// The standard error of one parameter for the motion.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Promised {
     /// Name of the parameter.
     pub name: String,
@@ -119,7 +120,7 @@ pub struct Promised {
 }
 
 /// Standard errors after more experiments.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct More {
     /// The experiments.
     pub what: String,
@@ -130,7 +131,7 @@ pub struct More {
 }
 
 /// The search for a motion.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct SearchResult {
     /// Seed.
     pub seed: u64,
@@ -160,7 +161,7 @@ pub struct Excited {
 }
 
 /// Samples of a motion at the rate of the controller, approach first.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Trajectory {
     /// Names of the joints.
     pub joints: Vec<String>,
@@ -177,7 +178,7 @@ pub struct Trajectory {
 }
 
 /// Places of links and tool over a motion.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Skeleton {
     /// Times, s.
     pub time_s: Vec<f64>,

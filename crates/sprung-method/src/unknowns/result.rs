@@ -1,9 +1,10 @@
 //! The list of what was found, as files contain it.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What sprung did with an unknown.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum UnknownStatus {
     /// The experiment file gives it.
@@ -30,7 +31,7 @@ impl UnknownStatus {
 }
 
 /// An unknown that may stand for another one.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CompetingUnknown {
     /// Its name.
     pub id: String,
@@ -39,7 +40,8 @@ pub struct CompetingUnknown {
 }
 
 /// An unknown of a log: what differs from the description by a size that the log shows.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "Unknown")]
 pub struct UnknownResult {
     /// Stable name, as in `delay q1_rad`.
     pub id: String,
@@ -71,7 +73,7 @@ pub struct UnknownResult {
 }
 
 /// A law of a joint beyond those of its description.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AddedLaw {
     /// The key that it concerns: `link_friction`, `motor_friction`, `spring`, or words for an effect that no key describes.
     pub of: String,

@@ -1,5 +1,6 @@
 //! Proof of a promise: prediction errors on a log compared with the promised ones.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::{JointPrediction, percent};
@@ -17,7 +18,8 @@ const SMALLEST_PROMISE: f64 = 0.005;
 ///
 /// If the log has larger torques (deflections) than the logs of the identification, the promised
 /// error grows in proportion. Promised errors are absent without an identification.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "JointErrors")]
 pub struct JointProof {
     /// Name of the joint.
     pub joint: String,

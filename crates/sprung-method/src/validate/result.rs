@@ -1,5 +1,6 @@
 //! The contents of `validation.json`.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::changes::change_in_words;
@@ -8,7 +9,7 @@ use crate::finding::Finding;
 use crate::named::Named;
 
 /// Results of a validation; format 1.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Validation {
     /// Version of the file format; 1.
     pub format: u32,
@@ -21,7 +22,8 @@ pub struct Validation {
 }
 
 /// One experiment and all parameter sets on it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "ValidationRun")]
 pub struct RunResult {
     /// Name of the experiment.
     pub name: String,
@@ -62,7 +64,7 @@ impl RunResult {
 }
 
 /// Outcome of simulating a closed loop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
     /// The simulation ran to the end of the log, or to its first gap.
@@ -89,7 +91,8 @@ impl Outcome {
 }
 
 /// One parameter set on one experiment.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "ValidatedSet")]
 pub struct SetResult {
     /// Origin of the parameters.
     pub parameters: String,
@@ -125,7 +128,8 @@ impl SetResult {
 }
 
 /// Root mean squares of measured minus simulated signals, by joint.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "LoopErrors")]
 pub struct RootMeanSquares {
     /// Motor torque, N·m.
     pub tau_nm: Named,

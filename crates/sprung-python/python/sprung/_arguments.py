@@ -102,10 +102,3 @@ def path_of(name: str, given: object, remedy: str) -> str:
     if not isinstance(given, str | os.PathLike):
         raise InputError(f"{name} is of type {type(given).__name__}", name, remedy)
     return os.path.abspath(given)
-
-
-def run_of(threads: int, callback: Any) -> _sprung.Run:
-    """Returns the settings of a run."""
-    if not 0 <= threads <= 256:
-        raise InputError(f"threads = {threads}", "threads", "give 0 to 256")
-    return {"threads": threads, "progress": callback}

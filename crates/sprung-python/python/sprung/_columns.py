@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import warnings
+import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 
 from sprung import _sprung
-from sprung._errors import InputError, SprungWarning
+from sprung._errors import InputError, SprungWarning, warn
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+
 
 class ArrowTable(Protocol):
     """A table of Arrow, polars, DuckDB and others, by the PyCapsule interface of Arrow."""
@@ -40,6 +41,21 @@ class DataFrame(Protocol):
 Columns: TypeAlias = "Mapping[str, ArrayLike] | DataFrame | ArrowTable"
 #: Named arrays in the form that the library takes.
 Named: TypeAlias = list[tuple[str, Any]]
+
+
+def given(log: Any, wanted: Sequence[str]) -> tuple[list[str] | None, list[Named] | None]:
+    """Returns the paths of logs or their columns in memory; neither without a log."""
+    if log is None:
+        return None, None
+    logs: list[Any] = list(log) if isinstance(log, list | tuple) else [log]
+    if not logs:
+        raise InputError("the list of logs is empty", "log", "give at least one log")
+    paths = [os.path.abspath(one) for one in logs if isinstance(one, str | os.PathLike)]
+    if paths and len(paths) < len(logs):
+        raise InputError(
+            "the list holds paths and columns", "log", "give logs of one kind in a call"
+        )
+    return (paths, None) if paths else (None, [named(one, wanted) for one in logs])
 
 
 def named(log: Any, wanted: Sequence[str]) -> Named:
@@ -126,12 +142,11 @@ def _array(name: str, values: Any) -> Any:
 
 def _contiguous(name: str, array: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     if array.dtype.kind == "f" and array.dtype.itemsize < 8:
-        warnings.warn(
+        warn(
             SprungWarning(
                 f'the column "{name}" has the type {array.dtype} and was converted to float64; '
                 f"its resolution is {np.finfo(array.dtype).eps:.1e} of its values"
-            ),
-            stacklevel=6,
+            )
         )
     exact = array.dtype.kind in "iu" and array.ndim == 1
     kind = np.dtype(np.int64 if exact else np.float64)

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+import sys
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
-from sprung._finding import Finding, findings
+from sprung._record import record
+from sprung._results import Finding
 
 
 class SprungError(Exception):
@@ -132,6 +136,25 @@ class SprungWarning(UserWarning):
         return cls(f"{finding.code}: {finding.text}; {finding.remedy}", finding)
 
 
+def findings(given: str | Iterable[Mapping[str, Any]]) -> list[Finding]:
+    """Returns findings from their JSON or its text."""
+    return [record(Finding, one) for one in (json.loads(given or "[]") if isinstance(given, str) else given)]
+
+
+def warn(*given: SprungWarning) -> None:
+    """Gives Python warnings at the line that called the package."""
+    frame, level = sys._getframe(1), 2
+    while frame.f_back and frame.f_globals["__name__"].split(".")[0] == "sprung":
+        frame, level = frame.f_back, level + 1
+    for warning in given:
+        warnings.warn(warning, stacklevel=level)
+
+
+def warn_of(found: Iterable[Finding]) -> None:
+    """Gives a Python warning for each warning among findings."""
+    warn(*(SprungWarning.of(finding) for finding in found if finding.severity in {"warning", "serious"}))
+
+
 def one_of(name: str, value: str, allowed: tuple[str, ...]) -> None:
     """Refuses a word that is not allowed."""
     if value not in allowed:
@@ -157,4 +180,4 @@ def described(
     """
     classes = (ExperimentError, LogError, FileError, InputError, Stopped)
     (error_class,) = (one for one in classes if one.__name__ == kind)
-    return error_class(text, code, remedy, place, findings(json.loads(found or "[]")))
+    return error_class(text, code, remedy, place, findings(found))

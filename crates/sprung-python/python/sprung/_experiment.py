@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,19 +19,17 @@ from sprung._arguments import (
     assignments,
     path_of,
     plain,
-    run_of,
     session_of,
     values_of,
 )
 from sprung._check import Check
-from sprung._columns import Named, named
+from sprung._columns import Named, given
 from sprung._control import Control
-from sprung._errors import ExperimentError, InputError, SprungWarning, one_of
+from sprung._errors import ExperimentError, InputError, SprungWarning, findings, one_of, warn, warn_of
 from sprung._excitation import Excitation
 from sprung._files import write_text
-from sprung._progress import Callback, Progress, heard
+from sprung._progress import Progress, running
 from sprung._result import Result
-from sprung._validation import Validation
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -137,7 +134,7 @@ class Experiment:
                 example ``{"elbow": {"transmission": "rigid"}}``; all joints that move if absent.
             log: logs in which sprung looks for the columns; without it, `identify` takes arrays.
             overrides: keys of the experiment and their values.
-            progress: callback, or whether to show a bar.
+            progress: as for `identify`.
 
         Raises:
             ExperimentError: if a joint is not in the URDF, or if values are missing that only you
@@ -190,7 +187,7 @@ class Experiment:
             joints: number of joints if the names of the columns do not tell.
             topics: beginning of the topics of a bag that belong to the robot; all topics if absent.
             overrides: keys of the experiment and their values, for example those that only you know.
-            progress: callback, or whether to show a bar.
+            progress: as for `identify`.
 
         Raises:
             ExperimentError: if values are missing that only you know; ``place`` names the line.
@@ -198,18 +195,16 @@ class Experiment:
         logs = [log] if isinstance(log, str | os.PathLike) else list(log)
         paths = [Path(os.path.abspath(one)) for one in logs]
         folder = Path(os.path.abspath(os.curdir))
-        with heard(progress, "reading the log") as callback:
+        with running("reading the log", progress=progress) as run:
             text, found = _sprung.experiment_from_log(
                 paths,
                 None if urdf is None else Path(os.path.abspath(urdf)),
                 joints,
                 topics,
                 folder,
-                run_of(0, callback),
+                run,
             )
-        for finding in json.loads(found or "[]"):
-            message = f"{finding['code']}: {finding['text']}; {finding['remedy']}"
-            warnings.warn(SprungWarning(message), stacklevel=2)
+        warn(*map(SprungWarning.of, findings(found)))
         return cls.from_text(text, overrides, folder=folder)
 
     @property
@@ -251,16 +246,14 @@ class Experiment:
         """Checks a log before any fit: rate, units, signs, delays, faults.
 
         Args:
-            log: as for `identify`.
-            threads: number of threads; 0 for one per processor.
-            progress: callback, or whether to show a bar.
+            log, threads, progress: as for `identify`.
 
         Raises:
             LogError: if the log cannot be read. A faulty log is not an error: the check has findings.
         """
         session, logs = self._given(log)
-        with heard(progress, "checking") as callback:
-            return Check(session.check(logs, run_of(threads, callback)))
+        with running("checking", threads, progress) as run:
+            return Check(session.check(logs, run))
 
     def identify(
         self,
@@ -296,23 +289,10 @@ class Experiment:
         session, logs = self._given(log)
         if laws_from:
             session = session.with_laws_from([earlier._handle for earlier in laws_from])
-        with heard(progress, "identifying") as callback:
-            result = Result(session.identify(logs, run_of(threads, callback)), self)
-        for finding in result.findings:
-            if finding.severity in {"warning", "serious"}:
-                warnings.warn(SprungWarning.of(finding), stacklevel=2)
+        with running("identifying", threads, progress) as run:
+            result = Result(session.identify(logs, run), self)
+        warn_of(result.findings)
         return result
-
-    def _validate(
-        self, result: Result, log: Log | None, threads: int, callback: Callback | None
-    ) -> Validation:
-        session, logs, files = self._session, None, None
-        if log is not None:
-            given = _logs(log)
-            files = _paths(given)
-            logs = None if files else [named(one, session.log_columns) for one in given]
-        run = run_of(threads, callback)
-        return Validation(session.validate(result._handle, logs, files, run))
 
     def simulate(
         self,
@@ -330,15 +310,14 @@ class Experiment:
             result: parameters of the twin: a result, a drawn robot, a dict of values by name, or a file of
                 values; those of ``[simulate]`` if absent.
             seed: seed of encoder phases and noise.
-            threads: number of threads; 0 for one per processor.
-            progress: callback, or whether to show a bar.
+            threads, progress: as for `identify`.
 
         Returns:
             Columns by name, each with the shape (samples,).
         """
         values = None if result is None else values_of(result, with_laws=True)
-        with heard(progress, "simulating") as callback:
-            return self._session.simulate(run, values, seed, run_of(threads, callback))
+        with running("simulating", threads, progress) as settings:
+            return self._session.simulate(run, values, seed, settings)
 
     def excite(
         self,
@@ -379,10 +358,9 @@ class Experiment:
         values = None if parameters is None else values_of(parameters)
         log = None if from_log is None else path_of("from_log", from_log, "give the path of a log")
         motion = None if reference is None else path_of("reference", reference, "give the path of a file")
-        with heard(progress, "designing") as callback:
-            run = run_of(threads, callback)
+        with running("designing", threads, progress) as run:
             files = (log, motion)
-            return Excitation._of(self._session.excite(method, warm_up, values, files, run))
+            return Excitation(self._session.excite(method, warm_up, values, files, run))
 
     def control(
         self,
@@ -399,9 +377,7 @@ class Experiment:
             parameters: a result, ``identification.json`` or a TOML file of values, or a dict of values by
                 name; values that come from no identification count as exact.
             accept_unusable: whether a result whose verdict is ``unusable`` counts.
-            threads: number of threads; 0 for one per processor. Results do not depend on it.
-            progress: callback with phase, work done and total; it stops the run by returning ``False``.
-                ``True`` shows a bar of tqdm.
+            threads, progress: as for `identify`.
 
         Returns:
             The controller, its margins, the vibrations, the input shaper, and what simulations show.
@@ -413,9 +389,8 @@ class Experiment:
             Stopped: if the callback stopped the run.
         """
         values = values_of(parameters)
-        with heard(progress, "designing") as callback:
-            run = run_of(threads, callback)
-            return Control._of(self._session.control(values, accept_unusable, run))
+        with running("designing", threads, progress) as run:
+            return Control(self._session.control(values, accept_unusable, run))
 
     def truth(self) -> dict[str, float]:
         """Returns the true parameters of the digital twin, by name."""
@@ -423,15 +398,11 @@ class Experiment:
 
     def _given(self, log: Log | None) -> tuple[_sprung.Session, list[Named] | None]:
         """Returns the session and the logs in memory, if there are any."""
-        if log is None:
-            return self._session, None
-        logs = _logs(log)
-        paths = _paths(logs)
+        paths, columns = given(log, self._session.log_columns)
         if paths:
             overrides = [*self._overrides, f"log.file={json.dumps(paths)}"]
             return session_of(self._origin, overrides), None
-        wanted = self._session.log_columns
-        return self._session, [named(one, wanted) for one in logs]
+        return self._session, columns
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Experiment):
@@ -446,20 +417,3 @@ class Experiment:
 
     def __repr__(self) -> str:
         return f"<sprung.Experiment of {self.robot!r}: {', '.join(self.joints)}>"
-
-
-def _logs(log: Log) -> list[Any]:
-    logs: list[Any] = list(log) if isinstance(log, list | tuple) else [log]
-    if not logs:
-        raise InputError("the list of logs is empty", "log", "give at least one log")
-    return logs
-
-
-def _paths(logs: list[Any]) -> list[str]:
-    """Returns the paths of logs; none for columns in memory."""
-    paths = [os.path.abspath(one) for one in logs if isinstance(one, str | os.PathLike)]
-    if paths and len(paths) < len(logs):
-        raise InputError(
-            "the list holds paths and columns", "log", "give logs of one kind in a call"
-        )
-    return paths

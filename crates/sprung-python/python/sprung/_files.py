@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 from sprung._errors import FileError
@@ -35,6 +36,13 @@ def write_text(path: str | os.PathLike[str], text: str) -> Path:
             str(path),
         ) from error
     return path
+
+
+def write_all(folder: str | os.PathLike[str], texts: Mapping[str, str]) -> Path:
+    """Writes texts by the names of their files, in their order; returns the folder."""
+    for name, text in texts.items():
+        write_text(Path(folder) / name, text)
+    return Path(folder)
 
 
 def remove(path: str | os.PathLike[str]) -> None:

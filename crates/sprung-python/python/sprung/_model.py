@@ -18,32 +18,14 @@ if TYPE_CHECKING:
 
 
 class Torques(NamedTuple):
-    """Torques on the links and of the motors, each with the shape of the motion, N·m (N).
-
-    Example:
-        >>> import sprung
-        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
-        >>> result = experiment.identify(experiment.simulate())
-        >>> torques = result.model.predict([0.0, 0.0], [1.0, 0.0], [0.0, 0.0])
-        >>> torques.motor.shape
-        (2,)
-    """
+    """Torques on the links and of the motors, each with the shape of the motion, N·m (N)."""
 
     link: Numbers
     motor: Numbers
 
 
 class Accelerations(NamedTuple):
-    """Accelerations of links and motors, each with the shape of the motion, rad/s² (m/s²).
-
-    Example:
-        >>> import sprung
-        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
-        >>> result = experiment.identify(experiment.simulate())
-        >>> accelerations = result.model.forward_dynamics([0.0, 0.0], [0.0, 0.0], [1.0, 0.0])
-        >>> bool(accelerations.ddphi[0] > 0.0)
-        True
-    """
+    """Accelerations of links and motors, each with the shape of the motion, rad/s² (m/s²)."""
 
     ddq: Numbers
     ddphi: Numbers
@@ -57,14 +39,6 @@ class Motion:
         t: times, s, shape (samples,).
         q, dq: positions and velocities of the links, rad, rad/s, shape (samples, joints).
         phi, dphi: positions and velocities of the motors after the gear, of the same shape.
-
-    Example:
-        >>> import sprung
-        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
-        >>> result = experiment.identify(experiment.simulate())
-        >>> motion = result.model.simulate([[3.0, 0.0]] * 100, 0.001, q=[0.0, 0.0])
-        >>> motion.q.shape, bool(motion.phi[-1, 0] > 0.0)
-        ((101, 2), True)
     """
 
     t: Numbers
@@ -97,6 +71,14 @@ class Model:
         True
         >>> bool(np.all(np.linalg.eigvalsh(model.mass_matrix([0.1, 0.2])) > 0.0))
         True
+        >>> model.predict(*motion).motor.shape
+        (2,)
+        >>> accelerations = model.forward_dynamics([0.0, 0.0], [0.0, 0.0], [1.0, 0.0])
+        >>> bool(accelerations.ddphi[0] > 0.0)
+        True
+        >>> simulated = model.simulate([[3.0, 0.0]] * 100, 0.001, q=[0.0, 0.0])
+        >>> simulated.q.shape, bool(simulated.phi[-1, 0] > 0.0)
+        ((101, 2), True)
     """
 
     def __init__(self, result: Any, index: int) -> None:

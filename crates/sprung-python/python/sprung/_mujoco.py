@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, SupportsIndex
 
 import numpy as np
 
+from sprung._arrays import WithArrays
 from sprung._errors import InputError
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ _DERIVED = (
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MujocoArrays:
+class MujocoArrays(WithArrays):
     """Values of drawn robots by the names of the fields of ``mujoco.MjModel``, the robots along the first axis.
 
     The indices are those of the model that MuJoCo compiles from ``result.export("mjcf")``. All other fields are equal in
@@ -163,18 +164,6 @@ class MujocoArrays:
             for name, row in rows.items():
                 row.append(np.array(getattr(model_copy, name), dtype=np.float64))
         return {name: np.array(row) for name, row in rows.items()}
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, MujocoArrays):
-            return NotImplemented
-        names = (self.bodies, self.joints, self.tendons)
-        if names != (other.bodies, other.joints, other.tendons):
-            return False
-        both = zip(self.fields().values(), other.fields().values(), strict=True)
-        return all(np.array_equal(a, b) for a, b in both)
-
-    def __hash__(self) -> int:
-        return hash((*self.joints, self.body_mass.tobytes()))
 
     def __repr__(self) -> str:
         robots, bodies = self.body_mass.shape

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypedDict
+from typing import TYPE_CHECKING, Any, TypedDict, cast
 
 from sprung._named import Named
+from sprung._record import record
 
 if TYPE_CHECKING:
     import pandas
@@ -14,15 +15,7 @@ if TYPE_CHECKING:
 
 
 class ParameterRow(TypedDict):
-    """A parameter as a row of a table.
-
-    Example:
-        >>> import sprung
-        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
-        >>> rows = experiment.identify(experiment.simulate()).parameters.to_dict()
-        >>> rows["joint1.stiffness"]["identifiable"]
-        True
-    """
+    """A parameter as a row of a table."""
 
     unit: str
     value: float | None
@@ -52,13 +45,6 @@ class Parameter:
         nominal: value of the maker; ``None`` if there is none.
         identifiable: whether the log determines it.
         fixed: whether its value was given and not estimated.
-
-    Example:
-        >>> import sprung
-        >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
-        >>> stiffness = experiment.identify(experiment.simulate()).parameters["joint1.stiffness"]
-        >>> stiffness.ci95[0] < 9.3587 < stiffness.ci95[1]          # the twin's
-        True
     """
 
     name: str
@@ -88,8 +74,11 @@ class Parameters(Named[Parameter]):
         >>> import sprung
         >>> experiment = sprung.Experiment.demo({"identify.estimator": "least-squares"})
         >>> parameters = experiment.identify(experiment.simulate()).parameters
-        >>> parameters["joint1.stiffness"].unit
-        'N·m/rad'
+        >>> stiffness = parameters["joint1.stiffness"]
+        >>> stiffness.unit, stiffness.ci95[0] < 9.3587 < stiffness.ci95[1]          # the twin's
+        ('N·m/rad', True)
+        >>> parameters.to_dict()["joint1.stiffness"]["identifiable"]
+        True
         >>> parameters["joint1.stifness"]
         Traceback (most recent call last):
         KeyError: "there is no parameter 'joint1.stifness'; the nearest name is 'joint1.stiffness'; ..."
@@ -99,6 +88,10 @@ class Parameters(Named[Parameter]):
 
     def __init__(self, parameters: list[Parameter]) -> None:
         super().__init__({parameter.name: parameter for parameter in parameters})
+
+    @classmethod
+    def _of(cls, given: list[dict[str, Any]]) -> Parameters:
+        return cls([record(Parameter, parameter) for parameter in given])
 
     def __hash__(self) -> int:
         return hash(tuple(self._all.values()))
@@ -139,15 +132,5 @@ class Parameters(Named[Parameter]):
 
 def _row(parameter: Parameter) -> ParameterRow:
     low, high = parameter.ci95 or (None, None)
-    return {
-        "unit": parameter.unit,
-        "value": parameter.value,
-        "standard_error": parameter.standard_error,
-        "ci95_low": low,
-        "ci95_high": high,
-        "one_sided": parameter.one_sided,
-        "unconstrained": parameter.unconstrained,
-        "nominal": parameter.nominal,
-        "identifiable": parameter.identifiable,
-        "fixed": parameter.fixed,
-    }
+    values: Any = {"ci95_low": low, "ci95_high": high, **vars(parameter)}
+    return cast("ParameterRow", {name: values[name] for name in ParameterRow.__annotations__})

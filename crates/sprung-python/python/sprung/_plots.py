@@ -96,14 +96,11 @@ class Plots:
 
         sets = self._filtered()
         names = [name for name in _columns(sets) if ".motor_" in name or ".deflection_" in name]
-        axes = _figure.panels(len(names), ax, 0.8 + _PANEL_HEIGHT * len(names))
+        axes = _over_time(sets, names, ax, first=0)
         for axis, name in zip(axes, names, strict=True):
-            for place, (label, curves) in enumerate(sets.items()):
-                _curve(axis, curves["t"], curves[name], label, place)
             what, unit = _quantity(name)
             axis.set_ylabel(f"{what}\n[{unit}]")
             _figure.describe(axis, _differences(f"{what} [{unit}]", sets, name))
-        _over_time(axes)
         return axes
 
     def trace(self, *names: str, ax: Panels | None = None) -> NDArray[np.object_]:
@@ -127,16 +124,13 @@ class Plots:
         known = _columns(sets)
         chosen = [_column(name, known) for name in names] or known
         units = {parameter.name: parameter.unit for parameter in self._result.parameters.values()}
-        axes = _figure.panels(len(chosen), ax, 0.8 + _PANEL_HEIGHT * len(chosen))
+        axes = _over_time(sets, chosen, ax, first=1)
         for axis, name in zip(axes, chosen, strict=True):
-            for place, (label, curves) in enumerate(sets.items(), 1):
-                _curve(axis, curves["t"], curves[name], label, place)
             own_unit = units.get(name, "")
             axis.set_ylabel(name.replace(".", "\n", 1) + (f"\n[{own_unit}]" if own_unit else ""))
             _limit_to_second_half(axis, [curves[name] for curves in sets.values()])
             last = ", ".join(f"{label} {_last(curves[name]):.4g}" for label, curves in sets.items())
             _figure.describe(axis, f"Estimate of {name} over time. At the end: {last} {own_unit}.")
-        _over_time(axes)
         return axes
 
     def parameters(self, *, ax: Axes | None = None) -> Axes:
@@ -266,21 +260,28 @@ def _quantity(column: str) -> tuple[str, str]:
     return f"{joint} {words.get(kind, kind)}", _UNITS.get(unit, unit)
 
 
-def _curve(axes: Axes, time: Numbers, values: Numbers, label: str, place: int) -> None:
-    """Draws a curve over time: the first is the measured one, below the models."""
-    color = _MEASURED if place == 0 else _MODELS[(place - 1) % len(_MODELS)]
-    style = "-" if place < 2 else ("--", "-.", ":")[(place - 2) % 3]
-    axes.plot(time, values, style, label=label, color=color, linewidth=2.2 if place == 0 else 1.2)
+def _over_time(sets: Sets, names: list[str], ax: Panels | None, first: int) -> NDArray[np.object_]:
+    """Draws curves over time, one panel for each name.
 
+    Args:
+        first: place of the first curve: 0 for the measured one, which is below the models.
+    """
+    from sprung import _figure
 
-def _over_time(axes: NDArray[np.object_]) -> None:
-    for axis in axes:
+    axes = _figure.panels(len(names), ax, 0.8 + _PANEL_HEIGHT * len(names))
+    for axis, name in zip(axes, names, strict=True):
+        for place, (label, curves) in enumerate(sets.items(), first):
+            color = _MEASURED if place == 0 else _MODELS[(place - 1) % len(_MODELS)]
+            style = "-" if place < 2 else ("--", "-.", ":")[(place - 2) % 3]
+            width = 2.2 if place == 0 else 1.2
+            axis.plot(curves["t"], curves[name], style, label=label, color=color, linewidth=width)
         axis.grid(alpha=0.3)
-    curves = axes[0].get_lines()
-    if len(curves) > 1:
+    lines = axes[0].get_lines()
+    if len(lines) > 1:
         # Above the panel, where it covers no curve.
-        axes[0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(curves), frameon=False)
+        axes[0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(lines), frameon=False)
     axes[-1].set_xlabel("time [s]")
+    return axes
 
 
 def _limit_to_second_half(axes: Axes, curves: list[Numbers]) -> None:

@@ -1,4 +1,4 @@
-"""Progress of a run."""
+"""Settings and progress of a run."""
 
 from __future__ import annotations
 
@@ -7,8 +7,12 @@ from collections.abc import Callable
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from sprung._errors import InputError
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from sprung import _sprung
 
 #: Receives the phase, the work done, and the total where it is known; ``False`` stops the run.
 Callback: TypeAlias = Callable[[str, int, "int | None"], "bool | None"]
@@ -17,17 +21,21 @@ Progress: TypeAlias = "Callback | bool | None"
 
 
 @contextmanager
-def heard(progress: Progress, verb: str) -> Iterator[Callback | None]:
-    """Yields the callback of a run."""
+def running(verb: str, threads: int = 0, progress: Progress = False) -> Iterator[_sprung.Run]:
+    """Yields the settings of a run, with its callback.
+
+    Args:
+        threads: number of threads; 0 for one per processor.
+    """
+    if not 0 <= threads <= 256:
+        raise InputError(f"threads = {threads}", "threads", "give 0 to 256")
     if callable(progress):
-        yield progress
+        yield {"threads": threads, "progress": progress}
         return
-    if progress is False or (progress is None and not _in_notebook()):
-        yield None
-        return
-    bar = _bar(verb, required=progress is True)
+    wanted = progress is True or (progress is None and _in_notebook())
+    bar = _bar(verb, required=progress is True) if wanted else None
     if bar is None:
-        yield None
+        yield {"threads": threads, "progress": None}
         return
     phase = ""
 
@@ -42,7 +50,7 @@ def heard(progress: Progress, verb: str) -> Iterator[Callback | None]:
         bar.refresh()
 
     try:
-        yield callback
+        yield {"threads": threads, "progress": callback}
     finally:
         bar.close()
 

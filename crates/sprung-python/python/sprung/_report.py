@@ -1,31 +1,111 @@
-"""Common to all results: JSON, and a report that notebooks show."""
+"""Common to all results: JSON with typed fields, a report that notebooks show, pickles."""
 
 from __future__ import annotations
 
+import dataclasses
+import functools
 import html
 import json
 import os
+import sys
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar, get_args, overload
 
 from sprung._files import write_text
+from sprung._record import meaning, value
+
+if TYPE_CHECKING:
+    from typing_extensions import Never, Self
+
+T = TypeVar("T")
+
+
+class Field(Generic[T]):
+    """A value of the JSON of a result, with the type of its annotation and the meaning that the library describes.
+
+    Args:
+        path: keys of the JSON; the name of the attribute if absent.
+    """
+
+    def __init__(self, path: str = "") -> None:
+        self._path = path
+
+    def __set_name__(self, owner: type[Report], name: str) -> None:
+        self._name = name
+        self._path = self._path or name
+        self._owner = owner
+        self.__doc__ = meaning(owner._type, self._path)
+
+    @overload
+    def __get__(self, result: None, owner: type) -> Self: ...
+
+    @overload
+    def __get__(self, result: Report, owner: type) -> T: ...
+
+    def __get__(self, result: Report | None, owner: type) -> Self | T:
+        if result is None:
+            return self
+        if self._name not in vars(result):
+            found = functools.reduce(result._at, self._path.split("."), result._contents)
+            vars(result)[self._name] = value(self._hint(), found)
+        known: T = vars(result)[self._name]
+        return known
+
+    def __set__(self, result: Report, given: Never) -> None:
+        raise dataclasses.FrozenInstanceError(f"cannot assign to field {self._name!r}")
+
+    def _hint(self) -> Any:
+        """Returns the type of the value; its names are those of the module of the class."""
+        annotation = self._owner.__annotations__[self._name]
+        (hint,) = get_args(eval(annotation, vars(sys.modules[self._owner.__module__])))
+        return hint
+
+
+class Kept:
+    """What a pickle keeps of a result of the library, in its place."""
+
+    def __init__(self, values: dict[str, Any]) -> None:
+        self._values = values
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in vars(self).get("_values", {}):
+            raise AttributeError(name)
+        return lambda: self._values[name]
 
 
 class Report:
     """The base of all results: JSON and a report."""
 
-    def _html(self) -> str:
-        raise NotImplementedError
+    #: The type of the library that describes the JSON.
+    _type: ClassVar[str]
+    #: Functions of the handle whose values a pickle keeps.
+    _kept: ClassVar[tuple[str, ...]] = ("json", "report")
+    #: The element of lists within the JSON.
+    _index = 0
+
+    def __init__(self, handle: Any) -> None:
+        self._handle = handle
 
     def to_json(self) -> str:
         """Returns the text of the file that the command line writes."""
-        raise NotImplementedError
+        text: str = self._handle.json()
+        return text
+
+    def _html(self) -> str:
+        page: str = self._handle.report()
+        return page
 
     @cached_property
     def _contents(self) -> dict[str, Any]:
         contents: dict[str, Any] = json.loads(self.to_json())
         return contents
+
+    def _at(self, contents: Any, key: str) -> Any:
+        """Returns a value of the JSON; ``None`` if it is absent."""
+        if isinstance(contents, list):
+            contents = contents[self._index]
+        return None if contents is None else contents.get(key)
 
     def report(self, path: str | os.PathLike[str]) -> Path:
         """Writes the report, one HTML file that needs no other; returns its path."""
@@ -47,21 +127,12 @@ class Report:
     def _timeless(self) -> object:
         return _without_times(self._contents)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _of_kept, (type(self), {name: getattr(self._handle, name)() for name in self._kept})
 
-class Pickled:
-    """JSON and report of a result that came out of a pickle."""
 
-    def __init__(self, json_text: str, page: str) -> None:
-        self._json = json_text
-        self._page = page
-
-    def json(self) -> str:
-        """Returns the text of the file."""
-        return self._json
-
-    def report(self) -> str:
-        """Returns the report."""
-        return self._page
+def _of_kept(cls: type[Report], values: dict[str, Any]) -> Report:
+    return cls(Kept(values))
 
 
 def _without_times(value: Any) -> Any:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from functools import cached_property
 from pathlib import Path
@@ -11,12 +10,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sprung import _sprung
+from sprung._columns import given
 from sprung._curves import curves
-from sprung._errors import one_of, whole
-from sprung._files import write_text
-from sprung._finding import Finding, findings
-from sprung._identification import (
+from sprung._errors import findings, one_of, whole
+from sprung._files import write_all
+from sprung._model import Model
+from sprung._named import Named
+from sprung._parameters import Parameters
+from sprung._progress import Progress, running
+from sprung._report import Field, Report
+from sprung._results import (
     Applied,
+    Finding,
     LogUsed,
     Payload,
     PromisedErrors,
@@ -25,12 +30,6 @@ from sprung._identification import (
     StandardParameter,
     Unknown,
 )
-from sprung._model import Model
-from sprung._named import Named
-from sprung._parameters import Parameter, Parameters
-from sprung._progress import Progress, heard
-from sprung._record import record
-from sprung._report import Report
 from sprung._samples import Samples
 from sprung._validation import Validation
 
@@ -59,12 +58,66 @@ class Result(Report):
         ('least-squares', 'good')
         >>> print(result.parameters["joint2.stiffness"])
         joint2.stiffness = 4.2... ± ... N·m/rad
+        >>> [(finding.code, finding.evidence) for finding in result.findings if finding.severity in ("serious", "error")]
+        []
+        >>> log = result.logs[0]
+        >>> log.samples, log.period_s, log.sampling, log.gaps, log.delay_s, log.sign, log.gain, log.window
+        (10000, 0.001, 'even', 0, {}, {}, {}, None)
+        >>> [f"{100 * joint.torque_error_nm / joint.torque_nm:.0f} %" for joint in result.promise]
+        ['7 %', '13 %']
+
+        The demo's model and its log are complete, both springs are visible, and it carries no payload:
+
+        >>> result.applied, result.unknowns, result.payloads, list(result.standard_parameters)
+        ([], [], [], [])
+        >>> [joint.hold_out for joint in result.rigid_joints]
+        []
+
+        A result of the refinement has its figures:
+
+        >>> experiment = sprung.Experiment.demo({"identify.estimator": "prediction-error"})
+        >>> refinement = experiment.identify(experiment.simulate()).refinement
+        >>> refinement.used, refinement.converged, [rung.name for rung in refinement.rungs if rung.used]
+        (True, True, ['free'])
+        >>> refinement.held_out_residual.refined < refinement.held_out_residual.linear
+        True
+        >>> [disturbance.row for disturbance in refinement.disturbances if disturbance.at_bound]
+        []
+        >>> [offset.joint for offset in refinement.encoder_offsets]
+        ['joint1', 'joint2']
+        >>> max(abs(delay.delay_s) for delay in refinement.delays) < 1e-4    # the twin has no delay
+        True
+        >>> [noise.column for noise in refinement.sensor_noise]
+        []
+        >>> [one.column for one in refinement.saturations if abs(one.share) > 4.0 * one.standard_error]
+        []
+        >>> [one.column for one in refinement.eccentricities if abs(one.amplitude_rad) > 4.0 * one.standard_error_rad]
+        []
+        >>> refinement.presliding_levels, refinement.stribeck_velocities, refinement.sharpnesses
+        ([], [], [])
     """
+
+    _type = "Identification"
+
+    robot: Field[str] = Field()
+    estimator: Field[str] = Field("results.estimator")
+    verdict: Field[str] = Field("results.verdict")
+    sentence: Field[str] = Field("results.decision.sentence")
+    covariance_names: Field[list[str]] = Field("results.covariance.parameters")
+    refinement: Field[Refinement | None] = Field("results.refinement")
+    promise: Field[list[PromisedErrors]] = Field("results.promise")
+    applied: Field[list[Applied]] = Field()
+    unknowns: Field[list[Unknown]] = Field()
+    payloads: Field[list[Payload]] = Field()
+    rigid_joints: Field[list[RigidJoint]] = Field()
+    _log: Field[LogUsed] = Field("log")
+    _further_logs: Field[list[LogUsed]] = Field("further_logs")
+    _standard_parameters: Field[list[StandardParameter]] = Field("results.standard_parameters")
 
     def __init__(
         self, handle: _sprung.Identified, experiment: Experiment, index: int = 0
     ) -> None:
-        self._handle = handle
+        super().__init__(handle)
         self._experiment = experiment
         self._index = index
 
@@ -79,16 +132,6 @@ class Result(Report):
         return self._experiment
 
     @property
-    def robot(self) -> str:
-        """Name of the robot."""
-        return str(self._contents["robot"])
-
-    @property
-    def estimator(self) -> str:
-        """Name of the estimator."""
-        return str(self._result["estimator"])
-
-    @property
     def estimators(self) -> list[str]:
         """Names of all estimators of the identification."""
         return [result["estimator"] for result in self._contents["results"]]
@@ -101,31 +144,14 @@ class Result(Report):
     @cached_property
     def parameters(self) -> Parameters:
         """The parameters, by name."""
-        return Parameters(
-            [record(Parameter, parameter) for parameter in self._result["parameters"]]
-        )
-
-    @property
-    def verdict(self) -> str:
-        """``good``, ``doubtful`` or ``unusable``."""
-        return str(self._result["verdict"])
-
-    @property
-    def sentence(self) -> str:
-        """The verdict in a sentence, with the errors that it promises."""
-        return str(self._result["decision"]["sentence"])
+        return Parameters._of(self._result["parameters"])
 
     @cached_property
     def findings(self) -> list[Finding]:
         """Findings about the logs and the result, the most severe first."""
-        all_of = findings(json.loads(self._handle.findings(self._index)))
         order = ["error", "serious", "warning", "info"]
-        return sorted(all_of, key=lambda finding: order.index(finding.severity))
-
-    @property
-    def covariance_names(self) -> list[str]:
-        """Names of the parameters of the covariance, one per row."""
-        return list((self._result.get("covariance") or {"parameters": []})["parameters"])
+        found = findings([*self._contents["findings"], *self._result["warnings"]])
+        return sorted(found, key=lambda finding: order.index(finding.severity))
 
     @cached_property
     def covariance(self) -> NDArray[np.float64]:
@@ -141,47 +167,14 @@ class Result(Report):
         return matrix
 
     @cached_property
-    def refinement(self) -> Refinement | None:
-        """Figures of the refinement; ``None`` if the estimator has none."""
-        refinement = self._result.get("refinement")
-        return None if refinement is None else record(Refinement, refinement)
-
-    @cached_property
-    def promise(self) -> list[PromisedErrors]:
-        """Errors that the result promises for a new experiment of the same kind, by joint."""
-        return [record(PromisedErrors, errors) for errors in self._result["promise"]]
-
-    @cached_property
     def logs(self) -> list[LogUsed]:
         """Figures of the logs."""
-        logs = [self._contents["log"], *self._contents.get("further_logs", [])]
-        return [record(LogUsed, one) for one in logs]
-
-    @cached_property
-    def applied(self) -> list[Applied]:
-        """Changes beyond the experiment that the log asked for and all results use."""
-        return [record(Applied, change) for change in self._contents.get("applied", [])]
-
-    @cached_property
-    def unknowns(self) -> list[Unknown]:
-        """What the first log shows beyond its description, with sizes; empty if nothing was found."""
-        return [record(Unknown, unknown) for unknown in self._contents.get("unknowns", [])]
-
-    @cached_property
-    def payloads(self) -> list[Payload]:
-        """Payloads that logs carried and that the experiment leaves open."""
-        return [record(Payload, payload) for payload in self._contents.get("payloads", [])]
-
-    @cached_property
-    def rigid_joints(self) -> list[RigidJoint]:
-        """Joints whose spring the logs do not determine, each with a lower bound of its stiffness."""
-        return [record(RigidJoint, joint) for joint in self._contents.get("rigid_joints", [])]
+        return [self._log, *self._further_logs]
 
     @cached_property
     def standard_parameters(self) -> Named[StandardParameter]:
         """Inertial parameters of single links and rotors, by name; empty for ``planar-2r``."""
-        parameters = [record(StandardParameter, one) for one in self._result.get("standard_parameters", [])]
-        return Named({one.name: one for one in parameters}, "standard parameter")
+        return Named({one.name: one for one in self._standard_parameters}, "standard parameter")
 
     @property
     def residual_rms(self) -> Named[float]:
@@ -218,8 +211,7 @@ class Result(Report):
         Args:
             log: nothing for the ``[[validate]]`` runs of the experiment; otherwise as for
                 `Experiment.identify`, one run for each log. The controllers of the runs count in their order.
-            threads: number of threads; 0 for one per processor.
-            progress: callback, or whether to show a bar.
+            threads, progress: as for `Experiment.identify`.
 
         Raises:
             LogError: if a log cannot be read, or was refused.
@@ -232,8 +224,10 @@ class Result(Report):
             >>> result.validate(experiment.simulate(seed=7)).runs[0].sets[0].promise_kept
             True
         """
-        with heard(progress, "validating") as callback:
-            return self._experiment._validate(self, log, threads, callback)
+        session = self._experiment._session
+        files, columns = given(log, session.log_columns)
+        with running("validating", threads, progress) as run:
+            return Validation(session.validate(self._handle, columns, files, run))
 
     def score(
         self, log: Log | None = None, *, threads: int = 0, progress: Progress = None
@@ -244,9 +238,7 @@ class Result(Report):
         of ``1 - (error / torque)²``, of root mean squares of filtered torques. `validate` tells more.
 
         Args:
-            log: as for `validate`.
-            threads: number of threads; 0 for one per processor.
-            progress: callback, or whether to show a bar.
+            log, threads, progress: as for `validate`.
 
         Raises:
             InputError: if a parameter has no value, so that nothing is predicted.
@@ -262,16 +254,11 @@ class Result(Report):
         """
         return self.validate(log, threads=threads, progress=progress).score(self.estimator)
 
-    def to_json(self) -> str:
-        """Returns the text of ``identification.json``."""
-        return self._handle.json()
-
     def save(self, folder: str | os.PathLike[str]) -> Path:
         """Writes the files of ``sprung identify``: identification, parameters, trace, fit, report.
 
         Each file is written whole or not at all; ``identification.json`` comes last.
         """
-        folder = Path(folder)
         texts = {
             "parameters.csv": self._handle.parameters_csv(),
             "trace.csv": self._handle.trace_csv(),
@@ -279,9 +266,7 @@ class Result(Report):
             "report.html": self._html(),
             "identification.json": self.to_json(),
         }
-        for name, text in texts.items():
-            write_text(folder / name, text)
-        return folder
+        return write_all(folder, texts)
 
     def export(
         self,
@@ -305,14 +290,12 @@ class Result(Report):
             texts by file name.
         """
         one_of("format", format, _FORMATS)
-        run: _sprung.Run = {"threads": 0, "progress": None}
-        session = self._experiment._session
+        session, identified = self._experiment._session, (self._handle, self._index)
         forms = (rigid, None if control is None else control.to_json())
-        identified = self._handle, self._index
-        texts = dict(session.export(identified, format, forms, "identification.json", run))
+        with running("exporting") as run:
+            texts = dict(session.export(identified, format, forms, "identification.json", run))
         if folder is not None:
-            for name, text in texts.items():
-                write_text(Path(folder) / name, text)
+            write_all(folder, texts)
         return texts
 
     def sample(self, n: int, seed: int = 0, *, accept_unusable: bool = False) -> Samples:
@@ -336,13 +319,14 @@ class Result(Report):
         """
         whole("n", n)
         whole("seed", seed)
-        run: _sprung.Run = {"threads": 0, "progress": None}
-        session, draws = self._experiment._session, (n, seed)
-        drawn = session.sample(self._handle, self._index, draws, accept_unusable, run)
+        session = self._experiment._session
+        with running("drawing") as run:
+            drawn = session.sample(self._handle, self._index, (n, seed), accept_unusable, run)
         return Samples._of(drawn, self, seed)
 
     def _html(self) -> str:
-        return self._handle.report(None)
+        page: str = self._handle.report(None)
+        return page
 
     def __reduce__(self) -> tuple[Any, ...]:
         handle = self._handle

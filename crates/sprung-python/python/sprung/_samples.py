@@ -5,17 +5,19 @@ from __future__ import annotations
 import operator
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, SupportsIndex
 
 import numpy as np
 
 from sprung import _sprung
+from sprung._arrays import WithArrays, fixed
 from sprung._errors import one_of
 from sprung._files import write_text
 from sprung._mujoco import MujocoArrays
 from sprung._named import Named
+from sprung._progress import running
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -59,7 +61,7 @@ class SampledValues(Named[float]):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Bodies:
+class Bodies(WithArrays):
     """Bodies of the links of drawn robots, each in the frame of its link.
 
     Attributes:
@@ -72,25 +74,13 @@ class Bodies:
     centre_of_mass_m: Numbers
     inertia_kgm2: Numbers
 
-    def _parts(self) -> tuple[Numbers, Numbers, Numbers]:
-        return self.mass_kg, self.centre_of_mass_m, self.inertia_kgm2
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Bodies):
-            return NotImplemented
-        both = zip(self._parts(), other._parts(), strict=True)
-        return all(np.array_equal(a, b) for a, b in both)
-
-    def __hash__(self) -> int:
-        return hash(self.mass_kg.tobytes())
-
     def __repr__(self) -> str:
         robots, links = self.mass_kg.shape
         return f"<sprung.Bodies of {robots} robots with {links} links>"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Samples(Sequence[SampledValues]):
+class Samples(WithArrays, Sequence[SampledValues]):
     """Robots that can exist, drawn from the posterior of an identification.
 
     ``len(samples)`` is their number, and ``samples[i]`` the values of one robot by name, with the
@@ -139,18 +129,18 @@ class Samples(Sequence[SampledValues]):
     constants: dict[str, float]
     effective: float
     seed: int
-    _result: Result
+    _result: Result = field(compare=False)
 
     @classmethod
     def _of(cls, drawn: _sprung.Drawn, result: Result, seed: int) -> Samples:
         bodies = drawn.bodies()
         return cls(
             parameters=drawn.parameters,
-            theta=_fixed(drawn.theta()),
+            theta=fixed(drawn.theta()),
             standard_parameters=drawn.standard_parameters,
-            standard=_fixed(drawn.standard()),
+            standard=fixed(drawn.standard()),
             links=drawn.links,
-            bodies=None if bodies is None else Bodies(*(_fixed(array) for array in bodies)),
+            bodies=None if bodies is None else Bodies(*(fixed(array) for array in bodies)),
             undetermined=drawn.undetermined,
             undetermined_standard=drawn.undetermined_standard,
             constants=drawn.constants,
@@ -190,14 +180,14 @@ class Samples(Sequence[SampledValues]):
         """
         one_of("format", format, tuple(_ENDS))
         digits = max(_DIGITS, len(str(len(self) - 1)))
-        run: _sprung.Run = {"threads": 0, "progress": None}
         result, paths = self._result, list[Path]()
         identified, session = (result._handle, result._index), result._experiment._session
         for first in range(0, len(self), _PART):
             robots, form = self._robots(first), (format, rigid)
-            texts = _sprung.export_samples(
-                session, identified, robots, form, "identification.json", run
-            )
+            with running("exporting") as run:
+                texts = _sprung.export_samples(
+                    session, identified, robots, form, "identification.json", run
+                )
             for robot, text in enumerate(texts, first):
                 name = f"robot-{robot:0{digits}}.{_ENDS[format]}"
                 paths.append(write_text(Path(folder) / name, text))
@@ -219,15 +209,15 @@ class Samples(Sequence[SampledValues]):
             >>> samples.to_mujoco().body_mass.shape     # the world, two links, two rotors
             (100, 5)
         """
-        run: _sprung.Run = {"threads": 0, "progress": None}
         result = self._result
         identified, session = (result._handle, result._index), result._experiment._session
         parts = []
         for first in range(0, len(self), _PART):
             robots = self._robots(first)
-            names, part = _sprung.mujoco_of_samples(session, identified, robots, rigid, run)
+            with running("exporting") as run:
+                names, part = _sprung.mujoco_of_samples(session, identified, robots, rigid, run)
             parts.append(part)
-        arrays = {name: _fixed(np.concatenate([part[name] for part in parts])) for name in parts[0]}
+        arrays = {name: fixed(np.concatenate([part[name] for part in parts])) for name in parts[0]}
         bodies, joints, tendons = names
         return MujocoArrays(bodies=bodies, joints=joints, tendons=tendons, **arrays)
 
@@ -281,24 +271,5 @@ class Samples(Sequence[SampledValues]):
         pairs = zip(self.parameters, self.theta[place].tolist(), strict=True)
         return SampledValues(self.constants | dict(pairs), self._result)
 
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Samples):
-            return NotImplemented
-        arrays = ((self.theta, other.theta), (self.standard, other.standard))
-        return self._rest() == other._rest() and all(np.array_equal(a, b) for a, b in arrays)
-
-    def __hash__(self) -> int:
-        return hash(self.theta.tobytes())
-
-    def _rest(self) -> tuple[object, ...]:
-        names = (self.parameters, self.standard_parameters, self.links)
-        lacking = (self.undetermined, self.undetermined_standard)
-        return names, lacking, self.bodies, self.constants, self.effective, self.seed
-
     def __repr__(self) -> str:
         return f"<sprung.Samples: {len(self)} robots with {len(self.parameters)} parameters>"
-
-
-def _fixed(array: Numbers) -> Numbers:
-    array.flags.writeable = False
-    return array

@@ -4,24 +4,20 @@ from __future__ import annotations
 
 import json
 import os
-import warnings
-from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sprung import _sprung
-from sprung._errors import ExperimentError, SprungWarning
-from sprung._arguments import Log, Overrides, Table, assignments, run_of
+from sprung._errors import ExperimentError, findings, warn_of
+from sprung._arguments import Log, Overrides, Table, assignments
 from sprung._experiment import Experiment
-from sprung._files import write_text
-from sprung._finding import Finding, findings
+from sprung._files import write_all
 from sprung._named import Named
 from sprung._parameters import Parameter, Parameters
-from sprung._progress import Progress, heard
-from sprung._record import record
-from sprung._report import Pickled, Report
+from sprung._progress import Progress, running
+from sprung._report import Field, Report
+from sprung._results import Finding, ServoErrors, ServoLog
 
 if TYPE_CHECKING:
     import numpy as np
@@ -51,6 +47,8 @@ class Servo:
         servo.armature = 0.02... ± ... kg·m²
         >>> result.scale, result.usable, [round(log.load_torque_nm, 2) for log in result.logs]
         ('known-load', True, [2.06, 5.98])
+        >>> result.braking.value > result.braking.standard_error
+        True
         >>> result.position_errors.position_rms_over_noise < 1.5
         True
     """
@@ -89,16 +87,14 @@ class Servo:
         """Tells before any fit which parameters the logs determine.
 
         Args:
-            log: as for `identify`.
-            threads: number of threads; 0 for one per processor.
-            progress: callback, or whether to show a bar.
+            log, threads, progress: as for `identify`.
 
         Raises:
             LogError: if a log cannot be read.
         """
         session, logs = self._experiment._given(log)
-        with heard(progress, "checking") as callback:
-            return ServoCheck(session.check_servo(logs, run_of(threads, callback)))
+        with running("checking", threads, progress) as run:
+            return ServoCheck(session.check_servo(logs, run))
 
     def identify(
         self, log: Log | None = None, *, threads: int = 0, progress: Progress = None
@@ -109,8 +105,7 @@ class Servo:
             log: nothing for the logs that the experiment names; otherwise columns in memory with
                 the names of ``[log]``, or paths, as for `Experiment.identify`. Payloads belong to the
                 files that the experiment names: give columns for each of them, in their order.
-            threads: number of threads; 0 for one per processor. Results do not depend on it.
-            progress: callback, or whether to show a bar.
+            threads, progress: as for `Experiment.identify`.
 
         Returns:
             The result, with a Python warning for each warning about it.
@@ -121,11 +116,9 @@ class Servo:
             Stopped: if the callback stopped the run.
         """
         session, logs = self._experiment._given(log)
-        with heard(progress, "identifying") as callback:
-            result = ServoResult(session.identify_servo(logs, run_of(threads, callback)))
-        for finding in result.findings:
-            if finding.severity in {"warning", "serious"}:
-                warnings.warn(SprungWarning.of(finding), stacklevel=2)
+        with running("identifying", threads, progress) as run:
+            result = ServoResult(session.identify_servo(logs, run))
+        warn_of(result.findings)
         return result
 
     def simulate(
@@ -141,15 +134,13 @@ class Servo:
         Args:
             result: identification with the parameters of the twin; ``[simulate]`` if absent.
             seed: seed of encoder phases and disturbances.
-            threads: number of threads; 0 for one per processor.
-            progress: callback, or whether to show a bar.
+            threads, progress: as for `identify`.
 
         Returns:
             a log for each file of the experiment: columns by name, each with the shape (samples,).
         """
         handle = None if result is None else result._identified()
-        with heard(progress, "simulating") as callback:
-            run = run_of(threads, callback)
+        with running("simulating", threads, progress) as run:
             logs = self._experiment._session.simulate_servo(handle, seed, run)
         return [columns for _, columns in logs]
 
@@ -161,45 +152,18 @@ class Servo:
         return f"<sprung.Servo of {self._experiment.robot!r}>"
 
 
-@dataclass(frozen=True)
-class ServoErrors:
-    """Distance of the simulated from the logged positions of a servo.
-
-    Attributes:
-        position_rms_rad: root mean square over the windows that the model follows, rad.
-        position_rms_over_noise: the same relative to the noise of the sensor.
-        windows_not_followed: part of the windows that the model does not follow.
-    """
-
-    position_rms_rad: float
-    position_rms_over_noise: float
-    windows_not_followed: float
-
-
-@dataclass(frozen=True)
-class ServoLog:
-    """Figures of one log of a servo.
-
-    Attributes:
-        log: path or digest of the log, with its window.
-        samples: number of samples that were used.
-        duration_s: their duration, s.
-        load_inertia_kgm2: inertia of the known load about the axis, kg·m².
-        load_torque_nm: largest torque of gravity on the known load, N·m.
-    """
-
-    log: str
-    samples: int
-    duration_s: float
-    load_inertia_kgm2: float
-    load_torque_nm: float
-
-
 class ServoResult(Report):
     """The identified parameters of a position servo."""
 
-    def __init__(self, handle: _sprung.IdentifiedServo | _PickledServo) -> None:
-        self._handle = handle
+    _type = "ServoIdentification"
+    _kept = ("json", "report", "parameters_csv")
+
+    joint: Field[str] = Field()
+    braking: Field[Parameter] = Field()
+    scale: Field[str] = Field()
+    position_errors: Field[ServoErrors] = Field("fit")
+    logs: Field[list[ServoLog]] = Field()
+    findings: Field[list[Finding]] = Field()
 
     def _identified(self) -> _sprung.IdentifiedServo:
         if isinstance(self._handle, _sprung.IdentifiedServo):
@@ -210,85 +174,27 @@ class ServoResult(Report):
             "identify again",
         )
 
-    @property
-    def joint(self) -> str:
-        """Name of the servo's joint."""
-        return str(self._contents["joint"])
-
     @cached_property
     def parameters(self) -> Parameters:
         """The parameters, by name."""
-        return Parameters(
-            [record(Parameter, parameter) for parameter in self._contents["parameters"]]
-        )
-
-    @cached_property
-    def braking(self) -> Parameter:
-        """Viscous friction and back-EMF together: torque per velocity while the drive is on."""
-        return record(Parameter, self._contents["braking"])
-
-    @property
-    def scale(self) -> str:
-        """What gives the scale of all torques: ``known-load``, ``given`` or ``none``."""
-        return str(self._contents["scale"])
-
-    @cached_property
-    def position_errors(self) -> ServoErrors:
-        """Distance of the simulated from the logged positions."""
-        return record(ServoErrors, self._contents["fit"])
-
-    @cached_property
-    def logs(self) -> list[ServoLog]:
-        """Figures of the logs and their known loads."""
-        return [record(ServoLog, log) for log in self._contents["logs"]]
-
-    @cached_property
-    def findings(self) -> list[Finding]:
-        """Findings about the logs and the result."""
-        return findings(self._contents["findings"])
+        return Parameters._of(self._contents["parameters"])
 
     @property
     def usable(self) -> bool:
         """Whether no finding is serious."""
-        return self._handle.usable
-
-    def to_json(self) -> str:
-        """Returns the text of ``servo.json``."""
-        return self._handle.json()
+        return all(finding.severity not in ("serious", "error") for finding in self.findings)
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
         """Writes the files of ``sprung identify``: result, parameters, report."""
-        folder = Path(folder)
-        write_text(folder / "parameters.csv", self._handle.parameters_csv())
-        write_text(folder / "report.html", self._html())
-        write_text(folder / "servo.json", self.to_json())
-        return folder
-
-    def _html(self) -> str:
-        return self._handle.report()
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        parts = (self.to_json(), self._html(), self._handle.parameters_csv(), self.usable)
-        return _servo_result, parts
+        texts = {
+            "parameters.csv": self._handle.parameters_csv(),
+            "report.html": self._html(),
+            "servo.json": self.to_json(),
+        }
+        return write_all(folder, texts)
 
     def __repr__(self) -> str:
         return "\n".join(f"  {parameter}" for parameter in self.parameters.values())
-
-
-class _PickledServo(Pickled):
-    """JSON, report and table of a result that came out of a pickle."""
-
-    def __init__(self, json_text: str, page: str, table: str, usable: bool) -> None:
-        super().__init__(json_text, page)
-        self._table = table
-        self.usable = usable
-
-    def parameters_csv(self) -> str:
-        return self._table
-
-
-def _servo_result(json_text: str, page: str, table: str, usable: bool) -> ServoResult:
-    return ServoResult(_PickledServo(json_text, page, table, usable))
 
 
 class ServoCheck:
@@ -318,5 +224,4 @@ class ServoCheck:
         return self._json
 
     def __repr__(self) -> str:
-        lines = [str(finding) for finding in self.findings] or ["no findings"]
-        return "\n".join(lines)
+        return "\n".join(map(str, self.findings)) or "no findings"

@@ -33,6 +33,7 @@ mod load;
 mod logs;
 mod parameters;
 mod results;
+mod results_schema;
 mod sample;
 mod servo;
 mod simulate;
@@ -60,6 +61,7 @@ pub use results::{
     IDENTIFICATION_FILE, ReadIdentification, ReadValidation, find_identification,
     read_identification, read_results,
 };
+pub use results_schema::results_schema;
 pub use sample::SampleRequest;
 pub use servo::ServoRecording;
 pub use simulate::Recording;

@@ -1,10 +1,11 @@
 //! A designed shaper, as result.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sprung_core::shaper::Impulse;
 
 /// A shaper for one or several modes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ShaperDesign {
     /// Whether the largest residual is at most the allowed one.
     pub reached: bool,
@@ -25,7 +26,8 @@ pub struct ShaperDesign {
 }
 
 /// The part of a shaper for one mode.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "ShapedMode")]
 pub struct ModeShaper {
     /// Number of impulses of the sequence, one more than the frequencies without residual vibration; absent in designs of
     /// earlier versions.
@@ -45,7 +47,7 @@ pub struct ModeShaper {
 }
 
 /// An impulse of the sequence.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ShapedImpulse {
     /// Time after the command, s.
     pub time_s: f64,

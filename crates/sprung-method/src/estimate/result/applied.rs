@@ -1,9 +1,10 @@
 //! Changes of the model and the timing by an identification, as a part of the results.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A change beyond the description, which the log requires.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Applied {
     /// Kind of change: `samples` (corrected ones), `timing` (of the torques), `sharpness` (of Coulomb friction) or
     /// `law`.

@@ -3,6 +3,7 @@
 use crate::description::Constraints;
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::applied::Applied;
@@ -24,7 +25,7 @@ use crate::unknowns::UnknownResult;
 pub(crate) use crate::finding::GENERATOR;
 
 /// Complete result of an identification.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Identification {
     /// Version of the file format, [`IDENTIFICATION_FORMAT`].
     pub format: u32,
@@ -94,7 +95,7 @@ impl Identification {
 }
 
 /// Settings of an identification.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SettingsUsed {
     /// λ of the filter pair, rad/s.
     pub filter_cutoff_rad_per_s: f64,
@@ -133,7 +134,7 @@ impl SettingsUsed {
 }
 
 /// A cut-off that was chosen from the data.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CutoffChoice {
     /// Reason of the choice.
     pub reason: String,
@@ -142,7 +143,7 @@ pub struct CutoffChoice {
 }
 
 /// Estimates with one cut-off.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CutoffPoint {
     /// Cut-off, Hz.
     pub cutoff_hz: f64,
@@ -155,7 +156,7 @@ pub struct CutoffPoint {
 }
 
 /// Constant difference of the two encoders of a joint.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EncoderOffsetResult {
     /// Name of the joint.
     pub joint: String,
@@ -166,7 +167,7 @@ pub struct EncoderOffsetResult {
 }
 
 /// Result of one estimator.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EstimateResult {
     /// Name of the estimator.
     pub estimator: String,
@@ -256,7 +257,7 @@ pub struct EstimateResult {
 }
 
 /// A friction parameter beside further laws, which explain a part of the same friction.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ModelDependence {
     /// Name of the parameter.
     pub name: String,
@@ -290,7 +291,7 @@ impl ModelDependence {
 }
 
 /// Estimate from one part of the logs.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PartResult {
     /// Beginning of the part on the time axis of all logs, s.
     pub from_s: f64,
@@ -303,7 +304,7 @@ pub struct PartResult {
 
 /// Contributions to the standard error of a parameter by least squares or by the refinement; the
 /// standard error is the root of the sum of their squares.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ErrorParts {
     /// Disagreement of segments of the logs. That of the refinement is at least the standard error
     /// by the information.
@@ -320,7 +321,8 @@ pub struct ErrorParts {
 pub const IDENTIFICATION_FORMAT: u32 = 3;
 
 /// One parameter.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "Parameter")]
 pub struct ParameterEstimate {
     /// Name.
     pub name: String,
@@ -368,7 +370,7 @@ pub struct ParameterEstimate {
 }
 
 /// A motor row fitted alone.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MotorRowResult {
     /// Name of the joint.
     pub joint: String,
@@ -388,7 +390,7 @@ pub struct MotorRowResult {
 }
 
 /// The parameters by another route.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CrossCheckResult {
     /// `two-stage` or `scale-invariant`.
     pub method: String,

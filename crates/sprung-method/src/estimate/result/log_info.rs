@@ -2,12 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::description::{Experiment, Side, Window};
 
 /// Figures of one log: timing, faulty samples, delays, signs and gains.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "LogUsed")]
 pub struct LogInfo {
     /// File name as the experiment gives it.
     pub file: String,
@@ -76,7 +78,7 @@ pub struct LogInfo {
 }
 
 /// A sign that was estimated.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SignUsed {
     /// 1 or -1.
     pub value: f64,
@@ -85,7 +87,7 @@ pub struct SignUsed {
 }
 
 /// A gain that was estimated.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GainUsed {
     /// Factor by which the column was multiplied.
     pub value: f64,
@@ -131,7 +133,8 @@ impl LogInfo {
 }
 
 /// A delay that was compensated.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "Delay")]
 pub struct DelayUsed {
     /// Value, s.
     pub value: f64,

@@ -1,11 +1,13 @@
 //! A payload in the form of the files.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::named::Named;
 
 /// Inertial parameters of a payload.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "Payload")]
 pub struct PayloadResult {
     /// Name of the payload.
     pub name: String,
@@ -51,7 +53,7 @@ impl PayloadResult {
 }
 
 /// One inertial parameter of a payload.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PayloadParameter {
     /// Name, as in `gripper.izz`.
     pub name: String,

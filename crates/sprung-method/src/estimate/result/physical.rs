@@ -1,11 +1,12 @@
 //! Possible bodies in the form of the files.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::named::Named;
 
 /// One inertial parameter of a single link, or the inertia of a rotor.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct StandardParameter {
     /// Name, as in `link1.izz`.
     pub name: String,
@@ -26,7 +27,7 @@ pub struct StandardParameter {
 }
 
 /// What decided a standard parameter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Decided {
     /// The log removed most of the variance of the prior.
@@ -42,7 +43,7 @@ pub enum Decided {
 }
 
 /// The program that found possible bodies.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PhysicalResult {
     /// `nominal` if at least one link has a possible nominal body, else `none`.
     pub prior: String,
@@ -60,7 +61,7 @@ pub struct PhysicalResult {
 }
 
 /// Covariance of the errors of parameters.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CovarianceOfErrors {
     /// Names of the parameters, one per row.
     pub parameters: Vec<String>,

@@ -1,10 +1,12 @@
 //! Promised prediction errors.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Prediction errors of a joint along a measured motion, filtered by the filter pair, root mean
 /// squares.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "PromisedErrors")]
 pub struct JointPrediction {
     /// Name of the joint.
     pub joint: String,

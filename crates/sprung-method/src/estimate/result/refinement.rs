@@ -1,9 +1,10 @@
 //! The part of the results that describes a refinement.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Figures of a prediction-error refinement besides the parameters.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Refinement {
     /// Whether the values are those of the refinement. If not, they are those of least squares, and
     /// a finding gives the reason.
@@ -77,7 +78,8 @@ pub struct Refinement {
 }
 
 /// A rung of the ladder: a refinement that allows slow disturbances up to some level.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "Rung")]
 pub struct RungResult {
     /// Name: `free`, `cap10`, `cap3` or `flat`.
     pub name: String,
@@ -93,7 +95,7 @@ pub struct RungResult {
 /// Residual of estimates without a block of the logs in the filtered torque of this block, relative
 /// to that torque: root mean square over the torque rows and over all blocks, which are eighths of
 /// the logs (quarters of short logs).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HeldOutResidual {
     /// Residual of the refinement.
     pub refined: f64,
@@ -102,7 +104,8 @@ pub struct HeldOutResidual {
 }
 
 /// Noise and disturbance of a row of the regressor.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "Disturbance")]
 pub struct RowDisturbance {
     /// Name of the row, for example `joint1.motor_nm`.
     pub row: String,
@@ -120,7 +123,7 @@ pub struct RowDisturbance {
 }
 
 /// Noise of a position sensor.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SensorNoise {
     /// The column.
     pub column: String,
@@ -131,7 +134,8 @@ pub struct SensorNoise {
 }
 
 /// Offset of a position sensor.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "EncoderOffset")]
 pub struct RefinedOffset {
     /// Name of the joint.
     pub joint: String,
@@ -144,7 +148,7 @@ pub struct RefinedOffset {
 }
 
 /// Delay of a column relative to the other columns, by likelihood.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RefinedDelay {
     /// The column.
     pub column: String,
@@ -158,7 +162,7 @@ pub struct RefinedDelay {
 
 /// Saturation of a torque, by likelihood: the lost part of the torque at its standard deviation. It grows with the
 /// square of the torque.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RefinedSaturation {
     /// The column.
     pub column: String,
@@ -173,7 +177,7 @@ pub struct RefinedSaturation {
 
 /// Eccentricity of a link encoder, by likelihood: its reading deviates with the sine or the cosine of
 /// the angle.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RefinedEccentricity {
     /// The column.
     pub column: String,
@@ -186,7 +190,7 @@ pub struct RefinedEccentricity {
 }
 
 /// Stribeck velocity of a joint, by likelihood.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RefinedVelocity {
     /// Name of the joint.
     pub joint: String,
@@ -197,7 +201,7 @@ pub struct RefinedVelocity {
 }
 
 /// Sharpness of the Coulomb friction of a joint, by likelihood.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RefinedSharpness {
     /// Name of the joint.
     pub joint: String,
@@ -208,7 +212,7 @@ pub struct RefinedSharpness {
 }
 
 /// Prior of presliding friction on one side of a joint, or of the hysteresis of its spring.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PreslidingPrior {
     /// Name of the joint.
     pub joint: String,

@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sprung_core::parameters::JointParameter;
 
 use crate::numbers::rounded_down;
 
 /// A joint whose spring the logs do not determine; it is taken as rigid.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RigidJoint {
     /// Name of the joint.
     pub joint: String,
@@ -26,7 +27,7 @@ pub struct RigidJoint {
 
 /// Residuals of the filtered torque of a joint in eighths of the beginning of the first log, each predicted by a fit of
 /// the other eighths, relative to the torque.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RigidByHoldOut {
     /// With a spring; absent if an eighth does not determine the parameters.
     #[serde(default, skip_serializing_if = "Option::is_none")]

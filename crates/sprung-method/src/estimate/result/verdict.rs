@@ -1,11 +1,12 @@
 //! The verdict on a result as a word, and the decision.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::finding::{Finding, Severity};
 
 /// Decision on a result, with its evidence.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Decision {
     /// The decision in words.
     pub sentence: String,
@@ -23,7 +24,7 @@ pub struct Decision {
 
 /// Verdict on a result: whether it predicts a new experiment, and whether its numbers can be trusted
 /// alone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
     /// The result predicts held-out parts of the log, and its confidence intervals can be trusted.

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sprung_core::chain::JointKind;
 use sprung_core::friction::Law;
@@ -22,7 +23,7 @@ const LARGEST_ERROR: f64 = 0.1;
 const LARGEST_ERROR_OF_INERTIA: f64 = 0.2;
 
 /// The spring of a joint by the vibrations of its motor.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SpringFromMotor {
     /// Name of the joint.
     pub joint: String,

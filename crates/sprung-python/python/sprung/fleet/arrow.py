@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
+
+from sprung._columns import ArrowTable as ArrowTable
 
 if TYPE_CHECKING:
     import pyarrow
@@ -12,12 +14,6 @@ pa: Any = import_module("pyarrow")
 pc: Any = import_module("pyarrow.compute")
 pq: Any = import_module("pyarrow.parquet")
 csv: Any = import_module("pyarrow.csv")
-
-
-class ArrowTable(Protocol):
-    """A table of pyarrow, pandas, polars or another library that gives its columns as a stream of Arrow."""
-
-    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any: ...
 
 
 def texts(table: pyarrow.Table, name: str) -> list[str]:

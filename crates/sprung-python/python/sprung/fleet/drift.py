@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, special, stats
 
-from .statistics import CONFIDENCE, Estimates, Floats, weights
+from .statistics import CONFIDENCE, Estimates, Floats, variances
 
 FEWEST_LOGS = 4
 """With fewer logs a robot is not tested for drift."""
@@ -100,7 +100,7 @@ def covariate_effects(
     """
     if covariates.shape[0] != estimates.value.size or covariates.ndim != 2:
         raise ValueError(f"covariates need {estimates.value.size} rows; their shape is {covariates.shape}")
-    weight = weights(estimates, 0.0 if np.isnan(within) else within**2)
+    weight = 1.0 / variances(estimates, within)
     total = estimates.sums(weight)
 
     def centred(column: Floats) -> Floats:

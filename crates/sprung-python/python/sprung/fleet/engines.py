@@ -10,7 +10,7 @@ import os
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures.process import BrokenProcessPool
-from typing import Any, Protocol
+from typing import Any
 
 from .errors import FleetError
 from .manifest import Part
@@ -27,47 +27,40 @@ class WorkerDied(Exception):
     """A worker ended while it computed a part."""
 
 
-class Engine(Protocol):
-    """Computes parts, a bounded number at a time."""
+class Engine:
+    """Computes parts, a bounded number at a time: those that are repeated, then new ones."""
+
+    def __init__(self) -> None:
+        self.parts: Iterator[Part] = iter(())
+        self.repeated: list[Part] = []
 
     def run(self, function: Function, settings: Settings, parts: Iterator[Part]) -> Iterator[tuple[Part, Outcome]]:
         """Yields each part with what became of it, in the order of completion."""
-        ...
+        raise NotImplementedError
 
     def again(self, part: Part) -> None:
         """Puts a part before those that have not begun."""
-        ...
-
-
-class _Queue:
-    """Parts to compute: those that are repeated, then new ones."""
-
-    def __init__(self, parts: Iterator[Part]) -> None:
-        self.parts = parts
-        self.repeated: list[Part] = []
+        self.repeated.append(part)
 
     def next(self) -> Part | None:
         return self.repeated.pop() if self.repeated else next(self.parts, None)
 
 
-class Processes:
+class Processes(Engine):
     """Processes of this computer. A process that dies is replaced."""
 
     def __init__(self, workers: int | None, in_flight: int | None) -> None:
+        super().__init__()
         self.workers = workers or os.cpu_count() or 1
         self.in_flight = in_flight or 2 * self.workers
-        self.queue = _Queue(iter(()))
-
-    def again(self, part: Part) -> None:
-        self.queue.repeated.append(part)
 
     def run(self, function: Function, settings: Settings, parts: Iterator[Part]) -> Iterator[tuple[Part, Outcome]]:
-        self.queue = _Queue(parts)
+        self.parts, self.repeated = parts, []
         pool = self._pool()
         active: dict[concurrent.futures.Future[Done], Part] = {}
         try:
             while True:
-                while len(active) < self.in_flight and (part := self.queue.next()) is not None:
+                while len(active) < self.in_flight and (part := self.next()) is not None:
                     try:
                         active[pool.submit(function, part, settings)] = part
                     except BrokenProcessPool:
@@ -107,27 +100,24 @@ def _outcome(future: concurrent.futures.Future[Done]) -> Outcome:
         return error
 
 
-class Dask:
+class Dask(Engine):
     """A cluster of Dask, by the client of the caller."""
 
     def __init__(self, client: Any, in_flight: int | None) -> None:
+        super().__init__()
         self.client = client
         self.limit = in_flight
-        self.queue = _Queue(iter(()))
         self.submitted = 0
-
-    def again(self, part: Part) -> None:
-        self.queue.repeated.append(part)
 
     def run(self, function: Function, settings: Settings, parts: Iterator[Part]) -> Iterator[tuple[Part, Outcome]]:
         import distributed
 
-        self.queue = _Queue(parts)
+        self.parts, self.repeated = parts, []
         active: dict[Any, Part] = {}
         in_flight = self.limit or 4 * max(1, sum(self.client.nthreads().values()))
         try:
             while True:
-                while len(active) < in_flight and (part := self.queue.next()) is not None:
+                while len(active) < in_flight and (part := self.next()) is not None:
                     active[self._submit(function, part, settings)] = part
                 if not active:
                     return

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -32,44 +32,23 @@ _COUNTED = ("kind", "task", *_ORDER, "text", "remedy", "value", "standard_error"
 _COLLECTED = ("robot", "log", "time", "parameter", "unit", "value", "standard_error")
 
 
-class Source(Protocol):
-    """Where rows come from."""
+@dataclass(frozen=True)
+class Source:
+    """Where rows come from: the parts of a dataset, which each pass reads again, or a dataset that the caller holds."""
+
+    dataset: Dataset | str
 
     @property
     def url(self) -> str:
         """Names the dataset."""
-        ...
+        return self.dataset if isinstance(self.dataset, str) else self.dataset.url
 
     def tables(self, wanted: Callable[[str], bool]) -> Iterator[pyarrow.Table]:
         """Yields all rows in the order of the parts, with the columns whose names are wanted."""
-        ...
-
-
-@dataclass(frozen=True)
-class Stored:
-    """The parts of a dataset; each pass reads them again."""
-
-    url: str
-
-    def tables(self, wanted: Callable[[str], bool]) -> Iterator[pyarrow.Table]:
-        """Reads some parts at a time."""
-        return (table for _, table in tables(self.url, wanted))
-
-
-@dataclass(frozen=True)
-class InMemory:
-    """A dataset that the caller holds."""
-
-    dataset: Dataset
-
-    @property
-    def url(self) -> str:
-        """Names the dataset."""
-        return self.dataset.url
-
-    def tables(self, wanted: Callable[[str], bool]) -> Iterator[pyarrow.Table]:
-        """Yields the one table."""
-        yield self.dataset.table.select([name for name in self.dataset.table.column_names if wanted(name)])
+        if isinstance(self.dataset, str):
+            return (table for _, table in tables(self.dataset, wanted))
+        table = self.dataset.table
+        return iter([table.select([name for name in table.column_names if wanted(name)])])
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import numpy as np
 from . import figures
 from .dataset import Dataset
 from .errors import DatasetError
-from .estimates import Counts, InMemory, Source, Stored, count, estimates
+from .estimates import Counts, Source, count, estimates
 from .population import RATE, Analysis, Moved, Population, analyse_parameters, check_rate
 
 MOST_ROWS = 200
@@ -81,7 +81,7 @@ def report(
     ['joint1.link_coulomb', 'joint1.link_viscous']
     """
     check_rate(rate)
-    source: Source = InMemory(dataset) if isinstance(dataset, Dataset) else Stored(str(dataset))
+    source = Source(dataset if isinstance(dataset, Dataset) else str(dataset))
     counts = count(source)
     used = _estimator(source.url, counts, estimator)
     names = _covariates(source.url, counts, covariates)

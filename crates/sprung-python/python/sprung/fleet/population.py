@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .drift import FEWEST_LOGS, CovariateEffect, Drift, Series, covariate_effects, drift, prior
 from .outliers import Central, Tests, adjust, test
-from .statistics import Estimates, Floats, RobotMeans, Scatter, moments, robot_means, scatter
+from .statistics import Estimates, Floats, RobotMeans, Scatter, moments, robot_means, scatter, variances
 
 Strings: TypeAlias = NDArray[np.object_]
 
@@ -182,29 +182,18 @@ def _usable(rows: Rows) -> NDArray[np.bool_]:
     return np.isfinite(rows.value) & np.isfinite(rows.standard_error)
 
 
+def _columns(rows: Rows) -> dict[str, Any]:
+    """Returns the columns of rows that are no covariates."""
+    return {name: column for name, column in vars(rows).items() if name != "covariates"}
+
+
 def _chosen(rows: Rows, chosen: NDArray[np.bool_]) -> Rows:
-    return Rows(
-        robot=rows.robot[chosen],
-        parameter=rows.parameter[chosen],
-        unit=rows.unit[chosen],
-        value=rows.value[chosen],
-        standard_error=rows.standard_error[chosen],
-        time_s=rows.time_s[chosen],
-        covariates={name: column[chosen] for name, column in rows.covariates.items()},
-    )
+    covariates = {name: column[chosen] for name, column in rows.covariates.items()}
+    return Rows(**{name: column[chosen] for name, column in _columns(rows).items()}, covariates=covariates)
 
 
 def _same_length(rows: Rows) -> None:
-    columns = {
-        "robot": rows.robot,
-        "parameter": rows.parameter,
-        "unit": rows.unit,
-        "value": rows.value,
-        "standard_error": rows.standard_error,
-        "time_s": rows.time_s,
-        **rows.covariates,
-    }
-    for name, column in columns.items():
+    for name, column in {**_columns(rows), **rows.covariates}.items():
         if column.shape != rows.value.shape or column.ndim != 1:
             raise ValueError(f"column {name} has the shape {column.shape}; value has {rows.value.shape}")
 
@@ -286,9 +275,7 @@ class _Part:
 
 def _series(estimates: Estimates, within: float, time_s: Floats) -> dict[int, Series]:
     """Returns the estimates over time of each robot whose logs all have a time."""
-    variance = (0.0 if np.isnan(within) else within**2) + estimates.standard_error**2
-    # Values without errors and without scatter: any positive variance, the robot's own scatter decides.
-    variance = np.maximum(variance, 1e-24 * max(float(np.mean(estimates.value**2)), np.finfo(float).tiny))
+    variance = variances(estimates, within)
     ends = np.searchsorted(estimates.robot, np.arange(estimates.robots + 1))
     series = {}
     for robot in range(estimates.robots):

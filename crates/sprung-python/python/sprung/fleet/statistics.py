@@ -109,7 +109,7 @@ class RobotMeans:
 
 def robot_means(estimates: Estimates, within: float) -> RobotMeans:
     """Returns the mean of each robot for a scatter within robots (NaN counts as zero)."""
-    weight = weights(estimates, 0.0 if np.isnan(within) else within**2)
+    weight = 1.0 / variances(estimates, within)
     total = estimates.sums(weight)
     mean = estimates.sums(weight * estimates.value) / total
     logs = np.bincount(estimates.robot, minlength=estimates.robots).astype(np.intp)
@@ -155,7 +155,7 @@ def moments(estimates: Estimates) -> tuple[float, float]:
     robots, logs = estimates.robots, estimates.value.size
     within = float("nan")
     if logs > robots:
-        weight = weights(estimates, 0.0)
+        weight = 1.0 / variances(estimates, 0.0)
         total = estimates.sums(weight)
         mean = estimates.sums(weight * estimates.value) / total
         square = float(np.sum(weight * (estimates.value - mean[estimates.robot]) ** 2))
@@ -172,12 +172,15 @@ def moments(estimates: Estimates) -> tuple[float, float]:
     return max(0.0, (square - (robots - 1)) / slope) ** 0.5, within
 
 
-def weights(estimates: Estimates, within_variance: float) -> Floats:
-    """Returns the inverse variance [n] of each estimate about the parameter of its robot."""
-    variance = within_variance + estimates.standard_error**2
+def variances(estimates: Estimates, within: float) -> Floats:
+    """Returns the variance [n] of each estimate about the parameter of its robot.
+
+    - within: scatter within robots; NaN counts as zero.
+    """
+    variance = (0.0 if np.isnan(within) else within**2) + estimates.standard_error**2
     # Estimates without errors and without scatter would have infinite weights.
     floor = 1e-24 * max(float(np.mean(estimates.value**2)), np.finfo(float).tiny)
-    return 1.0 / np.maximum(variance, floor)
+    return np.maximum(variance, floor)
 
 
 class _Likelihood:
@@ -193,7 +196,7 @@ class _Likelihood:
     def cost(self, between: float, within: float) -> float:
         """Minus twice the restricted log-likelihood, without its constant."""
         estimates = self.estimates
-        weight = weights(estimates, within**2)
+        weight = 1.0 / variances(estimates, within)
         total = estimates.sums(weight)
         means = estimates.sums(weight * estimates.value) / total
         inside = weight * (estimates.value - means[estimates.robot]) ** 2
