@@ -77,6 +77,11 @@ fn columns_laws_and_names_that_do_not_match() {
         let case = replacement(text, wrong);
         messages.note(&case, &described().replace(text, wrong).refused(2, &[]));
     }
+    let hidden = (described().replace(LINKS, "joint_torque_nm = [\"q1\"]")).refused(
+        2,
+        &["--set", "robot.joint.shoulder.spring=[\"linear\",\"play\"]"],
+    );
+    messages.note("play of a joint with a torque sensor alone", &hidden);
     for keys in WRONG_NAMES {
         messages.note(&one_line(keys), &robot(keys).refused(2, &[]));
     }

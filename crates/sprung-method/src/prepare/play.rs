@@ -1,9 +1,11 @@
 //! Finds half width and centre of the play of a spring by an outer search, because the regression is not linear in them.
 
+use sprung_core::chain::JointKind;
 use sprung_core::parameters::JointParameter;
 
 use super::excerpt::Excerpt;
 use super::stribeck::{Deflection, deflection, solved};
+use crate::finding::{Finding, Severity};
 use crate::log::LogBlock;
 use crate::model::Model;
 use crate::regression::{Reading, Triangle};
@@ -48,20 +50,34 @@ struct Search {
     place: [f64; 2],
     /// Distance of the places that are tried, rad (m).
     reach: f64,
-    /// Sum of squared residuals.
+    /// Sum of squared residuals, and the same without play.
     least: f64,
+    without: f64,
+    /// Least half width of the first scan that explains the log clearly worse than no play, rad (m).
+    excluded: f64,
 }
 
 /// Returns the plays of springs that explain the beginning of a log best. A joint is absent if no play does much better than none, or
 /// two encoders do not show its deflection.
-///
-/// The rows of different joints do not affect each other, so all joints are searched at once.
 #[must_use]
 pub(crate) fn find_plays(
     reading: &Reading,
     excerpt: &Excerpt,
     joints: &[usize],
 ) -> Vec<(usize, Play)> {
+    let found = sought(reading, excerpt, joints);
+    let play = |(joint, found): (usize, Result<Play, f64>)| Some((joint, found.ok()?));
+    found.into_iter().filter_map(play).collect()
+}
+
+/// Returns the best play of each joint, or the least half width that the log excludes, rad (m).
+///
+/// The rows of different joints do not affect each other, so all joints are searched at once.
+fn sought(
+    reading: &Reading,
+    excerpt: &Excerpt,
+    joints: &[usize],
+) -> Vec<(usize, Result<Play, f64>)> {
     let search = |&joint: &usize| {
         let deflection = deflection(reading, excerpt, joint)?;
         Some(Search {
@@ -70,6 +86,8 @@ pub(crate) fn find_plays(
             place: [HARDLY * deflection.rms, deflection.mean],
             reach: 0.0,
             least: f64::INFINITY,
+            without: f64::INFINITY,
+            excluded: f64::INFINITY,
         })
     };
     let mut all: Vec<Search> = joints.iter().filter_map(search).collect();
@@ -94,16 +112,17 @@ pub(crate) fn find_plays(
             .collect()
     };
     centre(&mut all, &costs);
+    let samples = independent(reading, excerpt);
     let without = costs(&all, &|one| one.place);
-    scan(&mut all, &costs);
-    let mut all: Vec<Search> = (all.into_iter().zip(without))
-        .filter(|(one, without)| one.least < PROMISING * without)
-        .map(|(one, _)| one)
-        .collect();
+    for (one, without) in all.iter_mut().zip(without) {
+        one.without = without;
+    }
+    scan(&mut all, samples, &costs);
+    let (mut all, hidden): (Vec<Search>, Vec<Search>) =
+        (all.into_iter()).partition(|one| one.least < PROMISING * one.without);
     for _ in 0..STEPS * usize::from(!all.is_empty()) {
         narrow(&mut all, &costs);
     }
-    let samples = independent(reading, excerpt);
     let errors = standard_errors(&all, samples, &costs);
     let play = |(one, standard_error): (&Search, f64)| {
         let [half_width, centre] = one.place;
@@ -112,9 +131,10 @@ pub(crate) fn find_plays(
             standard_error,
             centre,
         };
-        (one.joint, play)
+        (one.joint, Ok(play))
     };
-    all.iter().zip(errors).map(play).collect()
+    let hidden = hidden.iter().map(|one| (one.joint, Err(one.excluded)));
+    all.iter().zip(errors).map(play).chain(hidden).collect()
 }
 
 /// Costs of all joints, each with the play at its place.
@@ -141,7 +161,9 @@ fn centre(all: &mut [Search], costs: &Costs<'_>) {
 }
 
 /// Takes the best of some half widths.
-fn scan(all: &mut [Search], costs: &Costs<'_>) {
+///
+/// - `samples`: that are independent. A half width is excluded if the squares rise by four of their standard deviations.
+fn scan(all: &mut [Search], samples: f64, costs: &Costs<'_>) {
     for share in SHARES {
         let of_share = |one: &Search| [share * one.deflection.rms, one.place[1]];
         let found = costs(all, &of_share);
@@ -149,6 +171,9 @@ fn scan(all: &mut [Search], costs: &Costs<'_>) {
             if cost < one.least {
                 (one.place, one.least) = (of_share(one), cost);
                 one.reach = one.place[0];
+            }
+            if cost > (1.0 + 16.0 / samples) * one.without {
+                one.excluded = one.excluded.min(of_share(one)[0]);
             }
         }
     }
@@ -203,13 +228,38 @@ fn unexplained(model: &Model, whole: &[Triangle], joint: usize) -> Option<f64> {
     Some(of_motor + of_link)
 }
 
-/// Returns the model with the plays that the description leaves open.
-pub(crate) fn with_plays(reading: &Reading, excerpt: &Excerpt) -> Model {
+/// Returns the model with the plays that the description leaves open, and findings about those that the log does not show.
+pub(crate) fn with_plays(reading: &Reading, excerpt: &Excerpt) -> (Model, Vec<Finding>) {
     let mut model = reading.model().clone();
-    for (joint, play) in find_plays(reading, excerpt, reading.model().open_play()) {
-        model.set_play(joint, [play.half_width, play.centre]);
+    let mut findings = Vec::new();
+    for (joint, found) in sought(reading, excerpt, reading.model().open_play()) {
+        match found {
+            Ok(play) => model.set_play(joint, [play.half_width, play.centre]),
+            Err(excluded) => findings.push(not_shown(&model, joint, excluded)),
+        }
     }
-    model
+    (model, findings)
+}
+
+fn not_shown(model: &Model, joint: usize, excluded: f64) -> Finding {
+    let unit = match model.kind(joint) {
+        JointKind::Revolute => "rad",
+        JointKind::Prismatic => "m",
+    };
+    let bound = if excluded.is_finite() {
+        format!("a half width of {excluded:.1e} {unit} or more would explain it clearly worse")
+    } else {
+        "the log excludes no half width that was tried".to_owned()
+    };
+    Finding::new(
+        Severity::Info,
+        "play-not-shown",
+        format!(
+            "{}: no play of the spring explains the log better than none, so none is used; {bound}",
+            model.joints()[joint]
+        ),
+        "leave \"play\" out of spring, or record a motion in which the torque of the spring changes its sign",
+    )
 }
 
 /// Returns the number of independent samples of the rows of a joint.

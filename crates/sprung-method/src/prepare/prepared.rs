@@ -33,6 +33,12 @@ pub enum PrepareError {
     /// The experiment names no log.
     #[error("the experiment has no [log]; say which file to read")]
     NoLog,
+    /// The description gives the value of each parameter.
+    #[error(
+        "[robot] fixed gives all {0} parameters, so the log has nothing to tell; leave out those that it should give, or compare \
+         the values with the log by sprung validate"
+    )]
+    NothingOpen(usize),
     /// The description of the log is not complete.
     #[error(transparent)]
     Channel(#[from] ChannelError),
@@ -91,6 +97,10 @@ pub fn prepare(
     sources: &mut [LogSource<'_>],
     progress: &mut dyn Listener,
 ) -> Result<Prepared, PrepareError> {
+    let parameters = model.parameters().len();
+    if (0..parameters).all(|index| model.known(index).is_some()) {
+        return Err(PrepareError::NothingOpen(parameters));
+    }
     let (experiment, factors) = find_factors(experiment, model, sources)?;
     let experiment = experiment.into_owned();
     let log = experiment.log.as_ref().ok_or(PrepareError::NoLog)?;
@@ -135,8 +145,10 @@ fn choose(
     let mut choosing = |choice| progress.tell(Phase::Preparing, choice, Some(CHOICES));
     let (reading, cutoff_reason) = as_given(model, &experiment.identify, channels, &excerpt);
     choosing(2)?;
+    let (reading, mut about_springs) = with_widths_and_plays(&reading, &excerpt);
     let (reading, about_stribeck) = with_stribeck_velocities(&reading, &excerpt);
-    let (reading, mut about_springs) = find_springs(&reading, &excerpt);
+    let (reading, about_stiff) = find_springs(&reading, &excerpt);
+    about_springs.extend(about_stiff);
     about_springs.extend(about_stiffnesses(&reading, &excerpt));
     Ok(Prepared {
         experiment,
@@ -153,18 +165,22 @@ fn choose(
     })
 }
 
-/// Returns the reading with estimates of the widths, plays and Stribeck velocities that the model leaves open, and findings about
-/// the last.
+/// Returns the reading with estimates of the widths and plays that the model leaves open, and findings about plays.
+fn with_widths_and_plays(reading: &Reading, excerpt: &Excerpt) -> (Reading, Vec<Finding>) {
+    let reading = reading.with_model(with_widths(reading, excerpt));
+    let (model, findings) = with_plays(&reading, excerpt);
+    (reading.with_model(model), findings)
+}
+
+/// Returns the reading with estimates of the Stribeck velocities that the model leaves open, and findings about them.
 fn with_stribeck_velocities(
     reading: &Reading,
     excerpt: &Excerpt,
 ) -> (Reading, Vec<(usize, Finding)>) {
-    let reading = reading.with_model(with_widths(reading, excerpt));
-    let reading = reading.with_model(with_plays(&reading, excerpt));
     if reading.model().unknown_stribeck().is_empty() {
-        return (reading, Vec::new());
+        return (reading.clone(), Vec::new());
     }
-    let (model, findings) = find_stribeck(&reading, excerpt);
+    let (model, findings) = find_stribeck(reading, excerpt);
     (reading.with_model(model), findings)
 }
 
@@ -352,5 +368,29 @@ impl Prepared {
             Some(weights) => self.reading.with_weights(weights),
             None => self.reading.clone(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::demo;
+    use crate::description::{self, no_files};
+    use crate::progress::Unheard;
+
+    #[test]
+    fn a_robot_whose_parameters_are_all_given_is_refused() {
+        let read = |text: &str| description::read("experiment.toml", text, &[], &mut no_files);
+        let mut experiment = read(demo::EXPERIMENT).unwrap();
+        let open = Model::new(&experiment).unwrap();
+        for parameter in open.parameters() {
+            experiment.robot.fixed.insert(parameter.name.clone(), 1.0);
+        }
+        let given = Model::new(&experiment).unwrap();
+        let refused = prepare(&experiment, &given, &mut [], &mut Unheard).unwrap_err();
+        assert!(
+            matches!(refused, PrepareError::NothingOpen(15)),
+            "{refused}"
+        );
     }
 }

@@ -204,7 +204,7 @@ impl<'a> Search<'a> {
 
     pub(super) fn first_theta(&self, smoothed: &Smoothed, repeats: f64) -> Option<Vec<f64>> {
         let mut theta = self.known();
-        let rows = self.plain_rows(&smoothed, &theta)?;
+        let rows = self.plain_rows(smoothed, &theta)?;
         let evidence = Evidence::new(&rows, (self.free.len(), &self.positive), &[], None, repeats);
         let chosen: Vec<usize> = (0..self.free.len()).collect();
         for (&column, value) in self.free.iter().zip(evidence.fit(&chosen)) {

@@ -10,11 +10,12 @@ use super::inertial::check_inertial;
 use super::time::check_time;
 use crate::columns::Columns;
 use crate::factor::{Delay, Factor};
+use crate::instruments::{Instrument, LinkPosition};
 use crate::known_words::nearest;
 use crate::log::Log;
 use crate::numbers::Shown;
 use crate::quantities::{Joints, Key, Quantity, Scaling, Signal};
-use crate::robot::{Joint, Robot};
+use crate::robot::{Joint, Robot, SpringTerm};
 use crate::window::FilePart;
 
 /// Longest delay of a channel, s.
@@ -98,6 +99,7 @@ pub(crate) fn check_log(log: &Log, path: &[&str], robot: &Robot) -> Result<(), F
         check_columns(key, list, &joints, &at(key.name), robot)?;
     }
     check_inertial(log, path, robot)?;
+    check_springs(log, robot)?;
     check_voltages(log, path, robot)?;
     check_sides(log, path)?;
     check_files(log, path)?;
@@ -105,6 +107,26 @@ pub(crate) fn check_log(log: &Log, path: &[&str], robot: &Robot) -> Result<(), F
     check_csv(log, path)?;
     let labels = check_labels(log, path)?;
     check_by_column(log, path, &labels)
+}
+
+/// Checks that positions show the deflection of each spring with hysteresis or play.
+fn check_springs(log: &Log, robot: &Robot) -> Result<(), Fault> {
+    for (i, joint) in robot.joint.iter().enumerate() {
+        let is_shown = Instrument::of(i, log, robot).link_position() == LinkPosition::Column;
+        let hidden = (joint.spring_terms().iter())
+            .find(|term| matches!(term, SpringTerm::Hysteresis | SpringTerm::Play));
+        if let Some(term) = hidden.filter(|_| !is_shown) {
+            let (name, law) = (&joint.name, term.word());
+            return Err(fault(
+                &["robot", "joint", &i.to_string(), "spring"],
+                format!(
+                    "{name}: no position of its link shows the {law} of its spring; give [log] a column of the link position or \
+                     of the deflection, or leave \"{law}\" out of spring"
+                ),
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Checks that each signal has at most one key for revolute and one for prismatic joints, or one key

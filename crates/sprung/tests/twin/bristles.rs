@@ -135,9 +135,12 @@ fn log(sliding: Sliding, of_spring: Spring) -> String {
 }
 
 fn identified(laws: &str, log: &str) -> Identification {
-    let text = JOINT.replace("LAWS", laws);
+    identified_by(&JOINT.replace("LAWS", laws), log)
+}
+
+fn identified_by(text: &str, log: &str) -> Identification {
     let experiment: Experiment =
-        description::read("experiment.toml", &text, &[], &mut no_files).unwrap();
+        description::read("experiment.toml", text, &[], &mut no_files).unwrap();
     let model = Model::new(&experiment).unwrap();
     with_source(log.as_bytes(), |source| {
         let found = identify(&experiment, &model, &mut [source], &mut Unheard);
@@ -216,4 +219,22 @@ fn play_of_a_spring_is_found_with_its_width_and_leaves_the_stiffness_true() {
     let stiffness = error(&found, "hip.stiffness", STIFFNESS);
     assert!((play / 2e-4 - 1.0).abs() < 0.05, "{play}");
     assert!(stiffness.abs() < 0.02, "{stiffness}");
+}
+
+#[test]
+fn a_declared_play_that_the_log_does_not_show_is_named_with_a_bound() {
+    let with_play = "transmission = \"flexible\"\nspring = [\"linear\", \"play\"]";
+    let text = JOINT.replace("LAWS", "declared");
+    let text = text.replace("transmission = \"flexible\"", with_play);
+    let named = |spring: Spring| {
+        let found = identified_by(&text, &log(Sliding::Jump, spring));
+        let named = (found.findings.iter()).find(|one| one.code == "play-not-shown");
+        named.map(|one| one.text.clone())
+    };
+    assert_eq!(named(Spring::Play(2e-4, 1e-4)), None);
+    let message = named(Spring::Linear).unwrap();
+    assert!(
+        message.contains("or more would explain it clearly worse"),
+        "{message}"
+    );
 }
