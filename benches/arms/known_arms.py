@@ -17,7 +17,8 @@ The first four kinds change between CSV, Parquet, MCAP and MATLAB, the last two 
 Ten recorders write the logs of four of the arms in other shapes (`RECORDERS`): two files, a row of units, blocks without
 names, JSON, slow clocks, torque sensors, commands, counters.
 
-A case is wrong if the verdict is good and the torque of a parameter is more than 5 % of its row's off.
+A case is wrong if the verdict is good and the torque of a parameter is more than 5 % of its row's off, and more than its
+interval says: three standard errors.
 """
 
 import json
@@ -37,6 +38,7 @@ from figure import note  # noqa: E402
 ROBOTS = pathlib.Path(sys.prefix)
 PERIOD, DURATION = 0.002, 12.0
 WRONG = 0.05
+SURE = 3.0
 
 # Name, URDF, joints of the log, and names of their columns.
 ARMS = [
@@ -428,7 +430,7 @@ def judged(program, arm, logs, folder, truth):
         return "error", None, error.strip().splitlines()[0][:140]
     text = (folder / "exp/sprung-out/identification.json").read_text()
     result = json.loads(text)["results"][0]
-    worst, name = 0.0, ""
+    worst, name, is_off = 0.0, "", False
     for parameter in result["parameters"]:
         true, value = truth.get(parameter["name"]), parameter["value"]
         if parameter["name"].endswith("joint_torque_offset"):
@@ -438,10 +440,11 @@ def judged(program, arm, logs, folder, truth):
         if true is None or parameter.get("torque_share") is None or value == 0.0:
             continue
         off = abs((value - true) / value) * parameter["torque_share"]
+        is_off |= off > WRONG and abs(value - true) > SURE * (parameter["standard_error"] or 0.0)
         if off > worst:
             worst, name = off, parameter["name"]
     verdict = result["verdict"]
-    if worst > WRONG:
+    if is_off:
         verdict += ", WRONG" if verdict == "good" else ", off"
     return verdict, worst, name
 
