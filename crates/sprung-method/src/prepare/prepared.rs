@@ -35,8 +35,7 @@ pub enum PrepareError {
     NoLog,
     /// The description gives the value of each parameter.
     #[error(
-        "[robot] fixed gives all {0} parameters, so the log has nothing to tell; leave out those that it should give, or compare \
-         the values with the log by sprung validate"
+        "[robot] fixed gives all {0} parameters, so the log has nothing to tell; leave out of fixed those that it should give"
     )]
     NothingOpen(usize),
     /// The description of the log is not complete.

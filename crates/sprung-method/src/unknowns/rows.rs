@@ -147,7 +147,7 @@ pub(super) struct Rows<'a> {
     pub(super) wanted: Wanted<'a>,
 }
 
-/// The unknowns whose columns are formed.
+/// The unknowns whose columns are formed; those of given directions always are.
 #[derive(Clone, Copy)]
 pub(super) enum Wanted<'a> {
     All,
@@ -187,7 +187,7 @@ struct RowOfSegment {
 impl Rows<'_> {
     /// Forms all rows.
     ///
-    /// - `directions`: of the wanted unknowns.
+    /// - `directions`: of unknowns of channels.
     /// - `theta`: present parameters, \[p\].
     pub(super) fn form(
         &self,
