@@ -48,13 +48,16 @@ pub struct Solution {
 /// Columns are scaled to unit length and the triangular factor is decomposed by singular values;
 /// `A^T A` is never formed.
 ///
-/// Returns `None` if a number is not finite.
+/// Returns `None` if a number is not finite, or nothing is unknown.
 ///
 /// # Source
 ///
 /// Eq. (28), by a method that does not square the condition number.
 #[must_use]
 pub fn solve(parts: &[SystemPart<'_>], unknowns: usize) -> Option<Solution> {
+    if unknowns == 0 {
+        return None;
+    }
     let (mut a, b) = assemble(parts, unknowns);
     if !(a.norm_max().is_finite() && b.iter().all(|value| value.is_finite())) {
         return None;
@@ -250,6 +253,11 @@ mod tests {
         assert_eq!(solution.identifiable, [true, false, false]);
         assert!((solution.x[0] - 2.0).abs() < 1e-12);
         assert!((solution.x[1] + solution.x[2] + 2.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn nothing_unknown_has_no_solution() {
+        assert!(solve(&[], 0).is_none());
     }
 
     #[test]
