@@ -29,6 +29,8 @@ pub struct Candidates<'a> {
     pub coupling: Option<&'a [f64]>,
     /// Whether each joint is rigid; the rotor of a rigid joint moves with the links.
     pub rigid: &'a [bool],
+    /// Whether the torque of each motor contains an unknown constant and its joint is rigid.
+    pub offset: &'a [bool],
     /// Parameters with known values, which appear in no combination.
     pub known: &'a [usize],
 }
@@ -36,7 +38,8 @@ pub struct Candidates<'a> {
 /// The inertial parameters that a robot's motion determines.
 ///
 /// Parameter `k` of link `j` has the index `10 j + k`; the rotor of joint `i`
-/// has the index `10 n + i`, and is considered only if the joint is rigid.
+/// has the index `10 n + i`, and the constant torque of its motor `11 n + i`. Both are considered only
+/// if the joint is rigid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BaseParameters {
     /// Parameters with independent columns, in order.
@@ -52,8 +55,10 @@ pub struct BaseParameters {
 impl BaseParameters {
     /// Finds the base parameters from the torque columns of random states.
     ///
-    /// Columns are accepted in their order: links from the base to the tips, then rotors. This
-    /// order gives short combinations, and the same combinations in every run.
+    /// Columns are accepted in this order: links from the base to the tips, constant torques, rotors.
+    /// It gives short combinations, and the same combinations in every run. The constant torque of a
+    /// sliding joint that lifts its link is combined with the rotor, because the mass of the link
+    /// shows by its weight and by its inertia.
     ///
     /// # Errors
     ///
@@ -77,7 +82,10 @@ impl BaseParameters {
             combination: Vec::new(),
         };
         let mut shares: Vec<Vec<f64>> = Vec::new();
-        for (index, column) in columns.iter().enumerate() {
+        let n = candidates.rigid.len();
+        let (links, rotors) = (n * BODY, n * BODY + n);
+        for index in (0..links).chain(rotors..rotors + n).chain(links..rotors) {
+            let column = &columns[index];
             if candidates.known.contains(&index) || column.is_empty() {
                 continue;
             }
@@ -198,7 +206,7 @@ fn back_substitute(triangle: &[Vec<f64>], components: &[f64], count: usize) -> V
 }
 
 /// Returns the torque columns of random states, one vector per parameter. The vector is empty for
-/// the rotor of a flexible joint.
+/// the rotor of a flexible joint and for a torque without an unknown constant.
 fn random_columns(candidates: &Candidates<'_>) -> Result<Vec<Vec<f64>>, LengthError> {
     let chain = &candidates.chain;
     let n = chain.joints().len();
@@ -206,7 +214,7 @@ fn random_columns(candidates: &Candidates<'_>) -> Result<Vec<Vec<f64>>, LengthEr
     let mut scratch = Scratch::new(n);
     let width = n * BODY;
     let mut rows = vec![0.0; n * width];
-    let mut columns = vec![Vec::with_capacity(RANDOM_STATES * n); width + n];
+    let mut columns = vec![Vec::with_capacity(RANDOM_STATES * n); width + 2 * n];
     for _ in 0..RANDOM_STATES {
         let mut draw = || -> Vec<f64> {
             (0..n)
@@ -228,13 +236,16 @@ fn random_columns(candidates: &Candidates<'_>) -> Result<Vec<Vec<f64>>, LengthEr
             let turns: f64 = (0..n).map(|k| ratio(motor, k) * ddq[k]).sum();
             columns[width + motor].extend((0..n).map(|row| ratio(motor, row) * turns));
         }
+        for motor in (0..n).filter(|motor| candidates.offset[*motor]) {
+            columns[width + n + motor].extend((0..n).map(|row| ratio(motor, row)));
+        }
     }
     Ok(columns)
 }
 
 #[cfg(test)]
 mod tests {
-    use sprung_core::chain::{ChainJoint, DhRow};
+    use sprung_core::chain::{ChainJoint, DhRow, JointKind};
     use sprung_core::spatial::BODY_NAMES;
 
     use super::*;
@@ -270,6 +281,7 @@ mod tests {
             chain: Chain::new(joints, gravity).unwrap(),
             coupling: None,
             rigid: &vec![false; joints.len()],
+            offset: &vec![false; joints.len()],
             known,
         };
         BaseParameters::new(&candidates).unwrap()
@@ -353,6 +365,36 @@ mod tests {
     }
 
     #[test]
+    fn the_rotor_of_a_lift_is_combined_with_its_mass_and_the_constant_torque_of_its_motor() {
+        let lift = [ChainJoint {
+            kind: JointKind::Prismatic,
+            ..modified(&[row(0.0, 0.0, 0.0)])[0]
+        }];
+        let name = |k: usize| match k {
+            0 => "m".to_owned(),
+            10 => "rotor".to_owned(),
+            11 => "offset".to_owned(),
+            _ => format!("{k}"),
+        };
+        let words = |gravity: [f64; 3], offset: bool| -> Vec<String> {
+            let candidates = Candidates {
+                chain: Chain::new(&lift, gravity).unwrap(),
+                coupling: None,
+                rigid: &[true],
+                offset: &[offset],
+                known: &[],
+            };
+            let base = BaseParameters::new(&candidates).unwrap();
+            (0..base.independent.len())
+                .map(|i| base.words(i, name))
+                .collect()
+        };
+        assert_eq!(words(DOWN, true), ["m + rotor", "offset - 9.81*rotor"]);
+        assert_eq!(words(DOWN, false), ["m", "rotor"]);
+        assert_eq!(words([0.0; 3], true), ["m + rotor", "offset"]);
+    }
+
+    #[test]
     fn base_parameters_give_the_torque_of_all_parameters() {
         let arm = classic(&[
             row(HALF, 0.1, 0.4),
@@ -368,10 +410,11 @@ mod tests {
             chain: Chain::new(&arm, TILTED).unwrap(),
             coupling: Some(&coupling),
             rigid: &rigid,
+            offset: &rigid,
             known: &[],
         };
         let base = BaseParameters::new(&candidates).unwrap();
-        let standard: Vec<f64> = (0..4 * BODY + 4)
+        let standard: Vec<f64> = (0..4 * BODY + 8)
             .map(|k| (k as f64 * 0.7).sin() + 1.2)
             .collect();
         let values = base.values(&standard);

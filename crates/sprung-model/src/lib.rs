@@ -45,6 +45,7 @@ use layout::Layout;
 
 pub use convex::{Block, Entry, NoSolution, Program, ROWS};
 pub use elements::Elements;
+use links::OFFSET;
 pub use links::TreeLinks;
 pub use parameter::{ModelError, Parameter, short};
 pub use regions::Region;
@@ -209,7 +210,13 @@ impl Model {
         for &(kind, joint) in &layout.drives {
             let of = &robot.joint[joint];
             let mut name = format!("{}.{}", of.name, kind.name());
-            let nominal = of.nominal.get(kind);
+            let mut nominal = of.nominal.get(kind);
+            if let (Some(links), OFFSET) = (&links, kind)
+                && let Some(index) = links.combined_offset(joint)
+            {
+                name = links.words_of(index);
+                nominal = links.lumped(index, |k| links.nominal(k));
+            }
             if let (Some(links), JointParameter::RotorInertia, false) =
                 (&links, kind, of.is_flexible())
             {

@@ -3,12 +3,22 @@
 use std::collections::BTreeMap;
 
 use sprung_core::chain::Chain;
-use sprung_core::parameters::JointParameter;
+use sprung_core::friction::Law;
+use sprung_core::parameters::{JointParameter, Side};
 use sprung_core::spatial::{BODY, BODY_NAMES, BODY_UNITS};
 
 use super::ModelError;
 use super::base_parameters::{BaseParameters, Candidates};
-use crate::description::{Robot, Tree};
+use crate::description::{Joint, Robot, Tree};
+
+/// The constant torque of a motor.
+pub(super) const OFFSET: JointParameter = JointParameter::Friction(Side::Motor, Law::Offset);
+
+/// Returns whether a joint is rigid and its motor has an unknown constant torque.
+fn has_offset(joint: &Joint) -> bool {
+    let mut laws = joint.motor_laws().iter();
+    !joint.is_flexible() && laws.any(|law| law.columns().contains(&Law::Offset))
+}
 
 /// The links of a tree with their inertial parameters in theta.
 #[derive(Clone, Debug)]
@@ -44,6 +54,12 @@ impl TreeLinks {
             .flat_map(|link| BODY_NAMES.map(|name| format!("{link}.{name}")))
             .collect();
         names.extend((robot.joint.iter()).map(|joint| format!("{}.rotor_inertia", joint.name)));
+        let offset: Vec<bool> = robot.joint.iter().map(has_offset).collect();
+        let of_motors = robot.joint.iter().zip(&offset);
+        names.extend(of_motors.map(|(joint, has)| match has {
+            true => format!("{}.{}", joint.name, OFFSET.name()),
+            false => String::new(),
+        }));
         let mut known = BTreeMap::new();
         for name in &robot.assume_zero {
             let index = names[..n * BODY].iter().position(|known| known == name);
@@ -62,6 +78,7 @@ impl TreeLinks {
             rigid: &(robot.joint.iter())
                 .map(|joint| !joint.is_flexible())
                 .collect::<Vec<_>>(),
+            offset: &offset,
             known: &known.keys().copied().collect::<Vec<_>>(),
         };
         let base = BaseParameters::new(&candidates).map_err(ModelError::Length)?;
@@ -75,6 +92,7 @@ impl TreeLinks {
             .chain(
                 (robot.joint.iter()).map(|joint| joint.nominal.get(JointParameter::RotorInertia)),
             )
+            .chain(robot.joint.iter().map(|joint| joint.nominal.get(OFFSET)))
             .enumerate()
             .map(|(index, value)| robot.nominal.get(&names[index]).copied().or(value))
             .collect();
@@ -114,6 +132,14 @@ impl TreeLinks {
     pub(super) fn has_rotor(&self, joint: usize) -> bool {
         let index = self.tree.joints.len() * BODY + joint;
         self.base_of(index).is_some() || self.known.contains_key(&index)
+    }
+
+    /// Returns the index of the constant torque of a rigid joint's motor, if that torque is combined with other
+    /// parameters.
+    pub(super) fn combined_offset(&self, joint: usize) -> Option<usize> {
+        let index = self.tree.joints.len() * (BODY + 1) + joint;
+        let base = self.base_of(index)?;
+        (!self.base.is_alone(base)).then_some(index)
     }
 
     /// Returns the name of a standard parameter.
@@ -162,10 +188,10 @@ impl TreeLinks {
             .collect()
     }
 
-    /// Returns the number of standard parameters; rotors are last.
+    /// Returns the number of standard parameters of links and rotors; rotors are last.
     #[must_use]
     pub fn standard(&self) -> usize {
-        self.names.len()
+        self.tree.joints.len() * (BODY + 1)
     }
 
     /// Returns the index of a standard parameter by its name.

@@ -8,6 +8,7 @@ use sprung_core::parameters::JointParameter;
 use sprung_core::robot::Values;
 use sprung_core::spatial::BODY;
 
+use super::links::OFFSET;
 use super::parameter::{ModelError, Parameter};
 use super::scratch::Scratch;
 use super::{
@@ -42,6 +43,7 @@ impl Model {
                 let index = match parameter.joint {
                     None => links.selected[at],
                     Some((JointParameter::RotorInertia, joint)) => n * BODY + joint,
+                    Some((OFFSET, joint)) => links.combined_offset(joint)?,
                     Some(_) => return None,
                 };
                 links.lumped(index, |k| {

@@ -28,6 +28,9 @@ fn with_error(estimate: &ParameterEstimate) -> String {
     if let Some(most) = estimate.at_most() {
         return format!("{value} (< {})", significant(most, 2));
     }
+    if estimate.fixed {
+        return format!("{value} given");
+    }
     match estimate.standard_error {
         Some(error) => format!("{value} ± {}", significant(error, 2)),
         None => value,
@@ -183,7 +186,7 @@ pub(super) fn estimators(
 
 fn symbol_and_name(parameter: &ParameterEstimate) -> String {
     let symbol = parameter.symbol.replace("theta", "θ");
-    format!("{symbol}\u{a0}{}", parameter.name)
+    format!("{symbol}\u{a0}{}", parameter.label())
 }
 
 /// Returns half the width of the 95 % interval in percent of the value.

@@ -56,6 +56,7 @@ pub(super) fn parameter_table(
         // An interval that ends at the bound of the parameter has no standard error.
         let (value, error) = match estimate.at_most() {
             Some(most) => (format!("< {}", significant(most, 2)), "-".to_owned()),
+            None if estimate.fixed => (value, "given".to_owned()),
             None => (value, dash(estimate.standard_error, 2)),
         };
         [value, error, share]
@@ -69,7 +70,7 @@ pub(super) fn parameter_table(
             None => parameter.nominal,
         };
         let mut row = vec![
-            short(&parameter.name).into_owned(),
+            short(&parameter.label()).into_owned(),
             parameter.unit.clone(),
             dash(reference, 5),
         ];

@@ -24,6 +24,7 @@ mod export;
 mod folders;
 mod formats;
 mod from_robot_and_log;
+mod grouped;
 mod hostile;
 mod joints_by_content;
 mod killed;

@@ -160,6 +160,7 @@ mod tests {
             unconstrained: None,
             one_sided: false,
             physical: None,
+            sum_with: None,
             nominal: None,
             identifiable: true,
             fixed: false,

@@ -8,6 +8,7 @@ use crate::estimate::steps::{
     Basis, Identified, Logs, ReadLogs, Ready, Refined, before_refinement, describe, examine, fit,
     make_ready, pass, refine,
 };
+use crate::estimate::sums::Sums;
 use crate::log::LogSource;
 use crate::model::Model;
 use crate::progress::Listener;
@@ -78,17 +79,22 @@ pub fn identify_and_tell(
 ///
 /// The errors of [`identify`].
 fn conclude(
-    ready: &Ready,
+    prepared: &Ready,
     read: &ReadLogs,
     logs: &mut Logs<'_, '_>,
     (clock, timing): (&Stopwatch, Timing<'_>),
     progress: &mut dyn Listener,
     first: &mut dyn FnMut(&Identified),
 ) -> Result<Identified, IdentifyError> {
-    let springs = &Undetermined::new(ready.prepared.reading(), &read.system);
-    let settled = springs.settled(ready.prepared.reading().model());
-    let settled = settled.map(|model| ready.with_model(model)).transpose()?;
-    let ready = settled.as_ref().unwrap_or(ready);
+    let reading = prepared.prepared.reading();
+    let springs = &Undetermined::new(reading, &read.system);
+    let of_springs = springs.settled(reading.model());
+    let sums = &Sums::new(of_springs.as_ref().unwrap_or(reading.model()), &read.system);
+    let settled = sums.settled(of_springs.as_ref().unwrap_or(reading.model()));
+    let settled = (settled.or(of_springs))
+        .map(|model| prepared.with_model(model))
+        .transpose()?;
+    let ready = settled.as_ref().unwrap_or(prepared);
     let findings = &examine(ready, read)?;
     let linear = &fit(ready, read, timing)?;
     let on_line_seconds = read.lsff.as_ref().map_or(0.0, |(_, seconds)| *seconds);
@@ -97,6 +103,7 @@ fn conclude(
         read,
         findings,
         springs,
+        sums,
         linear,
         timing,
         fit_seconds: clock.seconds() - on_line_seconds,
@@ -108,7 +115,7 @@ fn conclude(
     match refine(&basis, logs, progress)? {
         Refined::Estimates(estimates) => describe(&basis, estimates, progress),
         Refined::Retimed(retiming) => {
-            let retimed = ready.retimed(&retiming)?;
+            let retimed = prepared.retimed(&retiming)?;
             let read = pass(&retimed, logs.of_robot, progress)?;
             let timing = (clock, Timing::Found(&retiming));
             conclude(&retimed, &read, logs, timing, progress, first)

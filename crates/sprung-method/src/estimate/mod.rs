@@ -16,6 +16,7 @@ mod result;
 mod springs;
 mod statistics;
 mod steps;
+mod sums;
 
 pub use errors::{IdentifyError, LsffError};
 pub use estimators::lsff::Lsff;

@@ -124,6 +124,8 @@ pub(crate) fn fit_weighted(
     };
     let motor_rows = (0..model.joint_count())
         .filter(|&joint| model.is_flexible(joint))
+        // A row whose parameters are all given has no solution of its own.
+        .filter(|&joint| !free.columns[model.torque_row(joint)].is_empty())
         .map(|joint| motor_row(model, joint, system, &reduced))
         .collect::<Option<_>>()?;
     Some(Fitted {

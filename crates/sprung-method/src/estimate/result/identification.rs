@@ -1,6 +1,7 @@
 //! The contents of `identification.json` and `parameters.csv`.
 
 use crate::description::Constraints;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
@@ -350,6 +351,10 @@ pub struct ParameterEstimate {
     /// is that of a robot that can exist.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub physical: Option<f64>,
+    /// The other parameter of the sum that the value is, with its sign, as in `+ joint1.motor_offset`; absent for a
+    /// value of its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sum_with: Option<String>,
     /// Nominal value from the description.
     pub nominal: Option<f64>,
     /// Whether the data determine it.
@@ -399,6 +404,15 @@ pub struct CrossCheckResult {
 }
 
 impl ParameterEstimate {
+    /// Returns the name, with the other parameter of the sum that the value is.
+    #[must_use]
+    pub fn label(&self) -> Cow<'_, str> {
+        match &self.sum_with {
+            Some(other) => Cow::Owned(format!("{} {other}", self.name)),
+            None => Cow::Borrowed(&self.name),
+        }
+    }
+
     /// Returns the value that the equations give without constraints.
     #[must_use]
     pub fn by_equations(&self) -> Option<f64> {

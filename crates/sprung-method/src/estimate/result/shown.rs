@@ -90,6 +90,7 @@ impl EstimateResult {
             one_sided: false,
             unconstrained: None,
             physical: None,
+            sum_with: None,
             nominal: None,
             torque_rms_nm: None,
             torque_share: None,

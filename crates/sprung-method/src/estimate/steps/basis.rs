@@ -8,6 +8,7 @@ use crate::estimate::estimators::least_squares::{Linear, least_squares};
 use crate::estimate::estimators::prediction_error::Timing;
 use crate::estimate::result::PayloadResult;
 use crate::estimate::springs::Undetermined;
+use crate::estimate::sums::Sums;
 use crate::finding::Finding;
 use crate::fit::relative_residuals;
 use crate::log::LogSource;
@@ -38,6 +39,8 @@ pub(in crate::estimate) struct Basis<'a> {
     pub(in crate::estimate) findings: &'a [Finding],
     /// Springs that the logs do not determine.
     pub(in crate::estimate) springs: &'a Undetermined,
+    /// Parameters of which the logs show only sums.
+    pub(in crate::estimate) sums: &'a Sums,
     /// Result of least squares. Other estimators start from it and return it if they fail.
     pub(in crate::estimate) linear: &'a Linear<'a>,
     /// Whether the refinement may return another timing of the torques, or has found it.

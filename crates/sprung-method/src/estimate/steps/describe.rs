@@ -47,6 +47,7 @@ pub(in crate::estimate) fn describe(
     rigid_joints.extend(undetermined.described(model));
     let mut findings = basis.findings.to_vec();
     findings.extend(finding(model, &rigid_joints));
+    findings.extend(basis.sums.findings(model));
     findings.extend(look_again(basis, &results));
     after_estimation(&mut findings);
     let (springs, about_springs) = springs_of_motors(basis);
@@ -194,6 +195,7 @@ fn judged(
     let choice = (estimator, &reading.settings().physical);
     let mut result = result_of(model, choice, &found.numbers, linear, &basis.read.system);
     springs.complete(model, &mut result);
+    basis.sums.complete(&mut result);
     let judged = judge(
         model,
         &result,

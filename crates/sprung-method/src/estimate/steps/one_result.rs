@@ -314,6 +314,7 @@ fn estimate(
         one_sided: false,
         unconstrained: None,
         physical: None,
+        sum_with: None,
         nominal: parameter.nominal,
         identifiable: value.is_some(),
         fixed: parameter.fixed.is_some(),

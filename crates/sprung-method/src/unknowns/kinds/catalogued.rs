@@ -122,6 +122,28 @@ impl<'a> Catalogued<'a> {
         self.deflections[joint].map_or(0.0, |deflection| largest / deflection)
     }
 
+    /// Returns the part of the moving samples in which a joint's torque brakes the motion.
+    pub(in crate::unknowns) fn braking(&self, joint: usize) -> f64 {
+        let of = |signal| self.channels.telling(signal, joint);
+        let position = of(Signal::Motor).or_else(|| of(Signal::Link));
+        let Some((torque, position)) = of(Signal::Torque).zip(position) else {
+            return 0.0;
+        };
+        let (mut braking, mut moving) = (0, 0);
+        for block in self.excerpt.blocks() {
+            let (torques, positions) = (&block.values[torque], &block.values[position]);
+            let moves = positions
+                .windows(2 * NEIGHBOURS)
+                .zip(&torques[NEIGHBOURS.min(torques.len())..]);
+            for (around, torque) in moves {
+                let power = torque * (around[2 * NEIGHBOURS - 1] - around[0]);
+                braking += usize::from(power < 0.0);
+                moving += usize::from(power != 0.0);
+            }
+        }
+        braking as f64 / moving.max(1) as f64
+    }
+
     /// Returns the times of the samples where the deflection of a channel's joint jumps most.
     pub(in crate::unknowns) fn largest_jumps(&self, channel: usize, count: usize) -> Vec<f64> {
         let joint = self.channels.all[channel].joint;

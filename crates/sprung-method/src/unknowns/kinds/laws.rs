@@ -34,6 +34,9 @@ const LARGE_FALL: f64 = 0.08;
 /// nearly one.
 const USUAL_LOAD: f64 = 0.05;
 
+/// Part of the motion in which the torque must brake it, or else this friction is a gain of the torque.
+const LEAST_BRAKING: f64 = 0.02;
+
 /// Key without a law of the description.
 const TORQUE_LOAD: &str = "friction proportional to the torque";
 
@@ -52,6 +55,8 @@ struct OfJoint<'a> {
     described: &'a Joint,
     /// Root mean square of the velocity, rad/s (m/s).
     speed: f64,
+    /// Part of the motion in which the torque brakes it.
+    braking: f64,
     /// Part of the torque that a count of an encoder makes.
     count_share: f64,
 }
@@ -142,7 +147,8 @@ impl OfJoint<'_> {
                 all.extend(missing.flat_map(|(family, law)| self.friction(side, family, law)));
             }
         }
-        if !is_flexible && self.model.robot().coupling.is_none() {
+        let brakes = self.braking >= LEAST_BRAKING;
+        if brakes && !is_flexible && self.model.robot().coupling.is_none() {
             all.push(Unknown {
                 scale: USUAL_LOAD,
                 is_positive: true,
@@ -171,6 +177,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
             name: &of.names[joint],
             described,
             speed: of.speeds[joint],
+            braking: of.braking(joint),
             count_share: of.count_share(joint),
         };
         if of_joint.speed > 0.0 {
