@@ -10,7 +10,7 @@ use std::io::{IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use sprung::check::UnknownResult;
-use sprung::estimate::{Identification, Refinement, Verdict};
+use sprung::estimate::{Identification, Refinement, SensedSpring, Verdict};
 use sprung::finding::{Finding, Severity};
 use sprung::foreign::escaped;
 use sprung::progress::{Answer, Listener, Progress};
@@ -21,7 +21,7 @@ use crate::args::{Color, Voice};
 use foreign::bounded;
 use layout::{Stream, wrapped};
 use progress::{LONG_S, bar, long, show};
-use tables::{error_table, parameter_table, unknown_table};
+use tables::{error_table, parameter_table, spring_table, unknown_table};
 
 pub(crate) use layout::Grid;
 pub(crate) use tables::dash;
@@ -227,6 +227,14 @@ impl Terminal {
             self.say(format!("\n{}", ShownUnknown::HEADING.to_lowercase()));
             self.say("(falls: by how much each lowers the squared error of the torques)");
             self.table(&unknown_table(found));
+        }
+    }
+
+    /// Prints the springs by deflections and joint torques.
+    pub(crate) fn springs(self, springs: &[SensedSpring]) {
+        if !springs.is_empty() {
+            self.say("\nsprings by deflections and joint torques");
+            self.table(&spring_table(springs));
         }
     }
 

@@ -56,7 +56,7 @@ pub use reader::LogReader;
 pub use select::Beyond;
 pub use source::{LogSource, Opener};
 pub use survey::ChooseError;
-pub use survey::{Survey, choose, joint_count};
+pub use survey::{Survey, choose, joint_count, joint_names};
 pub use write::LogWriter;
 pub use write::SampleWriter;
 

@@ -65,7 +65,8 @@ impl Layout {
         };
         let has = |kind: JointParameter, i: usize| match kind {
             JointParameter::RotorInertia => {
-                joints[i].is_flexible() || links.is_none_or(|links| links.has_rotor(i))
+                let is_separate = || links.is_none_or(|links| links.has_rotor(i));
+                !joints[i].on_link_side && (joints[i].is_flexible() || is_separate())
             }
             JointParameter::TorqueOffset => {
                 instruments.at(i).spring_torque() == SpringTorque::Measured

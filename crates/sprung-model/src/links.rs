@@ -61,6 +61,9 @@ impl TreeLinks {
             false => String::new(),
         }));
         let mut known = BTreeMap::new();
+        for (i, _) in (robot.joint.iter().enumerate()).filter(|(_, joint)| joint.on_link_side) {
+            known.insert(n * BODY + i, 0.0);
+        }
         for name in &robot.assume_zero {
             let index = names[..n * BODY].iter().position(|known| known == name);
             let index = index.ok_or_else(|| ModelError::unknown(name, names[..n * BODY].iter()))?;

@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
-use sprung::description::Start;
-use sprung::session::{NewExperiment, start_from_urdf};
+use sprung::session::{NewExperiment, start_from_logs, start_from_urdf};
 
 use crate::errors::{exception, wrong_input};
 use crate::runner::Run;
@@ -46,16 +45,9 @@ pub(crate) fn experiment_from_log(
     run: Run,
 ) -> PyResult<(String, String)> {
     let new = run.work(py, move |progress| {
-        let start = match (urdf, logs.first()) {
-            (Some(urdf), _) => start_from_urdf(&urdf, &folder)?,
-            (None, Some(log)) => {
-                let found = match joints {
-                    Some(joints) => Some(joints),
-                    None => sprung::session::joints_of_log(log)?,
-                };
-                Start::table(found.unwrap_or(1))?
-            }
-            (None, None) => Start::table(joints.unwrap_or(1))?,
+        let start = match urdf {
+            Some(urdf) => start_from_urdf(&urdf, &folder)?,
+            None => start_from_logs(&logs, joints, 1)?,
         };
         if logs.is_empty() {
             return Ok(NewExperiment::without_log(&start));

@@ -74,6 +74,7 @@ pub fn compose(contents: &Contents<'_>) -> Document {
         sections.extend(contents.fit.map(|fit| fit_section(identification, fit)));
         sections.extend(cross_checks(identification));
         sections.extend(springs::springs(identification));
+        sections.extend(springs::sensed(identification));
         sections.extend(springs::rigid(identification));
         sections.extend(laws::laws(identification));
         sections.extend(refinement::refinement(identification));

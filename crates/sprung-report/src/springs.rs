@@ -56,6 +56,43 @@ pub(super) fn springs(identification: &Identification) -> Option<Section> {
     ))
 }
 
+/// Returns the section about springs by deflections and joint torques; `None` without such springs.
+pub(super) fn sensed(identification: &Identification) -> Option<Section> {
+    let springs = &identification.sensed_springs;
+    if springs.is_empty() {
+        return None;
+    }
+    let rows = springs.iter().map(|spring| {
+        let [from, to] = spring.ci95_nm_per_rad;
+        let error = significant(spring.standard_error_nm_per_rad, 2);
+        Row {
+            cells: vec![
+                spring.joint.clone(),
+                format!("{} ± {error}", significant(spring.stiffness_nm_per_rad, 5)),
+                format!("{} to {}", significant(from, 5), significant(to, 5)),
+            ],
+            tone: Tone::Neutral,
+        }
+    });
+    Some(folded(
+        Fold::Open,
+        "sensed-springs",
+        "Springs by deflections and joint torques",
+        "The log has no motor torques, so the identified equations are those of the links. The springs follow from the \
+         deflections and the joint torques alone.",
+        vec![Block::Table(Table {
+            caption: "Stiffnesses with standard errors and 95 % intervals.".to_owned(),
+            columns: vec![
+                text("Joint"),
+                number("Stiffness ± s.e. [N·m/rad, N/m]"),
+                number("95 % [N·m/rad, N/m]"),
+            ],
+            rows: rows.collect(),
+            ..Table::default()
+        })],
+    ))
+}
+
 /// Returns the section about joints whose springs the logs do not determine; `None` without such joints.
 pub(super) fn rigid(identification: &Identification) -> Option<Section> {
     let joints = &identification.rigid_joints;

@@ -13,8 +13,10 @@ use super::identify::Identify;
 use super::keys::{self, Misfit};
 use super::log::Log;
 use super::named_files::NamedFiles;
+use super::quantities::{Key, Quantity, Signal};
 use super::robot::Robot;
 use super::run::{Controller, Simulate, Validate};
+use super::torque_hold::TorqueReading;
 use super::tree::{TreeError, tree};
 use super::types::ExperimentFile;
 use super::unfilled;
@@ -67,7 +69,51 @@ impl Experiment {
         for run in &mut experiment.validate {
             run.log = None;
         }
-        Ok(experiment)
+        Ok(experiment.settled())
+    }
+
+    /// Returns whether the log has the torques of the springs and not those of the motors.
+    #[must_use]
+    pub fn is_on_link_side(&self) -> bool {
+        self.robot.joint.iter().any(|joint| joint.on_link_side)
+    }
+
+    /// Returns the experiment with springs, for a log on the links alone. The torques of the springs stand in for those of
+    /// the motors, so the equations of the motors mean nothing.
+    #[must_use]
+    pub fn with_motors(&self) -> Self {
+        let mut with = self.clone();
+        for joint in &mut with.robot.joint {
+            joint.on_link_side = false;
+        }
+        if let Some(log) = &mut with.log {
+            log.motor_torque_nm.clone_from(&log.joint_torque_nm);
+            log.motor_force_n.clone_from(&log.joint_force_n);
+            log.motor_torque.clone_from(&log.joint_torque);
+        }
+        with
+    }
+
+    /// Returns the experiment with the joints of which the log shows the link alone.
+    fn settled(mut self) -> Self {
+        let Some(log) = &self.log else {
+            return self;
+        };
+        let gives = |signal, joint| Key::gives(signal, joint, log, &self.robot);
+        let has_motor = Key::of(Signal::Torque).any(|key| key.is_given(log));
+        let has_positions = (log.given()).any(|(key, _)| key.quantity == Quantity::LinkPosition);
+        let shows_link = |joint: usize| gives(Signal::Spring, joint) && gives(Signal::Link, joint);
+        let mut all = 0..self.robot.joint.len();
+        if !has_motor && has_positions && all.all(shows_link) {
+            for joint in &mut self.robot.joint {
+                *joint = joint.made_of_link();
+            }
+            // A sensor shows the torque at its time stamp.
+            if let Some(log) = &mut self.log {
+                log.torque.get_or_insert(TorqueReading::Instantaneous);
+            }
+        }
+        self
     }
 }
 
@@ -262,7 +308,7 @@ fn interpret(
         TreeError::Urdf(message) => DescriptionError::Urdf { message },
     })?;
     check(&read).map_err(located)?;
-    Ok(Experiment {
+    let experiment = Experiment {
         robot: read.robot,
         log: read.log,
         identify: read.identify,
@@ -271,7 +317,8 @@ fn interpret(
         simulate: read.simulate,
         excite: read.excite,
         control: read.control,
-    })
+    };
+    Ok(experiment.settled())
 }
 
 /// Turns `key.path=value` into a line of TOML; a value that is not TOML becomes a string.

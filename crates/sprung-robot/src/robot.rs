@@ -279,6 +279,10 @@ pub struct Joint {
     /// stay in the lists of columns without use.
     #[serde(skip)]
     pub rigid_by_log: bool,
+    /// Whether the log has the torque of the spring that the file describes and not that of the motor. The equations are
+    /// those of the link then: its position and the torque of the spring take the places of the motor's.
+    #[serde(skip)]
+    pub on_link_side: bool,
 }
 
 impl Joint {
@@ -480,7 +484,7 @@ impl Joint {
     /// Returns whether the joint has a spring.
     #[must_use]
     pub fn is_flexible(&self) -> bool {
-        self.is_described_flexible() && !self.rigid_by_log
+        self.is_described_flexible() && !self.rigid_by_log && !self.on_link_side
     }
 
     /// Returns whether the file describes a spring, also if a log does not show it.
@@ -524,6 +528,23 @@ impl Joint {
             rigid.motor_friction = Some(laws);
         }
         rigid
+    }
+
+    /// Returns the joint without its motor, for a log with torques of its spring alone. An offset of their sensor has the
+    /// column of a constant torque of the link.
+    #[must_use]
+    pub(crate) fn made_of_link(&self) -> Self {
+        let offset = FrictionLaw(Family::Offset);
+        let mut laws = self.link_laws().to_vec();
+        if self.link_friction.is_none() {
+            laws.push(offset);
+        }
+        Self {
+            on_link_side: true,
+            link_friction: Some(laws),
+            motor_friction: Some(Vec::new()),
+            ..self.clone()
+        }
     }
 
     /// Returns the friction laws of the link's bearing.

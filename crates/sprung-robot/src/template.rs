@@ -166,6 +166,23 @@ impl Start {
         })
     }
 
+    /// Returns a robot with a Denavit-Hartenberg table to be filled in for joints with names.
+    ///
+    /// # Errors
+    ///
+    /// As of [`Start::table`], and [`StartError::JointName`] for a name with characters that an experiment does not allow.
+    pub fn named(names: Vec<String>) -> Result<Self, StartError> {
+        let mut start = Self::table(names.len())?;
+        for (joint, name) in start.joints.iter_mut().zip(names) {
+            check_name(&name, &[]).map_err(|fault| StartError::JointName {
+                file: "the log".to_owned(),
+                rule: fault.message,
+            })?;
+            joint.name = name;
+        }
+        Ok(start)
+    }
+
     /// Returns its joints.
     #[must_use]
     pub fn joints(&self) -> Vec<JointOfStart> {

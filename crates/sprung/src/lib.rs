@@ -103,7 +103,7 @@ pub mod estimate {
     #[doc(inline)]
     pub use sprung_method::estimate::{
         EstimateResult, Identification, Identified, IdentifyError, ParameterEstimate, Refinement,
-        Samples, Verdict, parameters_csv,
+        Samples, SensedSpring, Verdict, parameters_csv,
     };
 }
 

@@ -3,11 +3,9 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use sprung::description::Start;
 use sprung::finding::{Finding, Severity};
 use sprung::session::{
-    Disk, EXPERIMENT_FILE, Files, NewExperiment, Parameters, SessionError, joints_of_log,
-    start_from_urdf,
+    Disk, EXPERIMENT_FILE, Files, NewExperiment, Parameters, start_from_logs, start_from_urdf,
 };
 
 use crate::args::Identify;
@@ -36,13 +34,7 @@ pub(super) fn begun(
     let start = if let Some(file) = urdf {
         start_from_urdf(file, folder)?
     } else {
-        let mut joints = joints;
-        for log in logs {
-            if joints.is_none() {
-                joints = joints_of_log(log)?;
-            }
-        }
-        Start::table(joints.unwrap_or(DEFAULT_JOINTS)).map_err(SessionError::from)?
+        start_from_logs(logs, joints, DEFAULT_JOINTS)?
     };
     if logs.is_empty() {
         return Ok(NewExperiment::without_log(&start));

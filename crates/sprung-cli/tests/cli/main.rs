@@ -28,6 +28,7 @@ mod grouped;
 mod hostile;
 mod joints_by_content;
 mod killed;
+mod links_alone;
 #[path = "../../../sprung-log/tests/formats/mcap_bytes.rs"]
 mod mcap_bytes;
 mod meanings;

@@ -76,7 +76,6 @@ fn names_of_recorders_give_the_columns_that_they_mean() {
             &[
                 "link_position_rad = [\"q[0]\", \"q[1]\"]",
                 "motor_position_rad = [\"theta[0]\", \"theta[1]\"]",
-                "motor_torque_nm = \"FILL IN\"",
                 "joint_torque_nm = [\"tau_J[0]\", \"tau_J[1]\"]",
             ][..],
         ),

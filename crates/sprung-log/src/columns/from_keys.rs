@@ -22,6 +22,10 @@ pub(super) fn channels(
     let mut all = Vec::new();
     for &signal in signals {
         let mut channels = Vec::new();
+        if robot.joint.iter().any(|joint| joint.on_link_side) {
+            all.extend(of_links(signal, robot, log)?);
+            continue;
+        }
         for (key, columns) in log.given().filter(|(key, _)| key.signal() == signal) {
             let joints = key.joints_in(log, Joints::ThatHaveIt, robot);
             channels.extend(of_key(key, columns, &joints, key.scaling, (robot, log))?);
@@ -49,13 +53,44 @@ fn lone_positions(robot: &Robot, log: &Log) -> Result<Vec<Channel>, ChannelError
             all.extend(of_key(key, columns, &joints, scaling, (robot, log))?);
         }
     }
-    for channel in &mut all {
+    Ok(as_positions_of_motors(all, log))
+}
+
+/// Returns link positions that take the place of motor positions.
+fn as_positions_of_motors(mut channels: Vec<Channel>, log: &Log) -> Vec<Channel> {
+    for channel in &mut channels {
         channel.quantity = Quantity::MotorPosition;
         if log.delay_s.estimates_all() {
             channel.delay = None;
         }
     }
-    Ok(all)
+    channels
+}
+
+/// Returns the channels of a signal of a robot on whose links alone a log is taken: positions of links and torques of
+/// springs in the places of positions and torques of motors.
+fn of_links(signal: Signal, robot: &Robot, log: &Log) -> Result<Vec<Channel>, ChannelError> {
+    let source = match signal {
+        Signal::Motor => Signal::Link,
+        Signal::Torque => Signal::Spring,
+        Signal::Link | Signal::Spring | Signal::Inertial(..) => return Ok(Vec::new()),
+        Signal::Target | Signal::Switch | Signal::Covariate(_) => signal,
+    };
+    let mut all = Vec::new();
+    for (key, columns) in log.given().filter(|(key, _)| key.signal() == source) {
+        let joints = key.joints_in(log, Joints::ThatHaveIt, robot);
+        all.extend(of_key(key, columns, &joints, key.scaling, (robot, log))?);
+    }
+    complete((robot, log), signal, &all)?;
+    if signal == Signal::Torque {
+        for channel in &mut all {
+            channel.quantity = Quantity::MotorTorque;
+        }
+    }
+    Ok(match signal {
+        Signal::Motor => as_positions_of_motors(all, log),
+        _ => all,
+    })
 }
 
 /// Returns the channels of a key's columns.

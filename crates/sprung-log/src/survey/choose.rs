@@ -13,7 +13,7 @@ use super::slopes::Slope;
 use super::times::time;
 use super::torques::{Torques, held, joint_torques, torques, with_sensors};
 use super::units::{Reading, absolute, by_slope, of_torques};
-use super::words::{Sort, tokens, words};
+use super::words::{Sort, Token, tokens, words};
 use super::write::{Conversion, lines, number};
 use crate::description::{Chosen, ChosenJoint, ChosenLine, FILL_IN, JointOfStart, quoted};
 
@@ -106,8 +106,22 @@ pub fn joint_count(survey: &Survey) -> Option<usize> {
             .filter(is_position)
             .map(|family| family.columns.len())
     };
+    let numbers = |family: &Family| -> Vec<Token> {
+        let (source, column) = family.columns[0];
+        let all = tokens(&survey.sources[source].columns[column].name);
+        (all.into_iter())
+            .filter(|token| matches!(token, Token::Number(_)))
+            .collect()
+    };
+    // Columns with the same number belong to one joint.
+    let share_a_number = || {
+        let is_position = |family: &&Family| family.meaning.sort == Some(Sort::Position);
+        let mut of_positions = all.iter().filter(is_position).map(numbers);
+        let first = of_positions.next().filter(|numbers| !numbers.is_empty());
+        first.is_some_and(|first| of_positions.all(|other| other == first))
+    };
     match sizes().max() {
-        Some(1) if sizes().count() > 1 => count(survey, &all),
+        Some(1) if sizes().count() > 1 && !share_a_number() => count(survey, &all),
         largest => largest,
     }
 }
@@ -360,7 +374,7 @@ impl Decided<'_> {
                 Some(family) => family.of[joint].is_some(),
                 None => self.positions.is_open,
             };
-            if !has_link {
+            if !has_link && !self.is_on_link_side(joints) {
                 let why = "The log has one position of this joint, so its spring cannot be seen";
                 let line = ChosenLine::new("transmission", "\"rigid\"", why);
                 chosen.joints[k].lines.push(line);
@@ -418,8 +432,13 @@ impl Decided<'_> {
             } else {
                 why.as_str()
             };
+            let is_of_links = self.positions.link.is_none() && self.is_on_link_side(joints);
             let part = Part {
-                stem: "motor_position",
+                stem: if is_of_links {
+                    "link_position"
+                } else {
+                    "motor_position"
+                },
                 family: &self.all[index],
                 joints,
             };
@@ -473,6 +492,9 @@ impl Decided<'_> {
 
     fn torque_lines(&self, joints: &[usize], readings: &Readings, chosen: &mut Chosen) {
         let Some(family) = self.family(self.torque.family) else {
+            if self.is_on_link_side(joints) {
+                return;
+            }
             let problem = self.problem_of(&[Sort::Torque, Sort::Current, Sort::Voltage]);
             let (_, remark) = self.unit_of(Sort::Torque, &["N·m", "N"]);
             let why = format!("{}{problem}{remark}", self.torque.why);
@@ -545,14 +567,21 @@ impl Decided<'_> {
         }
     }
 
-    /// Returns the joint torque sensors if they are used: all joints of the log have one and a second encoder.
+    /// Returns the joint torque sensors if they are used: all joints of the log have one and a second encoder, or no motor
+    /// torque.
     fn used_joint_torque(&self, joints: &[usize]) -> Option<&Family> {
-        let (sensor, link) = (
-            self.family(self.joint_torque)?,
-            self.family(self.positions.link)?,
-        );
+        let link = self.positions.link.or_else(|| {
+            let is_lone = self.torque.are_absent && self.positions.deflection.is_none();
+            self.positions.motor.filter(|_| is_lone)
+        });
+        let (sensor, link) = (self.family(self.joint_torque)?, self.family(link)?);
         let have = |family: &Family| joints.iter().all(|&joint| family.of[joint].is_some());
         (have(sensor) && have(link)).then_some(sensor)
+    }
+
+    /// Returns whether the log shows the links alone: it has joint torques and no torques of motors.
+    fn is_on_link_side(&self, joints: &[usize]) -> bool {
+        self.torque.are_absent && self.used_joint_torque(joints).is_some()
     }
 
     fn joint_torque_lines(&self, joints: &[usize], chosen: &mut Chosen) {
@@ -560,8 +589,13 @@ impl Decided<'_> {
             return;
         };
         let conversion = of_torques(family, self.robot, joints, None);
+        let alone = if self.is_on_link_side(joints) {
+            ". The log has no motor torques, so links, their friction and springs are identified, and no motors"
+        } else {
+            ""
+        };
         let why = format!(
-            "Joint torque sensors: {}",
+            "Joint torque sensors: {}{alone}",
             family.by_recorder.unwrap_or("by their names")
         );
         let all = lines(

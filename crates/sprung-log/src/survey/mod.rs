@@ -11,6 +11,7 @@ mod error;
 mod families;
 mod figures;
 mod join;
+mod joint_names;
 mod parts;
 mod period;
 mod positions;
@@ -26,4 +27,5 @@ mod write;
 
 pub use choose::{choose, joint_count};
 pub use error::ChooseError;
+pub use joint_names::joint_names;
 pub use read::Survey;

@@ -17,6 +17,8 @@ pub(super) struct Torques {
     /// Index of the family of the joints of the other kind: forces beside torques or currents.
     pub(super) beside: Option<usize>,
     pub(super) why: String,
+    /// Whether no column can be a torque of a motor.
+    pub(super) are_absent: bool,
 }
 
 /// Smallest squared correlation of the torque of a motor with its current. Friction and inertia of the motor lie between
@@ -194,6 +196,7 @@ pub(super) fn torques(survey: &Survey, families: &[Family], joints: &[JointOfSta
                 return Torques {
                     family: None,
                     beside: None,
+                    are_absent: false,
                     why: format!(
                         "FILL IN what \"{}\" is: motor_torque_nm, or motor_current_a or drive_voltage_v in place of this \
                          key; the name says the input of the motor and no quantity",
@@ -213,6 +216,7 @@ pub(super) fn torques(survey: &Survey, families: &[Family], joints: &[JointOfSta
                 return Torques {
                     family: Some(one),
                     beside: beside(survey, (families, joints), one),
+                    are_absent: false,
                     why,
                 };
             }
@@ -223,6 +227,7 @@ pub(super) fn torques(survey: &Survey, families: &[Family], joints: &[JointOfSta
                 return Torques {
                     family: None,
                     beside: None,
+                    are_absent: false,
                     why: format!(
                         "FILL IN which columns are the torques of the motors: {}",
                         names.join(" or ")
@@ -243,5 +248,6 @@ pub(super) fn torques(survey: &Survey, families: &[Family], joints: &[JointOfSta
         why: format!(
             "FILL IN the torques, currents or voltages of the motors: no column looks like them{sensor}"
         ),
+        are_absent: true,
     }
 }

@@ -3,7 +3,7 @@
 use crate::description::{Estimator, Experiment};
 use crate::estimate::errors::IdentifyError;
 use crate::estimate::estimators::prediction_error::Timing;
-use crate::estimate::springs::Undetermined;
+use crate::estimate::springs::{Sensed, Undetermined};
 use crate::estimate::steps::{
     Basis, Identified, Logs, ReadLogs, Ready, Refined, before_refinement, describe, examine, fit,
     make_ready, pass, refine,
@@ -113,7 +113,10 @@ fn conclude(
         first(&before_refinement(&basis)?);
     }
     match refine(&basis, logs, progress)? {
-        Refined::Estimates(estimates) => describe(&basis, estimates, progress),
+        Refined::Estimates(estimates) => {
+            let sensed = Sensed::new(ready.prepared.experiment(), logs.of_robot, progress)?;
+            describe(&basis, estimates, sensed, progress)
+        }
         Refined::Retimed(retiming) => {
             let retimed = prepared.retimed(&retiming)?;
             let read = pass(&retimed, logs.of_robot, progress)?;

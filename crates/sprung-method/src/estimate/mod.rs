@@ -32,7 +32,8 @@ pub use result::{
     MotorRowResult, ParameterEstimate, PayloadParameter, PayloadResult, PhysicalResult,
     PreslidingPrior, RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation,
     RefinedSharpness, RefinedVelocity, Refinement, RigidByHoldOut, RigidJoint, RowDisturbance,
-    RungResult, SensorNoise, SettingsUsed, SignUsed, StandardParameter, Verdict, parameters_csv,
+    RungResult, SensedSpring, SensorNoise, SettingsUsed, SignUsed, StandardParameter, Verdict,
+    parameters_csv,
 };
 pub use springs::with_rigid_joints;
 pub use statistics::NORMAL_95;

@@ -262,7 +262,8 @@ impl Key {
         Self::of(signal)
             .filter(|key| key.is_given(log))
             .any(|key| (key.joints_in(log, Joints::ThatHaveIt, robot)).contains(&joint))
-            && !(signal.is_of_flexible_joints() && robot.joint[joint].rigid_by_log)
+            && !(signal.is_of_flexible_joints()
+                && (robot.joint[joint].rigid_by_log || robot.joint[joint].on_link_side))
     }
 
     /// Returns the indices of the joints that have a column under it.

@@ -11,6 +11,7 @@ use sprung_base::finding::{Finding, Severity};
 use sprung_base::progress::Listener;
 use sprung_log::{
     Input, LOOKS_LIKE_DEGREES, LOOKS_LIKE_RADIANS, Survey, TIME_UNIT, choose, joint_count,
+    joint_names,
 };
 use sprung_robot::{Chosen, ChosenLine, FILL_IN, Start, template};
 
@@ -140,16 +141,33 @@ impl NewExperiment {
     }
 }
 
-/// Returns the number of joints whose positions a log holds; `None` if neither the names of its columns nor their contents
-/// show it.
+/// Returns a robot with the joints of a log, whose table is to be filled in. Numbers or names of columns tell the joints.
+///
+/// - `joints`: their number if the user gives it; `otherwise`: if nothing tells it.
 ///
 /// # Errors
 ///
-/// [`SessionError`] if the log cannot be read.
-pub fn joints_of_log(log: &Path) -> Result<Option<usize>, SessionError> {
-    let name = log.display().to_string();
-    let survey = Survey::read_beginning(&name, &mut |_| Disk.open(log))?;
-    Ok(joint_count(&survey))
+/// [`SessionError`] if the log cannot be read or the number is out of range.
+pub fn start_from_logs(
+    logs: &[PathBuf],
+    joints: Option<usize>,
+    otherwise: usize,
+) -> Result<Start, SessionError> {
+    let mut found = joints;
+    for log in logs {
+        let name = log.display().to_string();
+        let survey = Survey::read_beginning(&name, &mut |_| Disk.open(log))?;
+        let counted = joint_count(&survey);
+        let names = joint_names(&survey).filter(|names| {
+            counted.is_none_or(|count| count <= names.len())
+                && found.is_none_or(|count| count == names.len())
+        });
+        if let Some(start) = names.and_then(|names| Start::named(names).ok()) {
+            return Ok(start);
+        }
+        found = found.or(counted);
+    }
+    Ok(Start::table(found.unwrap_or(otherwise))?)
 }
 
 /// Returns whether torques may have been taken before the gearbox: the positions were.

@@ -54,7 +54,7 @@ pub use experiment_path::EXPERIMENT_FILE;
 pub use export::ExportRequest;
 pub use export_samples::SampledRobots;
 pub use files::{Disk, Files};
-pub use from_log::{NewExperiment, joints_of_log};
+pub use from_log::{NewExperiment, start_from_logs};
 pub use load::Session;
 pub use parameters::Parameters;
 pub use results::{

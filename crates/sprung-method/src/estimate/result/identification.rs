@@ -13,7 +13,7 @@ use super::payload::PayloadResult;
 use super::physical::{CovarianceOfErrors, PhysicalResult, StandardParameter};
 use super::promise::JointPrediction;
 use super::refinement::Refinement;
-use super::springs::RigidJoint;
+use super::springs::{RigidJoint, SensedSpring};
 use super::verdict::{Decision, Verdict};
 use crate::finding::Finding;
 use crate::frequency::SpringFromMotor;
@@ -48,6 +48,9 @@ pub struct Identification {
     /// `identify.springs_from_motor` requests them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub springs_from_motor: Vec<SpringFromMotor>,
+    /// Springs by deflections and joint torques; empty if the log has motor torques.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sensed_springs: Vec<SensedSpring>,
     /// Joints whose spring the logs do not determine; they are taken as rigid.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rigid_joints: Vec<RigidJoint>,

@@ -28,5 +28,5 @@ pub use refinement::{
     RefinedSaturation, RefinedSharpness, RefinedVelocity, Refinement, RowDisturbance, RungResult,
     SensorNoise,
 };
-pub use springs::{RigidByHoldOut, RigidJoint};
+pub use springs::{RigidByHoldOut, RigidJoint, SensedSpring};
 pub use verdict::{Decision, Verdict};

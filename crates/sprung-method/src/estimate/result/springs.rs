@@ -25,6 +25,19 @@ pub struct RigidJoint {
     pub hold_out: Option<RigidByHoldOut>,
 }
 
+/// The spring of a joint by its deflection and its torque sensor, of a robot without motor torques.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SensedSpring {
+    /// Name of the joint.
+    pub joint: String,
+    /// Stiffness, N·m/rad (N/m).
+    pub stiffness_nm_per_rad: f64,
+    /// Its standard error, N·m/rad (N/m).
+    pub standard_error_nm_per_rad: f64,
+    /// 95 % confidence interval, N·m/rad (N/m).
+    pub ci95_nm_per_rad: [f64; 2],
+}
+
 /// Residuals of the filtered torque of a joint in eighths of the beginning of the first log, each predicted by a fit of
 /// the other eighths, relative to the torque.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

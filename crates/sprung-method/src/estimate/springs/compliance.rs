@@ -4,6 +4,12 @@ use crate::estimate::result::{RigidByHoldOut, RigidJoint};
 use crate::estimate::statistics::{CERTAIN_SIGMAS, NORMAL_95};
 use crate::fit::ColumnFit;
 
+/// Squared correlation below which its noise is that of the deflection, which does not bias a compliance.
+const LEAST_CORRELATION: f64 = 0.5;
+
+/// Relative error of a compliance by positions that are smoothed, and torques that are not.
+const SMOOTHED: f64 = 1e-4;
+
 /// The compliance of a joint by a log, rad/(N·m) (m/N).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Compliance {
@@ -59,6 +65,22 @@ impl Compliance {
         Self {
             value: self.value / reliability,
             standard_error: self.standard_error / reliability,
+            ..self
+        }
+    }
+
+    /// Returns the compliance of which it is not known whether noise of the torque makes the estimate smaller or noise of the
+    /// deflection the squared correlation: the middle of both limits, with the error of an even distribution between them.
+    ///
+    /// - `correlation`: squared correlation of deflection and torque.
+    pub(super) fn between(self, correlation: f64) -> Self {
+        let largest = self.value / correlation.clamp(LEAST_CORRELATION, 1.0);
+        let width = (largest - self.value).abs();
+        Self {
+            value: f64::midpoint(self.value, largest),
+            standard_error: (self.standard_error)
+                .hypot(width / 12.0_f64.sqrt())
+                .hypot(SMOOTHED * largest),
             ..self
         }
     }

@@ -7,9 +7,11 @@
 mod compliance;
 mod rigid;
 mod rigid_finding;
+mod sensed;
 mod undetermined;
 
 pub use rigid::with_rigid_joints;
 pub(super) use rigid::{RigidByLog, with_joints_rigid_by_log};
 pub(super) use rigid_finding::finding;
+pub(super) use sensed::Sensed;
 pub(super) use undetermined::Undetermined;

@@ -19,9 +19,9 @@ const LEAST_CORRELATION: f64 = 0.98;
 
 /// A joint whose spring follows from its compliance.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Spring {
-    joint: usize,
-    compliance: Compliance,
+pub(super) struct Spring {
+    pub(super) joint: usize,
+    pub(super) compliance: Compliance,
     /// Stiffness about which the equations of the links are linear; `None` if they do not contain it.
     about: Option<f64>,
 }
@@ -173,6 +173,14 @@ impl Undetermined {
 fn joints(reading: &Reading, wanted: Instrument) -> impl Iterator<Item = usize> {
     let instruments = &reading.channels().instruments;
     (0..instruments.joint_count()).filter(move |&joint| instruments.at(joint) == wanted)
+}
+
+/// Returns the springs of all joints by deflections and measured torques, each with the squared correlation of both.
+pub(super) fn by_deflections(reading: &Reading, system: &System) -> Vec<(Spring, f64)> {
+    let (model, memory) = (reading.model(), reading.memory());
+    joints(reading, Instrument::TorqueAndLink)
+        .filter_map(|joint| by_deflection(model, system, memory, joint))
+        .collect()
 }
 
 /// Returns the open springs of joints without link encoder, by the rows of the links.

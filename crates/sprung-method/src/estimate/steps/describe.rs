@@ -17,9 +17,9 @@ use crate::estimate::judge::{
 use crate::estimate::refined_unknowns::{refined_unknowns, with_curves};
 use crate::estimate::result::{
     CutoffChoice, DelayUsed, EstimateResult, GENERATOR, IDENTIFICATION_FORMAT, Identification,
-    RigidJoint, SettingsUsed,
+    RigidJoint, SensedSpring, SettingsUsed,
 };
-use crate::estimate::springs::{Undetermined, finding};
+use crate::estimate::springs::{Sensed, Undetermined, finding};
 use crate::finding::{Finding, Severity};
 use crate::frequency::SpringFromMotor;
 use crate::prepare::PrepareError;
@@ -34,6 +34,7 @@ use crate::regression::Reading;
 pub(in crate::estimate) fn describe(
     basis: &Basis<'_>,
     estimates: Estimates,
+    sensed: Sensed,
     progress: &mut dyn Listener,
 ) -> Result<Identified, IdentifyError> {
     let model = basis.ready.prepared.reading().model();
@@ -46,6 +47,8 @@ pub(in crate::estimate) fn describe(
     let mut rigid_joints = basis.ready.rigid.clone();
     rigid_joints.extend(undetermined.described(model));
     let mut findings = basis.findings.to_vec();
+    findings.extend(sensed.finding(basis.ready.prepared.experiment()));
+    rigid_joints.extend(sensed.open);
     findings.extend(finding(model, &rigid_joints));
     findings.extend(basis.sums.findings(model));
     findings.extend(look_again(basis, &results));
@@ -66,6 +69,7 @@ pub(in crate::estimate) fn describe(
         results,
         findings,
         springs,
+        sensed: sensed.springs,
         rigid_joints,
     };
     assemble(basis, estimates, judged)
@@ -104,6 +108,7 @@ pub(in crate::estimate) fn before_refinement(
         results: vec![result],
         findings,
         springs: Vec::new(),
+        sensed: Vec::new(),
         rigid_joints,
     };
     assemble(basis, estimates, judged)
@@ -116,6 +121,7 @@ struct Judged {
     /// Findings about the logs and payloads.
     findings: Vec<Finding>,
     springs: Vec<SpringFromMotor>,
+    sensed: Vec<SensedSpring>,
     /// Joints whose spring the logs do not determine.
     rigid_joints: Vec<RigidJoint>,
 }
@@ -175,6 +181,7 @@ fn assemble(
                 period,
             ),
             springs_from_motor: judged.springs,
+            sensed_springs: judged.sensed,
             rigid_joints: judged.rigid_joints,
             unknowns,
             payloads: payloads.map(|(payload, _)| payload).collect(),
