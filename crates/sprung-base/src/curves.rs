@@ -20,6 +20,9 @@ pub struct CurveSet {
     pub values: Vec<Vec<Option<f64>>>,
 }
 
+/// Name of the last column of a file whose values are still being refined; its cells are the status.
+pub const STATUS_COLUMN: &str = "status";
+
 /// Error of reading a file of curves.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line} of the curves is not one that sprung wrote")]
@@ -70,7 +73,10 @@ impl Curves {
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let header = reader.headers().map_err(|_| CurvesError { line: 1 })?;
         let mut curves = Self {
-            columns: header.iter().skip(2).map(str::to_owned).collect(),
+            columns: (header.iter().skip(2))
+                .filter(|name| *name != STATUS_COLUMN)
+                .map(str::to_owned)
+                .collect(),
             sets: Vec::new(),
         };
         let number = |cell: &str| cell.parse::<f64>().ok().filter(|value| value.is_finite());
@@ -130,6 +136,10 @@ mod tests {
         ] {
             assert_eq!(Curves::from_csv(damaged), Err(CurvesError { line: 2 }));
         }
+        let refining = "x,time_s,a,status\nlsff,0,1,refining\nlsff,0.5,2,refining";
+        let curves = Curves::from_csv(refining).unwrap();
+        assert_eq!(curves.columns, ["a"]);
+        assert_eq!(curves.sets[0].values, [[Some(1.0), Some(2.0)]]);
         let falling = "x,time_s,a\nlsff,1,1\nlsff,0.5,1";
         assert_eq!(Curves::from_csv(falling), Err(CurvesError { line: 3 }));
     }

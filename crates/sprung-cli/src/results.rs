@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use sprung::curves::Curves;
+use sprung::curves::{Curves, STATUS_COLUMN};
 use sprung::estimate::{Identification, Identified, parameters_csv};
 use sprung::report::{Contents, Document, compose, render};
 use sprung::session::{Disk, Files, IDENTIFICATION_FILE};
@@ -63,23 +63,29 @@ pub(crate) fn is_refining(identification: &Identification) -> bool {
 
 /// Writes all files of an identification except the report.
 pub(crate) fn write_identified(output: &mut Output<'_>, found: &Identified) -> Result<(), Failure> {
-    let mut parameters = parameters_csv(&found.identification);
+    let mut tables = [
+        (PARAMETERS_FILE, parameters_csv(&found.identification)),
+        (TRACE_FILE, found.trace.to_csv("estimator")),
+        (FIT_FILE, found.fit.to_csv("source")),
+    ];
     if is_refining(&found.identification) {
         let mut json = serde_json::to_value(&found.identification)
             .map_err(|error| Failure::new(ExitCode::File, error.to_string()))?;
         json["status"] = REFINING.into();
         write_json(output, IDENTIFICATION_FILE, &json)?;
-        let lines = (parameters.lines().enumerate()).map(|(k, line)| {
-            let status = if k == 0 { "status" } else { REFINING };
-            format!("{line},{status}\n")
-        });
-        parameters = lines.collect();
+        for (_, table) in &mut tables {
+            let lines = (table.lines().enumerate()).map(|(k, line)| {
+                let status = if k == 0 { STATUS_COLUMN } else { REFINING };
+                format!("{line},{status}\n")
+            });
+            *table = lines.collect();
+        }
     } else {
         write_json(output, IDENTIFICATION_FILE, &found.identification)?;
     }
-    output.text(PARAMETERS_FILE, &parameters)?;
-    output.text(TRACE_FILE, &found.trace.to_csv("estimator"))?;
-    output.text(FIT_FILE, &found.fit.to_csv("source"))?;
+    for (name, table) in tables {
+        output.text(name, &table)?;
+    }
     Ok(())
 }
 

@@ -262,7 +262,10 @@ fn columns(key: &Key, value: Value, log: &Log, robot: &Robot) -> Option<String> 
     })?;
     let replaced: Vec<&str> = Key::of(key.signal())
         .filter(|known| known.is_given(log) && !line.starts_with(&format!("{} =", known.name)))
-        .filter(|known| line.starts_with(&format!("{stem} =")) || known.kind == key.kind)
+        .filter(|known| {
+            let has_all = of_key.len() == of_signal.len();
+            has_all || line.starts_with(&format!("{stem} =")) || known.kind == key.kind
+        })
         .map(|known| known.name)
         .collect();
     Some(match &replaced[..] {

@@ -81,7 +81,7 @@ pub mod control {
 /// Decimated time series for files and plots.
 pub mod curves {
     #[doc(inline)]
-    pub use sprung_base::curves::Curves;
+    pub use sprung_base::curves::{Curves, STATUS_COLUMN};
 }
 
 /// The experiment of the founding paper, ready to run.

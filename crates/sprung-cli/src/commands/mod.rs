@@ -115,8 +115,12 @@ fn refused(mut error: clap::Error) -> ExitCode {
         // Words of the command line may be names of files.
         if !is_help && text.contains(|c: char| c.is_control() && c != '\n') {
             complain(text.trim_end());
-        } else {
-            let _ = error.print();
+        } else if let Err(lost) = error.print()
+            && is_help
+            && lost.kind() != std::io::ErrorKind::BrokenPipe
+        {
+            complain(&format!("error: cannot write to stdout: {lost}"));
+            return ExitCode::File;
         }
     }
     if is_help {

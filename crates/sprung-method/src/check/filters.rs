@@ -143,6 +143,10 @@ impl FilterCheck<'_> {
         let (removed, motion) = self.removed(joint, channel)?;
         let (white, _) = noise(self.excerpt, channel)?;
         let cutoff = self.reading.position_cutoff_hz();
+        let better = match self.reading.settings().position_cutoff_hz {
+            Cutoff::Fixed(_) => "\"auto\"".to_owned(),
+            Cutoff::Auto => format!("{:.0}", 2.0 * cutoff),
+        };
         (removed > REMOVED_NOISE_RATIO * white && removed > REMOVED_MOTION_SHARE * motion).then(|| {
             Finding::new(
                 Severity::Warning,
@@ -158,10 +162,7 @@ impl FilterCheck<'_> {
                 "choose a higher position_cutoff_hz in [identify], or \"auto\"",
             )
             .seen(self.file, &channels.all[channel].column, removed, "rad")
-            .mended_by(
-                "[identify]",
-                &format!("position_cutoff_hz = {:.0}", 2.0 * cutoff),
-            )
+            .mended_by("[identify]", &format!("position_cutoff_hz = {better}"))
         })
     }
 

@@ -12,6 +12,7 @@ use sprung_core::parameters::JointParameter;
 
 use super::context::{CheckContext, SIGNIFICANT_SIGMAS};
 use super::scale::{Explanation, explanations};
+use super::trial::{Trial, is_likely};
 use crate::finding::{Finding, Severity};
 use crate::log::{Quantity, Signal, rounded};
 use crate::numbers::Shown;
@@ -188,7 +189,9 @@ impl CheckContext<'_> {
                 .mended_by("[log]", &format!("sign = {{ \"{column}\" = -1 }}")),
             ];
         }
-        if let Some(finding) = self.motor_torque_of(fit) {
+        if !self.is_sensor_wrong(fit)
+            && let Some(finding) = self.motor_torque_of(fit)
+        {
             return vec![finding];
         }
         vec![
@@ -207,6 +210,22 @@ impl CheckContext<'_> {
             .seen(self.file, column, gain, "")
             .mended_by("[log]", &format!("gain = {{ \"{column}\" = {inverse:.4} }}")),
         ]
+    }
+
+    /// Returns whether the equations of all links ask for the torque of the sensor with the scale of the motor torque.
+    fn is_sensor_wrong(&self, fit: &SensorFit) -> bool {
+        let reading = self.reading;
+        let joints: Vec<usize> = (0..reading.model().joint_count()).collect();
+        let given = Trial {
+            excerpt: self.excerpt.clone(),
+            channels: reading.channels().clone(),
+        };
+        let scaled = given.with_sensor(fit.joint, fit.inverse_gain.0);
+        match (given.left(reading, &joints), scaled.left(reading, &joints)) {
+            (Some(before), Some(after)) => joints.len() > 1 && is_likely(&before, &after),
+            (None, after) => after.is_some(),
+            (Some(_), None) => false,
+        }
     }
 
     /// Finding: all motor torques are wrong by the factors of one mistake, rather than all sensors.

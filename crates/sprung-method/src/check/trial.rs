@@ -70,6 +70,11 @@ impl Trial {
         self.scaled(joint, by, |quantity| quantity == Quantity::MotorTorque)
     }
 
+    /// Returns the trial with the joint torque of a joint multiplied by a factor.
+    pub(super) fn with_sensor(&self, joint: usize, by: f64) -> Self {
+        self.scaled(joint, by, |quantity| quantity == Quantity::JointTorque)
+    }
+
     /// Returns the trial with the signs of all columns of a joint reversed.
     pub(super) fn reversed(&self, joint: usize) -> Self {
         self.scaled(joint, -1.0, |_| true)
@@ -122,6 +127,11 @@ const SENSOR_SHARE: f64 = 0.005;
 /// largest ratio of the residuals in the joint that gains most.
 const CERTAIN_GAIN: f64 = 1.0;
 const CERTAIN_RATIO: f64 = 0.4;
+
+/// Returns whether residuals fall so far that another scale of one joint is likely.
+pub(super) fn is_likely(before: &[f64], after: &[f64]) -> bool {
+    gain(before, after) >= CERTAIN_GAIN
+}
 
 /// Returns whether residuals fall so far that the other meaning of the columns is certain.
 pub(super) fn is_certain(before: &[f64], after: &[f64]) -> bool {

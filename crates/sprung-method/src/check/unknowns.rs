@@ -2,6 +2,7 @@
 
 use super::joints::{Tested, joints};
 use crate::finding::Severity;
+use crate::log::Signal;
 use crate::prepare::{PrepareError, Prepared};
 use crate::progress::Listener;
 use crate::unknowns::{AboutUnknowns, Settled, settled};
@@ -20,12 +21,18 @@ pub(crate) fn settled_or_other_meaning(
     progress: &mut dyn Listener,
 ) -> Result<Settled, PrepareError> {
     let settled = settled(prepared.clone(), progress)?;
-    let is_doubtful = !settled.unknowns.is_empty() && !are_torques_explained(&settled.about);
-    Ok(if is_doubtful && has_other_meaning(&prepared) {
-        Settled::without(prepared)
-    } else {
-        settled
-    })
+    let channels = prepared.reading().channels();
+    let has_sensors =
+        (0..channels.turns.len()).any(|joint| channels.telling(Signal::Spring, joint).is_some());
+    let is_explained = are_torques_explained(&settled.about);
+    let is_doubtful = !settled.unknowns.is_empty() && (!is_explained || has_sensors);
+    Ok(
+        if is_doubtful && has_other_meaning(&prepared, is_explained) {
+            Settled::without(prepared)
+        } else {
+            settled
+        },
+    )
 }
 
 /// Returns whether sizes of unknowns explain a log.
@@ -33,8 +40,11 @@ pub(super) fn are_torques_explained(about: &AboutUnknowns) -> bool {
     about.unexplained.is_some_and(|left| left <= LEFT_BY_SIZES)
 }
 
-/// Returns whether the equations show another meaning of the columns.
-fn has_other_meaning(prepared: &Prepared) -> bool {
+/// Returns whether the equations show another meaning of the columns, or another scale of a joint torque sensor, which the
+/// search does not know.
+///
+/// - `is_explained`: whether the sizes of unknowns explain the log, so that only sensors count.
+fn has_other_meaning(prepared: &Prepared, is_explained: bool) -> bool {
     let (reading, excerpt) = (prepared.examined(), prepared.excerpt());
     let is_moving = |joint: &usize| {
         (reading.channels().all.iter().enumerate())
@@ -54,6 +64,9 @@ fn has_other_meaning(prepared: &Prepared) -> bool {
     let experiment = prepared.experiment();
     let examined = joints(experiment, &reading, excerpt, "", &tested, true);
     examined.is_some_and(|examined| {
-        (examined.findings.iter()).any(|finding| finding.severity == Severity::Error)
+        (examined.findings.iter()).any(|finding| {
+            let is_sensor = finding.code.starts_with("joint-torque-s");
+            is_sensor || !is_explained && finding.severity == Severity::Error
+        })
     })
 }

@@ -1,10 +1,11 @@
 //! Delays are relative: if all channels of a joint are late by the same time, its equations hardly change. The earliest channel of a
 //! joint is the reference, so no channel is early; channels of one signal that are equally late are one cause.
 
-use super::found::Found;
+use super::found::{Competing, Found};
 use super::unknown::{Kind, Place};
 use crate::description::Delay;
 use crate::log::{Channels, Signal};
+use crate::model::Model;
 
 /// Delays that differ by less than this part of the largest one are the same.
 const SAME_SHARE: f64 = 0.05;
@@ -98,6 +99,41 @@ pub(super) fn relative(found: Vec<Found>, channels: &Channels, period: f64) -> V
         });
     }
     all
+}
+
+/// Adds the rivals of gains of torques: a common factor of all torques is a factor of all parameters, so gains of half of the
+/// torques or more may as well be those of the others.
+pub(super) fn with_rival_torques(
+    mut found: Vec<Found>,
+    channels: &Channels,
+    model: &Model,
+) -> Vec<Found> {
+    let is_scale_given = (model.parameters().iter().enumerate()).any(|(i, parameter)| {
+        let is_size = parameter.joint.is_none_or(|(kind, _)| kind.is_vital());
+        is_size && model.known(i).is_some_and(|value| value != 0.0)
+    });
+    let of_torque = |one: &Found| match one.place {
+        Place::Channel(at) if one.kind == Kind::Gain && is_torque(at, channels) => Some(at),
+        Place::Channel(_) | Place::Joint(_) | Place::All(_) | Place::Robot => None,
+    };
+    let gains: Vec<usize> = found.iter().filter_map(of_torque).collect();
+    let torques: Vec<usize> = (0..channels.all.len())
+        .filter(|&at| is_torque(at, channels))
+        .collect();
+    if is_scale_given || 2 * gains.len() < torques.len() {
+        return found;
+    }
+    let others = torques.iter().filter(|at| !gains.contains(at));
+    let rivals: Vec<Competing> = (others.map(|&at| &channels.all[at].column))
+        .map(|column| Competing {
+            id: format!("gain {column}"),
+            correlation: 1.0,
+        })
+        .collect();
+    for one in found.iter_mut().filter(|one| of_torque(one).is_some()) {
+        one.competing.splice(0..0, rivals.iter().cloned());
+    }
+    found
 }
 
 /// Returns the mean of some sizes, each with the weight of its precision; zero without any.

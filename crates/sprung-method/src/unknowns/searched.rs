@@ -3,7 +3,7 @@
 use super::added_law::{may_add_laws, with_added_laws};
 use super::confirmed_laws::{joint, sharpened, with_confirmed_laws, with_found};
 use super::found::{Found, Telling};
-use super::gauge::relative;
+use super::gauge::{relative, with_rival_torques};
 use super::kinds::finding;
 use super::result::{AddedLaw, CompetingUnknown, UnknownResult, UnknownStatus};
 use super::settle::{Settlement, settle};
@@ -70,7 +70,9 @@ pub(super) fn searched(
     };
     let channels = prepared.reading().channels().clone();
     let period = prepared.excerpt().period();
-    let mut found = confirmed(relative(found, &channels, period), prepared);
+    let model = prepared.reading().model();
+    let found = with_rival_torques(relative(found, &channels, period), &channels, model);
+    let mut found = confirmed(found, prepared);
     // The least expected first.
     let rank = |one: &Found| match one.kind {
         Kind::Timing => 3,

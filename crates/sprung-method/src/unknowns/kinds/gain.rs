@@ -6,7 +6,7 @@ use super::catalogued::Catalogued;
 use super::words::{falls, or_else};
 use crate::finding::{Finding, Severity};
 use crate::log::Signal;
-use crate::unknowns::found::Telling;
+use crate::unknowns::found::{Competing, Telling};
 use crate::unknowns::unknown::{ChannelEffect, Effect, Kind, Place, Samples, Unknown};
 
 /// Usual errors, relative: of a position that another one confirms, and of a torque, whose constant is often a guess.
@@ -65,7 +65,7 @@ pub(super) fn finding(of: &Telling<'_>) -> Finding {
     let column = of.columns.first().copied().unwrap_or_default();
     let (value, error) = (of.found.value, of.found.standard_error);
     let setting = format!("gain = {{ \"{column}\" = {:.6} }}", 1.0 + value);
-    Finding::new(
+    let finding = Finding::new(
         Severity::Warning,
         "channel-gain",
         format!(
@@ -80,6 +80,11 @@ pub(super) fn finding(of: &Telling<'_>) -> Finding {
         ),
         "check counts per turn, gear ratio and unit of the column, or set its gain",
     )
-    .seen(of.file, column, 1.0 + value, "")
-    .mended_by("[log]", &setting)
+    .seen(of.file, column, 1.0 + value, "");
+    // Of gains with the same effect the log tells none.
+    let is_rival = |rival: &Competing| rival.correlation >= 1.0 && rival.id.starts_with("gain ");
+    if of.found.competing.iter().any(is_rival) {
+        return finding;
+    }
+    finding.mended_by("[log]", &setting)
 }
