@@ -19,7 +19,7 @@ pub struct Control {
     pub bandwidth_hz: Vec<f64>,
     /// Damping ratio of the motion of each joint; `state-feedback` needs at least 0.71.
     pub damping: f64,
-    /// Period of the controller, s; that of the log if absent.
+    /// Period of the controller, s; if absent, `controller_period_s` of `[log]`, or the period of the log if that is longer.
     pub period_s: Option<f64>,
     /// Windows `p1`, `p2` of the velocity estimator, samples; those of `[controller]`, or [4, 4], if absent.
     pub velocity_window: Option<[usize; 2]>,

@@ -64,6 +64,9 @@ fn say(terminal: Terminal, design: &ControlDesign) {
         design.poses.len(),
         design.draws,
     ));
+    if let Some(verdict) = &design.verdict {
+        terminal.say(format!("verdict of the values: {verdict}"));
+    }
     if let Some(bandwidth) = &design.bandwidth {
         terminal.say(format!(
             "bandwidth {} Hz; the largest that keeps the margins is {} Hz: {}",
@@ -72,6 +75,7 @@ fn say(terminal: Terminal, design: &ControlDesign) {
             bandwidth.limited_by
         ));
     }
+    terminal.table(&gains_table(design));
     terminal.table(&loops_table(design));
     terminal.table(&vibrations_table(design));
     if let Some(shaper) = &design.shaper {
@@ -124,6 +128,30 @@ fn say(terminal: Terminal, design: &ControlDesign) {
     for assumed in &design.assumed {
         terminal.say(format!("assumed: {assumed}"));
     }
+}
+
+/// Returns the gains of each motor on the errors of its own joint.
+fn gains_table(design: &ControlDesign) -> Grid {
+    let header = [
+        "gain, N·m (N) per",
+        "link, rad (m)",
+        "motor, rad (m)",
+        "link, rad/s (m/s)",
+        "motor, rad/s (m/s)",
+    ];
+    let mut table = Grid::new(header.map(str::to_owned).into(), 1);
+    let n = design.joints.len();
+    for (at, (name, row)) in design
+        .joints
+        .iter()
+        .zip(&design.controller.gain)
+        .enumerate()
+    {
+        let own =
+            (0..4).map(|signal| significant(row.get(signal * n + at).copied().unwrap_or(0.0), 4));
+        table.add_row(std::iter::once(name.clone()).chain(own));
+    }
+    table
 }
 
 fn loops_table(design: &ControlDesign) -> Grid {

@@ -118,6 +118,38 @@ fn the_same_seed_gives_the_same_files_on_any_number_of_threads() {
 }
 
 #[test]
+fn the_controller_of_the_log_gives_the_period_and_gains_and_verdict_are_printed() {
+    let case = Case::new();
+    let set = ["control.feedback=pd", "log.controller_period_s=0.002"];
+    let output = control(&case, &set, &[]);
+    let text = stdout(&output);
+    assert!(
+        text.contains("pd every 2.000 ms"),
+        "{text}{}",
+        stderr(&output)
+    );
+    assert!(text.contains("\nverdict of the values: good\n"), "{text}");
+    let written = fs::read_to_string(case.path("design/control.json")).unwrap();
+    let design: Value = serde_json::from_str(&written).unwrap();
+    assert_eq!(design["controller"]["period_s"], 0.002);
+    let gain = design["controller"]["gain"][0][2].as_f64().unwrap();
+    let row = text
+        .lines()
+        .find(|line| line.trim_start().starts_with("joint1"));
+    let shown: f64 = row
+        .unwrap()
+        .split_whitespace()
+        .nth(2)
+        .unwrap()
+        .parse()
+        .unwrap();
+    assert!((shown / gain - 1.0).abs() < 1e-3, "{shown} {gain}");
+    // A controller that is faster than the log: the robot is not known so fast.
+    let set = ["control.feedback=pd", "log.controller_period_s=0.0005"];
+    assert!(stdout(&control(&case, &set, &[])).contains("every 1.000 ms"));
+}
+
+#[test]
 fn what_cannot_be_designed_is_refused_and_nothing_is_written() {
     let mut messages = messages("what_cannot_be_designed_is_refused_and_nothing_is_written");
     let case = Case::new();

@@ -223,7 +223,8 @@ impl Setup {
     }
 }
 
-/// Returns the period of the controller.
+/// Returns the period of the controller: that of `[control]`, that of `[log]` unless it is shorter than the period of the log, or
+/// the period of the log.
 fn period(experiment: &Experiment, parameters: &Parameters) -> Result<f64, SessionError> {
     let log =
         (parameters.identification.as_ref()).map(|identification| identification.log.period_s);
@@ -242,7 +243,11 @@ fn period(experiment: &Experiment, parameters: &Parameters) -> Result<f64, Sessi
         }
         .into());
     }
-    Ok(asked.or(log).or(twin).unwrap_or(PERIOD))
+    // Between the samples of the log nothing is known of the robot.
+    let shortest = log.map_or(0.0, |log_s| log_s * (1.0 - SAME_PERIOD));
+    let of_log = (experiment.log.as_ref()).and_then(|log| log.controller_period_s);
+    let of_controller = of_log.filter(|period_s| *period_s >= shortest);
+    Ok((asked.or(of_controller).or(log).or(twin)).unwrap_or(PERIOD))
 }
 
 /// The model with the laws of an identification, its values, and robots from its posterior.
