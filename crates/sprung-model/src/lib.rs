@@ -146,6 +146,38 @@ fn fixed_value(
     }
 }
 
+/// Returns the parameter of a drive.
+fn of_drive(
+    (robot, links): (&description::Robot, Option<&TreeLinks>),
+    (kind, joint): (JointParameter, usize),
+    symbol: String,
+) -> Parameter {
+    let of = &robot.joint[joint];
+    let mut name = format!("{}.{}", of.name, kind.name());
+    let mut nominal = of.nominal.get(kind);
+    match (links, kind) {
+        (Some(links), OFFSET) => {
+            if let Some(index) = links.combined_offset(joint) {
+                name = links.words_of(index);
+                nominal = links.lumped(index, |k| links.nominal(k));
+            }
+        }
+        (Some(links), JointParameter::RotorInertia) if !of.is_flexible() => {
+            name = links.words_of(robot.joint.len() * BODY + joint);
+        }
+        _ => {}
+    }
+    let fixed = fixed_value(robot, kind, joint, &name);
+    Parameter {
+        name,
+        symbol,
+        unit: kind.unit(robot.kind(joint)),
+        nominal: fixed.or(nominal),
+        fixed,
+        joint: Some((kind, joint)),
+    }
+}
+
 /// Returns the joints of which something holds.
 fn joints_with(
     robot: &description::Robot,
@@ -208,29 +240,8 @@ impl Model {
                 .collect(),
         };
         for &(kind, joint) in &layout.drives {
-            let of = &robot.joint[joint];
-            let mut name = format!("{}.{}", of.name, kind.name());
-            let mut nominal = of.nominal.get(kind);
-            if let (Some(links), OFFSET) = (&links, kind)
-                && let Some(index) = links.combined_offset(joint)
-            {
-                name = links.words_of(index);
-                nominal = links.lumped(index, |k| links.nominal(k));
-            }
-            if let (Some(links), JointParameter::RotorInertia, false) =
-                (&links, kind, of.is_flexible())
-            {
-                name = links.words_of(robot.joint.len() * BODY + joint);
-            }
-            let fixed = fixed_value(robot, kind, joint, &name);
-            parameters.push(Parameter {
-                name,
-                symbol: format!("theta{}", parameters.len() + 1),
-                unit: kind.unit(robot.kind(joint)),
-                nominal: fixed.or(nominal),
-                fixed,
-                joint: Some((kind, joint)),
-            });
+            let symbol = format!("theta{}", parameters.len() + 1);
+            parameters.push(of_drive((robot, links.as_ref()), (kind, joint), symbol));
         }
         let unknown_stribeck: Vec<usize> = (layout.joints_with(Scale::Stribeck).into_iter())
             .filter(|&i| robot.joint[i].stribeck_velocity_rad_per_s.is_none())

@@ -115,38 +115,63 @@ fn lines_of_findings_can_be_pasted_and_clear_them() {
         .zip(log)
         .collect();
     let mut tested = Vec::new();
-    let all: [(&str, Damage); 11] = [
-        ("reversed", |log| scale(log, "tau2", -1.0)),
-        ("reversed position", |log| scale(log, "phi2", -1.0)),
-        ("degrees of one", |log| {
-            scale(log, "phi2", 180.0 / std::f64::consts::PI);
-        }),
-        ("degrees of both", |log| {
-            for name in &NAMES[1..5] {
-                scale(log, name, 180.0 / std::f64::consts::PI);
-            }
-        }),
-        ("motor side", |log| scale(log, "phi2", 100.0)),
-        ("late", |log| late(log, "q2", 4)),
-        ("gain", |log| scale(log, "q2", 1.03)),
-        ("milliseconds", |log| scale(log, "t", 1000.0)),
-        ("wrapped", |log| wrapped(log, "phi2")),
-        ("exchanged", |log| {
-            let (q, phi) = (log[2].1.clone(), log[4].1.clone());
-            (log[2].1, log[4].1) = (phi, q);
-        }),
-        ("swapped", |log| {
-            let (one, two) = (log[5].1.clone(), log[6].1.clone());
-            // The file reverses the first.
-            (log[5].1, log[6].1) = (two, one);
-        }),
+    let all: [(&str, Damage, &str); 15] = [
+        ("reversed", |log| scale(log, "tau2", -1.0), ""),
+        ("reversed position", |log| scale(log, "phi2", -1.0), ""),
+        (
+            "degrees of one",
+            |log| {
+                scale(log, "phi2", 180.0 / std::f64::consts::PI);
+            },
+            "",
+        ),
+        (
+            "degrees of both",
+            |log| {
+                for name in &NAMES[1..5] {
+                    scale(log, name, 180.0 / std::f64::consts::PI);
+                }
+            },
+            "",
+        ),
+        ("motor side", |log| scale(log, "phi2", 100.0), ""),
+        ("late", |log| late(log, "q2", 4), ""),
+        ("gain", |log| scale(log, "q2", 1.03), ""),
+        ("milliseconds", |log| scale(log, "t", 1000.0), ""),
+        ("wrapped", |log| wrapped(log, "phi2"), ""),
+        (
+            "exchanged",
+            |log| {
+                let (q, phi) = (log[2].1.clone(), log[4].1.clone());
+                (log[2].1, log[4].1) = (phi, q);
+            },
+            "",
+        ),
+        (
+            "swapped",
+            |log| {
+                let (one, two) = (log[5].1.clone(), log[6].1.clone());
+                // The file reverses the first.
+                (log[5].1, log[6].1) = (two, one);
+            },
+            "",
+        ),
+        (
+            "offset",
+            |log| log[2].1.iter_mut().for_each(|q| *q += 0.02),
+            "encoder_offset = \"none\"",
+        ),
+        ("high cut-off", |_| (), "position_cutoff_hz = 400"),
+        ("low cut-off", |_| (), "position_cutoff_hz = 1.5"),
+        ("slow filter", |_| (), "filter_cutoff_rad_per_s = 0.2"),
     ];
-    for (name, damage) in all {
+    for (name, damage, settings) in all {
         let mut damaged = as_recorded.clone();
         scale(&mut damaged, "tau1", -1.0);
         damage(&mut damaged);
         desk.write("log.csv", &csv(&damaged));
-        let before = findings(&desk, FILE);
+        let file = format!("{FILE}[identify]\n{settings}\n");
+        let before = findings(&desk, &file);
         for finding in before
             .iter()
             .filter(|finding| finding["setting"].is_string())
@@ -154,7 +179,7 @@ fn lines_of_findings_can_be_pasted_and_clear_them() {
             let setting = finding["setting"].as_str().unwrap();
             println!("{name}: {} {setting}", finding["code"]);
             let joint = finding["text"].as_str().unwrap().split(':').next().unwrap();
-            let text = paste(FILE, setting, joint);
+            let text = paste(&file, setting, joint);
             let after = findings(&desk, &text);
             assert!(
                 !after.iter().any(|other| is_same(finding, other)),
@@ -166,5 +191,5 @@ fn lines_of_findings_can_be_pasted_and_clear_them() {
     tested.sort();
     tested.dedup();
     println!("{tested:?}");
-    assert!(tested.len() >= 8, "{tested:?}");
+    assert!(tested.len() >= 12, "{tested:?}");
 }

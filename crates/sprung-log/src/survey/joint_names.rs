@@ -47,9 +47,9 @@ fn named(names: &[String], is_last: bool) -> Option<Vec<String>> {
         names.iter().all(has).then_some(first.len() + 1)
     };
     while let Some(length) = of_robot(&found) {
-        found
-            .iter_mut()
-            .for_each(|name| *name = name[length..].to_owned());
+        for name in &mut found {
+            *name = name[length..].to_owned();
+        }
     }
     let is_usual = |name: &String| {
         let mut letters = name.chars();

@@ -20,8 +20,8 @@ struct Sum {
     kept: usize,
     /// The parameter that is zero.
     zero: usize,
-    /// Sign of `zero` in the sum.
-    sign: f64,
+    /// Whether the sum is a difference.
+    is_difference: bool,
 }
 
 /// Coulomb friction and constant torques of the same joint and side that the logs do not tell apart.
@@ -47,7 +47,7 @@ impl Sums {
                 .iter()
                 .filter_map(|&law| parameter(side, law, joint));
             coulomb.find_map(|coulomb| {
-                let sign = common_sign(model, &rows, [coulomb, offset])?;
+                let is_difference = are_opposite(model, &rows, [coulomb, offset])?;
                 let fitted = fit_values(&model.with_fixed(&[(offset, 0.0)]), system)?;
                 // No friction is negative, but a sum with a constant torque may be.
                 let (kept, zero) = if fitted[coulomb] < 0.0 {
@@ -55,7 +55,11 @@ impl Sums {
                 } else {
                     (coulomb, offset)
                 };
-                Some(Sum { kept, zero, sign })
+                Some(Sum {
+                    kept,
+                    zero,
+                    is_difference,
+                })
             })
         };
         let joints = 0..model.joint_count();
@@ -101,11 +105,11 @@ impl Sums {
 }
 
 fn sign(sum: &Sum) -> char {
-    if sum.sign < 0.0 { '-' } else { '+' }
+    if sum.is_difference { '-' } else { '+' }
 }
 
-/// Returns the sign with which two columns are the same, up to a factor, in all rows that contain one of them.
-fn common_sign(model: &Model, rows: &[Triangle], parameters: [usize; 2]) -> Option<f64> {
+/// Returns whether two columns have opposite signs, if they are the same up to a factor in all rows that contain one of them.
+fn are_opposite(model: &Model, rows: &[Triangle], parameters: [usize; 2]) -> Option<bool> {
     let mut common = None;
     for (row, factor) in rows.iter().enumerate() {
         let columns = model.row_columns(row);
@@ -121,10 +125,10 @@ fn common_sign(model: &Model, rows: &[Triangle], parameters: [usize; 2]) -> Opti
         };
         let cosine = dot(first, second) / (dot(first, first) * dot(second, second)).sqrt();
         let is_same = 1.0 - cosine * cosine < APART * APART;
-        if !is_same || common.is_some_and(|common: f64| common != cosine.signum()) {
+        if !is_same || common.is_some_and(|common| common != (cosine < 0.0)) {
             return None;
         }
-        common = Some(cosine.signum());
+        common = Some(cosine < 0.0);
     }
     common
 }

@@ -342,7 +342,7 @@ fn hold(text: &mut String, found: Option<&str>) {
     line(
         text,
         "#torque = \"held\"",
-        "or \"mean\", over one period; absent: \"instantaneous\"",
+        "\"mean\" or \"instantaneous\"; found if absent",
     );
     line(
         text,

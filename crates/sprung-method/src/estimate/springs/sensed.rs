@@ -1,7 +1,7 @@
 //! Springs of a robot on whose links alone a log is taken, by deflections and joint torques.
 
 use super::undetermined::by_deflections;
-use crate::description::{Experiment, Quantity};
+use crate::description::{Experiment, Log, Quantity};
 use crate::estimate::errors::IdentifyError;
 use crate::estimate::result::{RigidJoint, SensedSpring};
 use crate::finding::{Finding, Severity};
@@ -31,7 +31,7 @@ impl Sensed {
         sources: &mut [LogSource<'_>],
         progress: &mut dyn Listener,
     ) -> Result<Self, IdentifyError> {
-        let has_motors = (experiment.log.iter().flat_map(|log| log.given()))
+        let has_motors = (experiment.log.iter().flat_map(Log::given))
             .any(|(key, _)| key.quantity == Quantity::MotorPosition);
         if !experiment.is_on_link_side() || !has_motors {
             return Ok(Self::default());
