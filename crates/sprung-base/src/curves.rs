@@ -20,9 +20,6 @@ pub struct CurveSet {
     pub values: Vec<Vec<Option<f64>>>,
 }
 
-/// Name of the last column of a file whose values are still being refined; its cells are the status.
-pub const STATUS_COLUMN: &str = "status";
-
 /// Error of reading a file of curves.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line} of the curves is not one that sprung wrote")]
@@ -32,6 +29,9 @@ pub struct CurvesError {
 }
 
 impl Curves {
+    /// Name of the last column of a file whose values are still being refined; its cells are the status.
+    pub const STATUS_COLUMN: &'static str = "status";
+
     /// Returns the set of a label.
     #[must_use]
     pub fn set(&self, label: &str) -> Option<&CurveSet> {
@@ -74,7 +74,7 @@ impl Curves {
         let header = reader.headers().map_err(|_| CurvesError { line: 1 })?;
         let mut curves = Self {
             columns: (header.iter().skip(2))
-                .filter(|name| *name != STATUS_COLUMN)
+                .filter(|name| *name != Self::STATUS_COLUMN)
                 .map(str::to_owned)
                 .collect(),
             sets: Vec::new(),

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use sprung::curves::{Curves, STATUS_COLUMN};
+use sprung::curves::Curves;
 use sprung::estimate::{Identification, Identified, parameters_csv};
 use sprung::report::{Contents, Document, compose, render};
 use sprung::session::{Disk, Files, IDENTIFICATION_FILE};
@@ -75,7 +75,11 @@ pub(crate) fn write_identified(output: &mut Output<'_>, found: &Identified) -> R
         write_json(output, IDENTIFICATION_FILE, &json)?;
         for (_, table) in &mut tables {
             let lines = (table.lines().enumerate()).map(|(k, line)| {
-                let status = if k == 0 { STATUS_COLUMN } else { REFINING };
+                let status = if k == 0 {
+                    Curves::STATUS_COLUMN
+                } else {
+                    REFINING
+                };
                 format!("{line},{status}\n")
             });
             *table = lines.collect();

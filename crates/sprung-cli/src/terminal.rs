@@ -10,7 +10,7 @@ use std::io::{IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use sprung::check::UnknownResult;
-use sprung::estimate::{Identification, Refinement, SensedSpring, Verdict};
+use sprung::estimate::{Identification, Refinement, Verdict};
 use sprung::finding::{Finding, Severity};
 use sprung::foreign::escaped;
 use sprung::progress::{Answer, Listener, Progress};
@@ -231,10 +231,10 @@ impl Terminal {
     }
 
     /// Prints the springs by deflections and joint torques.
-    pub(crate) fn springs(self, springs: &[SensedSpring]) {
-        if !springs.is_empty() {
+    pub(crate) fn springs(self, identification: &Identification) {
+        if !identification.sensed_springs.is_empty() {
             self.say("\nsprings by deflections and joint torques");
-            self.table(&spring_table(springs));
+            self.table(&spring_table(identification));
         }
     }
 

@@ -81,7 +81,7 @@ pub mod control {
 /// Decimated time series for files and plots.
 pub mod curves {
     #[doc(inline)]
-    pub use sprung_base::curves::{Curves, STATUS_COLUMN};
+    pub use sprung_base::curves::Curves;
 }
 
 /// The experiment of the founding paper, ready to run.
@@ -103,7 +103,7 @@ pub mod estimate {
     #[doc(inline)]
     pub use sprung_method::estimate::{
         EstimateResult, Identification, Identified, IdentifyError, ParameterEstimate, Refinement,
-        Samples, SensedSpring, Verdict, parameters_csv,
+        Samples, Verdict, parameters_csv,
     };
 }
 

@@ -51,7 +51,7 @@ pub(crate) fn run(args: &Identify) -> Result<ExitCode, Failure> {
 
     terminal.json(&found.identification);
     terminal.parameters(&found.identification, None);
-    terminal.springs(&found.identification.sensed_springs);
+    terminal.springs(&found.identification);
     terminal.unknowns(&found.identification.unknowns);
     if outdated {
         terminal.say(

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use sprung::check::UnknownResult;
-use sprung::estimate::{EstimateResult, Identification, ParameterEstimate, SensedSpring};
+use sprung::estimate::{EstimateResult, Identification, ParameterEstimate};
 use sprung::model::short;
 use sprung::report::{ShownUnknown, significant};
 use sprung::validate::JointProof;
@@ -115,10 +115,10 @@ fn error_table_by_joint(run: &sprung::validate::RunResult) -> Grid {
 }
 
 /// Returns the table of springs by deflections and joint torques.
-pub(super) fn spring_table(springs: &[SensedSpring]) -> Grid {
+pub(super) fn spring_table(identification: &Identification) -> Grid {
     let header = ["joint", "stiffness", "± s.e.", "95 % from", "to"];
     let mut table = Grid::new(header.map(str::to_owned).to_vec(), 1).divided(1, 4);
-    for spring in springs {
+    for spring in &identification.sensed_springs {
         let [from, to] = spring.ci95_nm_per_rad;
         table.add_row([
             spring.joint.clone(),

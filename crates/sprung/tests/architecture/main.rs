@@ -49,7 +49,7 @@ const ORDER: [&str; 31] = [
 const LEAVES: [&str; 1] = ["demo"];
 
 /// Folders and files of `estimate` in order. Each uses only those before it.
-const ESTIMATE: [&str; 15] = [
+const ESTIMATE: [&str; 16] = [
     "errors",
     "statistics",
     "result",
@@ -59,6 +59,7 @@ const ESTIMATE: [&str; 15] = [
     "possible",
     "estimators",
     "springs",
+    "sums",
     "physical",
     "posterior",
     "payload",
