@@ -45,6 +45,7 @@ class Parameter:
         nominal: value of the maker; ``None`` if there is none.
         identifiable: whether the log determines it.
         fixed: whether its value was given and not estimated.
+        sum_with: the other parameter of the sum that the value is, with its sign; ``None`` for a value of its own.
     """
 
     name: str
@@ -57,14 +58,16 @@ class Parameter:
     nominal: float | None = None
     identifiable: bool = True
     fixed: bool = False
+    sum_with: str | None = None
 
     def __str__(self) -> str:
+        name = self.name if self.sum_with is None else f"{self.name} {self.sum_with}"
         if self.value is None:
-            return f"{self.name}: not determined"
+            return f"{name}: not determined"
         if self.one_sided and self.ci95 is not None:
-            return f"{self.name} = {self.value:.6g} (< {self.ci95[1]:.2g}) {self.unit}".rstrip()
-        error = "" if self.standard_error is None else f" ± {self.standard_error:.2g}"
-        return f"{self.name} = {self.value:.6g}{error} {self.unit}".rstrip()
+            return f"{name} = {self.value:.6g} (< {self.ci95[1]:.2g}) {self.unit}".rstrip()
+        error = "" if self.standard_error is None or self.fixed else f" ± {self.standard_error:.2g}"
+        return f"{name} = {self.value:.6g}{error} {self.unit}".rstrip()
 
 
 class Parameters(Named[Parameter]):

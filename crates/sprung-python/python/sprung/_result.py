@@ -27,6 +27,7 @@ from sprung._results import (
     PromisedErrors,
     Refinement,
     RigidJoint,
+    SensedSpring,
     StandardParameter,
     Unknown,
 )
@@ -72,6 +73,8 @@ class Result(Report):
         ([], [], [], [])
         >>> [joint.hold_out for joint in result.rigid_joints]
         []
+        >>> [spring.stiffness_nm_per_rad for spring in result.sensed_springs]    # it has motor torques
+        []
 
         A result of the refinement has its figures:
 
@@ -110,6 +113,7 @@ class Result(Report):
     unknowns: Field[list[Unknown]] = Field()
     payloads: Field[list[Payload]] = Field()
     rigid_joints: Field[list[RigidJoint]] = Field()
+    sensed_springs: Field[list[SensedSpring]] = Field()
     _log: Field[LogUsed] = Field("log")
     _further_logs: Field[list[LogUsed]] = Field("further_logs")
     _standard_parameters: Field[list[StandardParameter]] = Field("results.standard_parameters")

@@ -23,6 +23,7 @@ _CHOSEN: dict[str, dict[str, str]] = {
     "PromisedErrors": {},
     "Refinement": {},
     "RigidJoint": {},
+    "SensedSpring": {},
     "ServoErrors": {},
     "ServoLog": {},
     "ShapedMode": {},

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from sprung._named import Named
 
-__all__ = ["AddedLaw", "Applied", "CheckedColumn", "CheckedLog", "Combined", "CombinedParameter", "ComparedResult", "CompetingUnknown", "CutoffChoice", "CutoffPoint", "Delay", "Disturbance", "DriftOfParameter", "DriftOverTime", "EncoderOffset", "ErrorParts", "Evidence", "Finding", "GainUsed", "HeldOutResidual", "JointErrors", "LimitUsed", "LogUsed", "LoopErrors", "LoopMargins", "Mode", "More", "Moves", "Payload", "PayloadParameter", "PreslidingPrior", "Promised", "PromisedErrors", "RefinedDelay", "RefinedEccentricity", "RefinedSaturation", "RefinedSharpness", "RefinedVelocity", "Refinement", "RigidByHoldOut", "RigidJoint", "Rung", "SensorNoise", "ServoErrors", "ServoLog", "SettingsUsed", "ShapedMode", "SignUsed", "StandardParameter", "Tracking", "Unknown", "ValidatedSet", "ValidationRun", "Vibration", "Window", "WithDraws"]
+__all__ = ["AddedLaw", "Applied", "CheckedColumn", "CheckedLog", "Combined", "CombinedParameter", "ComparedResult", "CompetingUnknown", "CutoffChoice", "CutoffPoint", "Delay", "Disturbance", "DriftOfParameter", "DriftOverTime", "EncoderOffset", "ErrorParts", "Evidence", "Finding", "GainUsed", "HeldOutResidual", "JointErrors", "LimitUsed", "LogUsed", "LoopErrors", "LoopMargins", "Mode", "More", "Moves", "Payload", "PayloadParameter", "PreslidingPrior", "Promised", "PromisedErrors", "RefinedDelay", "RefinedEccentricity", "RefinedSaturation", "RefinedSharpness", "RefinedVelocity", "Refinement", "RigidByHoldOut", "RigidJoint", "Rung", "SensedSpring", "SensorNoise", "ServoErrors", "ServoLog", "SettingsUsed", "ShapedMode", "SignUsed", "StandardParameter", "Tracking", "Unknown", "ValidatedSet", "ValidationRun", "Vibration", "Window", "WithDraws"]
 
 @dataclass(frozen=True)
 class AddedLaw:
@@ -920,6 +920,22 @@ class Rung:
     used: bool
     outcome: str
     held_out_residual: HeldOutResidual | None = ...
+
+@dataclass(frozen=True)
+class SensedSpring:
+    """The spring of a joint by its deflection and its torque sensor, of a robot without motor torques.
+
+    Attributes:
+        joint: Name of the joint.
+        stiffness_nm_per_rad: Stiffness, N·m/rad (N/m).
+        standard_error_nm_per_rad: Its standard error, N·m/rad (N/m).
+        ci95_nm_per_rad: 95 % confidence interval, N·m/rad (N/m).
+    """
+
+    joint: str
+    stiffness_nm_per_rad: float
+    standard_error_nm_per_rad: float
+    ci95_nm_per_rad: tuple[float, float]
 
 @dataclass(frozen=True)
 class SensorNoise:

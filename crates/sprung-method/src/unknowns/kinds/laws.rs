@@ -142,7 +142,11 @@ impl OfJoint<'_> {
             all.push(self.of_parameter("spring", "cubic", JointParameter::CubicStiffness, shape));
         }
         for side in [Side::Motor, Side::Link] {
-            if side == Side::Motor || is_flexible {
+            let has_side = match side {
+                Side::Motor => !self.described.on_link_side,
+                Side::Link => is_flexible || self.described.on_link_side,
+            };
+            if has_side {
                 let missing = missing_friction(self.described, side).into_iter();
                 all.extend(missing.flat_map(|(family, law)| self.friction(side, family, law)));
             }
@@ -219,8 +223,10 @@ fn with_all_laws(experiment: &Experiment) -> Experiment {
     let mut all = experiment.clone();
     for joint in &mut all.robot.joint {
         let friction: Vec<FrictionLaw> = Family::ALL.iter().copied().map(FrictionLaw).collect();
-        if joint.is_flexible() {
+        if joint.is_flexible() || joint.on_link_side {
             joint.link_friction = Some(friction.clone());
+        }
+        if joint.is_flexible() {
             joint.spring = Some(vec![
                 SpringTerm::Linear,
                 SpringTerm::Cubic,
