@@ -8,7 +8,7 @@ use crate::files::files;
 use crate::root;
 
 /// Words in the library with the form of a code that are no codes.
-const OTHER_WORDS: [&str; 24] = [
+const OTHER_WORDS: [&str; 25] = [
     "as-stamped",
     "at-a-glance",
     "condition-number",
@@ -26,13 +26,14 @@ const OTHER_WORDS: [&str; 24] = [
     "output-error",
     "prediction-error",
     "scale-invariant",
+    "sensed-springs",
     "sprung-out",
     "standard-errors",
     "state-feedback",
     "stiff-joints",
     "two-stage",
-    "worst-error",
     "unix-none",
+    "worst-error",
 ];
 
 /// Returns a page without its fenced blocks and without code in backquotes in link targets.

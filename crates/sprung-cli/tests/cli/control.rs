@@ -120,7 +120,8 @@ fn the_same_seed_gives_the_same_files_on_any_number_of_threads() {
 #[test]
 fn the_controller_of_the_log_gives_the_period_and_gains_and_verdict_are_printed() {
     let case = Case::new();
-    let set = ["control.feedback=pd", "log.controller_period_s=0.002"];
+    let held = "log.torque=held";
+    let set = ["control.feedback=pd", held, "log.controller_period_s=0.002"];
     let output = control(&case, &set, &[]);
     let text = stdout(&output);
     assert!(
@@ -145,7 +146,11 @@ fn the_controller_of_the_log_gives_the_period_and_gains_and_verdict_are_printed(
         .unwrap();
     assert!((shown / gain - 1.0).abs() < 1e-3, "{shown} {gain}");
     // A controller that is faster than the log: the robot is not known so fast.
-    let set = ["control.feedback=pd", "log.controller_period_s=0.0005"];
+    let set = [
+        "control.feedback=pd",
+        held,
+        "log.controller_period_s=0.0005",
+    ];
     assert!(stdout(&control(&case, &set, &[])).contains("every 1.000 ms"));
 }
 

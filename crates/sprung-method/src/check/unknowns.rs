@@ -65,7 +65,7 @@ fn has_other_meaning(prepared: &Prepared, is_explained: bool) -> bool {
     let examined = joints(experiment, &reading, excerpt, "", &tested, true);
     examined.is_some_and(|examined| {
         (examined.findings.iter()).any(|finding| {
-            let is_sensor = finding.code.starts_with("joint-torque-s");
+            let is_sensor = matches!(&*finding.code, "joint-torque-sign" | "joint-torque-scale");
             is_sensor || !is_explained && finding.severity == Severity::Error
         })
     })

@@ -9,8 +9,8 @@ pub(crate) const RIDGE: f64 = 1e-9;
 
 /// Solves normal equations whose marked values must not be negative.
 ///
-/// The most negative values are left out one by one. Then a value that would be positive beside the others is taken up again, and
-/// those that it would make negative leave on the way, until none is left.
+/// The most negative values are left out, those of more than half of the largest together, until none is negative. Then a value that would be positive beside the others
+/// is taken up again, and those that it would make negative leave on the way, until none is left.
 ///
 /// # Source
 ///
@@ -31,18 +31,20 @@ pub(crate) fn non_negative(matrix: &[f64], rhs: &[f64], positive: &[bool]) -> Ve
             x
         })
     };
-    let most_negative = |free: &[usize], x: &[f64]| {
-        (0..free.len())
-            .filter(|&at| positive[free[at]] && x[free[at]] < 0.0)
-            .min_by(|&a, &b| x[free[a]].total_cmp(&x[free[b]]))
-    };
     let mut free: Vec<usize> = (0..n).collect();
     let mut x = vec![0.0; n];
     while let Some(next) = solved(&free) {
-        let worst = most_negative(&free, &next);
         x = next;
-        let Some(at) = worst else { break };
-        x[free.remove(at)] = 0.0;
+        let worst = (free.iter().copied())
+            .filter(|&i| positive[i])
+            .fold(0.0, |worst: f64, i| worst.min(x[i]));
+        if worst >= 0.0 {
+            break;
+        }
+        free.retain(|&i| !positive[i] || x[i] > 0.5 * worst);
+        for i in (0..n).filter(|i| positive[*i]) {
+            x[i] = x[i].max(0.0);
+        }
     }
     for _ in 0..2 * n {
         let slope = |i: usize| rhs[i] - (0..n).map(|j| matrix[i * n + j] * x[j]).sum::<f64>();

@@ -7,7 +7,7 @@ use sprung_base::finding::{Finding, Severity};
 use sprung_base::progress::Unheard;
 use sprung_method::check::check;
 use sprung_method::estimate::EstimateResult;
-use sprung_robot::{Estimator, OnCheckError, Simulate};
+use sprung_robot::{Estimator, Factor, OnCheckError, Simulate};
 use sprung_testing::{Figure, largest_of_normals};
 
 use crate::in_memory::with_source;
@@ -154,7 +154,10 @@ fn motion_gives_stiffnesses_without_link_encoder() {
 
 /// Checks a log of the arm with link encoders and faulty torque sensors.
 fn findings(change: impl FnOnce(&mut Simulate)) -> Vec<Finding> {
-    let arm = with_links(Estimator::LeastSquares);
+    findings_of(&with_links(Estimator::LeastSquares), change)
+}
+
+fn findings_of(arm: &Arm, change: impl FnOnce(&mut Simulate)) -> Vec<Finding> {
     let log = arm.log(|settings| {
         noisy(settings);
         settings.duration_s = 8.0;
@@ -225,13 +228,30 @@ fn faulty_sensors_are_named_with_the_line_that_mends() {
 }
 
 #[test]
-fn motor_torques_in_another_unit_are_no_gain_of_a_sensor() {
-    let found = findings(|settings| settings.joint_torque_matrix = matrix(1, 1, 100.0));
-    let finding = &found[0];
-    assert_eq!(finding.code, "torque-scale", "{found:#?}");
-    assert!(finding.text.contains("\"tau2_nm\""), "{finding:?}");
-    let scale = (found.iter()).find(|finding| finding.code == "joint-torque-scale");
-    assert!(scale.is_none(), "{found:#?}");
+fn the_links_tell_a_sensor_in_another_unit_from_a_motor_torque_in_another_unit() {
+    let mut arm = with_links(Estimator::LeastSquares);
+    let names = |found: &[Finding], code: &str, other: &str, column: &str| {
+        assert_eq!(found[0].code, code, "{found:#?}");
+        let setting = found[0].setting.clone().unwrap_or_default();
+        assert!(setting.contains(column), "{setting}");
+        assert!(
+            !found.iter().any(|finding| finding.code == other),
+            "{found:#?}"
+        );
+    };
+    let found = findings_of(&arm, |settings| {
+        settings.joint_torque_matrix = matrix(1, 1, 100.0)
+    });
+    names(
+        &found,
+        "joint-torque-scale",
+        "torque-scale",
+        "\"ts2\" = 0.01",
+    );
+    let log = arm.experiment.log.as_mut().unwrap();
+    log.gain.insert("tau2_nm".to_owned(), Factor::Known(0.01));
+    let found = findings_of(&arm, |_| ());
+    names(&found, "torque-scale", "joint-torque-scale", "\"tau2_nm\"");
 }
 
 #[test]
