@@ -16,7 +16,6 @@ use super::named_files::NamedFiles;
 use super::quantities::{Key, Quantity, Signal};
 use super::robot::Robot;
 use super::run::{Controller, Simulate, Validate};
-use super::torque_hold::TorqueReading;
 use super::tree::{TreeError, tree};
 use super::types::ExperimentFile;
 use super::unfilled;
@@ -107,10 +106,6 @@ impl Experiment {
         if !has_motor && has_positions && all.all(shows_link) {
             for joint in &mut self.robot.joint {
                 *joint = joint.made_of_link();
-            }
-            // A sensor shows the torque at its time stamp.
-            if let Some(log) = &mut self.log {
-                log.torque.get_or_insert(TorqueReading::Instantaneous);
             }
         }
         self

@@ -240,7 +240,7 @@ fn the_links_tell_a_sensor_in_another_unit_from_a_motor_torque_in_another_unit()
         );
     };
     let found = findings_of(&arm, |settings| {
-        settings.joint_torque_matrix = matrix(1, 1, 100.0)
+        settings.joint_torque_matrix = matrix(1, 1, 100.0);
     });
     names(
         &found,
