@@ -163,7 +163,11 @@ fn findings_of(arm: &Arm, change: impl FnOnce(&mut Simulate)) -> Vec<Finding> {
         settings.duration_s = 8.0;
         change(settings);
     });
-    with_source(&log, |source| {
+    checked(arm, &log)
+}
+
+fn checked(arm: &Arm, log: &[u8]) -> Vec<Finding> {
+    with_source(log, |source| {
         let checked = check(&arm.experiment, &arm.model, &mut [source], &mut Unheard).unwrap();
         checked.report.findings
     })
@@ -248,9 +252,13 @@ fn the_links_tell_a_sensor_in_another_unit_from_a_motor_torque_in_another_unit()
         "torque-scale",
         "\"ts2\" = 0.01",
     );
-    let log = arm.experiment.log.as_mut().unwrap();
-    log.gain.insert("tau2_nm".to_owned(), Factor::Known(0.01));
-    let found = findings_of(&arm, |_| ());
+    let log = arm.log(|settings| {
+        noisy(settings);
+        settings.duration_s = 8.0;
+    });
+    let columns = arm.experiment.log.as_mut().unwrap();
+    (columns.gain).insert("tau2_nm".to_owned(), Factor::Known(0.01));
+    let found = checked(&arm, &log);
     names(&found, "torque-scale", "joint-torque-scale", "\"tau2_nm\"");
 }
 
