@@ -234,10 +234,10 @@ fn faulty_sensors_are_named_with_the_line_that_mends() {
 #[test]
 fn the_links_tell_a_sensor_in_another_unit_from_a_motor_torque_in_another_unit() {
     let mut arm = with_links(Estimator::LeastSquares);
-    let names = |found: &[Finding], code: &str, other: &str, column: &str| {
+    let names = |found: &[Finding], code: &str, other: &str, words: &str| {
         assert_eq!(found[0].code, code, "{found:#?}");
-        let setting = found[0].setting.clone().unwrap_or_default();
-        assert!(setting.contains(column), "{setting}");
+        let said = format!("{} {:?}", found[0].text, found[0].setting);
+        assert!(said.contains(words), "{said}");
         assert!(
             !found.iter().any(|finding| finding.code == other),
             "{found:#?}"
@@ -250,7 +250,7 @@ fn the_links_tell_a_sensor_in_another_unit_from_a_motor_torque_in_another_unit()
         &found,
         "joint-torque-scale",
         "torque-scale",
-        "\"ts2\" = 0.01",
+        "gain = { \\\"ts2\\\" = 0.01",
     );
     let log = arm.log(|settings| {
         noisy(settings);
@@ -259,7 +259,12 @@ fn the_links_tell_a_sensor_in_another_unit_from_a_motor_torque_in_another_unit()
     let columns = arm.experiment.log.as_mut().unwrap();
     (columns.gain).insert("tau2_nm".to_owned(), Factor::Known(0.01));
     let found = checked(&arm, &log);
-    names(&found, "torque-scale", "joint-torque-scale", "\"tau2_nm\"");
+    names(
+        &found,
+        "torque-scale",
+        "joint-torque-scale",
+        "joint2: \"tau2_nm\" is",
+    );
 }
 
 #[test]
