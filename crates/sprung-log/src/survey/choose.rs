@@ -100,13 +100,10 @@ pub fn joint_count(survey: &Survey) -> Option<usize> {
         return blocks.first().map(|block| block.columns.len());
     }
     let all = families(survey, &[], &[]);
-    let sizes = || {
-        let is_position = |family: &&Family| family.meaning.sort == Some(Sort::Position);
-        all.iter()
-            .filter(is_position)
-            .map(|family| family.columns.len())
-    };
-    let numbers = |family: &Family| -> Vec<Token> {
+    let positions: Vec<&Family> = (all.iter())
+        .filter(|family| family.meaning.sort == Some(Sort::Position))
+        .collect();
+    let numbers = |family: &&Family| -> Vec<Token> {
         let (source, column) = family.columns[0];
         let all = tokens(&survey.sources[source].columns[column].name);
         (all.into_iter())
@@ -115,13 +112,12 @@ pub fn joint_count(survey: &Survey) -> Option<usize> {
     };
     // Columns with the same number belong to one joint.
     let share_a_number = || {
-        let is_position = |family: &&Family| family.meaning.sort == Some(Sort::Position);
-        let mut of_positions = all.iter().filter(is_position).map(numbers);
+        let mut of_positions = positions.iter().map(numbers);
         let first = of_positions.next().filter(|numbers| !numbers.is_empty());
         first.is_some_and(|first| of_positions.all(|other| other == first))
     };
-    match sizes().max() {
-        Some(1) if sizes().count() > 1 && !share_a_number() => count(survey, &all),
+    match positions.iter().map(|family| family.columns.len()).max() {
+        Some(1) if positions.len() > 1 && !share_a_number() => count(survey, &all),
         largest => largest,
     }
 }

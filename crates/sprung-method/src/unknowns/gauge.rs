@@ -1,5 +1,7 @@
 //! Delays are relative: if all channels of a joint are late by the same time, its equations hardly change. The earliest channel of a
 //! joint is the reference, so no channel is early; channels of one signal that are equally late are one cause.
+//!
+//! Gains of torques are relative too: all of them together are a factor of all parameters.
 
 use super::found::{Competing, Found};
 use super::unknown::{Kind, Place};

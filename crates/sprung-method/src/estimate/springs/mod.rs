@@ -3,6 +3,8 @@
 //! The estimate of such a stiffness is the ratio of a torque and a deflection with only noise, so it is arbitrary. If
 //! the link rows have no right-hand side, the link parameters shrink with it. The compliance is not biased: noise of
 //! the deflection is on its right-hand side. If it is not significant, the joint is taken as rigid.
+//!
+//! If a log has joint torques and no motor torques, the springs follow from deflections and joint torques alone (`sensed`).
 
 mod compliance;
 mod rigid;
