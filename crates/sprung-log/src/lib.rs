@@ -46,7 +46,7 @@ pub use columns::{InertialSensor, InertialSensors, LinkMotion};
 pub use error::{LogError, Place};
 pub use figures::{Figures, Overview, Summary};
 pub use figures::{LOOKS_LIKE_DEGREES, LOOKS_LIKE_RADIANS, rounded, slope_remedy};
-pub use figures::{SPIKES, STUCK_SAMPLES, Sizes, check};
+pub use figures::{SPIKES, STUCK_SAMPLES, Sizes, check, longer_part};
 pub use formats::panics_are_caught;
 pub use input::format_of;
 pub use input::{Input, LogFile};

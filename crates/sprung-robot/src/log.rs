@@ -159,6 +159,7 @@ pub struct Log {
 
 /// Columns of the axes of a sensor: one axis, or all three.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(expecting = "columns of each axis, as in gyroscope_rad_per_s.x = [\"gx1\", \"gx2\"]")]
 pub struct AxisColumns {
     /// Columns of the first axis.
     pub x: Option<Columns>,

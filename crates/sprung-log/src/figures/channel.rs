@@ -367,6 +367,12 @@ impl Figures {
         [self.low, self.high]
     }
 
+    /// Returns the times of the first and the last sample, s.
+    pub(crate) fn span(&self) -> [f64; 2] {
+        let first = self.overview.time.first().copied();
+        [first.unwrap_or_default(), self.last[2].0]
+    }
+
     /// Returns the smallest and largest values over the course of the log.
     #[must_use]
     pub fn overview(&self) -> &Overview {

@@ -62,13 +62,7 @@ pub fn check(
             findings.push(finding);
             continue;
         }
-        let scale = columns
-            .units_disagree(name, joint)
-            .or_else(|| columns.slope_not_one(name, joint));
-        findings.extend(scale);
-        findings.extend(columns.looks_like_degrees(name, joint));
-        findings.extend(columns.opposite_signs(name, joint));
-        findings.extend(covariates((file, name), channels, summary, joint));
+        let before = findings.len();
         for (i, channel) in channels.all.iter().enumerate() {
             if channel.joint == joint
                 && !channel.quantity.is_covariate()
@@ -77,6 +71,17 @@ pub fn check(
                 findings.extend(faults((file, name), channel, figures, &mended[i]));
                 findings.extend(columns.hardly_moves(name, channel, i));
             }
+        }
+        findings.extend(covariates((file, name), channels, summary, joint));
+        // A counter that wraps around says nothing of units and signs.
+        let is_wrong = |finding: &Finding| finding.severity == Severity::Error;
+        if !findings[before..].iter().any(is_wrong) {
+            let scale = columns
+                .units_disagree(name, joint)
+                .or_else(|| columns.slope_not_one(name, joint));
+            findings.extend(scale);
+            findings.extend(columns.looks_like_degrees(name, joint));
+            findings.extend(columns.opposite_signs(name, joint));
         }
     }
     findings
@@ -277,7 +282,6 @@ impl ColumnCheck<'_> {
                  link_position_deg",
             )
             .seen(self.file, column, range, "rad")
-            .mended_by("[log]", &format!("motor_position_deg = [\"{column}\"]"))
         })
     }
 

@@ -42,6 +42,23 @@ pub const SPIKES: &str = "spikes";
 /// Code of the finding about samples in which a column stood still.
 pub const STUCK_SAMPLES: &str = "stuck-samples";
 
+/// Part of a log that is left out on the side of its longer part where it is cut.
+const CUT_MARGIN: f64 = 0.005;
+
+/// Returns the line that reads the longer part of a log, before or after a time.
+///
+/// - `span`: times of the first and the last sample, s.
+#[must_use]
+pub fn longer_part(file: &str, time: f64, [begin, end]: [f64; 2]) -> String {
+    let margin = CUT_MARGIN * (end - begin);
+    let part = if time - begin > end - time {
+        format!("to_s = {:.3}", time - margin)
+    } else {
+        format!("from_s = {:.3}", time + margin)
+    };
+    format!("file = [{{ path = \"{file}\", {part} }}]")
+}
+
 /// Returns findings about the samples of a channel.
 ///
 /// - `(file, joint)`: names for messages.
@@ -251,16 +268,13 @@ impl SampleCheck<'_> {
                 largest.time,
                 size / figures.steps().quantile(0.95)
             ),
-            "cut the log there: give both parts of the file in place of the file",
+            "use the log up to this time, or after it: the zero of the encoder is another one in each part",
         );
-        let parts = format!(
-            "file = [{{ path = \"{0}\", to_s = {1:?} }}, {{ path = \"{0}\", from_s = {1:?} }}]",
-            self.file, largest.time
-        );
+        let part = longer_part(self.file, largest.time, figures.span());
         Some(
             (finding.seen(self.file, column, largest.size, "rad"))
                 .at(largest.time)
-                .mended_by("[log]", &parts),
+                .mended_by("[log]", &part),
         )
     }
 

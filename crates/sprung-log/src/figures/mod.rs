@@ -11,7 +11,7 @@ mod summary;
 pub use channel::{Figures, Overview};
 pub use check::check;
 pub use check::{LOOKS_LIKE_DEGREES, LOOKS_LIKE_RADIANS};
-pub use faults::{SPIKES, STUCK_SAMPLES};
+pub use faults::{SPIKES, STUCK_SAMPLES, longer_part};
 pub use sizes::Sizes;
 pub use slope::{rounded, slope_remedy};
 pub use summary::Summary;

@@ -11,6 +11,7 @@ use crate::finding::{Finding, Severity};
 use crate::log::{Quantity, Signal, rounded, slope_remedy};
 use crate::numbers::with_error;
 use crate::prepare::{Excerpt, MotorRowFit, OfRow, RowFit, fit_rows};
+use crate::regression::Reading;
 use crate::unknowns::{Found, Kind, Place, settle};
 
 /// Scales of a motor position in the scan about the ratio of standard deviations: number on each side,
@@ -85,6 +86,20 @@ impl CheckContext<'_> {
             }
             Meaning::Swapped(quantity) => format!("the other order of {}", group(quantity).words()),
         }
+    }
+
+    /// Returns whether link and motor position of a joint are exchanged although sizes of unknowns may explain its torque.
+    /// An exchange only turns the deflection around, as a gain of a position does.
+    pub(super) fn is_exchanged(&self, joint: usize) -> bool {
+        let left = |reading: &Reading| {
+            settle(self.experiment, reading, self.excerpt).map(|settled| settled.unexplained)
+        };
+        let exchanged = self.reading.channels().exchanged(joint);
+        let now = exchanged.and_then(|now| left(&self.reading.with_channels(now)));
+        let (Some(now), Some(before)) = (now, left(self.reading)) else {
+            return true;
+        };
+        now < BETTER_RESIDUAL_SHARE * before
     }
 
     fn exchange(&self, joint: usize, fit: &MotorRowFit) -> Finding {
@@ -202,7 +217,7 @@ impl CheckContext<'_> {
             return None;
         }
         let settled = |excerpt: &Excerpt| settle(self.experiment, self.reading, excerpt);
-        let before = settled(self.excerpt).map(|settled| settled.unexplained)?;
+        let before = settled(self.excerpt)?.unexplained;
         let turned = [link, motor].into_iter().filter_map(|channel| {
             let settled = settled(&self.excerpt.scaled(channel, -1.0))?;
             let is_late =

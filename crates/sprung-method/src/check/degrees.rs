@@ -217,12 +217,21 @@ impl WholeRobot<'_> {
         };
         let text = format!(
             "{}: the position spans {range:.1} rad ({:.1} turns) at up to {speed:.0} rad/s; are these \
-             degrees? Neither the equations of the robot nor nominal values tell the unit of this joint. With \
-             degrees as radians, stiffness and inertia would be 57.3 times too small",
+             degrees, or the angle of a motor before its gearbox? Neither the equations of the robot nor nominal values \
+             tell the unit of this joint. With degrees as radians, stiffness and inertia would be 57.3 times too small",
             self.context.name(joint),
             range / std::f64::consts::TAU
         );
-        self.context.degrees_finding(severity, text, &[joint])
+        // Range and speed do not prove a line.
+        let finding = self.context.degrees_finding(severity, text, &[joint]);
+        Finding {
+            remedy: format!(
+                "{}; before the gearbox, give gear_ratio of the joint and motor_position_side = \"motor\"",
+                finding.remedy
+            ),
+            setting: None,
+            ..finding
+        }
     }
 
     /// Finding: positions that are declared as degrees are radians.

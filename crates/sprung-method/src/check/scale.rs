@@ -10,7 +10,7 @@ pub(super) const USUAL_RATIOS: [f64; 11] = [
 ];
 
 /// Factors of other units of one torque, beside mN·m, and their inverses.
-const POWERS_OF_TEN: [f64; 5] = [10.0, 100.0, 0.1, 0.01, 0.001];
+pub(super) const POWERS_OF_TEN: [f64; 5] = [10.0, 100.0, 0.1, 0.01, 0.001];
 
 /// A mistake in the description of the torques.
 #[derive(Clone, Debug, PartialEq)]

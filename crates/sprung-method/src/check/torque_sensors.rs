@@ -11,7 +11,7 @@
 use sprung_core::parameters::JointParameter;
 
 use super::context::{CheckContext, SIGNIFICANT_SIGMAS};
-use super::scale::{Explanation, explanations};
+use super::scale::{Explanation, POWERS_OF_TEN, explanations};
 use super::trial::{Trial, is_likely};
 use crate::finding::{Finding, Severity};
 use crate::log::{Quantity, Signal, rounded};
@@ -32,6 +32,9 @@ const MIN_IMPROVEMENT: f64 = 0.15;
 /// factor between it and an explanation. Friction and rotor make it inaccurate.
 const FAR_SCALE: f64 = 5.0;
 const SAME_SCALE: f64 = 2.5;
+
+/// Factor below which the gain of a sensor is that of a unit.
+const NEAR_UNIT: f64 = 1.1;
 
 /// Smallest and largest ratio of a gearbox.
 const GEARS: (f64, f64) = (10.0, 340.0);
@@ -194,22 +197,27 @@ impl CheckContext<'_> {
         {
             return vec![finding];
         }
-        vec![
-            Finding::new(
-                Severity::Warning,
-                "joint-torque-scale",
-                format!(
-                    "{name}: by the motor row \"{column}\" reads {gain:.3} times the torque of the spring \
-                     (standard error {:.3}), if the scale of \"{motor}\" is right",
-                    error * gain * gain
-                ),
-                "give the gain of the torque sensor, or correct the scale of the motor torque; a weight \
-                 of known mass tells which of them is wrong",
-            )
-            .about(self.about_stiffness(fit.joint))
-            .seen(self.file, column, gain, "")
-            .mended_by("[log]", &format!("gain = {{ \"{column}\" = {inverse:.4} }}")),
-        ]
+        let finding = Finding::new(
+            Severity::Warning,
+            "joint-torque-scale",
+            format!(
+                "{name}: by the motor row \"{column}\" reads {gain:.3} times the torque of the spring \
+                 (standard error {:.3}), if the scale of \"{motor}\" is right",
+                error * gain * gain
+            ),
+            "measure the gain of the torque sensor with a weight of known mass and give it, or correct the scale of the \
+             motor torque, or leave the sensor out of the file",
+        )
+        .about(self.about_stiffness(fit.joint))
+        .seen(self.file, column, gain, "");
+        // The springs are known better than this estimate, so only a factor of units can be given.
+        let is_near = |unit: &f64| (inverse / unit).ln().abs() < NEAR_UNIT.ln();
+        vec![match POWERS_OF_TEN.into_iter().find(is_near) {
+            Some(unit) => {
+                finding.mended_by("[log]", &format!("gain = {{ \"{column}\" = {unit} }}"))
+            }
+            None => finding,
+        }]
     }
 
     /// Returns whether the equations of all links ask for the torque of the sensor with the scale of the motor torque.

@@ -171,6 +171,13 @@ impl Excerpt {
         self.samples as f64 * self.period
     }
 
+    /// Returns the times of the first and the last sample, s.
+    pub(crate) fn span(&self) -> [f64; 2] {
+        let mut times = self.blocks.iter().flat_map(|block| &block.time).copied();
+        let first = times.next().unwrap_or_default();
+        [first, times.next_back().unwrap_or(first)]
+    }
+
     /// Returns the values of a channel.
     pub fn channel(&self, channel: usize) -> impl Iterator<Item = f64> + '_ {
         (self.blocks.iter()).flat_map(move |block| block.values[channel].iter().copied())

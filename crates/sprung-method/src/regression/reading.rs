@@ -79,8 +79,15 @@ impl Reading {
     /// depends on the fit.
     #[must_use]
     pub fn is_refined(&self) -> bool {
-        let estimators = self.settings.estimators(self.model.has_springs());
+        let estimators = self
+            .settings
+            .estimators(self.can_refine() && self.model.has_springs());
         estimators.contains(&Estimator::PredictionError)
+    }
+
+    /// Returns whether a refinement works with the sensors of the links.
+    pub(crate) fn can_refine(&self) -> bool {
+        self.channels.inertial.is_none()
     }
 
     /// Returns the meaning of the columns.

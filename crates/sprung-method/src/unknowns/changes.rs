@@ -67,7 +67,8 @@ pub(crate) fn changes<T>(
             file,
             status: UnknownStatus::Found,
             is_addable: false,
-            period: excerpt.period(),
+            excerpt,
+            gain: 1.0,
         };
         let finding = finding(&telling);
         let delay = match (found.kind, found.place) {

@@ -2,6 +2,7 @@
 
 use super::result::{AddedLaw, UnknownStatus};
 use super::unknown::{Kind, Place};
+use crate::prepare::Excerpt;
 
 /// A rival of an unknown.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,6 +51,7 @@ pub(super) struct Telling<'a> {
     pub(super) status: UnknownStatus,
     /// Whether it is a law that sprung adds with laws = "auto".
     pub(super) is_addable: bool,
-    /// Sampling period, s.
-    pub(super) period: f64,
+    pub(super) excerpt: &'a Excerpt,
+    /// Estimated gain of its channel, which is applied.
+    pub(super) gain: f64,
 }

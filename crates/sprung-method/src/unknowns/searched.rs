@@ -96,19 +96,22 @@ pub(super) fn searched(
 /// Returns the results about what was found, and the findings.
 pub(super) fn told(found: &[Found], prepared: &Prepared) -> (Vec<UnknownResult>, AboutUnknowns) {
     let channels = prepared.reading().channels();
-    let period = prepared.excerpt().period();
     let file = prepared.names().first().cloned().unwrap_or_default();
     let names = prepared.reading().model().joints().to_vec();
     let (mut unknowns, mut findings) = (Vec::new(), Vec::new());
     for one in found {
+        let columns = columns(one.place, channels);
+        let gains = prepared.factors().gains.iter();
+        let mut of_columns = gains.filter(|gain| columns.contains(&&*gain.column));
         let telling = Telling {
             found: one,
-            columns: columns(one.place, channels),
+            gain: of_columns.next().map_or(1.0, |gain| gain.value),
+            columns,
             joint: joint(one.place, channels).map_or("", |joint| &names[joint]),
             file: &file,
             status: status(one, prepared),
             is_addable: is_addable(one, prepared),
-            period,
+            excerpt: prepared.excerpt(),
         };
         unknowns.push(result(&telling));
         // An offset that the description estimates needs no finding.

@@ -395,14 +395,15 @@ impl Search<'_> {
             let column = free + unknown;
             let (_, error) = held_out.mean_and_error(column, &all);
             let floor = LEAST_ERROR * scales[unknown];
-            state.errors[unknown] = error.max(floor);
+            let size = state.sizes[unknown];
+            state.errors[unknown] = (self.unknowns[unknown].after(size, error) - size).max(floor);
             if !self.unknowns[unknown].is_applied() {
                 state.sizes[unknown] = x[column];
                 continue;
             }
             let rescale = self.rescale(unknown, theta, &x);
             let step = (rescale * x[column]).clamp(-3.0 * scales[unknown], 3.0 * scales[unknown]);
-            state.sizes[unknown] += step;
+            state.sizes[unknown] = self.unknowns[unknown].after(size, step);
             moved = moved.max(step.abs() / error.max(10.0 * floor));
         }
         for (&column, value) in self.free.iter().zip(&x) {

@@ -245,6 +245,15 @@ impl Unknown {
         }
     }
 
+    /// Returns the size after a step that was found while a size was applied.
+    pub(crate) fn after(&self, size: f64, step: f64) -> f64 {
+        if self.kind == Kind::Gain {
+            size + (1.0 + size) * step
+        } else {
+            size + step
+        }
+    }
+
     /// Returns whether a derivative by time of its effect is known.
     pub(crate) fn has_rate(&self) -> bool {
         match &self.effect {

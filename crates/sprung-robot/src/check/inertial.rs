@@ -99,7 +99,13 @@ pub(super) fn check_estimators(
     robot: &Robot,
     settings: &Identify,
 ) -> Result<(), Fault> {
-    for &estimator in settings.estimators(robot.has_springs()) {
+    let of_links = |log: &Log| {
+        Inertial::ALL
+            .iter()
+            .any(|sensor| keys_of(*sensor, log).is_some())
+    };
+    let refines = robot.has_springs() && !log.is_some_and(of_links);
+    for &estimator in settings.estimators(refines) {
         refuse_task(robot, log, Task::Identify(estimator))
             .map_err(|reason| refused(&["identify", "estimator"], &reason))?;
     }

@@ -60,7 +60,8 @@ impl Basis<'_> {
         let (model, theta) = (reading.model(), &self.linear.fitted.theta);
         let residuals = relative_residuals(model, &self.read.system, theta);
         let is_explained = (residuals.iter().flatten()).all(|relative| *relative <= EXPLAINED);
-        (reading.settings()).estimators(model.has_springs() || is_explained)
+        let refines = reading.can_refine() && (model.has_springs() || is_explained);
+        reading.settings().estimators(refines)
     }
 
     /// Returns the result of least squares as an estimator.

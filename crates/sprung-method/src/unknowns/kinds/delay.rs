@@ -163,7 +163,7 @@ pub(super) fn timing(of: &Telling<'_>) -> Finding {
         format!(
             "the torques act {size} ms {when} (standard error {size_error} ms, {:.2} samples) than torques that are held from their time \
              stamp to the next one: {}. sprung uses this timing{}",
-            value.abs() / of.period,
+            value.abs() / of.excerpt.period(),
             falls(of),
             or_else(of)
         ),

@@ -64,7 +64,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
 pub(super) fn finding(of: &Telling<'_>) -> Finding {
     let column = of.columns.first().copied().unwrap_or_default();
     let (value, error) = (of.found.value, of.found.standard_error);
-    let setting = format!("gain = {{ \"{column}\" = {:.6} }}", 1.0 + value);
+    let setting = format!("gain = {{ \"{column}\" = {:.6} }}", of.gain * (1.0 + value));
     let finding = Finding::new(
         Severity::Warning,
         "channel-gain",

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::catalogued::Catalogued;
 use super::words::{falls, or_else};
 use crate::finding::{Finding, Severity};
-use crate::log::Signal;
+use crate::log::{Signal, longer_part};
 use crate::unknowns::found::Telling;
 use crate::unknowns::unknown::{ChannelEffect, Effect, Kind, Place, Samples, Unknown};
 
@@ -82,6 +82,7 @@ pub(super) fn finding(of: &Telling<'_>) -> Finding {
     let column = of.columns.first().copied().unwrap_or_default();
     let (value, unit) = (-of.found.value, of.found.unit);
     let at = of.found.begins.unwrap_or_default();
+    let part = longer_part(of.file, at, of.excerpt.span());
     Finding::new(
         Severity::Warning,
         "position-jumps",
@@ -97,4 +98,5 @@ pub(super) fn finding(of: &Telling<'_>) -> Finding {
     )
     .seen(of.file, column, value, unit)
     .at(at)
+    .mended_by("[log]", &part)
 }
