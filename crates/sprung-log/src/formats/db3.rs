@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use rusqlite::{Connection, OptionalExtension, Result, params};
+use rusqlite::{Connection, Error, OptionalExtension, Result, ffi, params};
 
 use super::bag::{Message, Messages, Topic, absent, no_topic, table};
 use super::definition::Definition;
@@ -196,7 +196,14 @@ impl Db3 {
         while bytes < MAX_BATCH_BYTES
             && let Some(row) = rows.next()?
         {
-            self.last_row = row.get(0)?;
+            let number = row.get(0)?;
+            // Pages of a damaged file may lead back to the same rows.
+            if number <= self.last_row {
+                let error = ffi::Error::new(ffi::SQLITE_CORRUPT);
+                let why = format!("its row {number} follows row {}", self.last_row);
+                return Err(Error::SqliteFailure(error, Some(why)));
+            }
+            self.last_row = number;
             any = true;
             if let Some(data) = row.get_ref(2)?.as_blob_or_null()? {
                 bytes += data.len();

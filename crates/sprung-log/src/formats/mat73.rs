@@ -5,7 +5,8 @@
 //! of the group `#refs#`, and the variable holds references to them. libhdf5 opens the file itself, so a log
 //! in memory cannot be read.
 
-use std::io::ErrorKind;
+use std::io::{Error as IoError, ErrorKind, Read, Result as IoResult, Seek, SeekFrom};
+use std::path::Path;
 
 use hdf5_metno::types::{FixedAscii, FloatSize, IntSize, Reference, TypeDescriptor};
 use hdf5_metno::{
@@ -47,6 +48,15 @@ pub(super) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, 
              write it to one, or save it with save(…, \"-v7\")",
         ));
     };
+    let has_driver =
+        with_driver(path).map_err(|error| LogError::read(file, "its header", error))?;
+    if has_driver {
+        let error = IoError::new(
+            ErrorKind::InvalidData,
+            "it names a driver, which MATLAB never does",
+        );
+        return Err(LogError::read(file, "its header", error));
+    }
     let contents = guarded(file, || {
         let mut contents = Contents::default();
         match File::open(path).and_then(|file| contents.group(&file, "", 0)) {
@@ -103,6 +113,37 @@ pub(super) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, 
         has_names: true,
         units: Vec::new(),
     })
+}
+
+/// First bytes of the data in HDF5.
+const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
+
+/// Returns whether a file names a driver of its parts. Libhdf5 allocates as much memory as the description of a driver
+/// claims to need, up to 4 GB.
+fn with_driver(path: &Path) -> IoResult<bool> {
+    let mut file = std::fs::File::open(path)?;
+    let length = file.seek(SeekFrom::End(0))?;
+    // The data begin after a block of the user: at 0, 512, 1024, 2048, …
+    let mut at = 0;
+    while at < length {
+        file.seek(SeekFrom::Start(at))?;
+        let mut head = Vec::new();
+        (&mut file).take(128).read_to_end(&mut head)?;
+        if head.starts_with(&SIGNATURE) {
+            let word = |k: usize| head.get(k).copied().unwrap_or_default();
+            let begin = match word(8) {
+                0 => 24,
+                1 => 28,
+                _ => return Ok(false),
+            };
+            // After three addresses.
+            let bytes = usize::from(word(13));
+            let address = begin + 3 * bytes;
+            return Ok((address..address + bytes).any(|k| word(k) != u8::MAX));
+        }
+        at = (2 * at).max(512);
+    }
+    Ok(false)
 }
 
 /// Returns an error of libhdf5 as an error of the file.

@@ -225,6 +225,35 @@ fn pages_that_lead_to_each_other_without_end_are_refused() {
     let last = pages[pages.len() - 1];
     bytes[(last - 1) * PAGE..last * PAGE].copy_from_slice(&leaf);
     std::fs::write(&path, bytes).unwrap();
-    let told = ["its database is damaged", "lead to each other without end"];
+    let told = ["its database is damaged", "its row 1 follows row 1"];
+    says(&read(folder).unwrap_err(), &told);
+}
+
+#[test]
+fn rows_that_lead_back_to_earlier_rows_are_refused() {
+    const PAGE: usize = 512;
+    let folder = folder("rows");
+    let path = folder.join("run.db3");
+    let base = Connection::open(&path).unwrap();
+    base.execute_batch(
+        "PRAGMA page_size = 512;
+         CREATE TABLE topics(id INTEGER PRIMARY KEY, name, type, serialization_format);
+         INSERT INTO topics VALUES (1, '/joint_states', 'sensor_msgs/msg/JointState', 'cdr'),
+             (2, '/motor_states', 'sensor_msgs/msg/JointState', 'cdr');
+         CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, timestamp, data);
+         INSERT INTO messages VALUES (1, 1, 0, x'00'), (2, 1, 0, x'00'), (3, 1, 0, x'00')",
+    )
+    .unwrap();
+    let sql = "SELECT rootpage FROM sqlite_schema WHERE name = 'messages'";
+    let root: u32 = base.query_row(sql, [], |row| row.get(0)).unwrap();
+    drop(base);
+    let mut bytes = std::fs::read(&path).unwrap();
+    let page = &mut bytes[(root as usize - 1) * PAGE..root as usize * PAGE];
+    // The cell of the third row: length and number, a byte each.
+    let cell = usize::from(u16::from_be_bytes([page[12], page[13]]));
+    assert_eq!(page[cell + 1], 3);
+    page[cell + 1] = 1;
+    std::fs::write(&path, bytes).unwrap();
+    let told = ["its database is damaged", "its row 1 follows row 2"];
     says(&read(folder).unwrap_err(), &told);
 }

@@ -129,6 +129,17 @@ fn files_that_were_cut_off_are_told() {
     says(&message, &["run.log"]);
 }
 
+#[test]
+fn a_driver_that_claims_gigabytes_is_refused() {
+    let mut bytes = std::fs::read(fixture("flat73.mat")).unwrap();
+    // MATLAB's block of 512 bytes, the head of a superblock of version 0, and three addresses.
+    assert_eq!((&bytes[513..516], bytes[520]), (&b"HDF"[..], 0));
+    let address = 512 + 24 + 3 * 8;
+    bytes[address..address + 8].copy_from_slice(&512_u64.to_le_bytes());
+    let message = read_bytes("driver", &bytes, FLAT).unwrap_err();
+    says(&message, &["its header", "it names a driver"]);
+}
+
 /// Outcome of a damaged file.
 #[derive(Debug, PartialEq)]
 enum Outcome {
