@@ -66,7 +66,7 @@ impl Layout {
         let has = |kind: JointParameter, i: usize| match kind {
             JointParameter::RotorInertia => {
                 let is_separate = || links.is_none_or(|links| links.has_rotor(i));
-                !joints[i].on_link_side && (joints[i].is_flexible() || is_separate())
+                !joints[i].is_on_link_side() && (joints[i].is_flexible() || is_separate())
             }
             JointParameter::TorqueOffset => {
                 instruments.at(i).spring_torque() == SpringTorque::Measured

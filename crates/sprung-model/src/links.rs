@@ -61,7 +61,8 @@ impl TreeLinks {
             false => String::new(),
         }));
         let mut known = BTreeMap::new();
-        for (i, _) in (robot.joint.iter().enumerate()).filter(|(_, joint)| joint.on_link_side) {
+        for (i, _) in (robot.joint.iter().enumerate()).filter(|(_, joint)| joint.is_on_link_side())
+        {
             known.insert(n * BODY + i, 0.0);
         }
         for name in &robot.assume_zero {

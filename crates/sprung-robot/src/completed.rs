@@ -19,6 +19,11 @@ use super::window::FilePart;
 /// Table of the lines that are completed.
 const LOG: &str = "[log] ";
 
+/// Returns a product without the digits that rounding adds.
+fn short(product: f64) -> f64 {
+    format!("{product:.9e}").parse().unwrap_or(product)
+}
+
 impl Experiment {
     /// Returns the table and the lines of a correction that can replace the lines of the file with the same keys; `None`
     /// if no such lines are known.
@@ -47,7 +52,7 @@ impl Experiment {
                     // The readings of the log were multiplied by the factor of the file.
                     let before = given.get(column).copied().and_then(Factor::known);
                     let text = match number(value) {
-                        Some(factor) => (factor * before.unwrap_or(1.0)).to_string(),
+                        Some(factor) => short(factor * before.unwrap_or(1.0)).to_string(),
                         None => value.to_string(),
                     };
                     all.insert(column.clone(), text);

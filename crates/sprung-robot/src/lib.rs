@@ -80,7 +80,7 @@ pub use quantities::{Joints, Key, KeyUnit, Scaling};
 pub use quantities::{Measures, Row, Signal};
 pub use read::{DescriptionError, Experiment, read, schema};
 pub use reference::read_reference;
-pub use robot::{DhJoint, Joint, Kinematics, Robot, Side, SpringTerm, Transmission, Tree};
+pub use robot::{DhJoint, Joint, Kinematics, Robot, Seen, Side, SpringTerm, Transmission, Tree};
 pub use run::{Controller, ControllerKind, Feedforward, Reference, Simulate, Sine, Validate};
 pub use servo::ServoDrive;
 pub use template::{Chosen, ChosenJoint, ChosenLine, JointOfStart, quoted};

@@ -14,7 +14,7 @@ use super::keys::{self, Misfit};
 use super::log::Log;
 use super::named_files::NamedFiles;
 use super::quantities::{Key, Quantity, Signal};
-use super::robot::Robot;
+use super::robot::{Joint, Robot, Seen};
 use super::run::{Controller, Simulate, Validate};
 use super::tree::{TreeError, tree};
 use super::types::ExperimentFile;
@@ -74,7 +74,7 @@ impl Experiment {
     /// Returns whether the log has the torques of the springs and not those of the motors.
     #[must_use]
     pub fn is_on_link_side(&self) -> bool {
-        self.robot.joint.iter().any(|joint| joint.on_link_side)
+        self.robot.joint.iter().any(Joint::is_on_link_side)
     }
 
     /// Returns the experiment with springs, for a log on the links alone. The torques of the springs stand in for those of
@@ -83,7 +83,7 @@ impl Experiment {
     pub fn with_motors(&self) -> Self {
         let mut with = self.clone();
         for joint in &mut with.robot.joint {
-            joint.on_link_side = false;
+            joint.seen = Seen::AsDescribed;
         }
         if let Some(log) = &mut with.log {
             log.motor_torque_nm.clone_from(&log.joint_torque_nm);

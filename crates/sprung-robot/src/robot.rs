@@ -275,14 +275,22 @@ pub struct Joint {
     /// Nominal values.
     #[serde(default)]
     pub nominal: Nominal,
-    /// Whether a log does not show the spring that the file describes. The joint is rigid then, and its columns of the link
-    /// stay in the lists of columns without use.
+    /// What the log shows of it.
     #[serde(skip)]
-    pub rigid_by_log: bool,
-    /// Whether the log has the torque of the spring that the file describes and not that of the motor. The equations are
-    /// those of the link then: its position and the torque of the spring take the places of the motor's.
-    #[serde(skip)]
-    pub on_link_side: bool,
+    pub seen: Seen,
+}
+
+/// What a log shows of a joint.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Seen {
+    /// What the file describes.
+    #[default]
+    AsDescribed,
+    /// No spring. The joint is rigid then, and its columns of the link stay in the lists of columns without use.
+    WithoutSpring,
+    /// The torque of the spring and not that of the motor. The equations are those of the link then: its position and the
+    /// torque of the spring take the places of the motor's.
+    OnLinkSide,
 }
 
 impl Joint {
@@ -484,7 +492,13 @@ impl Joint {
     /// Returns whether the joint has a spring.
     #[must_use]
     pub fn is_flexible(&self) -> bool {
-        self.is_described_flexible() && !self.rigid_by_log && !self.on_link_side
+        self.is_described_flexible() && self.seen == Seen::AsDescribed
+    }
+
+    /// Returns whether the log has the torque of its spring and not that of its motor.
+    #[must_use]
+    pub fn is_on_link_side(&self) -> bool {
+        self.seen == Seen::OnLinkSide
     }
 
     /// Returns whether the file describes a spring, also if a log does not show it.
@@ -498,7 +512,7 @@ impl Joint {
     #[must_use]
     pub fn made_rigid(&self) -> Self {
         let mut rigid = self.clone();
-        (rigid.rigid_by_log, rigid.spring, rigid.link_friction) = (true, None, None);
+        (rigid.seen, rigid.spring, rigid.link_friction) = (Seen::WithoutSpring, None, None);
         if self.motor_friction.is_some() || self.link_friction.is_some() {
             let has_offset = self
                 .motor_friction
@@ -540,7 +554,7 @@ impl Joint {
             laws.push(offset);
         }
         Self {
-            on_link_side: true,
+            seen: Seen::OnLinkSide,
             link_friction: Some(laws),
             motor_friction: Some(Vec::new()),
             ..self.clone()

@@ -115,10 +115,11 @@ fn with_gyroscopes(columns: &mut Columns, factors: [f64; 2]) {
     }
 }
 
-fn scale(columns: &mut Columns, name: &str, factor: f64) {
-    let (_, values) = columns.iter_mut().find(|(known, _)| known == name).unwrap();
-    for value in values {
-        *value *= factor;
+fn scale(columns: &mut Columns, names: &[&str], factor: f64) {
+    for (_, values) in (columns.iter_mut()).filter(|(name, _)| names.contains(&name.as_str())) {
+        for value in values {
+            *value *= factor;
+        }
     }
 }
 
@@ -197,45 +198,37 @@ const IN_DEGREES: f64 = 180.0 / std::f64::consts::PI;
 const ROWS: [Row; 27] = [
     Row {
         name: "reversed",
-        damage: |log| scale(log, "tau2", -1.0),
+        damage: |log| scale(log, &["tau2"], -1.0),
         edits: &[],
         code: "reversed-torque",
     },
     Row {
         name: "reversed position",
-        damage: |log| scale(log, "phi2", -1.0),
+        damage: |log| scale(log, &["phi2"], -1.0),
         edits: &[],
         code: "opposite-signs",
     },
     Row {
         name: "reversed joint",
-        damage: |log| {
-            ["q2", "phi2", "tau2"]
-                .iter()
-                .for_each(|name| scale(log, name, -1.0))
-        },
+        damage: |log| scale(log, &["q2", "phi2", "tau2"], -1.0),
         edits: &[],
         code: "reversed-joint",
     },
     Row {
         name: "degrees of one",
-        damage: |log| scale(log, "phi2", IN_DEGREES),
+        damage: |log| scale(log, &["phi2"], IN_DEGREES),
         edits: &[],
         code: "units-disagree",
     },
     Row {
         name: "counts of a turn",
-        damage: |log| scale(log, "phi2", 1.5),
+        damage: |log| scale(log, &["phi2"], 1.5),
         edits: &[],
         code: "slope-not-one",
     },
     Row {
         name: "degrees of both",
-        damage: |log| {
-            NAMES[1..5]
-                .iter()
-                .for_each(|name| scale(log, name, IN_DEGREES))
-        },
+        damage: |log| scale(log, &NAMES[1..5], IN_DEGREES),
         edits: &[],
         code: "looks-like-degrees",
     },
@@ -243,9 +236,7 @@ const ROWS: [Row; 27] = [
         name: "before the gear",
         damage: |log| {
             heavy(log);
-            ["phi1", "phi2"]
-                .iter()
-                .for_each(|name| scale(log, name, 100.0));
+            scale(log, &["phi1", "phi2"], 100.0);
         },
         edits: &[
             ["link_position_rad = [\"q1\", \"q2\"]\n", ""],
@@ -268,13 +259,13 @@ const ROWS: [Row; 27] = [
     },
     Row {
         name: "gain",
-        damage: |log| scale(log, "q2", 1.03),
+        damage: |log| scale(log, &["q2"], 1.03),
         edits: &[],
         code: "channel-gain",
     },
     Row {
         name: "milliseconds",
-        damage: |log| scale(log, "t", 1000.0),
+        damage: |log| scale(log, &["t"], 1000.0),
         edits: &[],
         code: "time-unit",
     },
@@ -304,7 +295,7 @@ const ROWS: [Row; 27] = [
     },
     Row {
         name: "millinewtons",
-        damage: |log| scale(log, "tau2", 1000.0),
+        damage: |log| scale(log, &["tau2"], 1000.0),
         edits: &[],
         code: "torque-scale",
     },
@@ -352,7 +343,7 @@ const ROWS: [Row; 27] = [
     },
     Row {
         name: "gain asked for",
-        damage: |log| scale(log, "tau1", 2.0),
+        damage: |log| scale(log, &["tau1"], 2.0),
         edits: &[
             [
                 "[robot]\n",
@@ -364,10 +355,7 @@ const ROWS: [Row; 27] = [
     },
     Row {
         name: "currents",
-        damage: |log| {
-            scale(log, "tau1", 0.1);
-            scale(log, "tau2", 0.1);
-        },
+        damage: |log| scale(log, &["tau1", "tau2"], 0.1),
         edits: &[
             ["motor_torque_nm", "motor_current_a"],
             [
@@ -424,7 +412,7 @@ fn lines_of_findings_can_be_pasted_and_clear_them() {
     for row in ROWS {
         let mut damaged = as_recorded.clone();
         (row.damage)(&mut damaged);
-        scale(&mut damaged, "tau1", -1.0);
+        scale(&mut damaged, &["tau1"], -1.0);
         desk.write("log.csv", &csv(&damaged));
         let file = (row.edits.iter()).fold(FILE.to_owned(), |file, [from, to]| {
             assert!(file.contains(from), "{from}");

@@ -6,7 +6,7 @@ use super::channel::{Channel, ChannelError};
 use super::origin::{Origin, Pick, Start, Stream};
 use crate::description::{
     Columns, Factor, Instrument, Joint, Joints, Key, KeyUnit, LinkPosition, Log, PerJoint,
-    Quantity, Robot, Scaling, Side, Signal, Unit,
+    Quantity, Robot, Scaling, Seen, Side, Signal, Unit,
 };
 
 /// Returns the channels of some signals that a description names, signal by signal, joint by joint.
@@ -22,7 +22,7 @@ pub(super) fn channels(
     let mut all = Vec::new();
     for &signal in signals {
         let mut channels = Vec::new();
-        if robot.joint.iter().any(|joint| joint.on_link_side) {
+        if robot.joint.iter().any(Joint::is_on_link_side) {
             all.extend(of_links(signal, robot, log)?);
             continue;
         }
@@ -109,7 +109,7 @@ fn of_key(
         KeyUnit::Said { .. } => 1.0,
     };
     for (k, &joint) in joints.iter().enumerate() {
-        if robot.joint[joint].rigid_by_log && key.signal().is_of_flexible_joints() {
+        if robot.joint[joint].seen == Seen::WithoutSpring && key.signal().is_of_flexible_joints() {
             continue;
         }
         let name = &robot.joint[joint].name;

@@ -21,6 +21,9 @@ const SUSPICIOUS_SCALE: f64 = 6.0;
 /// 10 apart.
 const NEAR_SCALE: f64 = 3.0;
 
+/// Factor between the ratio of each parameter and that of an explanation, up to which its line is printed.
+const SAME_UNIT: f64 = 5.0;
+
 /// Findings about the joints of a log, with figures.
 pub(super) struct Examined {
     pub(super) findings: Vec<Finding>,
@@ -286,6 +289,7 @@ impl CheckContext<'_> {
         }
         let torque = self.column(&[Quantity::MotorTorque], joint);
         let off = |explanation: &Explanation| (middle / explanation.factors[0]).ln().abs();
+        let are_near = |factor: f64| least * SAME_UNIT > factor && most < SAME_UNIT * factor;
         let mut possible = explanations(self, &[joint]);
         possible.retain(|explanation| off(explanation) < NEAR_SCALE.ln());
         possible.sort_by(|a, b| off(a).total_cmp(&off(b)));
@@ -318,8 +322,11 @@ impl CheckContext<'_> {
             .seen(self.file, torque, middle, ""),
         )
         .map(|finding| match possible.first() {
-            Some(explanation) => finding.mended_by(explanation.table, &explanation.line),
-            None => finding,
+            // A unit multiplies all of them.
+            Some(explanation) if are_near(explanation.factors[0]) => {
+                finding.mended_by(explanation.table, &explanation.line)
+            }
+            _ => finding,
         })
     }
 

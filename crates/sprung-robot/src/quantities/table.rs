@@ -11,7 +11,7 @@ use super::quantity::{IN_COLUMNS, Measures, Signal};
 use crate::columns::Columns;
 use crate::inertial::{Axis, Inertial};
 use crate::log::Log;
-use crate::robot::Robot;
+use crate::robot::{Robot, Seen};
 use crate::units::Dimension;
 
 /// A key of `[log]` and the meaning of its columns.
@@ -262,8 +262,7 @@ impl Key {
         Self::of(signal)
             .filter(|key| key.is_given(log))
             .any(|key| (key.joints_in(log, Joints::ThatHaveIt, robot)).contains(&joint))
-            && !(signal.is_of_flexible_joints()
-                && (robot.joint[joint].rigid_by_log || robot.joint[joint].on_link_side))
+            && !(signal.is_of_flexible_joints() && robot.joint[joint].seen != Seen::AsDescribed)
     }
 
     /// Returns the indices of the joints that have a column under it.

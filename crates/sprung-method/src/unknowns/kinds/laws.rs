@@ -143,8 +143,8 @@ impl OfJoint<'_> {
         }
         for side in [Side::Motor, Side::Link] {
             let has_side = match side {
-                Side::Motor => !self.described.on_link_side,
-                Side::Link => is_flexible || self.described.on_link_side,
+                Side::Motor => !self.described.is_on_link_side(),
+                Side::Link => is_flexible || self.described.is_on_link_side(),
             };
             if has_side {
                 let missing = missing_friction(self.described, side).into_iter();
@@ -223,7 +223,7 @@ fn with_all_laws(experiment: &Experiment) -> Experiment {
     let mut all = experiment.clone();
     for joint in &mut all.robot.joint {
         let friction: Vec<FrictionLaw> = Family::ALL.iter().copied().map(FrictionLaw).collect();
-        if joint.is_flexible() || joint.on_link_side {
+        if joint.is_flexible() || joint.is_on_link_side() {
             joint.link_friction = Some(friction.clone());
         }
         if joint.is_flexible() {
