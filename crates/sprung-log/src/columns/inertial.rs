@@ -35,9 +35,6 @@ pub struct InertialSensor {
     pub mounting: [Vector; 3],
     /// Whether the description gives the mounting, or the axis is that of the joint.
     pub is_mounted: bool,
-    /// Relative standard error of the joint's stiffness if the equations of motion determined the mounting too; `None`
-    /// if they did not.
-    pub stiffness_error: Option<f64>,
     /// Place in the frame of the link, m; that of a gyroscope does not matter.
     pub position: Vector,
     /// Reading of each axis without motion, in the unit of the reading.
@@ -45,10 +42,10 @@ pub struct InertialSensor {
 }
 
 impl InertialSensor {
-    /// Returns whether an accelerometer has neither a given mounting nor one by the equations of motion.
+    /// Returns whether it is an accelerometer without a given mounting: the motors tell its place too badly.
     #[must_use]
     pub fn needs_mounting(&self, kind: Inertial) -> bool {
-        kind.place_key().is_some() && !self.is_mounted && self.stiffness_error.is_none()
+        kind.place_key().is_some() && !self.is_mounted
     }
 }
 
@@ -159,7 +156,6 @@ impl InertialSensors {
                         None => IDENTITY,
                     },
                     is_mounted: turns_alone || given.is_some(),
-                    stiffness_error: None,
                     position: place.unwrap_or_default(),
                     channels,
                     bias: [0.0; 3],
@@ -544,7 +540,6 @@ mod tests {
             channels: [0, 1, 2].map(|axis| Some(3 * joint + axis)),
             mounting,
             is_mounted: true,
-            stiffness_error: None,
             position: [0.3, -0.1, 0.05],
             bias: [0.1, -0.2, 0.3],
         };

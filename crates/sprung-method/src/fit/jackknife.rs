@@ -17,7 +17,7 @@ use crate::regression::{Solution, Triangle};
 ///
 /// The delete-one-group jackknife. Unlike the scatter of the gradients, it contains the reduction
 /// of the residuals by the fit of many parameters to few groups.
-pub(crate) fn influences(
+pub(super) fn influences(
     solution: &Solution,
     columns: &[Vec<usize>],
     groups: &[Vec<Triangle>],
@@ -69,7 +69,7 @@ pub(crate) fn influences(
 }
 
 /// Returns the standard errors of the unknowns; infinite for fewer than two groups.
-pub(crate) fn scatter(moved: &Mat<f64>) -> Vec<f64> {
+pub(super) fn scatter(moved: &Mat<f64>) -> Vec<f64> {
     let groups = moved.ncols();
     let count = groups as f64;
     if groups < 2 {

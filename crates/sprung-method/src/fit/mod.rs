@@ -27,7 +27,6 @@ pub(crate) use column_fit::ColumnFit;
 #[cfg(test)]
 pub(crate) use growing::fits_of_growing;
 pub(crate) use hold_out::{HoldOut, Missed, is_clearly_below, over_reference};
-pub(crate) use jackknife::{influences, scatter};
 pub(crate) use joint_fit::{JointFit, joint_fits};
 pub(crate) use least_squares::fit_values;
 pub(crate) use non_negative::{RIDGE, non_negative};

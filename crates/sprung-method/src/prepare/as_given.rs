@@ -3,7 +3,6 @@
 use super::cutoff::choose_cutoff;
 use super::excerpt::Excerpt;
 use super::mounting::mounted;
-use super::mounting_by_equations::with_mountings;
 use crate::description::{Cutoff, Delay, Identify};
 use crate::log::Channels;
 use crate::model::Model;
@@ -31,6 +30,5 @@ pub(crate) fn as_given(
         Some(Delay::Estimate) | None => 0.0,
     });
     let reading = Reading::new(model, settings, channels, cutoff).at_period(excerpt.period());
-    let reading = reading.with_delays(&known.collect::<Vec<f64>>());
-    (with_mountings(&reading, excerpt), reason)
+    (reading.with_delays(&known.collect::<Vec<f64>>()), reason)
 }

@@ -132,9 +132,7 @@ impl About<'_> {
             if let Some(finding) = may_be_wrong.then(|| self.by_equations()).flatten() {
                 return vec![finding];
             }
-        } else if self.is_left_handed(compared, best.as_ref())
-            || self.sensor.stiffness_error.is_none() && best_left.is_some_and(is_wrong)
-        {
+        } else if self.is_left_handed(compared, best.as_ref()) || best_left.is_some_and(is_wrong) {
             return vec![self.wrong_axes(compared, best.as_ref(), left)];
         }
         let mut findings = Vec::new();
@@ -256,22 +254,6 @@ impl About<'_> {
     }
 
     fn found_mounting(&self, left: f64) -> Finding {
-        if let Some(error) = self.sensor.stiffness_error {
-            let percent = Shown((1000.0 * error).round() / 10.0);
-            let text = format!(
-                "has no given mounting; by the equations of motion it is {}. Together with it the stiffness is \
-                 known within {percent} % (one standard error). The part of the mounting that does not change the \
-                 equations is arbitrary",
-                self.shown(rpy_deg(&self.sensor.mounting)),
-            );
-            let remedy = format!(
-                "if you know it, give {}; the standard errors of the results treat it as known",
-                self.kind.mounting_keys()
-            );
-            return self
-                .finding(Severity::Info, InertialFinding::Mounting, &text, &remedy)
-                .seen(self.file, self.column(0), 100.0 * error, "%");
-        }
         // A wrong place adds a part of the motors' motion to the much smaller deflections.
         let (severity, remedy) = match self.kind.place_key() {
             Some(_) => (Severity::Error, "measure the place on the link, and give"),

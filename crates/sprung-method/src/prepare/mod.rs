@@ -15,7 +15,6 @@ mod held_out;
 mod inertial_findings;
 mod link_rows;
 mod mounting;
-mod mounting_by_equations;
 mod noise;
 mod play;
 mod prepared;

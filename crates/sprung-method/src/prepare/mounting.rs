@@ -147,18 +147,14 @@ fn masked(sensor: &InertialSensor, reading: Vector) -> Vector {
 }
 
 /// Mean reading of an accelerometer over two windows, and the motion of its link by the motors.
-pub(super) struct Window {
+struct Window {
     reading: Vector,
     motion: LinkMotion,
 }
 
 /// Returns the means over pairs of neighbouring windows. Their weights rise and fall linearly, so the second
 /// difference of positions is the mean acceleration.
-pub(super) fn windows(
-    channels: &Channels,
-    sensor: &InertialSensor,
-    excerpt: &Excerpt,
-) -> Vec<Window> {
+fn windows(channels: &Channels, sensor: &InertialSensor, excerpt: &Excerpt) -> Vec<Window> {
     let Some(sensors) = &channels.inertial else {
         return Vec::new();
     };
@@ -211,7 +207,7 @@ fn mount_accelerometers(channels: &Channels, sensors: &mut InertialSensors, exce
 }
 
 /// Gives a sensor the mounting with the least sum of squares.
-pub(super) fn fit_windows(sensors: &mut InertialSensors, i: usize, windows: &[Window]) {
+fn fit_windows(sensors: &mut InertialSensors, i: usize, windows: &[Window]) {
     let starts = rotations().into_iter().map(|mounting| {
         let start = InertialSensor {
             mounting,
@@ -236,11 +232,7 @@ pub(super) fn fit_windows(sensors: &mut InertialSensors, i: usize, windows: &[Wi
 }
 
 /// Returns the mean reading that the motion does not explain.
-pub(super) fn mean_residual(
-    sensors: &InertialSensors,
-    sensor: &InertialSensor,
-    windows: &[Window],
-) -> Vector {
+fn mean_residual(sensors: &InertialSensors, sensor: &InertialSensor, windows: &[Window]) -> Vector {
     let rest: Vec<Vector> = windows
         .iter()
         .map(|w| residual(sensors, sensor, w))
@@ -255,7 +247,7 @@ fn residual(sensors: &InertialSensors, sensor: &InertialSensor, window: &Window)
 }
 
 /// Number of unknowns of a mounting: rotation vector, then place.
-pub(super) const UNKNOWNS: usize = 6;
+const UNKNOWNS: usize = 6;
 
 /// Gauss-Newton steps from each start; most starts end after ten.
 const MAX_STEPS: usize = 30;
@@ -330,7 +322,7 @@ fn placed(
 }
 
 /// Returns a sensor turned by a rotation vector and moved, rad and m.
-pub(super) fn moved(sensor: &InertialSensor, step: &[f64; UNKNOWNS]) -> InertialSensor {
+fn moved(sensor: &InertialSensor, step: &[f64; UNKNOWNS]) -> InertialSensor {
     let turn = [step[0], step[1], step[2]];
     let angle = dot(&turn, &turn).sqrt();
     let mounting = if angle > 0.0 {
