@@ -12,7 +12,7 @@ use super::physical::Physical;
 pub struct Identify {
     /// One estimator or several: `"prediction-error"`, `"least-squares"`, `"lsff"`. Without this key
     /// sprung takes `"prediction-error"` if a joint has a spring that the logs show, or if the residual of every motor is
-    /// below 1.5 % of its torque; else `"least-squares"`.
+    /// below 1.5 % of its torque; else, and with a gyroscope or an accelerometer on a link, `"least-squares"`.
     #[serde(deserialize_with = "one_or_many")]
     #[schemars(with = "OneOrManyEstimators")]
     pub estimator: Vec<Estimator>,

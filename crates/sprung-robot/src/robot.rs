@@ -260,9 +260,9 @@ pub struct Joint {
     /// sprung finds it.
     pub gyroscope_rpy_deg: Option<[f64; 3]>,
     /// Rotation of the accelerometer in the frame of the link: roll, pitch and yaw, degrees, as in a URDF. If absent,
-    /// sprung finds it if the log determines it.
+    /// `sprung check` shows the one that fits the motion of the motors best, and `identify` refuses the log.
     pub accelerometer_rpy_deg: Option<[f64; 3]>,
-    /// Place of the accelerometer in the frame of the link, m; found with its rotation if absent.
+    /// Place of the accelerometer in the frame of the link, m; shown with its rotation if absent.
     pub accelerometer_xyz_m: Option<[f64; 3]>,
     /// Drive law of a position servo, for logs with targets and no torque.
     pub servo: Option<ServoDrive>,

@@ -49,7 +49,7 @@ pub(super) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, 
         ));
     };
     let has_driver =
-        with_driver(path).map_err(|error| LogError::read(file, "its header", error))?;
+        names_driver(path).map_err(|error| LogError::read(file, "its header", error))?;
     if has_driver {
         let error = IoError::new(
             ErrorKind::InvalidData,
@@ -120,7 +120,7 @@ const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
 
 /// Returns whether a file names a driver of its parts. Libhdf5 allocates as much memory as the description of a driver
 /// claims to need, up to 4 GB.
-fn with_driver(path: &Path) -> IoResult<bool> {
+fn names_driver(path: &Path) -> IoResult<bool> {
     let mut file = std::fs::File::open(path)?;
     let length = file.seek(SeekFrom::End(0))?;
     // The data begin after a block of the user: at 0, 512, 1024, 2048, …

@@ -179,30 +179,41 @@ fn databases_that_are_no_bags_are_refused() {
     }
 }
 
-/// Eight pages, each of which leads to the next one 40 times: 40^8 rows in a file of a few pages.
-#[test]
-fn pages_that_lead_to_each_other_without_end_are_refused() {
-    const PAGE: usize = 512;
-    let folder = folder("pages");
+const PAGE: usize = 512;
+
+/// Writes a bag of small pages; returns its path and the root pages of two tables.
+///
+/// - `rest`: statements after those that make the tables.
+fn small(folder: &Path, rest: &str, tables: [&str; 2]) -> (PathBuf, [usize; 2]) {
     let path = folder.join("run.db3");
     let base = Connection::open(&path).unwrap();
-    base.execute_batch(
-        "PRAGMA page_size = 512;
+    base.execute_batch(&format!(
+        "PRAGMA page_size = {PAGE};
          CREATE TABLE topics(id INTEGER PRIMARY KEY, name, type, serialization_format);
          INSERT INTO topics VALUES (1, '/joint_states', 'sensor_msgs/msg/JointState', 'cdr'),
              (2, '/motor_states', 'sensor_msgs/msg/JointState', 'cdr');
          CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, timestamp, data);
-         INSERT INTO messages VALUES (1, 3, 0, x'00');
-         CREATE TABLE rest(x); INSERT INTO rest VALUES (zeroblob(5000))",
-    )
+         INSERT INTO messages VALUES (1, 1, 0, x'00'), (2, 1, 0, x'00'), (3, 1, 0, x'00');
+         {rest}"
+    ))
     .unwrap();
     let root = |name: &str| -> usize {
         let sql = "SELECT rootpage FROM sqlite_schema WHERE name = ?1";
         base.query_row(sql, [name], |row| row.get::<_, u32>(0))
             .unwrap() as usize
     };
-    let (first, other) = (root("messages"), root("rest"));
-    drop(base);
+    let roots = tables.map(root);
+    (path, roots)
+}
+
+/// Eight pages, each of which leads to the next one 40 times: 40^8 rows in a file of a few pages.
+#[test]
+fn pages_that_lead_to_each_other_without_end_are_refused() {
+    let folder = folder("pages");
+    let rest = "CREATE TABLE message_definitions(id INTEGER PRIMARY KEY, topic_type, encoding, encoded_message_definition);
+         INSERT INTO message_definitions VALUES (1, 'other', 'other', 'other');
+         CREATE TABLE rest(x); INSERT INTO rest VALUES (zeroblob(5000))";
+    let (path, [first, other]) = small(&folder, rest, ["message_definitions", "rest"]);
     let mut bytes = std::fs::read(&path).unwrap();
     let leaf = bytes[(first - 1) * PAGE..first * PAGE].to_vec();
     let pages: Vec<usize> = std::iter::once(first)
@@ -225,30 +236,16 @@ fn pages_that_lead_to_each_other_without_end_are_refused() {
     let last = pages[pages.len() - 1];
     bytes[(last - 1) * PAGE..last * PAGE].copy_from_slice(&leaf);
     std::fs::write(&path, bytes).unwrap();
-    let told = ["its database is damaged", "its row 1 follows row 1"];
+    let told = ["its database is damaged", "lead to each other without end"];
     says(&read(folder).unwrap_err(), &told);
 }
 
 #[test]
 fn rows_that_lead_back_to_earlier_rows_are_refused() {
-    const PAGE: usize = 512;
     let folder = folder("rows");
-    let path = folder.join("run.db3");
-    let base = Connection::open(&path).unwrap();
-    base.execute_batch(
-        "PRAGMA page_size = 512;
-         CREATE TABLE topics(id INTEGER PRIMARY KEY, name, type, serialization_format);
-         INSERT INTO topics VALUES (1, '/joint_states', 'sensor_msgs/msg/JointState', 'cdr'),
-             (2, '/motor_states', 'sensor_msgs/msg/JointState', 'cdr');
-         CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, timestamp, data);
-         INSERT INTO messages VALUES (1, 1, 0, x'00'), (2, 1, 0, x'00'), (3, 1, 0, x'00')",
-    )
-    .unwrap();
-    let sql = "SELECT rootpage FROM sqlite_schema WHERE name = 'messages'";
-    let root: u32 = base.query_row(sql, [], |row| row.get(0)).unwrap();
-    drop(base);
+    let (path, [root, _]) = small(&folder, "", ["messages", "topics"]);
     let mut bytes = std::fs::read(&path).unwrap();
-    let page = &mut bytes[(root as usize - 1) * PAGE..root as usize * PAGE];
+    let page = &mut bytes[(root - 1) * PAGE..root * PAGE];
     // The cell of the third row: length and number, a byte each.
     let cell = usize::from(u16::from_be_bytes([page[12], page[13]]));
     assert_eq!(page[cell + 1], 3);

@@ -49,6 +49,7 @@ impl CheckContext<'_> {
         let joint = *won.best.joints.first()?;
         let fit = won.best.fits.first()?;
         let mut finding = match won.best.meaning {
+            Meaning::Exchanged if !self.is_exchanged(joint) => return None,
             Meaning::Exchanged => self.exchange(joint, fit),
             Meaning::LinkSign => self.opposite(joint, self.link(joint), fit, &before[joint]),
             Meaning::MotorSign => {
@@ -90,7 +91,7 @@ impl CheckContext<'_> {
 
     /// Returns whether link and motor position of a joint are exchanged although sizes of unknowns may explain its torque.
     /// An exchange only turns the deflection around, as a gain of a position does.
-    pub(super) fn is_exchanged(&self, joint: usize) -> bool {
+    fn is_exchanged(&self, joint: usize) -> bool {
         let left = |reading: &Reading| {
             settle(self.experiment, reading, self.excerpt).map(|settled| settled.unexplained)
         };

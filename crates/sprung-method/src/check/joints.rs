@@ -209,16 +209,7 @@ impl CheckContext<'_> {
         findings: &mut Vec<Finding>,
     ) {
         for won in winners {
-            let is_reported = won.best.joints.iter().any(|joint| reported.contains(joint));
-            let is_shown = || {
-                won.best.meaning != Meaning::Exchanged
-                    || won
-                        .best
-                        .joints
-                        .iter()
-                        .all(|&joint| self.is_exchanged(joint))
-            };
-            if is_reported || !is_shown() {
+            if won.best.joints.iter().any(|joint| reported.contains(joint)) {
                 continue;
             }
             if let Some(finding) = self.other_meaning(won, before) {

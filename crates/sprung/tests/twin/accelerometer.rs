@@ -162,6 +162,15 @@ fn stiffnesses_and_inertias_follow_from_accelerations() {
     assert_within(follow("three axes", THREE_AXES, TILTED, TILTED), 2.0);
 }
 
+#[test]
+fn least_squares_is_the_default() {
+    let text = text(ONE_AXIS, ALONG_LINKS).replacen("estimator = [\"least-squares\"]", "", 1);
+    assert!(!text.contains("estimator ="), "{text}");
+    let twin = twin(&text);
+    let log = log(&twin, |settings| settings.duration_s = 15.0);
+    assert_eq!(identified(&twin, &log).0.estimator, "least-squares");
+}
+
 /// Springs that are a hundred times stiffer and a motion that is five times larger: the links follow their motors.
 fn stiffer(columns: &str, mounting: [&str; 2]) -> Twin {
     let text = text(columns, mounting).replace("amplitude_deg = 3.0", "amplitude_deg = 15.0");
