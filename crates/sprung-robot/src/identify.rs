@@ -11,8 +11,8 @@ use super::physical::Physical;
 #[serde(default)]
 pub struct Identify {
     /// One estimator or several: `"prediction-error"`, `"least-squares"`, `"lsff"`. Without this key
-    /// sprung takes `"prediction-error"` if a joint has a spring that the logs show, or if the residual of every motor is
-    /// below 1.5 % of its torque; else, and with a gyroscope or an accelerometer on a link, `"least-squares"`.
+    /// sprung takes `"prediction-error"` if least squares leave less than 20 % of the torque of every motor, or 1.5 % if the
+    /// logs show no spring; else, and with a gyroscope or an accelerometer on a link, `"least-squares"`.
     #[serde(deserialize_with = "one_or_many")]
     #[schemars(with = "OneOrManyEstimators")]
     pub estimator: Vec<Estimator>,

@@ -20,7 +20,7 @@ pub use least_squares::fit;
 pub(crate) use least_squares::{
     Fitted, fit_quickly, fit_weighted, groups_for, row_weights, student_95,
 };
-pub(crate) use motor_row::MotorRow;
+pub(crate) use motor_row::{MotorRow, SAFE_SCALE};
 pub use residual::{relative_residuals, residual, torques};
 
 pub(crate) use column_fit::ColumnFit;

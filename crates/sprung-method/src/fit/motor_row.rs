@@ -36,6 +36,20 @@ pub struct MotorRow {
     pub relative_residual: f64,
 }
 
+/// Scale number below which noise of the link rows may shrink links and springs together.
+pub(crate) const SAFE_SCALE: f64 = 20.0;
+
+impl MotorRow {
+    /// Returns the stiffness as if all noise of the row were noise of the deflection, which shrinks a stiffness; `None` if the
+    /// row has too little noise for this.
+    pub(crate) fn stiffness_of_noisy_deflection(&self, model: &Model) -> Option<f64> {
+        let number = self.scale_number.filter(|number| *number < SAFE_SCALE)?;
+        let column = model.index(JointParameter::Stiffness, self.joint)?;
+        let at = self.columns.iter().position(|other| *other == column)?;
+        Some(self.values[at] * (1.0 + 1.0 / number))
+    }
+}
+
 /// Factors of a system without its known parameters.
 pub(super) struct Reduced<'a> {
     pub(super) free: &'a Free,

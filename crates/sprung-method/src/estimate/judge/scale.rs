@@ -6,13 +6,11 @@ use sprung_core::parameters::JointParameter;
 
 use crate::estimate::result::{EstimateResult, MotorRowResult};
 use crate::finding::{Finding, Severity};
-use crate::fit::Fitted;
+use crate::fit::{Fitted, SAFE_SCALE};
 use crate::model::Model;
 
-/// Scale number ρ below which noise of the link rows may shrink links and springs together. Row
-/// weights that follow the residuals shrink them to zero if ρ is below [`COLLAPSED_SCALE`], and by a
-/// fraction 1/ρ if it is above.
-const SAFE_SCALE: f64 = 20.0;
+/// Scale number ρ below which row weights that follow the residuals shrink links and springs to zero. Above it they shrink
+/// them by a fraction 1/ρ.
 const COLLAPSED_SCALE: f64 = 8.0;
 
 /// Reports the joints whose torque contains too little of their spring's torque. It is a warning if

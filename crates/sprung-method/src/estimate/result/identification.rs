@@ -336,7 +336,7 @@ pub struct ParameterEstimate {
     pub unit: String,
     /// Estimate; absent if the data do not determine it.
     pub value: Option<f64>,
-    /// Standard error.
+    /// Standard error; absent if the value is given or the data do not determine it.
     pub standard_error: Option<f64>,
     /// Contributions to the standard error without constraints; least squares and the refinement only.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -154,7 +154,7 @@ fn parameters(
         let mut estimate = estimate(
             parameter,
             known.then_some(theta[i]),
-            Some(error).filter(|e| known && e.is_finite()),
+            Some(error).filter(|e| known && e.is_finite() && parameter.fixed.is_none()),
             found.interval,
         );
         if known {

@@ -1,6 +1,8 @@
 //! Errors of least squares beyond the disagreement of segments: changes between parts of the logs,
 //! and the bias that all segments share.
 
+use sprung_core::parameters::JointParameter;
+
 use super::cross_checks::Route;
 use super::parts::Parts;
 use crate::estimate::statistics::between_parts;
@@ -17,7 +19,8 @@ const SMEARING_POWER: i32 = 2;
 
 /// Returns a fit whose standard errors contain the changes between parts and the bias.
 ///
-/// The bias is the root of the sum of four squares: the change to the farthest cross-check, the change by estimated
+/// The bias is the root of the sum of four squares: the change to the farthest cross-check, which for a stiffness may be that by
+/// a noisy deflection, the change by estimated
 /// nuisance parameters, the change to the next higher cut-off, and the change to the next lower one. The last two are
 /// extrapolated to zero noise and zero smearing. So a parameter with one of these errors is within two standard errors
 /// of its true value, as long as the error obeys these powers of the cut-off.
@@ -33,8 +36,12 @@ pub(crate) fn widened(
         if !fitted.identifiable[i] || model.parameters()[i].fixed.is_some() {
             return (0.0, 0.0);
         }
-        let farthest = (routes.iter())
-            .map(|(_, theta)| (theta[i] - fitted.theta[i]).abs())
+        let by_deflection = (fitted.motor_rows.iter())
+            .filter(|row| model.index(JointParameter::Stiffness, row.joint) == Some(i))
+            .filter_map(|row| row.stiffness_of_noisy_deflection(model));
+        let farthest = (routes.iter().map(|(_, theta)| theta[i]))
+            .chain(by_deflection)
+            .map(|other| (other - fitted.theta[i]).abs())
             .fold(0.0, f64::max);
         let bias = farthest.hypot(sweep.map_or(0.0, |sweep| bias_by_filter(sweep, i)));
         let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
