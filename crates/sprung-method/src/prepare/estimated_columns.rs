@@ -24,8 +24,6 @@ pub struct FoundGain {
     pub value: f64,
     /// Standard error of the value.
     pub standard_error: f64,
-    /// Reference that determines the gain, in words.
-    pub because: String,
 }
 
 /// The side of the gearbox for which the torque constants hold, found from the motion.

@@ -1,11 +1,11 @@
-//! Finds the open signs, gains and side of the torque constants, before all other choices.
+//! Finds the open signs and the open side of the torque constants, before all other choices.
 
 use std::borrow::Cow;
 
 use super::as_given::as_given;
 use super::estimated_columns::{FoundGain, FoundSide, FoundSign};
 use super::excerpt::{Excerpt, excerpt};
-use super::gain::gain;
+use super::gain::tellable;
 use super::sign::signs;
 use super::torque_side::torque_side;
 use crate::description::{Experiment, Factor, Side};
@@ -73,8 +73,9 @@ impl Factors {
                 Severity::Info,
                 "gain-estimated",
                 format!(
-                    "\"{}\" must be multiplied by {value} (standard error {error}): {}",
-                    gain.column, gain.because
+                    "\"{}\" must be multiplied by {value} (standard error {error}): with this gain the equations of the \
+                     robot explain the torques best",
+                    gain.column
                 ),
                 "give the gain as a number to keep it fixed",
             )
@@ -106,7 +107,7 @@ impl Factors {
     }
 
     /// Writes the found values into the description.
-    fn write_into(&self, experiment: &mut Experiment) {
+    pub(super) fn write_into(&self, experiment: &mut Experiment) {
         let signs = self.signs.iter().map(|s| (s.column.clone(), s.value));
         let gains = self.gains.iter().map(|g| (g.column.clone(), g.value));
         if let Some(log) = &mut experiment.log {
@@ -118,12 +119,12 @@ impl Factors {
     }
 }
 
-/// Finds the open signs, gains and the side of the torque constants from the beginning of the first log; returns the
-/// experiment with them, and the estimates.
+/// Finds the open signs and the side of the torque constants from the beginning of the first log, and checks that it can tell
+/// open gains; returns the experiment with what was found, and the estimates.
 ///
 /// The torque equation of a joint decides all its signs together: with the right signs inertia,
-/// stiffness and friction are positive and the equation explains the torque. Gains are estimated
-/// afterwards, with these signs. The side precedes the gains, because a gain refers to a torque at the output.
+/// stiffness and friction are positive and the equation explains the torque. Gains are estimated afterwards, together with all
+/// other unknowns of the log.
 ///
 /// # Errors
 ///
@@ -166,19 +167,8 @@ pub fn find_factors<'a>(
         found.side = Some(side.map_err(FactorError::NotTold)?);
         found.write_into(&mut now);
     }
-    // The reader applies signs, so the beginning is read again with the signs that were found.
-    let settled = Channels::new(&now.robot, now.log.as_ref().unwrap_or(log))?;
-    let beginning = excerpt(&settled, first)?;
-    let open: Vec<usize> = (0..settled.all.len())
-        .filter(|&i| settled.all[i].open_gain)
-        .collect();
-    if !open.is_empty() {
-        let reading = reading_while_open(&now, model, &settled, &beginning);
-        for channel in open {
-            let gain = gain(&now, &reading, &beginning, channel);
-            found.gains.push(gain.map_err(FactorError::NotTold)?);
-        }
-        found.write_into(&mut now);
+    for channel in (0..channels.all.len()).filter(|&i| channels.all[i].open_gain) {
+        tellable(model, &channels, channel).map_err(FactorError::NotTold)?;
     }
     Ok((Cow::Owned(now), found))
 }

@@ -1,6 +1,7 @@
 //! Logs that are ready for an identification.
 
 use super::as_given::as_given;
+use super::estimated_columns::FoundGain;
 use super::excerpt::{Excerpt, excerpt};
 use super::factors::{FactorError, Factors, find_factors};
 use super::held_out::held_out;
@@ -22,6 +23,9 @@ use crate::regression::Reading;
 /// Stribeck velocities by likelihood are used up to this ratio of held-out errors to those of the
 /// search by least squares.
 const MAX_ERROR_RATIO: f64 = 1.05;
+
+/// Largest accepted standard error of a gain, relative.
+const LARGEST_ERROR_SHARE: f64 = 0.1;
 
 /// Number of choices for the progress: cut-off, Stribeck velocities, weights.
 const CHOICES: u64 = 3;
@@ -207,6 +211,52 @@ impl Prepared {
             wrong_time_unit: self.wrong_time_unit.clone(),
         };
         choose(experiment.clone(), model, (&channels, beginning), progress)
+    }
+
+    /// Returns the same logs with estimated gains of columns, without the choices that depend on them.
+    #[must_use]
+    pub(crate) fn with_gains(mut self, gains: Vec<FoundGain>) -> Self {
+        let channels = self.reading.channels().clone();
+        for gain in &gains {
+            let of = (channels.all.iter()).position(|channel| channel.column == gain.column);
+            if let Some(channel) = of {
+                self.excerpt = self.excerpt.scaled(channel, gain.value);
+            }
+        }
+        self.factors.gains.extend(gains);
+        self.factors.write_into(&mut self.experiment);
+        self
+    }
+
+    /// Checks that all gains are known well enough.
+    ///
+    /// # Errors
+    ///
+    /// [`FactorError::NotTold`] for a gain that the log leaves open.
+    pub(crate) fn require_gains(&self) -> Result<(), FactorError> {
+        let channels = self.reading.channels();
+        let open = (channels.all.iter()).find(|channel| channel.open_gain);
+        let is_vague =
+            |gain: &&FoundGain| !(gain.standard_error < LARGEST_ERROR_SHARE * gain.value);
+        let vague = self.factors.gains.iter().find(is_vague);
+        let (column, found) = match (vague, open) {
+            (Some(gain), _) => (
+                &gain.column,
+                format!(
+                    "it would be {:.3} (standard error {:.3})",
+                    gain.value, gain.standard_error
+                ),
+            ),
+            (None, Some(channel)) => (
+                &channel.column,
+                "other values explain the torques about as well, or the log is too short or too faulty".to_owned(),
+            ),
+            (None, None) => return Ok(()),
+        };
+        Err(FactorError::NotTold(format!(
+            "the gain of \"{column}\" cannot be estimated: {found}; check that known values and signs are right, log more \
+             motion of this joint, or give the gain as a number in gain"
+        )))
     }
 
     /// Returns the experiment, including the estimated signs and gains.

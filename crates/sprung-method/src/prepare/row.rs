@@ -41,17 +41,6 @@ pub(crate) struct OfRow {
     pub(crate) error: f64,
 }
 
-/// The fitted value of a parameter that is known.
-#[derive(Clone, Debug)]
-pub(crate) struct BesideFixed {
-    pub(crate) name: String,
-    /// The known value.
-    pub(crate) fixed: f64,
-    pub(crate) value: f64,
-    /// Standard error.
-    pub(crate) error: f64,
-}
-
 impl RowFit {
     /// Returns the root mean square of the residual over that of the torque.
     pub(crate) fn relative_residual(&self) -> f64 {
@@ -84,28 +73,6 @@ impl RowFit {
     pub(crate) fn beside_nominal(&self, model: &Model) -> Vec<(f64, f64)> {
         (self.columns.iter().zip(&self.x))
             .filter_map(|(&column, &value)| Some((value, model.parameters()[column].nominal?)))
-            .collect()
-    }
-
-    /// Returns parameters with a known value that is not zero.
-    pub(crate) fn beside_fixed(&self, model: &Model, independent: f64) -> Vec<BesideFixed> {
-        (self.columns.iter().enumerate())
-            .filter_map(|(i, &column)| {
-                let parameter = &model.parameters()[column];
-                // The fit does not separate the back-EMF from viscous friction.
-                let is_back_emf =
-                    (parameter.joint).is_some_and(|(kind, _)| kind == JointParameter::BackEmf);
-                let fixed = parameter
-                    .fixed
-                    .filter(|fixed| *fixed != 0.0 && !is_back_emf)?;
-                let error = (self.squares * self.inverse[i] / independent).sqrt();
-                Some(BesideFixed {
-                    name: parameter.name.clone(),
-                    fixed,
-                    value: self.x[i],
-                    error,
-                })
-            })
             .collect()
     }
 

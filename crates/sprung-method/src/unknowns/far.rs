@@ -24,6 +24,10 @@ const OTHER_MEANING: f64 = 0.25;
 /// It must leave so many times less than what was found: sizes that do as well are likelier.
 const MEANING_OVER_SIZES: f64 = 1.5;
 
+/// Gains that are tried, relative to the ratio of both positions of a joint. A soft spring lets one of them move twice as far as the
+/// other.
+const FAR_GAINS: [f64; 7] = [0.4, 0.55, 0.75, 1.0, 1.35, 1.8, 2.5];
+
 /// A start of a delay, with what it leaves of the squared torques of its joint.
 #[derive(Clone, Copy)]
 struct Start {
@@ -102,6 +106,43 @@ impl Search<'_> {
             *scale = scale.max(start.size.abs());
         }
         Some(())
+    }
+
+    /// Starts gains that are asked for at the best of a few sizes.
+    pub(super) fn start_gains(&self, state: &mut State) -> Option<()> {
+        for &unknown in &self.asked {
+            let of = &self.unknowns[unknown];
+            let (Kind::Gain, &[channel]) = (of.kind, of.channels()) else {
+                continue;
+            };
+            let joint = self.channels.all[channel].joint;
+            let mut least = self.left_by_joint(&state.sizes)?[joint];
+            let about = self.ratio_to_other_position(channel).unwrap_or(1.0);
+            for gain in FAR_GAINS.map(|gain| about * gain) {
+                let mut sizes = state.sizes.clone();
+                sizes[unknown] = gain - 1.0;
+                let Some(left) = self.left_by_joint(&sizes) else {
+                    continue;
+                };
+                if left[joint] < least {
+                    (least, state.sizes[unknown]) = (left[joint], gain - 1.0);
+                }
+            }
+        }
+        Some(())
+    }
+
+    /// Returns the standard deviation of the other position of a joint over that of a position.
+    fn ratio_to_other_position(&self, channel: usize) -> Option<f64> {
+        let of = &self.channels.all[channel];
+        let other = match of.quantity.signal() {
+            Signal::Link => Signal::Motor,
+            Signal::Motor => Signal::Link,
+            _ => return None,
+        };
+        let other = self.channels.telling(other, of.joint)?;
+        let ratio = self.excerpt.deviation(other) / self.excerpt.deviation(channel);
+        (ratio.is_finite() && ratio > 0.0).then_some(ratio)
     }
 
     /// Returns the joint of an unknown that is the delay of one channel of a signal.

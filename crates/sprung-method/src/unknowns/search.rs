@@ -60,9 +60,16 @@ impl<'a> Search<'a> {
         let catalogued = Catalogued::new((experiment, reading), channels, model, excerpt);
         let unknowns = catalogue(&catalogued);
         let is_asked = |unknown: &Unknown| {
-            unknown.kind == Kind::Delay
-                && !catalogued.is_known
-                && matches!(unknown.channels(), [channel] if channels.all[*channel].delay == Some(Delay::Estimate))
+            let [channel] = unknown.channels() else {
+                return false;
+            };
+            let channel = &channels.all[*channel];
+            let wanted = match unknown.kind {
+                Kind::Delay => channel.delay == Some(Delay::Estimate),
+                Kind::Gain => channel.open_gain,
+                _ => false,
+            };
+            wanted && !catalogued.is_known
         };
         Self {
             span: catalogued.span,

@@ -12,7 +12,7 @@ use crate::description::{Delay, EncoderOffset, Experiment};
 use crate::finding::Finding;
 use crate::log::{Channels, Signal};
 use crate::model::Model;
-use crate::prepare::{Excerpt, PrepareError, Prepared, fit_rows};
+use crate::prepare::{Excerpt, FoundGain, PrepareError, Prepared, fit_rows};
 use crate::progress::Listener;
 use sprung_core::parameters::JointParameter;
 
@@ -73,6 +73,9 @@ pub(super) fn searched(
     let model = prepared.reading().model();
     let found = with_rival_torques(relative(found, &channels, period), &channels, model);
     let mut found = confirmed(found, prepared);
+    for gain in found.iter_mut().filter(|one| is_asked_gain(one, prepared)) {
+        gain.standard_error = (gain.standard_error).hypot(ACCURACY_OF_GAIN * (1.0 + gain.value));
+    }
     // The least expected first.
     let rank = |one: &Found| match one.kind {
         Kind::Timing => 3,
@@ -114,8 +117,9 @@ pub(super) fn told(found: &[Found], prepared: &Prepared) -> (Vec<UnknownResult>,
             excerpt: prepared.excerpt(),
         };
         unknowns.push(result(&telling));
-        // An offset that the description estimates needs no finding.
-        if telling.status != UnknownStatus::Estimated || one.kind != Kind::Offset {
+        // An offset that the description estimates needs no finding; a gain has one among the estimated factors.
+        let is_silent = matches!(one.kind, Kind::Offset | Kind::Gain);
+        if telling.status != UnknownStatus::Estimated || !is_silent {
             findings.extend(finding(&telling));
         }
     }
@@ -159,6 +163,13 @@ fn confirmed(found: Vec<Found>, prepared: &Prepared) -> Vec<Found> {
         .collect()
 }
 
+/// Error of a gain that all parts of a log share, relative: the accuracy of a filtered regression, whose filter smears reversals.
+const ACCURACY_OF_GAIN: f64 = 0.005;
+
+fn is_asked_gain(one: &Found, prepared: &Prepared) -> bool {
+    one.kind == Kind::Gain && status(one, prepared) == UnknownStatus::Estimated
+}
+
 /// Returns the columns of a place; of a joint that of its torque.
 pub(super) fn columns(place: Place, channels: &Channels) -> Vec<&str> {
     let is_of = |i: usize, joint: usize| match place {
@@ -185,14 +196,18 @@ fn status(found: &Found, prepared: &Prepared) -> UnknownStatus {
             let preload = reading
                 .model()
                 .index(JointParameter::Preload, channel.joint);
-            (channel.delay == Some(Delay::Estimate), preload.is_some())
+            let is_asked = match found.kind {
+                Kind::Gain => channel.open_gain,
+                _ => channel.delay == Some(Delay::Estimate),
+            };
+            (is_asked, preload.is_some())
         }
         Place::All(_) | Place::Joint(_) | Place::Robot => (false, false),
     };
     let is_refused = found.kind == Kind::Offset
         && reading.settings().encoder_offset == Some(EncoderOffset::None);
     match found.kind {
-        Kind::Delay if is_asked => UnknownStatus::Estimated,
+        Kind::Delay | Kind::Gain if is_asked => UnknownStatus::Estimated,
         Kind::Offset if has_preload => UnknownStatus::Estimated,
         Kind::Law if is_addable(found, prepared) && may_add => UnknownStatus::Applied,
         kind if kind.is_applied() && !is_refused => UnknownStatus::Applied,
@@ -240,6 +255,16 @@ pub(super) fn applied(
     (found, unknowns): (&[Found], &[UnknownResult]),
     progress: &mut dyn Listener,
 ) -> Result<Prepared, PrepareError> {
+    let gains: Vec<FoundGain> = (found.iter())
+        .filter(|one| is_asked_gain(one, &prepared))
+        .map(|one| FoundGain {
+            column: columns(one.place, prepared.reading().channels()).concat(),
+            value: 1.0 + one.value,
+            standard_error: one.standard_error,
+        })
+        .collect();
+    let has_gains = !gains.is_empty();
+    let prepared = prepared.with_gains(gains);
     let delays = with_found(prepared.reading(), found);
     let channels = prepared.reading().channels().clone();
     let mut experiment = with_added_laws(prepared.experiment(), unknowns);
@@ -261,7 +286,7 @@ pub(super) fn applied(
     }
     let has_sharpness = found.iter().any(|one| one.kind == Kind::Sharpness);
     let needs_model = needs_offset || unknowns.iter().any(|one| one.used_law().is_some());
-    if delays == prepared.reading().delays() && !needs_model && !has_sharpness {
+    if delays == prepared.reading().delays() && !needs_model && !has_sharpness && !has_gains {
         return Ok(prepared);
     }
     let model = if needs_model {

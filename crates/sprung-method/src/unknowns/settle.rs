@@ -117,6 +117,7 @@ impl Search<'_> {
     fn settle(mut self) -> Option<Settlement> {
         let mut state = State::new(self.unknowns.len());
         state.chosen.clone_from(&self.asked);
+        self.start_gains(&mut state)?;
         let plain = state.clone();
         self.start_far(&mut state)?;
         let is_started = state.chosen.len() > plain.chosen.len();

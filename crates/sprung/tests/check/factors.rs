@@ -109,38 +109,59 @@ fn signs_that_a_log_does_not_tell_are_refused() {
     );
 }
 
+/// Returns the gain of a column that an identification finds, with its standard error.
+fn gain(experiment: &Experiment, table: &Table, column: &str) -> Result<[f64; 2], String> {
+    let mut experiment = asked(experiment, &[], &[column]);
+    experiment.identify.estimator = vec![sprung_robot::Estimator::LeastSquares];
+    let model = Model::new(&experiment).unwrap();
+    let found = with_source(&table.csv(), |source| {
+        identify(&experiment, &model, &mut [source], &mut Unheard)
+    });
+    let found = found.map_err(|error| error.to_string())?.identification;
+    let gain = found.log.gain[column];
+    Ok([gain.value, gain.standard_error])
+}
+
 #[test]
 fn gains_of_positions_are_found_within_their_errors() {
     let demo = Demo::new();
     let table = demo.table(1, 1.0);
     for (column, name) in COLUMNS.into_iter().enumerate().take(4) {
-        let experiment = asked(&demo.experiment, &[], &[name]);
-        for wrong in [1.0, 1.3] {
-            let found = find(&experiment, &times(&table, column, wrong)).unwrap();
-            let gain = &found.gains[0];
-            let off = (gain.value * wrong - 1.0) / (gain.standard_error * wrong);
-            assert!(gain.standard_error < USEFUL * gain.value, "{gain:?}");
-            assert!(off.abs() < largest_of_normals(8), "{wrong}: {gain:?}");
+        for wrong in [1.0, 1.3, 0.4] {
+            let [value, error] =
+                gain(&demo.experiment, &times(&table, column, wrong), name).unwrap();
+            let off = (value * wrong - 1.0) / (error * wrong);
+            assert!(error < USEFUL * value, "{name} {wrong}: {value} {error}");
+            assert!(
+                off.abs() < largest_of_normals(12),
+                "{name} {wrong}: {value} {error}"
+            );
         }
     }
 }
 
 #[test]
-fn the_gain_of_a_torque_needs_something_known() {
+fn the_gain_of_a_torque_is_told_by_a_known_parameter_or_by_the_other_torque() {
     let demo = Demo::new();
     let table = times(&demo.table(1, 1.0), 5, 0.5);
-    let mut experiment = asked(&demo.experiment, &[], &["tau2_nm"]);
-    let error = find(&experiment, &table).unwrap_err().to_string();
-    assert!(error.contains("all parameters of joint2 scale"), "{error}");
-    let fixed = &mut experiment.robot.fixed;
+    let mut known = demo.experiment.clone();
+    let fixed = &mut known.robot.fixed;
     fixed.insert("joint2.stiffness".to_owned(), 4.212_811);
-    let found = find(&experiment, &table).unwrap();
-    let gain = &found.gains[0];
-    assert!(
-        (gain.value - 2.0).abs() < 4.0 * gain.standard_error,
-        "{gain:?}"
-    );
-    assert!(gain.standard_error < USEFUL * gain.value, "{gain:?}");
+    for experiment in [&known, &demo.experiment] {
+        let [value, error] = gain(experiment, &table, "tau2_nm").unwrap();
+        assert!((value - 2.0).abs() < 4.0 * error, "{value} {error}");
+        assert!(error < USEFUL * value, "{value} {error}");
+    }
+}
+
+#[test]
+fn gains_of_all_torques_need_something_known() {
+    let demo = Demo::new();
+    let experiment = asked(&demo.experiment, &[], &["tau1_nm", "tau2_nm"]);
+    let error = find(&experiment, &demo.table(1, 1.0))
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("all parameters of joint1 scale"), "{error}");
 }
 
 #[test]

@@ -13,6 +13,9 @@ use crate::unknowns::unknown::{ChannelEffect, Effect, Kind, Place, Samples, Unkn
 const USUAL_OF_POSITION: f64 = 0.05;
 const USUAL_OF_TORQUE: f64 = 0.2;
 
+/// Usual error of a gain that is asked for, relative.
+const ASKED: f64 = 0.5;
+
 #[derive(Debug)]
 struct Gain {
     is_of_torque: bool,
@@ -35,11 +38,18 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
     } else {
         &[Signal::Link, Signal::Motor]
     };
+    let is_asked = |channel: usize| of.channels.all[channel].open_gain;
     let is_torque = |channel: usize| of.channels.all[channel].quantity.signal() == Signal::Torque;
+    let asked = of
+        .of_signals(&[Signal::Torque])
+        .filter(|_| !signals.contains(&Signal::Torque));
     of.of_signals(signals)
         .filter(|channel| of.is_measured_twice(*channel))
+        .chain(asked.filter(|channel| is_asked(*channel)))
         .map(|channel| Unknown {
-            scale: if is_torque(channel) {
+            scale: if is_asked(channel) {
+                ASKED
+            } else if is_torque(channel) {
                 USUAL_OF_TORQUE
             } else {
                 USUAL_OF_POSITION
