@@ -124,6 +124,20 @@ impl Runs<'_> {
         if percent.is_finite() {
             let name = key("error");
             Figure::lower(&name, &text("median error"), percent, "%").note();
+            // The charts show the scatter between logs.
+            for (word, value) in [
+                ("least", f64::min as fn(f64, f64) -> f64),
+                ("most", f64::max),
+            ] {
+                let of_logs = self
+                    .results
+                    .iter()
+                    .map(|result| median(self.errors(result).into_iter().map(f64::abs).collect()));
+                if let Some(end) = of_logs.reduce(value).filter(|end| end.is_finite()) {
+                    let name = format!("{name}, {word}");
+                    Figure::neutral(&name, "", 100.0 * end, "%").note();
+                }
+            }
         }
         let inside = all.iter().map(|p| p.inside).sum::<f64>() / all.len() as f64;
         if inside.is_finite() {

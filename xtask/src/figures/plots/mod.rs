@@ -142,10 +142,14 @@ impl Chart {
             let dots = match self.cells {
                 Cells::Grid(pattern, series) => {
                     let of = |series: &&'static str| {
-                        get(&pattern
+                        let name = pattern
                             .replace("{row}", key)
-                            .replace("{series}", named(series).1))
-                        .map(dot)
+                            .replace("{series}", named(series).1);
+                        let end = |word: &str| Some(get(&format!("{name}, {word}"))?.value);
+                        get(&name).map(|figure| Dot {
+                            interval: end("least").zip(end("most")).map(<[f64; 2]>::from),
+                            ..dot(figure)
+                        })
                     };
                     series.iter().map(of).collect()
                 }
