@@ -1,5 +1,7 @@
 //! Logs that are ready for an identification.
 
+use std::sync::{Arc, OnceLock};
+
 use super::as_given::as_given;
 use super::estimated_columns::FoundGain;
 use super::excerpt::{Excerpt, excerpt};
@@ -18,7 +20,7 @@ use crate::fit::over_reference;
 use crate::log::{ChannelError, Channels, LogError, LogSource, time_unit};
 use crate::model::Model;
 use crate::progress::{Listener, Phase, Stopped};
-use crate::regression::Reading;
+use crate::regression::{Reading, TransitionWeights};
 
 /// Stribeck velocities by likelihood are used up to this ratio of held-out errors to those of the
 /// search by least squares.
@@ -78,6 +80,8 @@ pub struct Prepared {
     sweep: Option<Sweep>,
     factors: Factors,
     excerpt: Excerpt,
+    // Weights for the reading after their first request; copies of the same reading share them.
+    weights: Arc<OnceLock<Option<TransitionWeights>>>,
     // Joints and findings about their Stribeck velocities.
     about_stribeck: Vec<(usize, Finding)>,
     about_springs: Vec<Finding>,
@@ -162,6 +166,7 @@ fn choose(
         sweep: None,
         factors,
         excerpt,
+        weights: Arc::default(),
         about_stribeck,
         about_springs,
         wrong_time_unit,
@@ -268,14 +273,18 @@ impl Prepared {
     /// Returns the same logs with other settings for reading them.
     #[must_use]
     pub(crate) fn with_reading(self, reading: Reading) -> Self {
-        Self { reading, ..self }
+        Self {
+            reading,
+            weights: Arc::default(),
+            ..self
+        }
     }
 
     /// Returns the same logs with another model of the same equations.
     #[must_use]
-    pub(crate) fn with_model(mut self, model: Model) -> Self {
-        self.reading = self.reading.with_model(model);
-        self
+    pub(crate) fn with_model(self, model: Model) -> Self {
+        let reading = self.reading.with_model(model);
+        self.with_reading(reading)
     }
 
     /// Returns the names of the logs, for messages.
@@ -366,8 +375,7 @@ impl Prepared {
                 .retain(|(joint, _)| *joint != velocity.joint);
             self.about_stribeck.push((velocity.joint, finding));
         }
-        self.reading = reading;
-        self
+        self.with_reading(reading)
     }
 
     /// Returns whether a joint has this Stribeck velocity.
@@ -397,7 +405,8 @@ impl Prepared {
                 "it predicts held-out parts of the log better than {from_noise:.3} Hz, the highest \
                  cut-off that the noise allows ({reason})"
             );
-            self.reading = self.reading.without_weights().with_position_cutoff(chosen);
+            let lower = self.reading.without_weights().with_position_cutoff(chosen);
+            self = self.with_reading(lower);
             self.weigh();
         }
         Ok(self)
@@ -411,10 +420,12 @@ impl Prepared {
     pub(crate) fn weighted_reading(&self) -> Reading {
         let weights = match self.reading.settings().weights {
             Weights::None => None,
-            Weights::Transition => find_weights(&self.reading, &self.excerpt),
+            Weights::Transition => (self.weights)
+                .get_or_init(|| find_weights(&self.reading, &self.excerpt))
+                .as_ref(),
         };
         match weights {
-            Some(weights) => self.reading.with_weights(weights),
+            Some(weights) => self.reading.with_weights(weights.clone()),
             None => self.reading.clone(),
         }
     }

@@ -55,7 +55,8 @@ impl Judged {
     }
 
     pub(super) fn of(excerpt: &Excerpt, reading: &Reading) -> Option<Self> {
-        let system = excerpt.reduce(reading)?;
+        let signals = excerpt.smoothed(reading)?.thinned(reading);
+        let system = signals.reduce(reading)?;
         let values = fit_values(reading.model(), &system)?;
         let weights = row_weights(reading.model(), &system, &values);
         let hold_out = HoldOut::new(reading.model(), &system, PARTS);

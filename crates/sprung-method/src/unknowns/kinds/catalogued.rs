@@ -1,5 +1,7 @@
 //! What the kinds need to know about a log and its robot.
 
+use std::sync::OnceLock;
+
 use sprung_core::parameters::JointParameter;
 
 use crate::description::Experiment;
@@ -25,6 +27,8 @@ pub(in crate::unknowns) struct Catalogued<'a> {
     pub(in crate::unknowns) period: f64,
     excerpt: &'a Excerpt,
     deflections: Vec<Option<f64>>,
+    // Step of each channel after the first request.
+    counts: OnceLock<Vec<f64>>,
 }
 
 impl<'a> Catalogued<'a> {
@@ -59,6 +63,7 @@ impl<'a> Catalogued<'a> {
             period: excerpt.period(),
             excerpt,
             deflections,
+            counts: OnceLock::new(),
         }
     }
 
@@ -106,8 +111,13 @@ impl<'a> Catalogued<'a> {
 
     /// Returns the step of a position, rad (m); zero if its readings have none.
     pub(in crate::unknowns) fn count(&self, channel: usize) -> f64 {
-        let step = noise(self.excerpt, channel).and_then(|(_, step)| step);
-        step.unwrap_or_default()
+        let counts = self.counts.get_or_init(|| {
+            let step = |channel| noise(self.excerpt, channel).and_then(|(_, step)| step);
+            (0..self.channels.all.len())
+                .map(|channel| step(channel).unwrap_or_default())
+                .collect()
+        });
+        counts[channel]
     }
 
     /// Returns the largest step of a joint's positions over the root mean square of its deflection; zero without deflection.
