@@ -242,7 +242,7 @@ impl Prepared {
         let channels = self.reading.channels();
         let open = (channels.all.iter()).find(|channel| channel.open_gain);
         let is_vague =
-            |gain: &&FoundGain| !(gain.standard_error < LARGEST_ERROR_SHARE * gain.value);
+            |gain: &&FoundGain| gain.standard_error > LARGEST_ERROR_SHARE * gain.value.max(0.0);
         let vague = self.factors.gains.iter().find(is_vague);
         let (column, found) = match (vague, open) {
             (Some(gain), _) => (
