@@ -109,6 +109,28 @@ fn signs_that_a_log_does_not_tell_are_refused() {
     );
 }
 
+#[test]
+fn a_log_that_least_squares_leave_unexplained_is_not_refined_by_default() {
+    let demo = Demo::new();
+    let mut experiment = demo.experiment.clone();
+    experiment.identify.estimator.clear();
+    let model = Model::new(&experiment).unwrap();
+    let mut table = demo.table(1, 1.0);
+    let torque = &mut table.columns[4];
+    let rms = (torque.iter().map(|tau| tau * tau).sum::<f64>() / torque.len() as f64).sqrt();
+    // A third of the torque is no effect of this robot.
+    for (k, tau) in torque.iter_mut().enumerate() {
+        *tau += 0.5 * rms * (0.031 * k as f64).sin();
+    }
+    let found = with_source(&table.csv(), |source| {
+        identify(&experiment, &model, &mut [source], &mut Unheard)
+    });
+    let results = found.unwrap().identification.results;
+    let used: Vec<&str> = results.iter().map(|one| one.estimator.as_str()).collect();
+    assert_eq!(used, ["least-squares"]);
+    assert!(results[0].warnings.iter().any(|one| one.code == "poor-fit"));
+}
+
 /// Returns the gain of a column that an identification finds, with its standard error.
 fn gain(experiment: &Experiment, table: &Table, column: &str) -> Result<[f64; 2], String> {
     let mut experiment = asked(experiment, &[], &[column]);
