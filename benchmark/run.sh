@@ -6,14 +6,13 @@
 set -euo pipefail
 cd "$(dirname "$0")"
 out=${BENCHMARK_OUT:-$PWD/out}
-python=python3
-if ! $python -c "import numpy, scipy" 2>/dev/null; then
-    # Without a network this names what is missing and ends.
-    [ -x "$out/venv/bin/python" ] || python3 -m venv "$out/venv"
-    python=$out/venv/bin/python
-    $python -c "import numpy, scipy" 2>/dev/null || $python -m pip install --quiet numpy scipy ||
-        { echo "the benchmark needs NumPy and SciPy, and pip cannot install them" >&2 && exit 1; }
-fi
+python=$out/venv/bin/python
+[ -x "$python" ] || python3 -m venv --system-site-packages "$out/venv"
+$python -c "import numpy, scipy" 2>/dev/null || $python -m pip install --quiet numpy scipy ||
+    { echo "the benchmark needs NumPy and SciPy, and pip cannot install them" >&2 && exit 1; }
+# Without a network the rows of these tools say which module is missing.
+$python -c "import figaroh, jaxterity, mujoco.sysid" 2>/dev/null || $python -m pip install --quiet -r requirements.txt ||
+    echo "some tools of other people are not installed" >&2
 # More threads make small matrices slower.
 export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 mkdir -p "$out"
