@@ -4,7 +4,9 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from score import Refused, score
@@ -18,24 +20,25 @@ LIMIT_S = 300
 
 def run(tool, folder):
     """Figures of a tool on a task, with processor seconds; or why there are none."""
-    out, before = folder / f"{tool}.json", os.times()
+    out, log = folder / f"{tool}.json", folder / f"{tool}.log"
     out.unlink(missing_ok=True)
     words = [sys.executable, HERE / "adapters" / f"{tool}.py", folder, out]
-    done = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True)
-    try:
-        _, errors = done.communicate(timeout=LIMIT_S)
-    except subprocess.TimeoutExpired:
-        os.killpg(done.pid, signal.SIGKILL)                 # with the programs that the adapter started
-        done.communicate()
+    with log.open("w") as errors:
+        done = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=errors, start_new_session=True)
+    end = threading.Timer(LIMIT_S, os.killpg, (done.pid, signal.SIGKILL))   # with the programs that the adapter started
+    end.start()
+    _, status, used = os.wait4(done.pid, 0)
+    end.cancel()
+    done.returncode = os.waitstatus_to_exitcode(status)
+    if done.returncode == -signal.SIGKILL:
         return {"absent": f"not done after {LIMIT_S} s"}
-    after = os.times()
     if done.returncode or not out.exists():
-        return {"absent": (errors.strip().splitlines() or ["wrote no file"])[-1][:120]}
+        return {"absent": (log.read_text().strip().splitlines() or ["wrote no file"])[-1][:120]}
     try:
         figures = score(folder, json.loads(out.read_text()))
     except (Refused, ValueError) as why:
         return {"absent": f"not scored: {why}"}
-    return figures | {"seconds": after.children_user + after.children_system - before.children_user - before.children_system}
+    return figures | {"seconds": used.ru_utime + used.ru_stime}
 
 
 def cell(x, digits=2):
@@ -62,9 +65,13 @@ def main(tasks, chosen, writes):
     for name in TASKS.keys() - set(there):
         print(f"skipped {name}: {tasks / name} does not exist", file=sys.stderr)
     results = {(name, tool): None for name in there for tool in chosen or TOOLS}
-    for name, tool in sorted(results, key=lambda key: list(TOOLS).index(key[1])):
-        results[name, tool] = run(tool, tasks / name)
-        print(name, tool, json.dumps(results[name, tool]), file=sys.stderr, flush=True)
+
+    def found(key):
+        results[key] = run(key[1], tasks / key[0])
+        print(*key, json.dumps(results[key]), file=sys.stderr, flush=True)
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        list(pool.map(found, sorted(results, key=lambda key: list(TOOLS).index(key[1]))))
     (tasks / "results.json").write_text(json.dumps({f"{a} {b}": f for (a, b), f in results.items()}, indent=1))
     text = table(results)
     print(text)

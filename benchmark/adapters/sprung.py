@@ -30,6 +30,10 @@ values = {name: (own | {k: v for k, v in standard.items() if k not in own})[name
 for i in range(1, len(joints) + 1):
     if f"joint{i}.motor_load" in own:                       # its coefficient times the stiffness
         values[f"joint{i}.load_friction"] = [own[f"joint{i}.motor_load"][0] / own[f"joint{i}.stiffness"][0], None]
+    if width := result.get("hysteresis_width", {}).get(f"joint{i}"):  # elements by the share of the widest one's width
+        elements = enumerate([0.015, 0.04, 0.1, 0.25, 0.5, 1.0], 1)
+        stiff = sum(own[f"joint{i}.spring_hysteresis_{k}"][0] / (share * width) for k, share in elements)
+        values[f"joint{i}.hysteresis"] = [stiff / own[f"joint{i}.stiffness"][0], None]
 body = ["m", "mx", "my", "mz", "ixx", "ixy", "iyy", "ixz", "iyz", "izz"]
 bodies = {f"link{i}": [standard[f"link{i}.{key}"][0] for key in body] for i in range(1, len(joints) + 1)}
 out.write_text(json.dumps({"tool": "sprung", "verdict": result["verdict"], "parameters": values, "bodies": bodies}))
