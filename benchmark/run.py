@@ -15,7 +15,7 @@ from tasks import TASKS
 HERE = Path(__file__).parent
 TOOLS = {"sprung": "sprung", "numpy_least_squares": "NumPy least squares", "scipy_output_error": "SciPy output error",
          "mujoco_sysid": "MuJoCo sysid", "figaroh_base": "FIGAROH", "jaxterity_tool": "Jaxterity"}
-LIMIT_S = 300
+LIMIT_S = 240
 
 
 def run(tool, folder):
