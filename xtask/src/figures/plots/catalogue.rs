@@ -55,7 +55,7 @@ pub(super) const CHARTS: &[Chart] = &[
         file: "docs/reference/figures/twins-error",
         title: "Error of the parameters of simulated robots",
         part: "twins",
-        quantity: "median error of all parameters, %",
+        quantity: "median error of all parameters, %; lines: from the best to the worst log",
         is_logarithmic: true,
         reference: None,
         rows: CONDITIONS,
