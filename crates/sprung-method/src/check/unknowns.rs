@@ -26,13 +26,16 @@ pub(crate) fn settled_or_other_meaning(
         (0..channels.turns.len()).any(|joint| channels.telling(Signal::Spring, joint).is_some());
     let is_explained = are_torques_explained(&settled.about);
     let is_doubtful = !settled.unknowns.is_empty() && (!is_explained || has_sensors);
-    Ok(
-        if is_doubtful && has_other_meaning(&prepared, is_explained) {
-            Settled::without(prepared)
-        } else {
-            settled
-        },
-    )
+    let settled = if is_doubtful && has_other_meaning(&prepared, is_explained) {
+        Settled::without(prepared)
+    } else {
+        settled
+    };
+    // A check names the unit of time first.
+    if settled.prepared.wrong_time_unit().is_none() {
+        settled.prepared.require_gains()?;
+    }
+    Ok(settled)
 }
 
 /// Returns whether sizes of unknowns explain a log.

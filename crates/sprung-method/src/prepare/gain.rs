@@ -57,6 +57,11 @@ pub(super) fn tellable(model: &Model, channels: &Channels, channel: usize) -> Re
 
 /// Checks that something tells the gain of a torque: a known parameter of its equation, or a torque of another joint.
 fn torque(model: &Model, channels: &Channels, joint: usize) -> Result<(), String> {
+    if channels.inertial.is_some() || !model.joints_without_link().is_empty() {
+        return Err(
+            "this needs the motor and link position of each joint with a spring; give it as a number in gain".to_owned(),
+        );
+    }
     let rows = (0..model.rows()).filter(|&row| model.joint_of(row) == joint);
     let mut columns = rows.flat_map(|row| model.row_columns(row));
     let is_other = |channel: &Channel| {

@@ -221,6 +221,9 @@ impl Prepared {
     /// Returns the same logs with estimated gains of columns, without the choices that depend on them.
     #[must_use]
     pub(crate) fn with_gains(mut self, gains: Vec<FoundGain>) -> Self {
+        if gains.is_empty() {
+            return self;
+        }
         let channels = self.reading.channels().clone();
         for gain in &gains {
             let of = (channels.all.iter()).position(|channel| channel.column == gain.column);
@@ -254,7 +257,8 @@ impl Prepared {
             ),
             (None, Some(channel)) => (
                 &channel.column,
-                "other values explain the torques about as well, or the log is too short or too faulty".to_owned(),
+                "other values explain the torques about as well, the log is too short, or its columns have another meaning"
+                    .to_owned(),
             ),
             (None, None) => return Ok(()),
         };

@@ -18,19 +18,9 @@ pub(crate) fn settled(
 ) -> Result<Settled, PrepareError> {
     // Vibrations of springs that the model leaves out on purpose look like delays.
     let leaves_out_springs = prepared.reading().settings().springs_from_motor;
-    if prepared.wrong_time_unit().is_some() {
+    if prepared.wrong_time_unit().is_some() || leaves_out_springs {
         return Ok(Settled::without(prepared));
     }
-    let settled = if leaves_out_springs {
-        Settled::without(prepared)
-    } else {
-        with_all(prepared, progress)?
-    };
-    settled.prepared.require_gains()?;
-    Ok(settled)
-}
-
-fn with_all(prepared: Prepared, progress: &mut dyn Listener) -> Result<Settled, PrepareError> {
     let Some(alone) = searched(&prepared, progress)? else {
         return Ok(Settled::without(prepared));
     };

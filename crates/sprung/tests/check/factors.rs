@@ -187,6 +187,24 @@ fn gains_of_all_torques_need_something_known() {
 }
 
 #[test]
+fn a_gain_is_refused_without_link_encoders_and_with_other_meanings_of_columns() {
+    let demo = Demo::new();
+    let table = demo.table(1, 1.0);
+    let text = sprung_base::demo::EXPERIMENT.replace("link_position_rad ", "joint_torque_nm ");
+    let sensors =
+        sprung_robot::read("experiment.toml", &text, &[], &mut sprung_robot::no_files).unwrap();
+    let error = find(&asked(&sensors, &[], &["tau1_nm"]), &table).unwrap_err();
+    assert!(
+        error.to_string().contains("link position of each joint"),
+        "{error}"
+    );
+    let mut exchanged = table;
+    exchanged.columns.swap(4, 5);
+    let error = gain(&demo.experiment, &exchanged, "q2_rad").unwrap_err();
+    assert!(error.contains("\"q2_rad\" cannot be estimated"), "{error}");
+}
+
+#[test]
 fn two_gains_of_one_joint_are_refused() {
     let demo = Demo::new();
     let experiment = asked(&demo.experiment, &[], &["q1_rad", "phi1_rad"]);

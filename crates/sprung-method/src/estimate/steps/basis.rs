@@ -63,22 +63,13 @@ impl Basis<'_> {
         let (model, theta) = (reading.model(), &self.linear.fitted.theta);
         let system = &self.read.system;
         let residuals = relative_residuals(model, system, theta);
-        let largest = (residuals.into_iter().enumerate())
-            .filter_map(|(row, relative)| {
-                let share = if model.has_springs() {
-                    system.kept().transition_share(row).unwrap_or(0.0)
-                } else {
-                    0.0
-                };
-                Some(beyond_resolution(relative?, share))
-            })
-            .fold(0.0, f64::max);
-        let limit = if model.has_springs() {
-            UNEXPLAINED
-        } else {
-            EXPLAINED
-        };
-        let refines = reading.can_refine() && largest <= limit;
+        let has_springs = model.has_springs();
+        let limit = if has_springs { UNEXPLAINED } else { EXPLAINED };
+        let is_explained = (residuals.into_iter().enumerate()).all(|(row, relative)| {
+            let share = system.kept().transition_share(row).filter(|_| has_springs);
+            relative.is_none_or(|all| beyond_resolution(all, share.unwrap_or(0.0)) <= limit)
+        });
+        let refines = reading.can_refine() && is_explained;
         reading.settings().estimators(refines)
     }
 

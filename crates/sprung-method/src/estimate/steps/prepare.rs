@@ -10,7 +10,7 @@ use crate::estimate::result::RigidJoint;
 use crate::estimate::springs::{RigidByLog, with_joints_rigid_by_log};
 use crate::log::LogSource;
 use crate::model::{Model, Theta};
-use crate::prepare::{Prepared, prepare};
+use crate::prepare::{PrepareError, Prepared, prepare};
 use crate::progress::Listener;
 use crate::unknowns::{AboutUnknowns, Settled, UnknownResult};
 
@@ -74,6 +74,7 @@ pub(in crate::estimate) fn make_ready(
         about: about_unknowns,
         ..
     } = settled_or_other_meaning(prepared, progress)?;
+    prepared.require_gains().map_err(PrepareError::from)?;
     let RigidByLog {
         prepared,
         joints: rigid,

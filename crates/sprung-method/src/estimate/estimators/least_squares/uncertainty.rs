@@ -19,11 +19,11 @@ const SMEARING_POWER: i32 = 2;
 
 /// Returns a fit whose standard errors contain the changes between parts and the bias.
 ///
-/// The bias is the root of the sum of four squares: the change to the farthest cross-check, which for a stiffness may be that by
-/// a noisy deflection, the change by estimated
+/// The bias is the root of the sum of four squares: the change to the farthest cross-check, the change by estimated
 /// nuisance parameters, the change to the next higher cut-off, and the change to the next lower one. The last two are
 /// extrapolated to zero noise and zero smearing. So a parameter with one of these errors is within two standard errors
-/// of its true value, as long as the error obeys these powers of the cut-off.
+/// of its true value, as long as the error obeys these powers of the cut-off. A stiffness has one more cross-check: its
+/// value if all noise is that of the deflection.
 pub(crate) fn widened(
     prepared: &Prepared,
     fitted: Fitted,
