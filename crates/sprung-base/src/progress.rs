@@ -22,6 +22,8 @@ pub enum Phase {
     Simulating,
     /// Compares parameters with logs; counted in samples.
     Validating,
+    /// Watches logs of a running robot; counted in samples.
+    Watching,
     /// Compares results with each other; counted in results.
     Comparing,
     /// Designs an experiment; counted in steps of the search.
@@ -41,6 +43,7 @@ impl Phase {
             Self::Examining => "examining",
             Self::Simulating => "simulating",
             Self::Validating => "validating",
+            Self::Watching => "watching",
             Self::Comparing => "comparing",
             Self::Designing => "designing",
         }

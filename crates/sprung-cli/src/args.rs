@@ -45,6 +45,9 @@ pub(crate) enum Verb {
         before_help = "Example: sprung validate experiment.toml --parameters sprung-out/identification.json"
     )]
     Validate(Validate),
+    /// Watch a running robot: contacts, changes of the robot, sensors that show nothing.
+    #[command(before_help = "Example: sprung watch experiment.toml --log today.csv")]
+    Watch(Watch),
     /// Compare results of one robot: estimators, settings, runs, drift over time.
     #[command(
         before_help = "Example: sprung compare run1/sprung-out/identification.json run2/sprung-out/identification.json"
@@ -87,6 +90,7 @@ impl Verb {
             Self::Check(Check { common, .. })
             | Self::Identify(Identify { common, .. })
             | Self::Validate(Validate { common, .. })
+            | Self::Watch(Watch { common, .. })
             | Self::Simulate(Simulate { common, .. })
             | Self::Excite(Excite { common, .. })
             | Self::Control(Control { common, .. })
@@ -258,6 +262,30 @@ pub(crate) struct Validate {
     /// the results folder].
     #[arg(long, value_name = "FILE")]
     pub(crate) parameters: Option<PathBuf>,
+    /// Take values that sprung identify is still refining, or that a stopped refinement left.
+    #[arg(long)]
+    pub(crate) accept_refining: bool,
+    #[command(flatten)]
+    pub(crate) common: Common,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Watch {
+    /// Experiment file, or the folder that holds experiment.toml. Its logs are those of the healthy robot.
+    pub(crate) experiment: PathBuf,
+    /// Log to watch, a folder of logs, or - for CSV on standard input; can be repeated. Without a log only the thresholds are
+    /// printed.
+    #[arg(long, value_name = "FILE|DIR|-")]
+    pub(crate) log: Vec<PathBuf>,
+    /// Promised false alarms per hour, of all joints together.
+    #[arg(long, value_name = "NUMBER", default_value_t = 1.0)]
+    pub(crate) false_alarms_per_h: f64,
+    /// identification.json [default: the one in the results folder].
+    #[arg(long, value_name = "FILE")]
+    pub(crate) parameters: Option<PathBuf>,
+    /// Take values whose verdict is unusable.
+    #[arg(long)]
+    pub(crate) accept_unusable: bool,
     /// Take values that sprung identify is still refining, or that a stopped refinement left.
     #[arg(long)]
     pub(crate) accept_refining: bool,

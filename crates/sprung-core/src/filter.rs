@@ -62,6 +62,18 @@ pub const fn bank_len(entries: usize) -> usize {
     2 * entries
 }
 
+impl FilterState {
+    /// Returns the state after a low-pass filter has received the same value for ever.
+    #[must_use]
+    pub fn settled(pair: &FilterPair, value: f64) -> Self {
+        Self {
+            carry: pair.carry(0.0, value),
+            output: value,
+            started: true,
+        }
+    }
+}
+
 impl<M: AsRef<[f64]> + AsMut<[f64]>> FilterBank<M> {
     /// Returns a bank that has not received a sample.
     ///

@@ -25,6 +25,7 @@
 //! - [`pull`]: derivatives of weighted sums of the regressor by the motion,
 //! - [`servo`]: a position servo with the friction of its gear under load,
 //! - [`filter`]: the filter pair `f_D`, `g_D`,
+//! - [`observer`]: position, velocity and acceleration on line, and torques from outside,
 //! - [`velocity`]: averaged velocity, computed on line,
 //! - [`shaper`]: input shapers against residual vibration,
 //! - [`controller`]: PD, and feedforward with state feedback,
@@ -48,6 +49,7 @@ pub mod linear;
 pub mod linearized;
 pub mod links;
 mod motion;
+pub mod observer;
 pub mod parameters;
 pub mod presliding;
 pub mod pull;

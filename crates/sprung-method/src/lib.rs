@@ -17,6 +17,7 @@ pub mod regression;
 pub mod simulate;
 pub mod unknowns;
 pub mod validate;
+pub mod watch;
 
 use sprung_base::{curves, finding, named, numbers, progress, sha256, stopwatch};
 use sprung_log as log;

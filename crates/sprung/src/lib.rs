@@ -186,3 +186,9 @@ pub mod validate {
         JointProof, QuantityProof, RunResult, Validated, Validation,
     };
 }
+
+/// Watches a running robot with its identified model.
+pub mod watch {
+    #[doc(inline)]
+    pub use sprung_method::watch::{Watch, WatchEvent, Watched};
+}

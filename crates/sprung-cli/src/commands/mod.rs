@@ -14,6 +14,7 @@ mod new;
 mod servo;
 mod simulate;
 mod validate;
+mod watch;
 
 use std::ffi::OsString;
 #[cfg(unix)]
@@ -54,6 +55,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Check(args) => with_threads(args.common.work, || check::run(&args)),
         Verb::Identify(args) => with_threads(args.common.work, || identify::run(&args)),
         Verb::Validate(args) => with_threads(args.common.work, || validate::run(&args)),
+        Verb::Watch(args) => with_threads(args.common.work, || watch::run(&args)),
         Verb::Compare(args) => compare::run(&args),
         Verb::Simulate(args) => with_threads(args.common.work, || simulate::run(&args)),
         Verb::Excite(args) => with_threads(args.common.work, || excite::run(&args)),

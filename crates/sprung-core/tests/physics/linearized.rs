@@ -102,6 +102,15 @@ fn columns_at_the_acceleration_give_the_torque() {
             robot
                 .torque_entries(&state.view(), &found, &mut memory.workspace(), &mut entries)
                 .unwrap();
+            let mut required = vec![f64::NAN; robot.rows()];
+            (robot.required_torques(
+                values,
+                &state.view(),
+                &found,
+                &mut memory.workspace(),
+                &mut required,
+            ))
+            .unwrap();
             let mut sums = vec![0.0; robot.rows()];
             for (entry, &(row, column)) in entries.iter().zip(&places) {
                 sums[row] += entry * values.theta[column];
@@ -109,6 +118,9 @@ fn columns_at_the_acceleration_give_the_torque() {
             let largest = torque.iter().fold(0.0_f64, |m, t| m.max(t.abs()));
             for (sum, torque) in sums.iter().zip(&torque) {
                 worst.see(sum - torque, largest);
+            }
+            for (sum, required) in sums.iter().zip(&required) {
+                worst.see(sum - required, largest);
             }
         });
     });

@@ -212,23 +212,19 @@ impl Run<'_> {
     /// velocities serve all candidates; those of one identification hardly differ.
     fn reading(&self, candidates: &[Candidate], beginning: Option<&Excerpt>) -> Reading {
         let model = candidates.first().map_or(self.model, Candidate::model);
-        let (settings, channels) = (self.settings, self.channels);
-        let Some(beginning) = beginning else {
-            return Reading::new(model, settings, channels, 0.0).with_delays(self.delays);
-        };
-        let (mut reading, chosen) = as_given(model, settings, channels, beginning);
-        if let (Some(cutoff), Some(_)) = (self.cutoff_hz, chosen) {
-            // A validation log may have fewer samples per second than that of the identification.
-            let cutoff = cutoff.min(limit_by_rate(beginning.period()));
-            reading = reading.with_position_cutoff(cutoff);
-        }
-        let reading = reading.with_delays(self.delays);
-        let Some(theta) = candidates.iter().find_map(Candidate::theta) else {
+        let theta = candidates.iter().find_map(Candidate::theta);
+        let reading = read_with(
+            (model, self.settings),
+            (self.channels, self.delays, self.cutoff_hz),
+            beginning,
+            theta,
+        );
+        let (Some(beginning), Some(theta)) = (beginning, theta) else {
             return reading;
         };
-        let reading = reading.with_springs(theta);
         let model = reading.model();
-        let noise = velocity_noise(model, channels, beginning, reading.position_cutoff_hz());
+        let cutoff = reading.position_cutoff_hz();
+        let noise = velocity_noise(model, self.channels, beginning, cutoff);
         let weights = TransitionWeights::unweighted(model, &noise, theta);
         reading.with_weights(weights)
     }
@@ -296,8 +292,33 @@ impl Run<'_> {
     }
 }
 
+/// Returns the settings for reading logs of a robot with known parameters.
+///
+/// - `cutoff_hz`: cut-off of the position filter by an identification, Hz; `theta`: its parameters, \[p\].
+pub(crate) fn read_with(
+    (model, settings): (&Model, &Identify),
+    (channels, delays, cutoff_hz): (&Channels, &[f64], Option<f64>),
+    beginning: Option<&Excerpt>,
+    theta: Option<&Theta>,
+) -> Reading {
+    let Some(beginning) = beginning else {
+        return Reading::new(model, settings, channels, 0.0).with_delays(delays);
+    };
+    let (mut reading, chosen) = as_given(model, settings, channels, beginning);
+    if let (Some(cutoff), Some(_)) = (cutoff_hz, chosen) {
+        // A validation log may have fewer samples per second than that of the identification.
+        let cutoff = cutoff.min(limit_by_rate(beginning.period()));
+        reading = reading.with_position_cutoff(cutoff);
+    }
+    let reading = reading.with_delays(delays);
+    match theta {
+        Some(theta) => reading.with_springs(theta),
+        None => reading,
+    }
+}
+
 /// Returns the delay of every channel, s.
-fn channel_delays(
+pub(crate) fn channel_delays(
     channels: &Channels,
     chosen: &ChosenFor,
     identified: Option<&Channels>,

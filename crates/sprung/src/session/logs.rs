@@ -6,7 +6,7 @@ use super::error::SessionError;
 use super::files::Files;
 use super::load::Session;
 use sprung_log::{LogSource, Opener};
-use sprung_robot::{FilePart, Log, Payload};
+use sprung_robot::{FilePart, Log, Payload, Window};
 
 /// A function that opens the files of a log, any number of times.
 type BoxedOpener<'a> = Box<Opener<'a>>;
@@ -78,6 +78,21 @@ impl Session {
             });
         }
         Ok(files.iter().map(|file| file.payload.clone()).collect())
+    }
+
+    /// Returns files that the experiment does not name, relative to the working directory.
+    pub(super) fn other_logs(&self, files: &[PathBuf]) -> Logs<'_> {
+        let part = |path: &PathBuf| FilePart {
+            path: path.clone(),
+            window: Window::default(),
+            payload: None,
+        };
+        Logs {
+            files: files.iter().map(part).collect(),
+            openers: (files.iter())
+                .map(|path| opener(&*self.files, &self.folder, path.clone()))
+                .collect(),
+        }
     }
 
     /// Returns the logs that the experiment, or one of its validation runs, names.

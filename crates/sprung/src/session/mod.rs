@@ -41,6 +41,7 @@ mod start;
 mod switch;
 mod usability;
 mod validate;
+mod watch;
 
 pub use arrays::QuantityArrays;
 pub use compare::{ComparedFiles, compare_files};
@@ -68,3 +69,4 @@ pub use simulate::Recording;
 pub use start::start_from_urdf;
 pub use switch::{SWITCH_FILE, Switch, TEMPORARY_NAME, finish};
 pub use usability::Usability;
+pub use watch::WatchRequest;

@@ -8,9 +8,9 @@ use super::error::SessionError;
 use super::files::{Disk, Files, read_text};
 use super::load::Session;
 use sprung_base::limits::{EXPERIMENT_BYTES, size};
-use sprung_method::estimate::{IDENTIFICATION_FORMAT, Identification, with_rigid_joints};
+use sprung_method::estimate::{IDENTIFICATION_FORMAT, Identification, LogInfo, with_rigid_joints};
 use sprung_method::unknowns::with_added_laws;
-use sprung_method::validate::ParameterSet;
+use sprung_method::validate::{ChosenFor, ParameterSet};
 use sprung_model::Model;
 use sprung_robot::Experiment;
 use sprung_servo::ServoIdentification;
@@ -88,6 +88,23 @@ impl Session {
 }
 
 impl Parameters {
+    /// Returns the choices of the identification that hold for other logs too.
+    pub(super) fn chosen(&self) -> ChosenFor {
+        let found = self.identification.as_ref();
+        ChosenFor {
+            delays: (found.iter())
+                .flat_map(|found| &found.log.delay_s)
+                .map(|(column, delay)| (column.clone(), delay.value))
+                .collect(),
+            torques_delay: (found.and_then(|found| found.log.torques_delay_s))
+                .map_or(0.0, |delay| delay.value),
+            position_cutoff_hz: found.map(|found| found.settings.position_cutoff_hz),
+            logs: (found.iter())
+                .flat_map(|found| found.logs().map(LogInfo::name))
+                .collect(),
+        }
+    }
+
     /// Returns one set of values by name, from no identification.
     #[must_use]
     pub fn named(label: &str, values: BTreeMap<String, f64>) -> Self {

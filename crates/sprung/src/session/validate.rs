@@ -6,8 +6,7 @@ use super::logs::Logs;
 use super::parameters::Parameters;
 use sprung_base::progress::Listener;
 use sprung_log::LogSource;
-use sprung_method::estimate::LogInfo;
-use sprung_method::validate::{ChosenFor, Validated, validate};
+use sprung_method::validate::{Validated, validate};
 use sprung_robot::{Feature, Task, refuse};
 
 impl Session {
@@ -50,25 +49,12 @@ impl Session {
         {
             refuse(Feature::UnknownPayload, &source.label(), Task::Validate)?;
         }
-        let found = parameters.identification.as_ref();
-        let chosen = ChosenFor {
-            delays: (found.iter())
-                .flat_map(|found| &found.log.delay_s)
-                .map(|(column, delay)| (column.clone(), delay.value))
-                .collect(),
-            torques_delay: (found.and_then(|found| found.log.torques_delay_s))
-                .map_or(0.0, |delay| delay.value),
-            position_cutoff_hz: found.map(|found| found.settings.position_cutoff_hz),
-            logs: (found.iter())
-                .flat_map(|found| found.logs().map(LogInfo::name))
-                .collect(),
-        };
         let (mut experiment, model) = self.described_by(parameters)?;
         if let Some(found) = &parameters.identification {
             found.log.settle(&mut experiment);
         }
         let sets = &parameters.sets;
-        let mut validated = validate(&experiment, &model, sets, &chosen, sources, progress)?;
+        let mut validated = validate(&experiment, &model, sets, &parameters.chosen(), sources, progress)?;
         for run in &mut validated.validation.runs {
             self.complete(&mut run.findings);
         }

@@ -1,0 +1,361 @@
+//! Learns from healthy logs how far the residuals of a robot scatter.
+
+use super::monitor::{Instant, Tail, Variance, peaks};
+use super::residual::{Now, Residuals};
+use super::walk::{Next, Walk};
+use crate::estimate::CovarianceOfErrors;
+use crate::log::{LogBlock, LogSource};
+use crate::model::{Model, Scratch, Theta};
+use crate::progress::{Listener, Phase, Stopped};
+use crate::regression::{PassError, Reading};
+use sprung_core::filter::FilterState;
+use sprung_core::observer::{Chain3, ObserverFilters};
+
+/// Instants per time constant of the residual.
+const INSTANTS: f64 = 2.0;
+
+/// Time constants after which the filters have settled.
+const SETTLED: f64 = 8.0;
+
+/// Longest healthy motion from which the scatter is learned, s.
+const LONGEST_S: f64 = 600.0;
+
+/// Instants per one at which the error of the parameters is computed.
+const PER_COVARIANCE: usize = 20;
+
+/// Level of peaks, in standard deviations.
+const LEVEL: f64 = 1.0;
+
+/// A robot with its values, and the settings for reading its logs.
+#[derive(Clone, Copy)]
+pub(super) struct Robot<'a> {
+    pub(super) reading: &'a Reading,
+    pub(super) model: &'a Model,
+    pub(super) theta: &'a Theta,
+    pub(super) covariance: Option<&'a CovarianceOfErrors>,
+    pub(super) bandwidth: Bandwidth,
+}
+
+/// Cut-offs of the filters of an observer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bandwidth {
+    /// ω of the signals, rad/s.
+    pub(super) cutoff: f64,
+    /// λ of the residual, rad/s.
+    pub(super) last: f64,
+}
+
+impl Bandwidth {
+    /// Returns the filters for a period T, s.
+    fn filters(&self, period: f64) -> Result<ObserverFilters, PassError> {
+        ObserverFilters::new(self.cutoff, self.last, period).map_err(PassError::FilterPair)
+    }
+
+    /// Returns the part of a sudden torque that the residual shows after a time, s.
+    fn reached(&self, after: f64, period: f64) -> Result<f64, PassError> {
+        let filters = self.filters(period)?;
+        let mut chain = Chain3::settled_held(&filters, 0.0);
+        let mut last = FilterState::default();
+        let samples = (after / period).round().clamp(1.0, 1e6) as usize;
+        let mut shown = 0.0;
+        for torque in std::iter::once(0.0).chain(std::iter::repeat_n(1.0, samples)) {
+            let torque = filters.held(&mut chain, torque);
+            shown = filters.last(&mut last, torque);
+        }
+        Ok(shown)
+    }
+}
+
+/// How the residual of a joint is formed and how far it scatters.
+#[derive(Clone, Debug)]
+pub(super) struct JointMonitor {
+    /// Share of the residual of the motor's equation in the torque from outside.
+    pub(super) of_motor: f64,
+    pub(super) variance: Variance,
+    /// `None` if the healthy motion is too short.
+    pub(super) tail: Option<Tail>,
+    /// Root mean square of the standard deviation in the healthy motion, N·m (N).
+    pub(super) typical: f64,
+}
+
+/// What was learned of all joints.
+#[derive(Clone, Debug)]
+pub(super) struct Monitor {
+    pub(super) joints: Vec<JointMonitor>,
+    /// Duration of the healthy motion, s.
+    pub(super) duration: f64,
+    /// Samples per instant.
+    pub(super) stride: usize,
+}
+
+/// Residuals of both equations of a joint at one time, as an instant of that of the link.
+#[derive(Clone, Copy, Debug)]
+struct Both {
+    motor: f64,
+    instant: Instant,
+    /// Variances of both by the errors of the parameters and their covariance, (N·m)² (N²): link, both, motor.
+    of_parameters: [f64; 3],
+}
+
+/// Returns the instants of a log: every so many samples.
+pub(super) fn stride(bandwidth: f64, period: f64) -> usize {
+    ((1.0 / (INSTANTS * bandwidth * period)) as usize).max(1)
+}
+
+/// Residuals of a log at instants, with what they need.
+pub(super) struct Instants<'a> {
+    residuals: Residuals<'a>,
+    stride: usize,
+    settle: usize,
+    since: usize,
+    begins: bool,
+}
+
+impl<'a> Instants<'a> {
+    /// - `period`: T, s.
+    pub(super) fn new(robot: &Robot<'a>, period: f64) -> Result<Self, PassError> {
+        let bandwidth = robot.bandwidth.last;
+        Ok(Self {
+            residuals: Residuals::new((robot.model, robot.theta), robot.bandwidth.filters(period)?),
+            stride: stride(bandwidth, period),
+            settle: (SETTLED / (bandwidth * period)) as usize,
+            since: 0,
+            begins: true,
+        })
+    }
+
+    /// Takes what comes next; calls back at each instant with its time, and whether the filters have begun just before.
+    pub(super) fn take(&mut self, next: Next<'_>, each: &mut dyn FnMut(f64, &Now, bool)) {
+        match next {
+            Next::Restart => {
+                self.residuals.restart();
+                (self.since, self.begins) = (0, true);
+            }
+            Next::Samples(raw) => {
+                for k in 0..raw.len() {
+                    self.residuals.take(raw, k);
+                    self.since += 1;
+                    if self.since > self.settle && self.since % self.stride == 0 {
+                        each(raw.time[k], &self.residuals.now, std::mem::take(&mut self.begins));
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Learns from healthy logs.
+///
+/// # Errors
+///
+/// [`PassError`] if a log cannot be read.
+fn learn(
+    robot: &Robot<'_>,
+    sources: &mut [LogSource<'_>],
+    progress: &mut dyn Listener,
+) -> Result<Monitor, PassError> {
+    let (model, n) = (robot.model, robot.model.joint_count());
+    let mut all: Vec<Vec<Both>> = vec![Vec::new(); n];
+    let mut errors = Errors::new(robot);
+    let (mut duration, mut used_stride) = (0.0, 1);
+    for source in sources {
+        let mut log = source.open(robot.reading.channels())?;
+        let mut block = LogBlock::new(robot.reading.channels().all.len());
+        let mut more = log.read(&mut block)?;
+        let period = log.timing().period;
+        let mut walk = Walk::new(robot.reading, period);
+        let mut instants = Instants::new(robot, period)?;
+        used_stride = instants.stride;
+        let mut count = 0_usize;
+        let first = block.time.first().copied().unwrap_or_default();
+        let before = duration;
+        while more && duration < LONGEST_S {
+            walk.push(&block, &mut |next| {
+                instants.take(next, &mut |_, now, begins| {
+                    if count % PER_COVARIANCE == 0 {
+                        errors.see(now);
+                    }
+                    count += 1;
+                    for (joint, all) in all.iter_mut().enumerate() {
+                        let row = model.regressor().motor_coordinate(joint);
+                        all.push(Both {
+                            motor: if row == joint { 0.0 } else { now.residual[row] },
+                            instant: Instant {
+                                value: now.residual[joint],
+                                features: now.features[joint],
+                                of_parameters: 0.0,
+                                begins,
+                            },
+                            of_parameters: errors.now[joint],
+                        });
+                    }
+                });
+            });
+            progress.tell(Phase::Reading, log.timing().recorded, log.expected())?;
+            duration = before + block.time.last().map_or(0.0, |last| last - first);
+            more = log.read(&mut block)?;
+        }
+    }
+    let (mut joints, peaks): (Vec<JointMonitor>, Vec<Vec<f64>>) = all.iter().map(|all| JointMonitor::of(all)).unzip();
+    for (joint, tail) in joints.iter_mut().zip(Tail::all(&peaks, duration)) {
+        joint.tail = tail;
+    }
+    Ok(Monitor {
+        joints,
+        duration,
+        stride: used_stride,
+    })
+}
+
+/// Time within which a contact is to be seen, s.
+const PROMPT_S: f64 = 0.05;
+
+/// Cut-offs of the signals that are tried, over that of the residual.
+const CUTOFFS: [f64; 3] = [2.0, 4.0, 8.0];
+
+/// Rate of false alarms for the choice of a cut-off, 1/s.
+const CHOICE_RATE: f64 = 1.0 / 3600.0;
+
+/// Returns the cut-offs with which healthy logs show the smallest sudden torques, and what was learned with them.
+///
+/// # Errors
+///
+/// [`PassError`] if a log cannot be read.
+pub(super) fn choose<'a>(
+    robot: Robot<'a>,
+    sources: &mut [LogSource<'_>],
+    period: f64,
+    progress: &mut dyn Listener,
+) -> Result<(Robot<'a>, Monitor), PassError> {
+    let mut best: Option<(f64, Robot<'a>, Monitor)> = None;
+    for share in CUTOFFS {
+        let bandwidth = Bandwidth {
+            cutoff: share * robot.bandwidth.last,
+            ..robot.bandwidth
+        };
+        let tried = Robot { bandwidth, ..robot };
+        let monitor = learn(&tried, sources, progress)?;
+        let reached = bandwidth.reached(PROMPT_S.max(bandwidth.last.recip()), period)?;
+        let smallest: f64 = (monitor.joints.iter())
+            .map(|joint| (joint.threshold(CHOICE_RATE) * joint.typical / reached).max(1e-12).ln())
+            .sum();
+        if best.as_ref().is_none_or(|(least, ..)| smallest < *least) {
+            best = Some((smallest, tried, monitor));
+        }
+    }
+    let (_, robot, monitor) = best.ok_or(PassError::Stopped(Stopped))?;
+    Ok((robot, monitor))
+}
+
+impl JointMonitor {
+    /// Returns the threshold in standard deviations that healthy motion exceeds at a rate, 1/s; infinite if it is not known.
+    pub(super) fn threshold(&self, rate: f64) -> f64 {
+        self.tail.map_or(f64::INFINITY, |tail| tail.threshold(rate))
+    }
+
+    /// Returns what was learned but for the tail, and the peaks.
+    fn of(all: &[Both]) -> (Self, Vec<f64>) {
+        let product = |of: fn(&Both) -> f64| all.iter().map(of).sum::<f64>();
+        let squares = product(|x| x.motor * x.motor);
+        let of_motor = if squares > 0.0 {
+            (-product(|x| x.motor * x.instant.value) / squares).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        let instants: Vec<Instant> = (all.iter())
+            .map(|x| Instant {
+                value: -(x.instant.value + of_motor * x.motor),
+                of_parameters: x.of_parameters[0]
+                    + of_motor * (2.0 * x.of_parameters[1] + of_motor * x.of_parameters[2]),
+                ..x.instant
+            })
+            .collect();
+        let variance = Variance::fit(&instants);
+        // Peaks with the variance of the other half: the logs to come are not those of the fit.
+        let (first, second) = instants.split_at(instants.len() / 2);
+        let halves = [(first, second), (second, first)];
+        let peaks = halves.map(|(of, other)| peaks(of, &Variance::fit(other), LEVEL)).concat();
+        let whole: f64 = instants.iter().map(|x| variance.at(&x.features)).sum();
+        let monitor = Self {
+            of_motor,
+            variance,
+            tail: None,
+            typical: (whole / instants.len().max(1) as f64).sqrt(),
+        };
+        (monitor, peaks)
+    }
+
+    /// Returns the torque from outside and its standard deviation, N·m (N).
+    pub(super) fn outside(&self, model: &Model, joint: usize, now: &Now) -> [f64; 2] {
+        let row = model.regressor().motor_coordinate(joint);
+        let motor = if row == joint { 0.0 } else { now.residual[row] };
+        let value = -(now.residual[joint] + self.of_motor * motor);
+        [value, self.variance.at(&now.features[joint]).sqrt()]
+    }
+}
+
+/// Errors of residuals by those of the parameters.
+struct Errors<'a> {
+    model: &'a Model,
+    scratch: Scratch,
+    entries: Vec<f64>,
+    /// Place in theta of each parameter with a covariance, and the covariance, row by row.
+    places: Vec<usize>,
+    covariance: Vec<f64>,
+    /// Of each joint: variance of the residual of the link, covariance of both, variance of that of the motor.
+    now: Vec<[f64; 3]>,
+}
+
+impl<'a> Errors<'a> {
+    fn new(robot: &Robot<'a>) -> Self {
+        let model = robot.model;
+        let named: Vec<(usize, usize)> = (robot.covariance.iter())
+            .flat_map(|of| of.parameters.iter().enumerate())
+            .filter_map(|(at, name)| Some((at, model.index_of(name).ok()?)))
+            .collect();
+        let entry = |i: usize, j: usize| robot.covariance.map_or(0.0, |of| of.values[i.max(j)][i.min(j)]);
+        Self {
+            model,
+            scratch: Scratch::new(model.joint_count()),
+            entries: vec![0.0; model.entries()],
+            covariance: (named.iter())
+                .flat_map(|(i, _)| named.iter().map(move |(j, _)| entry(*i, *j)))
+                .collect(),
+            places: named.iter().map(|(_, place)| *place).collect(),
+            now: vec![[0.0; 3]; model.joint_count()],
+        }
+    }
+
+    /// Computes the errors at a state, as if it lasted.
+    fn see(&mut self, now: &Now) {
+        let robot = self.model.regressor();
+        let mut workspace = self.scratch.workspace();
+        let computed =
+            robot.torque_entries(&now.state(), &now.acceleration, &mut workspace, &mut self.entries);
+        if computed.is_err() || self.places.is_empty() {
+            return;
+        }
+        for joint in 0..self.model.joint_count() {
+            let rows = [joint, robot.motor_coordinate(joint)];
+            let [link, motor] = rows.map(|row| {
+                let columns = self.model.row_columns(row);
+                let entries = &self.entries[self.model.row_entries(row)];
+                let mut of_all = vec![0.0; self.model.parameters().len()];
+                for (column, entry) in columns.iter().zip(entries) {
+                    of_all[*column] += entry;
+                }
+                self.places.iter().map(|place| of_all[*place]).collect::<Vec<f64>>()
+            });
+            let product = |a: &[f64], b: &[f64]| -> f64 {
+                let rows = self.covariance.chunks(a.len()).zip(a);
+                rows.map(|(row, a)| a * row.iter().zip(b).map(|(c, b)| c * b).sum::<f64>()).sum()
+            };
+            let of_motor = if rows[0] == rows[1] {
+                [0.0; 2]
+            } else {
+                [product(&link, &motor), product(&motor, &motor)]
+            };
+            self.now[joint] = [product(&link, &link).max(0.0), of_motor[0], of_motor[1]];
+        }
+    }
+}

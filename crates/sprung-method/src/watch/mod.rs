@@ -1,0 +1,15 @@
+//! Watches a running robot with its identified model: torques from outside, changes, and sensors that show nothing.
+//!
+//! The residuals of the equations of motion along a log are torques from outside ([`sprung_core::observer`]). Healthy logs
+//! show how far they scatter in each state, and how often they exceed a threshold.
+
+mod contact;
+mod learn;
+mod monitor;
+mod residual;
+mod result;
+mod run;
+mod walk;
+
+pub use result::{Watch, WatchEvent, WatchedJoint, WatchedLog};
+pub use run::{WatchTask, Watched, watch};
