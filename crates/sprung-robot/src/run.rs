@@ -173,6 +173,12 @@ pub struct Simulate {
     /// Standard deviation of a disturbance torque that acts on the link, N·m (N).
     #[serde(default)]
     pub link_torque_disturbance_nm: Vec<f64>,
+    /// Torque of a contact on each link, N·m (N), one per joint.
+    #[serde(default)]
+    pub contact_torque_nm: Vec<f64>,
+    /// Times from and to which the contact lasts, s: `[[4.0, 4.5]]`.
+    #[serde(default)]
+    pub contact_s: Vec<[f64; 2]>,
     /// Target of a servo's twin.
     pub target: Option<Reference>,
     /// Times from and to which the drive of a servo is off, s: `[[4.0, 6.0]]`.
@@ -253,6 +259,7 @@ impl Simulate {
         }
         lists!(
             motor_encoder_offset_rad: Numbers,
+            contact_torque_nm: Numbers,
             link_encoder_counts_per_turn: Counts,
             motor_encoder_counts_per_turn: Counts,
             gyroscope_bias_rad_per_s: Numbers,

@@ -32,6 +32,15 @@ impl Excerpt {
         }
     }
 
+    /// Returns an empty excerpt that accepts samples of some time, s.
+    #[must_use]
+    pub(crate) fn lasting(period: f64, time: f64) -> Self {
+        Self {
+            limit: (time / period) as usize,
+            ..Self::new(period, 0)
+        }
+    }
+
     /// Returns the standard deviation of a channel, rad (m) or N·m (N).
     #[must_use]
     pub(crate) fn deviation(&self, channel: usize) -> f64 {

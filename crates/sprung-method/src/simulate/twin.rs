@@ -104,6 +104,9 @@ pub struct Twin {
     disturbance: Vec<Disturbance>,
     // `None` without link disturbances, so that these draw no random numbers.
     link_disturbance: Option<Vec<Disturbance>>,
+    /// Torque of a contact on each link, N·m (N), and the times from and to which it lasts, s.
+    contact: Vec<f64>,
+    contacts: Vec<[f64; 2]>,
     torque_sensors: TorqueSensors,
     model: Model,
     theta: Theta,
@@ -161,6 +164,8 @@ impl Twin {
             drifts: Drifts::new(setup),
             disturbance,
             link_disturbance,
+            contact: levels(&settings.contact_torque_nm),
+            contacts: settings.contact_s.clone(),
             torque_sensors: TorqueSensors::new(setup.model, setup.theta, settings),
             model: setup.model.clone(),
             theta: setup.theta.clone(),
@@ -230,8 +235,12 @@ impl Twin {
             logged[i] += self.noise[i] * self.rng.sample::<f64, _>(StandardNormal);
         }
         let rng = &mut self.rng;
-        let on_links: Option<Vec<f64>> = (self.link_disturbance.as_mut())
+        let mut on_links: Option<Vec<f64>> = (self.link_disturbance.as_mut())
             .map(|all| all.iter_mut().map(|d| d.next(rng)).collect());
+        if self.contacts.iter().any(|[from, to]| (*from..*to).contains(&time)) {
+            let all = on_links.get_or_insert_with(|| vec![0.0; self.contact.len()]);
+            all.iter_mut().zip(&self.contact).for_each(|(all, torque)| *all += torque);
+        }
         let torques = Torques {
             motor: &applied,
             link: on_links.as_deref(),

@@ -41,15 +41,17 @@ impl FoundChange {
 /// Finds the fewest changes since an identification that explain a log; `None` if none do, or the log is too short for the filters.
 ///
 /// - `reading`: of the log, with a model whose parameters are all known; `file`: name of the log.
-/// - `explained`: what the caller needs of corrected samples and changed parameters, if they fit.
+/// - `least_factor`: by which a change lowers the product of the squared errors of all rows; `explained`: what the caller needs of
+///   corrected samples and changed parameters, if they fit.
 pub(crate) fn changes<T>(
     experiment: &Experiment,
     reading: &Reading,
     (excerpt, file): (&Excerpt, &str),
+    least_factor: f64,
     explained: impl Fn(&Excerpt, &Theta) -> Option<T>,
 ) -> Option<(Vec<FoundChange>, T)> {
     let (found, explained) = in_search(experiment, reading, excerpt, |search| {
-        search.changed(explained)
+        search.changed(least_factor, explained)
     })?;
     let (channels, names) = (reading.channels(), reading.model().joints());
     let found = relative(found, channels, excerpt.period());
@@ -94,9 +96,6 @@ const MAX_CAUSES: usize = 3;
 /// unknowns is named. A rare fault of a sensor must be better by its square.
 const EQUALLY_GOOD: f64 = 1.3;
 
-/// A cause lowers the product of the squared errors by at least this factor: small effects of the motion add up to less.
-const LEAST_FACTOR: f64 = 2.0;
-
 /// Standard errors from zero at which a value of a cause is named.
 const SIGNIFICANT: f64 = 2.0;
 
@@ -112,6 +111,7 @@ impl Search<'_> {
     /// Returns the fewest changes that explain the log.
     fn changed<T>(
         mut self,
+        least_factor: f64,
         explained: impl Fn(&Excerpt, &Theta) -> Option<T>,
     ) -> Option<(Vec<Found>, T)> {
         let mut state = State::new(self.unknowns.len());
@@ -129,7 +129,7 @@ impl Search<'_> {
             let alike =
                 (judged.iter()).filter(|(judged, _)| judged.misfit <= least + EQUALLY_GOOD.ln());
             let (best, cause) = alike.min_by_key(|(_, cause)| cause.len())?;
-            if plain.misfit - best.misfit < LEAST_FACTOR.ln() {
+            if plain.misfit - best.misfit < least_factor.ln() {
                 return None;
             }
             let gain = 1.0 - best.squares / plain.squares;

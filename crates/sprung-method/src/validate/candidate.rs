@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::changes::{Logs, OfSet, changed, promise_broken};
+use super::changes::{Logs, OfSet, promise_broken, promise_explained};
 use super::explained::Beginning;
 use super::findings::{self, TorqueFit};
 use super::metrics::{Rms, Spread};
@@ -229,7 +229,7 @@ impl Candidate {
                 model: &self.model,
                 theta: &theta,
             };
-            changed(&of_set, (&changes, &left), &proofs, logs)
+            promise_explained(&of_set, (&changes, &left), &proofs, logs)
         });
         let is_explained = !about_changes.is_empty();
         self.findings

@@ -36,15 +36,15 @@ const MAX_NAMED: usize = 4;
 const LARGEST_LEFT: f64 = 0.9;
 
 /// Logs of a validation run and of the identification, for the remedies.
-pub(super) struct Logs<'a> {
+pub(crate) struct Logs<'a> {
     /// Names of the files of the run.
-    pub(super) run: &'a [String],
+    pub(crate) run: &'a [String],
     /// Names of the files of the identification.
-    pub(super) identified: &'a [String],
+    pub(crate) identified: &'a [String],
     /// Columns of the run.
-    pub(super) channels: &'a Channels,
+    pub(crate) channels: &'a Channels,
     /// Gains of columns that the description of the run gives.
-    pub(super) gain: &'a dyn Fn(&str) -> Option<Factor>,
+    pub(crate) gain: &'a dyn Fn(&str) -> Option<Factor>,
 }
 
 /// Reports the errors that exceed the promise.
@@ -102,15 +102,15 @@ pub(super) fn change_in_words(code: &str) -> Option<&'static str> {
 }
 
 /// A parameter set on a log.
-pub(super) struct OfSet<'a> {
-    pub(super) label: &'a str,
-    pub(super) model: &'a Model,
+pub(crate) struct OfSet<'a> {
+    pub(crate) label: &'a str,
+    pub(crate) model: &'a Model,
     /// \[p\].
-    pub(super) theta: &'a [f64],
+    pub(crate) theta: &'a [f64],
 }
 
 /// Reports the changes that explain a broken promise.
-pub(super) fn changed(
+pub(super) fn promise_explained(
     set: &OfSet<'_>,
     (changes, left): (&[FoundChange], &[Left]),
     proofs: &[JointProof],
@@ -118,6 +118,20 @@ pub(super) fn changed(
 ) -> Vec<Finding> {
     let falls =
         |joint: Option<usize>| errors(proofs, left, joint.map(|joint| &*set.model.joints()[joint]));
+    let before = worst(proofs).map_or(0.0, |worst| worst.ratio.unwrap_or(0.0));
+    changed(set, changes, (&falls, before), logs)
+}
+
+/// Reports changes of the robot or of its log.
+///
+/// - `falls`: the error of a joint, or the largest one, before and after the changes, in words; `None` if it does not fall.
+/// - `before`: this error over the usual one.
+pub(crate) fn changed(
+    set: &OfSet<'_>,
+    changes: &[FoundChange],
+    (falls, before): (&dyn Fn(Option<usize>) -> Option<String>, f64),
+    logs: &Logs<'_>,
+) -> Vec<Finding> {
     let steps = |kinds: &dyn Fn(&FoundChange) -> bool| -> Vec<&FoundChange> {
         changes.iter().filter(|change| kinds(change)).collect()
     };
@@ -173,7 +187,6 @@ pub(super) fn changed(
             findings.extend(single(set, change, &errors, logs));
         }
     }
-    let before = worst(proofs).map_or(0.0, |worst| worst.ratio.unwrap_or(0.0));
     let seen = |finding: Finding| {
         let column = finding.evidence.as_ref().and_then(|of| of.column.clone());
         let column = column.unwrap_or_default();

@@ -16,6 +16,9 @@ const EXPLAINED_SHARE: f64 = 0.8;
 /// accelerations.
 const RESTORED: f64 = 2.0;
 
+/// A cause lowers the product of the squared errors by at least this factor: small effects of the motion add up to less.
+const LEAST_FACTOR: f64 = 2.0;
+
 /// Parts of the errors of a joint that stay with changes, on the beginning of a log.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Left {
@@ -85,6 +88,7 @@ impl Beginning<'_> {
             self.experiment,
             &known,
             (self.excerpt, self.file),
+            LEAST_FACTOR,
             explained,
         )
     }

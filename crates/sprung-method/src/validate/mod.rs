@@ -16,6 +16,7 @@ mod run;
 mod sentence;
 
 pub use candidate::ParameterSet;
+pub(crate) use changes::{Logs, OfSet, changed};
 pub use error::ValidateError;
 pub use metrics::{Rms, Spread};
 pub(crate) use proof::worst;

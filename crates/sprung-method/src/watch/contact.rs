@@ -14,6 +14,17 @@ pub(super) struct Contact {
     pub(super) threshold: f64,
 }
 
+/// Time around a sensor that shows nothing in which a torque is no contact, s.
+const MARGIN_S: f64 = 0.3;
+
+impl Contact {
+    /// Returns whether it is in or near one of some spans.
+    pub(super) fn is_within(&self, spans: &[[f64; 2]]) -> bool {
+        let [begin, end] = self.span;
+        (spans.iter()).any(|span| begin < span[1] + MARGIN_S && end > span[0] - MARGIN_S)
+    }
+}
+
 /// Finds torques above their thresholds, joint by joint.
 pub(super) struct Contacts {
     /// Threshold of each joint in standard deviations; infinite if it is not known.
@@ -59,6 +70,12 @@ impl Contacts {
             }
         }
         ended
+    }
+
+    /// Returns the begin of the latest contact that lasts, s.
+    pub(super) fn since(&self) -> Option<f64> {
+        let begins = self.open.iter().flatten().map(|contact| contact.span[0]);
+        begins.max_by(f64::total_cmp)
     }
 
     /// Returns the contacts that last until the filters begin again.

@@ -1,5 +1,6 @@
 //! Learns from healthy logs how far the residuals of a robot scatter.
 
+use super::blind::Runs;
 use super::monitor::{Instant, Tail, Variance, peaks};
 use super::residual::{Now, Residuals};
 use super::walk::{Next, Walk};
@@ -72,6 +73,9 @@ pub(super) struct JointMonitor {
     /// Share of the residual of the motor's equation in the torque from outside.
     pub(super) of_motor: f64,
     pub(super) variance: Variance,
+    /// Variances of the residuals of both equations, of the link, or of the only one, and of the motor; and the mean squared
+    /// residuals of the healthy robot over them, which lack the errors of the parameters.
+    of_rows: [Option<(Variance, f64)>; 2],
     /// `None` if the healthy motion is too short.
     pub(super) tail: Option<Tail>,
     /// Root mean square of the standard deviation in the healthy motion, N·m (N).
@@ -86,6 +90,8 @@ pub(super) struct Monitor {
     pub(super) duration: f64,
     /// Samples per instant.
     pub(super) stride: usize,
+    /// Longest time for which each channel keeps one value, s.
+    pub(super) runs: Vec<f64>,
 }
 
 /// Residuals of both equations of a joint at one time, as an instant of that of the link.
@@ -157,6 +163,7 @@ fn learn(
     let (model, n) = (robot.model, robot.model.joint_count());
     let mut all: Vec<Vec<Both>> = vec![Vec::new(); n];
     let mut errors = Errors::new(robot);
+    let mut runs = Runs::new(robot.reading.channels());
     let (mut duration, mut used_stride) = (0.0, 1);
     for source in sources {
         let mut log = source.open(robot.reading.channels())?;
@@ -170,6 +177,7 @@ fn learn(
         let first = block.time.first().copied().unwrap_or_default();
         let before = duration;
         while more && duration < LONGEST_S {
+            runs.take(&block, &mut |_, _| ());
             walk.push(&block, &mut |next| {
                 instants.take(next, &mut |_, now, begins| {
                     if count % PER_COVARIANCE == 0 {
@@ -204,6 +212,7 @@ fn learn(
         joints,
         duration,
         stride: used_stride,
+        runs: runs.longest,
     })
 }
 
@@ -276,13 +285,38 @@ impl JointMonitor {
         let halves = [(first, second), (second, first)];
         let peaks = halves.map(|(of, other)| peaks(of, &Variance::fit(other), LEVEL)).concat();
         let whole: f64 = instants.iter().map(|x| variance.at(&x.features)).sum();
+        let of_row = |of: fn(&Both) -> (f64, f64)| {
+            let all = all.iter().map(|x| {
+                let (value, of_parameters) = of(x);
+                Instant { value, of_parameters, ..x.instant }
+            });
+            let all: Vec<Instant> = all.collect();
+            let variance = Variance::fit(&all);
+            let squares = all.iter().map(|x| x.value.powi(2) / variance.at(&x.features));
+            (variance, squares.sum::<f64>() / all.len().max(1) as f64)
+        };
         let monitor = Self {
             of_motor,
+            of_rows: [
+                Some(of_row(|x| (x.instant.value, x.of_parameters[0]))),
+                (squares > 0.0).then(|| of_row(|x| (x.motor, x.of_parameters[2]))),
+            ],
             variance,
             tail: None,
             typical: (whole / instants.len().max(1) as f64).sqrt(),
         };
         (monitor, peaks)
+    }
+
+    /// Returns the squared residual of each equation of the joint over that of the healthy robot; zero without an equation of the
+    /// motor.
+    pub(super) fn squares(&self, model: &Model, joint: usize, now: &Now) -> [f64; 2] {
+        let rows = [joint, model.regressor().motor_coordinate(joint)];
+        std::array::from_fn(|at| {
+            self.of_rows[at].map_or(0.0, |(variance, usual)| {
+                now.residual[rows[at]].powi(2) / (variance.at(&now.features[joint]) * usual)
+            })
+        })
     }
 
     /// Returns the torque from outside and its standard deviation, N·m (N).

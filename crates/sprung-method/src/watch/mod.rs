@@ -3,6 +3,8 @@
 //! The residuals of the equations of motion along a log are torques from outside ([`sprung_core::observer`]). Healthy logs
 //! show how far they scatter in each state, and how often they exceed a threshold.
 
+mod blind;
+mod changes;
 mod contact;
 mod learn;
 mod monitor;

@@ -1,5 +1,7 @@
 //! Watches logs of a running robot.
 
+use super::blind::Blindness;
+use super::changes::{Change, WINDOW_S, Windows};
 use super::contact::{Contact, Contacts};
 use super::learn::{Bandwidth, Instants, Monitor, Robot, choose};
 use super::result::{Watch, WatchEvent, WatchedJoint, WatchedLog};
@@ -27,6 +29,9 @@ const POINTS_OF_CURVES: usize = 4096;
 
 /// Code of the finding about a contact.
 const CONTACT: &str = "contact";
+
+/// Code of the finding about a sensor that shows nothing.
+const BLIND: &str = "sensor-shows-nothing";
 
 /// What is watched.
 pub struct WatchTask<'a> {
@@ -92,7 +97,7 @@ pub fn watch(
         },
     };
     let (robot, monitor) = choose(robot, healthy, beginning.period(), progress)?;
-    let mut watching = Watching::new(&robot, &monitor, task.false_alarms_per_h / 3600.0);
+    let mut watching = Watching::new(&robot, &monitor, task);
     let mut logs = Vec::new();
     let mut events = Vec::new();
     for source in sources {
@@ -131,14 +136,16 @@ pub fn watch(
 struct Watching<'a> {
     robot: &'a Robot<'a>,
     monitor: &'a Monitor,
+    task: &'a WatchTask<'a>,
     contacts: Contacts,
     points: Decimator<(f64, Vec<f64>)>,
 }
 
 impl<'a> Watching<'a> {
-    /// - `rate`: false alarms of all joints together, 1/s.
-    fn new(robot: &'a Robot<'a>, monitor: &'a Monitor, rate: f64) -> Self {
+    fn new(robot: &'a Robot<'a>, monitor: &'a Monitor, task: &'a WatchTask<'a>) -> Self {
+        let rate = task.false_alarms_per_h / 3600.0;
         Self {
+            task,
             contacts: Contacts::new(&monitor.joints, rate),
             points: Decimator::new(POINTS_OF_CURVES),
             robot,
@@ -162,16 +169,36 @@ impl<'a> Watching<'a> {
         let mut walk = Walk::new(reading, period);
         let mut instants = Instants::new(self.robot, period)?;
         let mut watched = 0.0;
-        let Self { robot, monitor, contacts, points } = self;
+        let Self { robot, monitor, contacts, points, task } = self;
         let model: &Model = robot.model;
+        let names = (task.set.label.as_str(), label.as_str(), &*task.chosen.logs);
+        let mut windows = Windows::new((robot, monitor), task.experiment, names, period);
+        let mut blindness = Blindness::new(reading.channels(), &monitor.runs);
+        let mut blind: Vec<(usize, [f64; 2])> = Vec::new();
         let mut ended: Vec<Contact> = Vec::new();
+        let first = events.len();
+        let mut add = |event: WatchEvent| {
+            // A change that lasts is one event.
+            let is_same = |other: &&mut WatchEvent| {
+                other.torque_nm.is_none()
+                    && (&other.finding.code, &other.joint) == (&event.finding.code, &event.joint)
+                    && event.begins_s - other.ends_s < WINDOW_S
+            };
+            if let Some(same) = events[first..].iter_mut().rev().find(is_same) {
+                same.ends_s = event.ends_s;
+                return;
+            }
+            tell(&event);
+            events.push(event);
+        };
         while more {
             walk.push(&block, &mut |next| {
                 instants.take(next, &mut |time, now, begins| {
                     if begins {
                         ended.extend(contacts.end());
                     }
-                    watched += period * instants_per(monitor);
+                    watched += period * monitor.stride as f64;
+                    windows.see(now);
                     let mut point = Vec::new();
                     for (joint, of) in monitor.joints.iter().enumerate() {
                         let outside = of.outside(model, joint, now);
@@ -182,19 +209,45 @@ impl<'a> Watching<'a> {
                     points.push(|| (time, point));
                 });
             });
-            for contact in ended.drain(..) {
-                let event = of_contact(&contact, &label, model);
-                tell(&event);
-                events.push(event);
+            let shown_again = blindness.take(&block);
+            let has_contact = !ended.is_empty();
+            let is_blind = !shown_again.is_empty() || blindness.open.iter().any(Option::is_some);
+            for (channel, span) in shown_again {
+                add(of_blindness(channel, span, &label, reading));
+                blind.push((channel, span));
+            }
+            let open = blindness.open.iter().flatten();
+            let spans: Vec<[f64; 2]> = blind.iter().map(|(_, span)| *span).chain(open.copied()).collect();
+            for contact in ended.drain(..).filter(|contact| !contact.is_within(&spans)) {
+                add(of_contact(&contact, &label, model));
+            }
+            if is_blind || has_contact {
+                windows.drop();
+            } else {
+                for change in windows.push(&block, contacts.since())? {
+                    add(of_change(change, &label, model));
+                }
             }
             progress.tell(Phase::Watching, log.timing().recorded, log.expected())?;
             more = log.read(&mut block)?;
         }
-        for contact in contacts.end() {
-            let event = of_contact(&contact, &label, model);
-            tell(&event);
-            events.push(event);
+        let open = blindness.open.iter().enumerate();
+        for (channel, span) in open.filter_map(|(channel, span)| Some((channel, (*span)?))) {
+            add(of_blindness(channel, span, &label, reading));
+            blind.push((channel, span));
         }
+        if contacts.since().is_some() {
+            windows.drop();
+        }
+        let spans: Vec<[f64; 2]> = blind.iter().map(|(_, span)| *span).collect();
+        let ended = contacts.end().into_iter();
+        for contact in ended.filter(|contact| !contact.is_within(&spans)) {
+            add(of_contact(&contact, &label, model));
+        }
+        for change in windows.end()? {
+            add(of_change(change, &label, model));
+        }
+        watched -= spans.iter().map(|span| span[1] - span[0]).sum::<f64>();
         let duration = log.timing().duration;
         Ok(WatchedLog {
             log: label,
@@ -220,8 +273,40 @@ impl<'a> Watching<'a> {
     }
 }
 
-fn instants_per(monitor: &Monitor) -> f64 {
-    monitor.stride as f64
+fn of_blindness(channel: usize, span: [f64; 2], log: &str, reading: &Reading) -> WatchEvent {
+    let of = &reading.channels().all[channel];
+    let joint = &reading.model().joints()[of.joint];
+    let finding = Finding::new(
+        Severity::Warning,
+        BLIND,
+        format!(
+            "{joint}: \"{}\" keeps one value from {:.2} to {:.2} s, much longer than in the healthy logs: sprung is blind there, and \
+             says nothing about contacts and changes",
+            of.column, span[0], span[1]
+        ),
+        "check the sensor and its cable; a torque at its limit is saturated",
+    );
+    WatchEvent {
+        log: log.to_owned(),
+        begins_s: span[0],
+        ends_s: span[1],
+        joint: Some(joint.clone()),
+        torque_nm: None,
+        threshold_nm: None,
+        finding: finding.seen(log, &of.column, span[1] - span[0], "s"),
+    }
+}
+
+fn of_change(change: Change, log: &str, model: &Model) -> WatchEvent {
+    WatchEvent {
+        log: log.to_owned(),
+        begins_s: change.span[0],
+        ends_s: change.span[1],
+        joint: change.joint.map(|joint| model.joints()[joint].clone()),
+        torque_nm: None,
+        threshold_nm: None,
+        finding: change.finding,
+    }
 }
 
 fn of_contact(contact: &Contact, log: &str, model: &Model) -> WatchEvent {

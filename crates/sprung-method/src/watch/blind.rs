@@ -1,0 +1,182 @@
+//! Sensors that show nothing: columns that keep one value for much longer than in healthy logs.
+
+use crate::log::{Channels, LogBlock};
+
+/// Time for which any column may keep one value, s.
+const USUAL_S: f64 = 0.2;
+
+/// Longest time over that in healthy logs.
+const RATIO: f64 = 3.0;
+
+/// Other positions of the joint move at least so many of their steps while a frozen one does not.
+const STEPS: f64 = 20.0;
+
+/// Samples of one channel with one value.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    value: f64,
+    /// First and last time, s.
+    span: [f64; 2],
+    /// Value of the other position of the joint at the first time.
+    other: f64,
+}
+
+/// Runs of equal values of each channel.
+#[derive(Clone, Debug)]
+pub(super) struct Runs {
+    runs: Vec<Option<Run>>,
+    /// Other position of the joint, for a position that has one.
+    others: Vec<Option<usize>>,
+    /// Smallest change of each channel so far.
+    steps: Vec<f64>,
+    /// Longest run of each channel that counts, s.
+    pub(super) longest: Vec<f64>,
+}
+
+impl Runs {
+    pub(super) fn new(channels: &Channels) -> Self {
+        let count = channels.all.len();
+        let other = |at: usize| {
+            let of = &channels.all[at];
+            let is_other = |(other, channel): &(usize, &crate::log::Channel)| {
+                *other != at && channel.joint == of.joint && channel.quantity.is_position()
+            };
+            let all = channels.all.iter().enumerate();
+            (of.quantity.is_position()).then(|| all.clone().find(is_other).map(|(other, _)| other))
+        };
+        Self {
+            runs: vec![None; count],
+            others: (0..count).map(|at| other(at).flatten()).collect(),
+            steps: vec![f64::INFINITY; count],
+            longest: vec![0.0; count],
+        }
+    }
+
+    /// Takes a block, and calls back at the end of each run that counts with its channel and its span.
+    pub(super) fn take(&mut self, block: &LogBlock, each: &mut dyn FnMut(usize, [f64; 2])) {
+        for at in 0..block.values.len() {
+            let other = self.others[at];
+            let mut gaps = block.gaps.iter().copied().peekable();
+            for (k, (&time, &value)) in block.time.iter().zip(&block.values[at]).enumerate() {
+                let is_behind_gap = gaps.next_if_eq(&k).is_some();
+                let beside = other.map_or(0.0, |other| block.values[other][k]);
+                match &mut self.runs[at] {
+                    Some(run) if run.value == value && !is_behind_gap => run.span[1] = time,
+                    run => {
+                        if let Some(ended) = run.filter(|_| !is_behind_gap) {
+                            self.steps[at] = self.steps[at].min((value - ended.value).abs());
+                            if counts(&ended, other.map(|other| self.steps[other]), beside) {
+                                let duration = ended.span[1] - ended.span[0];
+                                self.longest[at] = self.longest[at].max(duration);
+                                each(at, ended.span);
+                            }
+                        }
+                        *run = Some(Run { value, span: [time; 2], other: beside });
+                    }
+                }
+            }
+        }
+    }
+
+    /// Returns the channels that keep their value until now, with the span.
+    pub(super) fn open<'r>(&'r self, block: &'r LogBlock) -> impl Iterator<Item = (usize, [f64; 2])> + 'r {
+        (self.runs.iter().enumerate()).filter_map(|(at, run)| {
+            let run = run.as_ref()?;
+            let other = self.others[at];
+            let beside = other.map_or(Some(0.0), |other| block.values[other].last().copied())?;
+            counts(run, other.map(|other| self.steps[other]), beside).then_some((at, run.span))
+        })
+    }
+}
+
+/// Returns whether a run shows a frozen channel: a joint that stands still has one too, but its other position stands as well.
+fn counts(run: &Run, step: Option<f64>, beside: f64) -> bool {
+    step.is_none_or(|step| (beside - run.other).abs() > STEPS * step)
+}
+
+/// Finds the times at which a channel shows nothing.
+pub(super) struct Blindness {
+    runs: Runs,
+    /// Longest run that is usual, by channel, s.
+    usual: Vec<f64>,
+    /// Channels that show nothing, with the time from which on and the last time.
+    pub(super) open: Vec<Option<[f64; 2]>>,
+}
+
+impl Blindness {
+    /// - `healthy`: longest runs in healthy logs, by channel, s.
+    pub(super) fn new(channels: &Channels, healthy: &[f64]) -> Self {
+        Self {
+            runs: Runs::new(channels),
+            usual: healthy.iter().map(|longest| (RATIO * longest).max(USUAL_S)).collect(),
+            open: vec![None; channels.all.len()],
+        }
+    }
+
+    /// Takes a block and returns the channels that showed nothing and show something again, each with the span.
+    pub(super) fn take(&mut self, block: &LogBlock) -> Vec<(usize, [f64; 2])> {
+        let (usual, mut ended) = (&self.usual, Vec::new());
+        let is_long = |at: usize, span: [f64; 2]| span[1] - span[0] > usual[at];
+        self.runs.take(block, &mut |at, span| {
+            if is_long(at, span) {
+                ended.push((at, span));
+            }
+        });
+        self.open.fill(None);
+        for (at, span) in self.runs.open(block) {
+            self.open[at] = Some(span).filter(|span| is_long(at, *span));
+        }
+        ended
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::description::Experiment;
+
+    /// Two joints with both encoders and torques: channel 0 is a link position, or the test says which it is not.
+    fn channels() -> Channels {
+        let experiment = Experiment::parse(crate::demo::EXPERIMENT, &|_| None).unwrap();
+        Channels::new(&experiment.robot, experiment.log.as_ref().unwrap()).unwrap()
+    }
+
+    fn block(channels: &Channels, from: usize, values: impl Fn(usize, f64) -> f64) -> LogBlock {
+        let mut block = LogBlock::new(channels.all.len());
+        block.time = (from..from + 1000).map(|k| k as f64 * 1e-3).collect();
+        for (at, column) in block.values.iter_mut().enumerate() {
+            *column = block.time.iter().map(|time| values(at, *time)).collect();
+        }
+        block
+    }
+
+    fn position(time: f64) -> f64 {
+        ((3.0 * time).sin() / 1e-3).round() * 1e-3
+    }
+
+    #[test]
+    fn a_frozen_column_is_found_and_a_joint_at_rest_is_not() {
+        let channels = channels();
+        let is_position = |at: usize| channels.all[at].quantity.is_position();
+        let frozen = (0..channels.all.len()).find(|&at| is_position(at)).unwrap();
+        let usual = vec![0.02; channels.all.len()];
+        let noise = |at: usize, time: f64| ((at as f64 + 1.0) * 1e4 * time).sin();
+        let mut moving = Blindness::new(&channels, &usual);
+        let value = |at: usize, time: f64| match at {
+            at if at == frozen => position(time.min(0.5)),
+            at if is_position(at) => position(time),
+            _ => noise(at, time),
+        };
+        assert!(moving.take(&block(&channels, 0, value)).is_empty());
+        assert_eq!(moving.open.iter().filter(|open| open.is_some()).count(), 1);
+        assert!(moving.open[frozen].is_some());
+        let after = |at: usize, time: f64| if is_position(at) { position(time) } else { noise(at, time) };
+        let ended = moving.take(&block(&channels, 1000, after));
+        assert_eq!(ended.len(), 1);
+        assert_eq!(ended[0].0, frozen);
+        let mut resting = Blindness::new(&channels, &usual);
+        let rest = |at: usize, time: f64| if is_position(at) { position(time.min(0.5)) } else { noise(at, time) };
+        assert!(resting.take(&block(&channels, 0, rest)).is_empty());
+        assert!(resting.open.iter().all(Option::is_none));
+    }
+}

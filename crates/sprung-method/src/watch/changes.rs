@@ -1,0 +1,268 @@
+//! Changes of the robot or of a sensor, window by window.
+//!
+//! A window whose residuals are larger than those of the healthy robot is searched for the fewest changes that explain them, by the
+//! catalogue of unknowns with known parameters.
+
+use super::learn::{Instants, Monitor, Robot};
+use super::residual::Now;
+use super::walk::Walk;
+use crate::description::Experiment;
+use crate::finding::{Finding, Severity};
+use crate::log::LogBlock;
+use crate::model::Theta;
+use crate::prepare::Excerpt;
+use crate::regression::PassError;
+use crate::unknowns::{FoundChange, Kind, changes};
+use crate::validate::{Logs, OfSet, changed};
+
+/// Length of a window, s.
+pub(super) const WINDOW_S: f64 = 15.0;
+
+/// Least length of the last window of a log, s.
+const LEAST_S: f64 = 8.0;
+
+/// Mean squared residual over that of the healthy robot from which a window is searched.
+const UNUSUAL: f64 = 1.4;
+
+/// The same from which a window without an explanation is reported.
+const UNEXPLAINED: f64 = 9.0;
+
+/// Code of the finding about a window that nothing explains.
+const RESIDUAL_UNEXPLAINED: &str = "residual-unexplained";
+
+/// Part of the excess of the mean squared residuals that changes must explain.
+const EXPLAINED: f64 = 0.7;
+
+/// Factor by which changes lower the product of the squared errors of all equations.
+const LEAST_FACTOR: f64 = 1.2;
+
+/// A change that was seen in one window.
+pub(super) struct Change {
+    pub(super) span: [f64; 2],
+    pub(super) joint: Option<usize>,
+    pub(super) finding: Finding,
+}
+
+/// Mean squares of the residuals of both equations of each joint, over those of the healthy robot.
+#[derive(Clone)]
+struct Squares {
+    sums: Vec<[f64; 2]>,
+    count: f64,
+}
+
+impl Squares {
+    fn new(joints: usize) -> Self {
+        Self {
+            sums: vec![[0.0; 2]; joints],
+            count: 0.0,
+        }
+    }
+
+    fn see(&mut self, (robot, monitor): (&Robot<'_>, &Monitor), now: &Now) {
+        let joints = monitor.joints.iter().enumerate().zip(&mut self.sums);
+        for ((joint, of), sums) in joints {
+            let squares = of.squares(robot.model, joint, now);
+            for (sum, square) in sums.iter_mut().zip(squares) {
+                *sum += square;
+            }
+        }
+        self.count += 1.0;
+    }
+
+    /// Returns the largest mean of a joint, or of all.
+    fn largest(&self, joint: Option<usize>) -> f64 {
+        let all = self.sums.iter().enumerate();
+        let all = all.filter(|(of, _)| joint.is_none_or(|joint| joint == *of));
+        let largest = all.flat_map(|(_, sums)| sums).fold(0.0, |most: f64, sum| most.max(*sum));
+        largest / self.count.max(1.0)
+    }
+
+    /// Returns the sum of the means beyond one.
+    fn excess(&self) -> f64 {
+        let count = self.count.max(1.0);
+        self.sums.iter().flatten().map(|sum| (sum / count - 1.0).max(0.0)).sum()
+    }
+}
+
+/// Collects windows of a log and searches those that are unusual.
+pub(super) struct Windows<'a> {
+    robot: &'a Robot<'a>,
+    monitor: &'a Monitor,
+    experiment: &'a Experiment,
+    label: &'a str,
+    file: &'a str,
+    identified: &'a [String],
+    period: f64,
+    excerpt: Excerpt,
+    squares: Squares,
+}
+
+impl<'a> Windows<'a> {
+    /// - `label`: origin of the values; `file`: the log; `identified`: those of the identification; `period`: T, s.
+    pub(super) fn new(
+        (robot, monitor): (&'a Robot<'a>, &'a Monitor),
+        experiment: &'a Experiment,
+        (label, file, identified): (&'a str, &'a str, &'a [String]),
+        period: f64,
+    ) -> Self {
+        Self {
+            excerpt: Excerpt::lasting(period, WINDOW_S),
+            squares: Squares::new(monitor.joints.len()),
+            robot,
+            monitor,
+            experiment,
+            label,
+            file,
+            identified,
+            period,
+        }
+    }
+
+    /// Takes an instant of the window.
+    pub(super) fn see(&mut self, now: &Now) {
+        self.squares.see((self.robot, self.monitor), now);
+    }
+
+    /// Takes a block whose instants were seen; returns the changes of a window that it completes.
+    ///
+    /// - `contact`: begin of a contact that lasts, s. What lasts for a whole window is no contact but another load.
+    ///
+    /// # Errors
+    ///
+    /// [`PassError`] if the filters do not fit the period.
+    pub(super) fn push(
+        &mut self,
+        block: &LogBlock,
+        contact: Option<f64>,
+    ) -> Result<Vec<Change>, PassError> {
+        if self.excerpt.push(block) {
+            return Ok(Vec::new());
+        }
+        if contact.is_some_and(|begin| begin >= self.excerpt.span()[0]) {
+            self.drop();
+        }
+        self.ended()
+    }
+
+    /// Ends the log; returns the changes of its last window.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`push`](Self::push).
+    pub(super) fn end(&mut self) -> Result<Vec<Change>, PassError> {
+        if self.excerpt.duration() < LEAST_S {
+            return Ok(Vec::new());
+        }
+        self.ended()
+    }
+
+    fn ended(&mut self) -> Result<Vec<Change>, PassError> {
+        let empty = Excerpt::lasting(self.period, WINDOW_S);
+        let excerpt = std::mem::replace(&mut self.excerpt, empty);
+        let none = Squares::new(self.monitor.joints.len());
+        let squares = std::mem::replace(&mut self.squares, none);
+        if squares.largest(None) < UNUSUAL {
+            return Ok(Vec::new());
+        }
+        let before = self.along(&excerpt, self.robot.theta)?;
+        let known: Vec<(usize, f64)> = self.robot.theta.iter().copied().enumerate().collect();
+        let reading = self.robot.reading;
+        let known = reading.with_model(self.robot.model.with_fixed(&known));
+        let explained = |excerpt: &Excerpt, theta: &Theta| {
+            let after = self.along(excerpt, theta).ok()?;
+            let is_explained = after.excess() <= (1.0 - EXPLAINED) * before.excess();
+            is_explained.then_some(after)
+        };
+        let found = changes(
+            self.experiment,
+            &known,
+            (&excerpt, self.file),
+            LEAST_FACTOR,
+            explained,
+        );
+        let Some((changes, after)) = found else {
+            return Ok(self.unexplained(&excerpt, &before).into_iter().collect());
+        };
+        // Incremental encoders have another zero after each start.
+        let changes: Vec<FoundChange> = (changes.into_iter())
+            .filter(|change| change.found.kind != Kind::Offset)
+            .collect();
+        let falls = |joint: Option<usize>| {
+            let [before, after] = [&before, &after].map(|of| of.largest(joint).sqrt());
+            (after < before).then(|| {
+                format!("the residual falls from {before:.1} to {after:.1} times that of the healthy robot")
+            })
+        };
+        let set = OfSet {
+            label: self.label,
+            model: self.robot.model,
+            theta: self.robot.theta,
+        };
+        let logs = Logs {
+            run: &[self.file.to_owned()],
+            identified: self.identified,
+            channels: reading.channels(),
+            gain: &|_| None,
+        };
+        let joint = changes.first().and_then(|change| change.joint);
+        let size = before.largest(None).sqrt();
+        Ok(changed(&set, &changes, (&falls, size), &logs)
+            .into_iter()
+            .map(|finding| Change {
+                span: excerpt.span(),
+                joint,
+                finding,
+            })
+            .collect())
+    }
+
+    /// Reports a window that no change explains, if its residuals are far from those of the healthy robot.
+    fn unexplained(&self, excerpt: &Excerpt, before: &Squares) -> Option<Change> {
+        let largest = before.largest(None);
+        if largest < UNEXPLAINED {
+            return None;
+        }
+        let joint = (0..self.monitor.joints.len())
+            .max_by(|a, b| before.largest(Some(*a)).total_cmp(&before.largest(Some(*b))))?;
+        let ratio = largest.sqrt();
+        let finding = Finding::new(
+            Severity::Warning,
+            RESIDUAL_UNEXPLAINED,
+            format!(
+                "the residual of {} is {ratio:.1} times that of the healthy robot, and sprung found no change of the robot or of a \
+                 column that explains this",
+                self.robot.model.joints()[joint]
+            ),
+            "compare the robot with that of the identification, and look for a contact that lasts; identify again if the robot is as \
+             it should be",
+        );
+        Some(Change {
+            span: excerpt.span(),
+            joint: Some(joint),
+            finding: finding.seen(self.file, "", ratio, ""),
+        })
+    }
+
+    /// Drops the present window: a sensor shows nothing, or something has touched the robot.
+    pub(super) fn drop(&mut self) {
+        self.excerpt = Excerpt::lasting(self.period, WINDOW_S);
+        self.squares = Squares::new(self.monitor.joints.len());
+    }
+
+    /// Returns the squares along a window with some values.
+    fn along(&self, excerpt: &Excerpt, theta: &Theta) -> Result<Squares, PassError> {
+        let robot = Robot {
+            theta,
+            ..*self.robot
+        };
+        let mut squares = Squares::new(self.monitor.joints.len());
+        let mut walk = Walk::new(robot.reading, self.period);
+        let mut instants = Instants::new(&robot, self.period)?;
+        for block in excerpt.blocks() {
+            walk.push(block, &mut |next| {
+                instants.take(next, &mut |_, now, _| squares.see((&robot, self.monitor), now));
+            });
+        }
+        Ok(squares)
+    }
+}
