@@ -3,50 +3,55 @@
 use crate::log::{Channels, LogBlock};
 
 /// Time for which any column may keep one value, s.
-const USUAL_S: f64 = 0.2;
+const USUAL_S: f64 = 0.5;
 
 /// Longest time over that in healthy logs.
 const RATIO: f64 = 3.0;
 
-/// Other positions of the joint move at least so many of their steps while a frozen one does not.
+/// Time of one value after which positions beside are remembered, s.
+const BEGUN_S: f64 = 0.05;
+
+/// A position beside moves at least so many of its steps while a frozen one does not.
 const STEPS: f64 = 20.0;
 
 /// Samples of one channel with one value.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Run {
     value: f64,
     /// First and last time, s.
     span: [f64; 2],
-    /// Value of the other position of the joint at the first time.
-    other: f64,
+    /// Positions beside soon after the first time; `None` in a short run.
+    beside: Option<Vec<f64>>,
 }
 
 /// Runs of equal values of each channel.
 #[derive(Clone, Debug)]
 pub(super) struct Runs {
     runs: Vec<Option<Run>>,
-    /// Other position of the joint, for a position that has one.
-    others: Vec<Option<usize>>,
+    /// Positions beside a position: the other one of its joint, or those of other joints. A joint that stands still has runs, too.
+    beside: Vec<Vec<usize>>,
     /// Smallest change of each channel so far.
     steps: Vec<f64>,
     /// Longest run of each channel that counts, s.
-    pub(super) longest: Vec<f64>,
+    longest: Vec<f64>,
 }
 
 impl Runs {
     pub(super) fn new(channels: &Channels) -> Self {
         let count = channels.all.len();
-        let other = |at: usize| {
-            let of = &channels.all[at];
-            let is_other = |(other, channel): &(usize, &crate::log::Channel)| {
-                *other != at && channel.joint == of.joint && channel.quantity.is_position()
-            };
-            let all = channels.all.iter().enumerate();
-            (of.quantity.is_position()).then(|| all.clone().find(is_other).map(|(other, _)| other))
+        let is_position = |at: &usize| channels.all[*at].quantity.is_position();
+        let beside = |at: usize| -> Vec<usize> {
+            let others: Vec<usize> = (0..count).filter(is_position).filter(|o| *o != at).collect();
+            let of_joint = |other: &&usize| channels.all[**other].joint == channels.all[at].joint;
+            match others.iter().find(of_joint) {
+                _ if !is_position(&at) => Vec::new(),
+                Some(partner) => vec![*partner],
+                None => others,
+            }
         };
         Self {
             runs: vec![None; count],
-            others: (0..count).map(|at| other(at).flatten()).collect(),
+            beside: (0..count).map(beside).collect(),
             steps: vec![f64::INFINITY; count],
             longest: vec![0.0; count],
         }
@@ -55,43 +60,66 @@ impl Runs {
     /// Takes a block, and calls back at the end of each run that counts with its channel and its span.
     pub(super) fn take(&mut self, block: &LogBlock, each: &mut dyn FnMut(usize, [f64; 2])) {
         for at in 0..block.values.len() {
-            let other = self.others[at];
             let mut gaps = block.gaps.iter().copied().peekable();
             for (k, (&time, &value)) in block.time.iter().zip(&block.values[at]).enumerate() {
                 let is_behind_gap = gaps.next_if_eq(&k).is_some();
-                let beside = other.map_or(0.0, |other| block.values[other][k]);
-                match &mut self.runs[at] {
-                    Some(run) if run.value == value && !is_behind_gap => run.span[1] = time,
-                    run => {
-                        if let Some(ended) = run.filter(|_| !is_behind_gap) {
-                            self.steps[at] = self.steps[at].min((value - ended.value).abs());
-                            if counts(&ended, other.map(|other| self.steps[other]), beside) {
-                                let duration = ended.span[1] - ended.span[0];
-                                self.longest[at] = self.longest[at].max(duration);
-                                each(at, ended.span);
-                            }
-                        }
-                        *run = Some(Run { value, span: [time; 2], other: beside });
+                if let Some(run) = &mut self.runs[at]
+                    && run.value.to_bits() == value.to_bits()
+                    && !is_behind_gap
+                {
+                    run.span[1] = time;
+                    if run.beside.is_none() && time - run.span[0] > BEGUN_S {
+                        let beside = self.beside[at].iter();
+                        run.beside = Some(beside.map(|other| block.values[*other][k]).collect());
+                    }
+                    continue;
+                }
+                let next = Run {
+                    value,
+                    span: [time; 2],
+                    beside: None,
+                };
+                let ended = self.runs[at].replace(next).filter(|_| !is_behind_gap);
+                if let Some(ended) = ended {
+                    self.steps[at] = self.steps[at].min((value - ended.value).abs());
+                    if self.counts(at, &ended, (block, k)) {
+                        self.longest[at] = self.longest[at].max(ended.span[1] - ended.span[0]);
+                        each(at, ended.span);
                     }
                 }
             }
         }
     }
 
-    /// Returns the channels that keep their value until now, with the span.
-    pub(super) fn open<'r>(&'r self, block: &'r LogBlock) -> impl Iterator<Item = (usize, [f64; 2])> + 'r {
-        (self.runs.iter().enumerate()).filter_map(|(at, run)| {
+    /// Returns the channels that keep their value until the end of a block, with the span.
+    fn open(&self, block: &LogBlock) -> impl Iterator<Item = (usize, [f64; 2])> {
+        let last = block.len().saturating_sub(1);
+        (self.runs.iter().enumerate()).filter_map(move |(at, run)| {
             let run = run.as_ref()?;
-            let other = self.others[at];
-            let beside = other.map_or(Some(0.0), |other| block.values[other].last().copied())?;
-            counts(run, other.map(|other| self.steps[other]), beside).then_some((at, run.span))
+            self.counts(at, run, (block, last)).then_some((at, run.span))
         })
     }
-}
 
-/// Returns whether a run shows a frozen channel: a joint that stands still has one too, but its other position stands as well.
-fn counts(run: &Run, step: Option<f64>, beside: f64) -> bool {
-    step.is_none_or(|step| (beside - run.other).abs() > STEPS * step)
+    /// Returns the longest run of each channel that counts, with those that last until the end of the log, s.
+    pub(super) fn longest(&self, end: &LogBlock) -> Vec<f64> {
+        let mut longest = self.longest.clone();
+        for (at, span) in self.open(end) {
+            longest[at] = longest[at].max(span[1] - span[0]);
+        }
+        longest
+    }
+
+    /// Returns whether a run of a channel that ends with a sample shows that the channel is frozen.
+    fn counts(&self, at: usize, run: &Run, (block, k): (&LogBlock, usize)) -> bool {
+        let Some(before) = &run.beside else {
+            return false;
+        };
+        let beside = &self.beside[at];
+        let moves = |(other, before): (&usize, &f64)| {
+            (block.values[*other][k] - before).abs() > STEPS * self.steps[*other]
+        };
+        beside.is_empty() || beside.iter().zip(before).any(moves)
+    }
 }
 
 /// Finds the times at which a channel shows nothing.
@@ -163,7 +191,7 @@ mod tests {
         let noise = |at: usize, time: f64| ((at as f64 + 1.0) * 1e4 * time).sin();
         let mut moving = Blindness::new(&channels, &usual);
         let value = |at: usize, time: f64| match at {
-            at if at == frozen => position(time.min(0.5)),
+            at if at == frozen => position(time.min(0.3)),
             at if is_position(at) => position(time),
             _ => noise(at, time),
         };
@@ -175,7 +203,7 @@ mod tests {
         assert_eq!(ended.len(), 1);
         assert_eq!(ended[0].0, frozen);
         let mut resting = Blindness::new(&channels, &usual);
-        let rest = |at: usize, time: f64| if is_position(at) { position(time.min(0.5)) } else { noise(at, time) };
+        let rest = |at: usize, time: f64| if is_position(at) { position(time.min(0.3)) } else { noise(at, time) };
         assert!(resting.take(&block(&channels, 0, rest)).is_empty());
         assert!(resting.open.iter().all(Option::is_none));
     }

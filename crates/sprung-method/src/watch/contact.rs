@@ -33,12 +33,12 @@ pub(super) struct Contacts {
 }
 
 impl Contacts {
-    /// - `rate`: false alarms that all joints together may have, 1/s.
-    pub(super) fn new(joints: &[JointMonitor], rate: f64) -> Self {
+    /// - `rate`: false alarms that all joints together may have, 1/s; `bandwidth`: of the residuals, rad/s.
+    pub(super) fn new(joints: &[JointMonitor], rate: f64, bandwidth: f64) -> Self {
         let of_joint = rate / joints.len().max(1) as f64;
         Self {
             thresholds: (joints.iter())
-                .map(|joint| joint.threshold(of_joint))
+                .map(|joint| joint.threshold(of_joint, bandwidth))
                 .collect(),
             open: vec![None; joints.len()],
         }

@@ -164,6 +164,7 @@ fn learn(
     let mut all: Vec<Vec<Both>> = vec![Vec::new(); n];
     let mut errors = Errors::new(robot);
     let mut runs = Runs::new(robot.reading.channels());
+    let mut longest = Vec::new();
     let (mut duration, mut used_stride) = (0.0, 1);
     for source in sources {
         let mut log = source.open(robot.reading.channels())?;
@@ -201,6 +202,7 @@ fn learn(
             });
             progress.tell(Phase::Reading, log.timing().recorded, log.expected())?;
             duration = before + block.time.last().map_or(0.0, |last| last - first);
+            longest = runs.longest(&block);
             more = log.read(&mut block)?;
         }
     }
@@ -212,7 +214,7 @@ fn learn(
         joints,
         duration,
         stride: used_stride,
-        runs: runs.longest,
+        runs: longest,
     })
 }
 
@@ -246,7 +248,7 @@ pub(super) fn choose<'a>(
         let monitor = learn(&tried, sources, progress)?;
         let reached = bandwidth.reached(PROMPT_S.max(bandwidth.last.recip()), period)?;
         let smallest: f64 = (monitor.joints.iter())
-            .map(|joint| (joint.threshold(CHOICE_RATE) * joint.typical / reached).max(1e-12).ln())
+            .map(|joint| (joint.threshold(CHOICE_RATE, bandwidth.last) * joint.typical / reached).max(1e-12).ln())
             .sum();
         if best.as_ref().is_none_or(|(least, ..)| smallest < *least) {
             best = Some((smallest, tried, monitor));
@@ -258,8 +260,11 @@ pub(super) fn choose<'a>(
 
 impl JointMonitor {
     /// Returns the threshold in standard deviations that healthy motion exceeds at a rate, 1/s; infinite if it is not known.
-    pub(super) fn threshold(&self, rate: f64) -> f64 {
-        self.tail.map_or(f64::INFINITY, |tail| tail.threshold(rate))
+    ///
+    /// - `bandwidth`: of the residual, rad/s.
+    pub(super) fn threshold(&self, rate: f64, bandwidth: f64) -> f64 {
+        let tail = self.tail.as_ref();
+        tail.map_or(f64::INFINITY, |tail| tail.threshold(rate, bandwidth))
     }
 
     /// Returns what was learned but for the tail, and the peaks.

@@ -121,7 +121,18 @@ impl Tail {
     }
 
     /// Returns the threshold that healthy motion exceeds at a rate, 1/s.
-    pub(super) fn threshold(&self, rate: f64) -> f64 {
+    ///
+    /// It is at least that of normal noise with the same variance: the variance contains the errors of the parameters, which the healthy
+    /// logs, to which they were fitted, do not show.
+    ///
+    /// - `bandwidth`: of the residual, rad/s.
+    pub(super) fn threshold(&self, rate: f64, bandwidth: f64) -> f64 {
+        let crossings = bandwidth / std::f64::consts::TAU;
+        let of_noise = (2.0 * (crossings / rate).max(1.0).ln()).sqrt();
+        self.of_tail(rate).max(of_noise)
+    }
+
+    fn of_tail(&self, rate: f64) -> f64 {
         let growth = (self.rate / rate).max(1.0).powf(self.count.recip()) - 1.0;
         let beyond = self.count * self.scale * growth;
         (self.begin.powf(self.shape) + beyond).powf(self.shape.recip())

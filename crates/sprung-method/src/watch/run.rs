@@ -146,7 +146,7 @@ impl<'a> Watching<'a> {
         let rate = task.false_alarms_per_h / 3600.0;
         Self {
             task,
-            contacts: Contacts::new(&monitor.joints, rate),
+            contacts: Contacts::new(&monitor.joints, rate, robot.bandwidth.last),
             points: Decimator::new(POINTS_OF_CURVES),
             robot,
             monitor,
