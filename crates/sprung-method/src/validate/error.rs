@@ -38,6 +38,22 @@ pub enum ValidateError {
         /// Name of the column.
         column: String,
     },
+    /// Sensors on the links move the link positions, which an observer on line does not do.
+    #[error("sprung watch needs link encoders, torque sensors or motor torques; it does not use gyroscopes and accelerometers")]
+    InertialSensors,
+    /// A log to watch has another sampling rate than the healthy ones.
+    #[error(
+        "{file} has {found:.0} samples per second, and the healthy logs have {learned:.0}, so their thresholds do not hold; log \
+         both at the same rate"
+    )]
+    OtherRate {
+        /// Name of the log.
+        file: String,
+        /// Its rate, Hz.
+        found: f64,
+        /// Rate of the healthy logs, Hz.
+        learned: f64,
+    },
     /// The model has no parameter with a name of the parameter file.
     #[error(transparent)]
     Model(#[from] ModelError),

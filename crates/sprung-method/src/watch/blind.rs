@@ -128,7 +128,7 @@ pub(super) struct Blindness {
     /// Longest run that is usual, by channel, s.
     usual: Vec<f64>,
     /// Channels that show nothing, with the time from which on and the last time.
-    pub(super) open: Vec<Option<[f64; 2]>>,
+    open: Vec<Option<[f64; 2]>>,
 }
 
 impl Blindness {
@@ -139,6 +139,17 @@ impl Blindness {
             usual: healthy.iter().map(|longest| (RATIO * longest).max(USUAL_S)).collect(),
             open: vec![None; channels.all.len()],
         }
+    }
+
+    /// Returns whether a channel shows nothing at present.
+    pub(super) fn is_blind(&self) -> bool {
+        self.open.iter().any(Option::is_some)
+    }
+
+    /// Returns the channels that show nothing at present, each with the span.
+    pub(super) fn open(&self) -> impl Iterator<Item = (usize, [f64; 2])> {
+        let open = self.open.iter().enumerate();
+        open.filter_map(|(channel, span)| Some((channel, (*span)?)))
     }
 
     /// Takes a block and returns the channels that showed nothing and show something again, each with the span.

@@ -88,8 +88,9 @@ pub(super) struct Monitor {
     pub(super) joints: Vec<JointMonitor>,
     /// Duration of the healthy motion, s.
     pub(super) duration: f64,
-    /// Samples per instant.
+    /// Samples per instant, and the sampling period T, s.
     pub(super) stride: usize,
+    pub(super) period: f64,
     /// Longest time for which each channel keeps one value, s.
     pub(super) runs: Vec<f64>,
 }
@@ -165,15 +166,22 @@ fn learn(
     let mut errors = Errors::new(robot);
     let mut runs = Runs::new(robot.reading.channels());
     let mut longest = Vec::new();
-    let (mut duration, mut used_stride) = (0.0, 1);
-    for source in sources {
+    let (mut duration, mut first_period) = (0.0, 0.0);
+    for source in sources.iter_mut().filter(|source| !source.has_unknown_payload()) {
         let mut log = source.open(robot.reading.channels())?;
         let mut block = LogBlock::new(robot.reading.channels().all.len());
         let mut more = log.read(&mut block)?;
         let period = log.timing().period;
         let mut walk = Walk::new(robot.reading, period);
-        let mut instants = Instants::new(robot, period)?;
-        used_stride = instants.stride;
+        let carried = source.payload().and_then(|payload| model.change_by_payload(payload));
+        let theta = match carried {
+            Some(change) => robot.theta.iter().zip(change).map(|(value, by)| value + by).collect(),
+            None => robot.theta.clone(),
+        };
+        let mut instants = Instants::new(&Robot { theta: &theta, ..*robot }, period)?;
+        if first_period == 0.0 {
+            first_period = period;
+        }
         let mut count = 0_usize;
         let first = block.time.first().copied().unwrap_or_default();
         let before = duration;
@@ -213,7 +221,8 @@ fn learn(
     Ok(Monitor {
         joints,
         duration,
-        stride: used_stride,
+        stride: stride(robot.bandwidth.last, first_period),
+        period: first_period,
         runs: longest,
     })
 }

@@ -24,6 +24,9 @@ const BANDWIDTH: f64 = 50.0;
 /// Largest bandwidth over the sampling rate in rad/s, so that the filters are those of continuous time.
 const LARGEST_SHARE_OF_RATE: f64 = 0.025;
 
+/// Largest ratio of the sampling rates of a log and of the healthy ones, which have the same noise then.
+const LARGEST_CHANGE_OF_RATE: f64 = 1.2;
+
 /// Limit of the points of a curve.
 const POINTS_OF_CURVES: usize = 4096;
 
@@ -77,6 +80,9 @@ pub fn watch(
     let log = task.experiment.log.as_ref().ok_or(ValidateError::NoLog)?;
     let channels = Channels::new(&task.experiment.robot, log)?;
     channels.require_sides(&task.experiment.robot)?;
+    if channels.inertial.is_some() {
+        return Err(ValidateError::InertialSensors);
+    }
     let delays = channel_delays(&channels, task.chosen, Some(&channels))?;
     let model = task.model.shaped(&task.set.values);
     let theta = model.theta(&task.set.values)?;
@@ -97,13 +103,13 @@ pub fn watch(
         },
     };
     let (robot, monitor) = choose(robot, healthy, beginning.period(), progress)?;
-    let mut watching = Watching::new(&robot, &monitor, task);
+    let mut watching = Watching::new(&robot, &monitor, task, tell);
     let mut logs = Vec::new();
-    let mut events = Vec::new();
     for source in sources {
-        logs.push(watching.log(source, &mut events, tell, progress)?);
+        logs.push(watching.log(source, progress)?);
     }
-    let joints = model.joints().iter().zip(&monitor.joints).zip(watching.contacts.thresholds());
+    let thresholds = watching.contacts.thresholds();
+    let joints = model.joints().iter().zip(&monitor.joints).zip(thresholds);
     let known = |value: f64| Some(value).filter(|value| value.is_finite());
     let joints = joints.map(|((joint, of), sigma)| WatchedJoint {
         joint: joint.clone(),
@@ -124,11 +130,11 @@ pub fn watch(
         learned_s: monitor.duration,
         joints: joints.collect(),
         logs,
-        events,
+        events: std::mem::take(&mut watching.events),
     };
     Ok(Watched {
         watch,
-        curves: watching.curves(),
+        curves: curves(model.joints(), watching.points.into_items()),
     })
 }
 
@@ -139,137 +145,216 @@ struct Watching<'a> {
     task: &'a WatchTask<'a>,
     contacts: Contacts,
     points: Decimator<(f64, Vec<f64>)>,
+    events: Vec<WatchEvent>,
+    tell: &'a mut dyn FnMut(&WatchEvent),
+}
+
+/// What is known of the log that is watched.
+struct OneLog<'a> {
+    label: &'a str,
+    /// T, s.
+    period: f64,
+    walk: Walk<'a>,
+    instants: Instants<'a>,
+    windows: Windows<'a>,
+    blindness: Blindness,
+    /// Times in which a channel showed nothing, s.
+    blind: Vec<[f64; 2]>,
+    /// Time with thresholds, s.
+    watched: f64,
+    /// Number of earlier events.
+    events: usize,
 }
 
 impl<'a> Watching<'a> {
-    fn new(robot: &'a Robot<'a>, monitor: &'a Monitor, task: &'a WatchTask<'a>) -> Self {
+    fn new(
+        robot: &'a Robot<'a>,
+        monitor: &'a Monitor,
+        task: &'a WatchTask<'a>,
+        tell: &'a mut dyn FnMut(&WatchEvent),
+    ) -> Self {
         let rate = task.false_alarms_per_h / 3600.0;
         Self {
-            task,
             contacts: Contacts::new(&monitor.joints, rate, robot.bandwidth.last),
             points: Decimator::new(POINTS_OF_CURVES),
+            events: Vec::new(),
             robot,
             monitor,
+            task,
+            tell,
         }
     }
 
     fn log(
         &mut self,
         source: &mut LogSource<'_>,
-        events: &mut Vec<WatchEvent>,
-        tell: &mut dyn FnMut(&WatchEvent),
         progress: &mut dyn Listener,
-    ) -> Result<WatchedLog, PassError> {
+    ) -> Result<WatchedLog, ValidateError> {
         let label = source.label();
-        let reading: &Reading = self.robot.reading;
-        let mut log = source.open(reading.channels())?;
-        let mut block = LogBlock::new(reading.channels().all.len());
-        let mut more = log.read(&mut block)?;
+        let channels = self.robot.reading.channels();
+        let mut log = source.open(channels).map_err(PassError::from)?;
+        let mut block = LogBlock::new(channels.all.len());
+        let mut more = log.read(&mut block).map_err(PassError::from)?;
         let period = log.timing().period;
-        let mut walk = Walk::new(reading, period);
-        let mut instants = Instants::new(self.robot, period)?;
-        let mut watched = 0.0;
-        let Self { robot, monitor, contacts, points, task } = self;
-        let model: &Model = robot.model;
-        let names = (task.set.label.as_str(), label.as_str(), &*task.chosen.logs);
-        let mut windows = Windows::new((robot, monitor), task.experiment, names, period);
-        let mut blindness = Blindness::new(reading.channels(), &monitor.runs);
-        let mut blind: Vec<(usize, [f64; 2])> = Vec::new();
-        let mut ended: Vec<Contact> = Vec::new();
-        let first = events.len();
-        let mut add = |event: WatchEvent| {
-            // A change that lasts is one event.
-            let is_same = |other: &&mut WatchEvent| {
-                other.torque_nm.is_none()
-                    && (&other.finding.code, &other.joint) == (&event.finding.code, &event.joint)
-                    && event.begins_s - other.ends_s < WINDOW_S
-            };
-            if let Some(same) = events[first..].iter_mut().rev().find(is_same) {
-                same.ends_s = event.ends_s;
-                return;
-            }
-            tell(&event);
-            events.push(event);
+        if (period / self.monitor.period).ln().abs() > LARGEST_CHANGE_OF_RATE.ln() {
+            return Err(ValidateError::OtherRate {
+                file: label,
+                found: 1.0 / period,
+                learned: 1.0 / self.monitor.period,
+            });
+        }
+        let names = (self.task.set.label.as_str(), label.as_str(), &*self.task.chosen.logs);
+        let watched = (self.robot, self.monitor);
+        let mut one = OneLog {
+            label: &label,
+            period,
+            walk: Walk::new(self.robot.reading, period),
+            instants: Instants::new(self.robot, period)?,
+            windows: Windows::new(watched, self.task.experiment, names, period),
+            blindness: Blindness::new(channels, &self.monitor.runs),
+            blind: Vec::new(),
+            watched: 0.0,
+            events: self.events.len(),
         };
         while more {
-            walk.push(&block, &mut |next| {
-                instants.take(next, &mut |time, now, begins| {
-                    if begins {
-                        ended.extend(contacts.end());
-                    }
-                    watched += period * monitor.stride as f64;
-                    windows.see(now);
-                    let mut point = Vec::new();
-                    for (joint, of) in monitor.joints.iter().enumerate() {
-                        let outside = of.outside(model, joint, now);
-                        ended.extend(contacts.take(joint, time, outside));
-                        let threshold = contacts.thresholds()[joint] * outside[1];
-                        point.extend([outside[0], threshold]);
-                    }
-                    points.push(|| (time, point));
-                });
-            });
-            let shown_again = blindness.take(&block);
-            let has_contact = !ended.is_empty();
-            let is_blind = !shown_again.is_empty() || blindness.open.iter().any(Option::is_some);
-            for (channel, span) in shown_again {
-                add(of_blindness(channel, span, &label, reading));
-                blind.push((channel, span));
-            }
-            let open = blindness.open.iter().flatten();
-            let spans: Vec<[f64; 2]> = blind.iter().map(|(_, span)| *span).chain(open.copied()).collect();
-            for contact in ended.drain(..).filter(|contact| !contact.is_within(&spans)) {
-                add(of_contact(&contact, &label, model));
-            }
-            if is_blind || has_contact {
-                windows.drop();
-            } else {
-                for change in windows.push(&block, contacts.since())? {
-                    add(of_change(change, &label, model));
-                }
-            }
+            self.block(&mut one, &block)?;
             progress.tell(Phase::Watching, log.timing().recorded, log.expected())?;
-            more = log.read(&mut block)?;
+            more = log.read(&mut block).map_err(PassError::from)?;
         }
-        let open = blindness.open.iter().enumerate();
-        for (channel, span) in open.filter_map(|(channel, span)| Some((channel, (*span)?))) {
-            add(of_blindness(channel, span, &label, reading));
-            blind.push((channel, span));
-        }
-        if contacts.since().is_some() {
-            windows.drop();
-        }
-        let spans: Vec<[f64; 2]> = blind.iter().map(|(_, span)| *span).collect();
-        let ended = contacts.end().into_iter();
-        for contact in ended.filter(|contact| !contact.is_within(&spans)) {
-            add(of_contact(&contact, &label, model));
-        }
-        for change in windows.end()? {
-            add(of_change(change, &label, model));
-        }
-        watched -= spans.iter().map(|span| span[1] - span[0]).sum::<f64>();
+        self.end(&mut one)?;
         let duration = log.timing().duration;
+        let blind: f64 = one.blind.iter().map(|span| span[1] - span[0]).sum();
         Ok(WatchedLog {
-            log: label,
             duration_s: duration,
-            blind_s: (duration - watched).max(0.0),
+            blind_s: (duration - one.watched + blind).clamp(0.0, duration),
+            log: label,
         })
     }
 
-    fn curves(self) -> Curves {
-        let joints = self.robot.model.joints();
-        let points = self.points.into_items();
-        let column = |at: usize| points.iter().map(|(_, values)| values.get(at).copied()).collect();
-        Curves {
-            columns: joints.iter().map(|joint| format!("{joint}.outside_nm")).collect(),
-            sets: [("torque from outside", 0), ("threshold", 1)]
-                .map(|(label, which)| CurveSet {
-                    label: label.to_owned(),
-                    time: points.iter().map(|(time, _)| *time).collect(),
-                    values: (0..joints.len()).map(|joint| column(2 * joint + which)).collect(),
-                })
-                .into(),
+    /// Takes the next block of a log.
+    fn block(&mut self, one: &mut OneLog<'_>, block: &LogBlock) -> Result<(), PassError> {
+        let Self {
+            robot,
+            monitor,
+            contacts,
+            points,
+            ..
+        } = self;
+        let OneLog {
+            walk,
+            instants,
+            windows,
+            watched,
+            ..
+        } = one;
+        let mut ended: Vec<Contact> = Vec::new();
+        walk.push(block, &mut |next| {
+            instants.take(next, &mut |time, now, begins| {
+                if begins {
+                    ended.extend(contacts.end());
+                }
+                *watched += one.period * monitor.stride as f64;
+                windows.see(now);
+                let mut point = Vec::new();
+                for (joint, of) in monitor.joints.iter().enumerate() {
+                    let outside = of.outside(robot.model, joint, now);
+                    ended.extend(contacts.take(joint, time, outside));
+                    let threshold = contacts.thresholds()[joint] * outside[1];
+                    point.extend([outside[0], threshold]);
+                }
+                points.push(|| (time, point));
+            });
+        });
+        let shown_again = one.blindness.take(block);
+        let disturbed = !ended.is_empty() || !shown_again.is_empty() || one.blindness.is_blind();
+        self.blind(one, shown_again);
+        self.contacts(one, ended);
+        if disturbed {
+            one.windows.drop();
+        } else {
+            let found = one.windows.push(block, self.contacts.since())?;
+            self.changes(one, found);
         }
+        Ok(())
+    }
+
+    /// Ends a log.
+    fn end(&mut self, one: &mut OneLog<'_>) -> Result<(), PassError> {
+        if one.blindness.is_blind() || self.contacts.since().is_some() {
+            one.windows.drop();
+        }
+        let open = one.blindness.open().collect();
+        self.blind(one, open);
+        let ended = self.contacts.end();
+        self.contacts(one, ended);
+        let found = one.windows.end()?;
+        self.changes(one, found);
+        Ok(())
+    }
+
+    fn blind(&mut self, one: &mut OneLog<'_>, channels: Vec<(usize, [f64; 2])>) {
+        for (channel, span) in channels {
+            one.blind.push(span);
+            let event = of_blindness(channel, span, one.label, self.robot.reading);
+            self.add(one, event);
+        }
+    }
+
+    /// Adds the contacts that no sensor without signal explains.
+    fn contacts(&mut self, one: &OneLog<'_>, contacts: Vec<Contact>) {
+        let open = one.blindness.open().map(|(_, span)| span);
+        let spans: Vec<[f64; 2]> = one.blind.iter().copied().chain(open).collect();
+        for contact in contacts.iter().filter(|contact| !contact.is_within(&spans)) {
+            self.add(one, of_contact(contact, one.label, self.robot.model));
+        }
+    }
+
+    fn changes(&mut self, one: &OneLog<'_>, changes: Vec<Change>) {
+        for change in changes {
+            let event = WatchEvent {
+                log: one.label.to_owned(),
+                begins_s: change.span[0],
+                ends_s: change.span[1],
+                joint: change.joint.map(|joint| self.robot.model.joints()[joint].clone()),
+                torque_nm: None,
+                threshold_nm: None,
+                finding: change.finding,
+            };
+            self.add(one, event);
+        }
+    }
+
+    /// Adds an event. A change that lasts is one event.
+    fn add(&mut self, one: &OneLog<'_>, event: WatchEvent) {
+        let is_same = |other: &&mut WatchEvent| {
+            other.torque_nm.is_none()
+                && (&other.finding.code, &other.joint) == (&event.finding.code, &event.joint)
+                && event.begins_s - other.ends_s < WINDOW_S
+        };
+        let mut of_log = self.events[one.events..].iter_mut().rev();
+        if let Some(same) = of_log.find(is_same) {
+            same.ends_s = event.ends_s;
+        } else {
+            (self.tell)(&event);
+            self.events.push(event);
+        }
+    }
+}
+
+/// Returns the curves of the torques from outside and of their thresholds.
+///
+/// - `points`: time, and torque and threshold of each joint.
+fn curves(joints: &[String], points: Vec<(f64, Vec<f64>)>) -> Curves {
+    let column = |at: usize| points.iter().map(|(_, values)| values.get(at).copied()).collect();
+    Curves {
+        columns: joints.iter().map(|joint| format!("{joint}.outside_nm")).collect(),
+        sets: [("torque from outside", 0), ("threshold", 1)]
+            .map(|(label, which)| CurveSet {
+                label: label.to_owned(),
+                time: points.iter().map(|(time, _)| *time).collect(),
+                values: (0..joints.len()).map(|joint| column(2 * joint + which)).collect(),
+            })
+            .into(),
     }
 }
 
@@ -294,18 +379,6 @@ fn of_blindness(channel: usize, span: [f64; 2], log: &str, reading: &Reading) ->
         torque_nm: None,
         threshold_nm: None,
         finding: finding.seen(log, &of.column, span[1] - span[0], "s"),
-    }
-}
-
-fn of_change(change: Change, log: &str, model: &Model) -> WatchEvent {
-    WatchEvent {
-        log: log.to_owned(),
-        begins_s: change.span[0],
-        ends_s: change.span[1],
-        joint: change.joint.map(|joint| model.joints()[joint].clone()),
-        torque_nm: None,
-        threshold_nm: None,
-        finding: change.finding,
     }
 }
 
