@@ -277,8 +277,11 @@ pub(crate) struct Watch {
     /// printed.
     #[arg(long, value_name = "FILE|DIR|-")]
     pub(crate) log: Vec<PathBuf>,
+    /// Wait for more at the end of a log that is being written, and end after so many seconds without more.
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    pub(crate) follow: Option<f64>,
     /// Promised false alarms per hour, of all joints together.
-    #[arg(long, value_name = "NUMBER", default_value_t = 1.0)]
+    #[arg(long, value_name = "NUMBER", default_value_t = 1.0, value_parser = positive)]
     pub(crate) false_alarms_per_h: f64,
     /// identification.json [default: the one in the results folder].
     #[arg(long, value_name = "FILE")]
@@ -442,4 +445,12 @@ impl TypedValueParser for FormatParser {
         let all = Format::ALL.map(|format| PossibleValue::new(format.word()));
         Some(Box::new(all.into_iter()))
     }
+}
+
+/// Reads a positive number.
+fn positive(word: &str) -> Result<f64, String> {
+    let number = word.parse::<f64>().ok();
+    number
+        .filter(|number| number.is_finite() && *number > 0.0)
+        .ok_or_else(|| "give a positive number".to_owned())
 }

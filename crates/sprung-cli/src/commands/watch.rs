@@ -1,14 +1,16 @@
 //! `sprung watch`: watches a running robot with its identified model.
 
+use std::path::{Path, PathBuf};
+
 use sprung::session::{Parameters, Session, WatchRequest, find_identification};
-use sprung::watch::{Watch, Watched};
+use sprung::watch::{Watch, WatchEvent, Watched};
 
 use super::begin::refuse_refining;
 use crate::args;
 use crate::exit_code::{ExitCode, Failure};
 use crate::output::{Folder, results_folder};
 use crate::results::write_json;
-use crate::terminal::Terminal;
+use crate::terminal::{Grid, Terminal, dash};
 
 /// Names of the files of a watch.
 const WATCH_FILE: &str = "watch.json";
@@ -26,15 +28,25 @@ pub(crate) fn run(args: &args::Watch) -> Result<ExitCode, Failure> {
     };
     let parameters = Parameters::open(&file)?;
     refuse_refining(&parameters, &file, args.accept_refining)?;
+    let logs = files(&args.log)?;
     let inputs = session.inputs().into_iter().chain([file.clone()]);
-    let folder = Folder::new(&path, inputs, &FILES)?;
+    let watched = logs.iter().filter(|log| log.as_os_str() != "-").cloned();
+    let folder = Folder::new(&path, inputs.chain(watched), &FILES)?;
     let request = WatchRequest {
         false_alarms_per_h: args.false_alarms_per_h,
         accept_unusable: args.accept_unusable,
+        follow_s: args.follow,
         ..WatchRequest::default()
     };
+    // Who pipes a log in waits for each event.
+    let is_live = args.follow.is_some() || args.log.iter().any(|log| log == Path::new("-"));
+    let mut tell = |event: &WatchEvent| {
+        if is_live {
+            terminal.say(line(event));
+        }
+    };
     let found = terminal.follow("watching", |progress| {
-        session.watch(&parameters, &args.log, &request, &mut |_| (), progress)
+        session.watch(&parameters, &logs, &request, &mut tell, progress)
     })?;
     let Watched { watch, curves } = &found;
     let mut output = folder.output()?;
@@ -42,7 +54,13 @@ pub(crate) fn run(args: &args::Watch) -> Result<ExitCode, Failure> {
     output.text(CURVES_FILE, &curves.to_csv("curve"))?;
     output.commit()?;
     terminal.json(watch);
-    terminal.say(said(watch));
+    if !is_live {
+        for event in &watch.events {
+            terminal.say(line(event));
+        }
+    }
+    terminal.table(&thresholds(watch));
+    terminal.say(sentence(watch));
     Ok(if watch.events.is_empty() {
         ExitCode::Done
     } else {
@@ -50,7 +68,56 @@ pub(crate) fn run(args: &args::Watch) -> Result<ExitCode, Failure> {
     })
 }
 
-fn said(watch: &Watch) -> String {
-    let lines = watch.events.iter().map(|event| format!("{}: {}", event.log, event.finding.text));
-    lines.collect::<Vec<_>>().join("\n")
+/// Returns the logs; those of a folder in the order of their names. A bag of ROS 2 is a folder and one log.
+fn files(given: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
+    let mut all = Vec::new();
+    for path in given {
+        if !path.is_dir() || path.join("metadata.yaml").is_file() {
+            all.push(path.clone());
+            continue;
+        }
+        let unreadable = |error: std::io::Error| {
+            Failure::new(ExitCode::File, format!("cannot read {}: {error}", path.display()))
+        };
+        let entries = std::fs::read_dir(path).map_err(unreadable)?;
+        let mut of_folder: Vec<PathBuf> = entries
+            .filter_map(|entry| Some(entry.ok()?.path()))
+            .filter(|path| path.is_file())
+            .collect();
+        if of_folder.is_empty() {
+            let message = format!("{} has no files; give the folder of the logs", path.display());
+            return Err(Failure::new(ExitCode::File, message));
+        }
+        of_folder.sort();
+        all.extend(of_folder);
+    }
+    Ok(all)
+}
+
+fn line(event: &WatchEvent) -> String {
+    format!("{}: {} ({})", event.log, event.finding.text, event.finding.code)
+}
+
+fn thresholds(watch: &Watch) -> Grid {
+    let header = ["joint", "contacts from, N·m (N)"];
+    let mut grid = Grid::new(header.map(str::to_owned).into(), 1);
+    for joint in &watch.joints {
+        grid.add_row([joint.joint.clone(), dash(joint.typical_threshold_nm, 3)]);
+    }
+    grid
+}
+
+/// Returns what was watched, in a sentence.
+fn sentence(watch: &Watch) -> String {
+    let seconds: f64 = watch.logs.iter().map(|log| log.duration_s - log.blind_s).sum();
+    let contacts = watch.events.iter().filter(|event| event.torque_nm.is_some()).count();
+    let others = watch.events.len() - contacts;
+    let promise = format!(
+        "thresholds of {} false alarms per hour, learned from {:.0} s of healthy motion",
+        watch.false_alarms_per_h, watch.learned_s
+    );
+    if watch.logs.is_empty() {
+        return format!("No log was watched; {promise}.");
+    }
+    format!("{seconds:.0} s watched, contacts: {contacts}, other events: {others}; {promise}.")
 }

@@ -3,10 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use super::error::SessionError;
-use super::files::Files;
+use super::files::{Files, open_file};
 use super::load::Session;
+use super::stream::{Growing, Stream};
 use sprung_log::{LogSource, Opener};
 use sprung_robot::{FilePart, Log, Payload, Window};
+
+/// Path of the standard input.
+const STANDARD_INPUT: &str = "-";
 
 /// A function that opens the files of a log, any number of times.
 type BoxedOpener<'a> = Box<Opener<'a>>;
@@ -80,18 +84,31 @@ impl Session {
         Ok(files.iter().map(|file| file.payload.clone()).collect())
     }
 
-    /// Returns files that the experiment does not name, relative to the working directory.
-    pub(super) fn other_logs(&self, files: &[PathBuf]) -> Logs<'_> {
+    /// Returns files that the experiment does not name, relative to the working directory; `-` is the standard input.
+    ///
+    /// - `follow_s`: time without growth after which a file ends, s; `None` for complete files.
+    pub(super) fn other_logs(&self, files: &[PathBuf], follow_s: Option<f64>) -> Logs<'_> {
         let part = |path: &PathBuf| FilePart {
             path: path.clone(),
             window: Window::default(),
             payload: None,
         };
+        let opener = |path: &PathBuf| -> BoxedOpener<'_> {
+            if path.as_os_str() == STANDARD_INPUT {
+                return Box::new(|_| Ok(Box::new(Stream::new(std::io::stdin()))));
+            }
+            let Some(follow_s) = follow_s else {
+                return opener(&*self.files, &self.folder, path.clone());
+            };
+            let path = path.clone();
+            Box::new(move |_| {
+                let growing = Growing::new(open_file(&path)?, follow_s);
+                Ok(Box::new(Stream::new(growing)))
+            })
+        };
         Logs {
             files: files.iter().map(part).collect(),
-            openers: (files.iter())
-                .map(|path| opener(&*self.files, &self.folder, path.clone()))
-                .collect(),
+            openers: files.iter().map(opener).collect(),
         }
     }
 

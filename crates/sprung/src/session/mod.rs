@@ -38,6 +38,7 @@ mod sample;
 mod servo;
 mod simulate;
 mod start;
+mod stream;
 mod switch;
 mod usability;
 mod validate;

@@ -21,6 +21,8 @@ pub struct WatchRequest {
     pub set: usize,
     /// Whether values whose verdict is *unusable* are taken as well.
     pub accept_unusable: bool,
+    /// Time without growth after which a file ends, s; `None` for complete files.
+    pub follow_s: Option<f64>,
 }
 
 impl Default for WatchRequest {
@@ -30,12 +32,13 @@ impl Default for WatchRequest {
             false_alarms_per_h: 1.0,
             set: 0,
             accept_unusable: false,
+            follow_s: None,
         }
     }
 }
 
 impl Session {
-    /// Watches files with the columns of the experiment's log.
+    /// Watches files with the columns of the experiment's log; `-` is the standard input.
     ///
     /// - `parameters`: those of an identification; the experiment's logs are those of the healthy robot.
     /// - `tell`: is called with each event as soon as it has ended.
@@ -51,7 +54,7 @@ impl Session {
         tell: &mut dyn FnMut(&WatchEvent),
         progress: &mut dyn Listener,
     ) -> Result<Watched, SessionError> {
-        let mut logs = self.other_logs(files);
+        let mut logs = self.other_logs(files, request.follow_s);
         self.watch_with(parameters, &mut logs.sources(), request, tell, progress)
     }
 
