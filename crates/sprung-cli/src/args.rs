@@ -400,6 +400,9 @@ pub(crate) struct Export {
     /// control.json of a designed controller, which the code in C or Rust then contains.
     #[arg(long, value_name = "FILE")]
     pub(crate) control: Option<PathBuf>,
+    /// watch.json of sprung watch, whose observer of torques from outside the code in C or Rust then contains.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) watch: Option<PathBuf>,
     /// Write one joint with the rotor's inertia in place of motor, spring and link.
     #[arg(long)]
     pub(crate) rigid: bool,

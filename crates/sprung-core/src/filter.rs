@@ -164,6 +164,12 @@ impl FilterPair {
         -self.a
     }
 
+    /// Returns the factors of the present and of the last input in the output of the low-pass filter.
+    #[must_use]
+    pub fn low_pass(&self) -> [f64; 2] {
+        self.f
+    }
+
     /// Filters one entry of the regressor and returns `g_D momentum + f_D rest`.
     ///
     /// The recursion starts at rest: the first output is zero. This removes the initial momentum

@@ -1,7 +1,8 @@
-//! A controller that the code of a robot contains.
+//! A controller and an observer that the code of a robot contains.
 
 use sprung_core::shaper::{Shaper, Tap, memory_len};
 use sprung_core::velocity::AveragedVelocity;
+use sprung_method::watch::ObserverSettings;
 
 use super::error::ExportError;
 use super::format::Format;
@@ -28,6 +29,15 @@ pub struct ControlCode {
     /// shaped.
     pub taps: Vec<Tap>,
     /// Lines about the controller for the comment before it.
+    pub header: Vec<String>,
+}
+
+/// An observer of torques from outside in the code of a robot.
+#[derive(Clone, Debug)]
+pub struct ObserverCode {
+    /// Filters and thresholds.
+    pub settings: ObserverSettings,
+    /// Lines about it for the comment before it.
     pub header: Vec<String>,
 }
 

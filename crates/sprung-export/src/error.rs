@@ -74,6 +74,12 @@ pub enum ExportError {
         /// What is wrong.
         what: String,
     },
+    /// An observer does not fit the robot.
+    #[error("the code cannot have the observer: {what}")]
+    Observer {
+        /// What is wrong.
+        what: String,
+    },
     /// A name that the export adds exists already.
     #[error(
         "the robot already has a {what} \"{name}\", which the export adds for a motor; rename it, or \

@@ -40,7 +40,7 @@ use sprung_base::{finding, numbers, sha256};
 use sprung_model as model;
 use sprung_robot as description;
 
-pub use controller::ControlCode;
+pub use controller::{ControlCode, ObserverCode};
 pub use error::ExportError;
 pub use evidence::{JointEvidence, Known};
 pub use exactness::{How, Said};

@@ -135,6 +135,7 @@ fn request(case: &Case, format: Format, form: Form) -> Request<'_> {
             values: Vec::new(),
         },
         control: None,
+        observer: None,
     }
 }
 

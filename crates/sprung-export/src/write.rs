@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::controller::ControlCode;
+use super::controller::{ControlCode, ObserverCode};
 use super::error::ExportError;
 use super::evidence::JointEvidence;
 use super::exactness::{How, Said, row, said};
@@ -38,9 +38,16 @@ pub struct Request<'a> {
     pub origin: Origin,
     /// Controller that code contains; other formats have none.
     pub control: Option<ControlCode>,
+    /// Observer that code contains; other formats have none.
+    pub observer: Option<ObserverCode>,
 }
 
 impl Request<'_> {
+    /// Returns what code contains beside the robot.
+    fn of_code(&self) -> (Option<&ControlCode>, Option<&ObserverCode>) {
+        (self.control.as_ref(), self.observer.as_ref())
+    }
+
     /// Returns the form of flexible joints. JSON and code always have springs; JSON has the attributes of
     /// rigid joints beside them.
     fn form(&self) -> Form {
@@ -90,7 +97,7 @@ pub fn export(request: &Request<'_>) -> Result<Exported, ExportError> {
     }
     names::check(format, form, &identified.robot)?;
     let mut rows = if format.is_code() {
-        code::said(request.model, &identified.extras, request.control.as_ref())
+        code::said(request.model, &identified.extras, request.of_code())
     } else {
         said(format, form, &identified.robot, &identified.extras)
     };
@@ -146,7 +153,7 @@ fn of_code(
         request.model,
         request.values,
         &origin,
-        request.control.as_ref(),
+        request.of_code(),
     )?;
     Ok(Exported {
         format: request.format,

@@ -79,6 +79,7 @@ fn request(case: &Case, format: Format) -> Request<'_> {
             values: Vec::new(),
         },
         control: None,
+        observer: None,
     }
 }
 

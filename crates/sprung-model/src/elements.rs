@@ -84,7 +84,30 @@ impl Model {
     }
 }
 
+/// Elements of one joint that move together, as code needs them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ElementSet {
+    /// Index of the first of its [`ELEMENTS`] elements among those of all joints.
+    pub first: usize,
+    /// Joint.
+    pub joint: usize,
+    /// Whether the deflection moves them; otherwise the motor does.
+    pub is_of_spring: bool,
+    /// Width of each element, rad (m).
+    pub widths: [f64; ELEMENTS],
+}
+
 impl Elements {
+    /// Returns the sets of elements.
+    pub fn sets(&self) -> impl Iterator<Item = ElementSet> {
+        self.sets.iter().map(|set| ElementSet {
+            first: set.first,
+            joint: set.joint,
+            is_of_spring: set.is_of_spring,
+            widths: set.shares.map(|share| share * set.width),
+        })
+    }
+
     /// Returns whether no joint has any.
     #[must_use]
     pub fn is_empty(&self) -> bool {

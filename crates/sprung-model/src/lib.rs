@@ -44,7 +44,7 @@ use initial_shape::initial_shape;
 use layout::Layout;
 
 pub use convex::{Block, Entry, NoSolution, Program, ROWS};
-pub use elements::Elements;
+pub use elements::{ElementSet, Elements};
 use links::OFFSET;
 pub use links::TreeLinks;
 pub use parameter::{ModelError, Parameter, short};

@@ -48,6 +48,14 @@ impl Designed {
     }
 }
 
+/// Returns the watch of a `watch.json`.
+pub(crate) fn watch_of(py: Python<'_>, text: &str) -> PyResult<Watch> {
+    serde_json::from_str(text).map_err(|error| {
+        let text = format!("this is no watch: {error}");
+        wrong_input(py, "watch", &text, "give what Result.watch returned")
+    })
+}
+
 /// Returns the design of a `control.json`.
 pub(crate) fn design(py: Python<'_>, text: &str) -> PyResult<ControlDesign> {
     serde_json::from_str(text).map_err(|error| {

@@ -215,6 +215,7 @@ pub(crate) fn export_samples(
             form: session::form(rigid),
             set,
             control: None,
+            watch: None,
         };
         session.export_samples(&parameters, &request, &robots)
     })?;
@@ -243,6 +244,7 @@ pub(crate) fn mujoco_of_samples<'py>(
             form: session::form(rigid),
             set,
             control: None,
+            watch: None,
         };
         session.mujoco_of_samples(&parameters, &request, &robots)
     })?;

@@ -483,18 +483,19 @@ impl Session {
     /// Writes an identified robot for simulators and controllers; returns texts by file name.
     ///
     /// - `identified`: an identification and the index of its result.
-    /// - `forms`: whether rigid joints replace springs, and the text of `control.json` of a controller.
+    /// - `forms`: whether rigid joints replace springs, and the texts of `control.json` and of `watch.json`.
     fn export(
         &self,
         py: Python<'_>,
         identified: (PyRef<'_, Identified>, usize),
         format: &str,
-        forms: (bool, Option<String>),
+        forms: (bool, Option<String>, Option<String>),
         file: PathBuf,
         run: Run,
     ) -> PyResult<Vec<(String, String)>> {
         let format = format_of(py, format)?;
-        let ((identified, set), (rigid, control)) = (identified, forms);
+        let ((identified, set), (rigid, control, watch)) = (identified, forms);
+        let watch = watch.map(|text| watch_of(py, &text)).transpose()?;
         let control = control.map(|text| design(py, &text)).transpose()?;
         let session = Arc::clone(&self.inner);
         let parameters = Parameters::from(identified.found().identification.clone());
@@ -505,6 +506,7 @@ impl Session {
                 form: form(rigid),
                 set,
                 control: control.as_ref(),
+                watch: watch.as_ref(),
             };
             session.export(&parameters, &request)
         })?;

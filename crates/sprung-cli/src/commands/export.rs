@@ -6,6 +6,7 @@ use serde::Serialize;
 use sprung::export::{Earlier, Exported, Form, Proof, Said, earlier};
 use sprung::session::{
     Disk, ExportRequest, Files, Parameters, Session, Usability, find_identification, read_control,
+    read_watch,
 };
 
 use super::begin::refuse_refining;
@@ -41,11 +42,13 @@ pub(crate) fn run(args: &Export) -> Result<ExitCode, Failure> {
         Form::Flexible
     };
     let control = args.control.as_deref().map(read_control).transpose()?;
+    let watch = args.watch.as_deref().map(read_watch).transpose()?;
     let inputs = session
         .inputs()
         .into_iter()
         .chain([file.clone()])
-        .chain(args.control.clone());
+        .chain(args.control.clone())
+        .chain(args.watch.clone());
     let folder = Folder::new(&path, inputs, format.files())?;
     if !args.force {
         for file in format.files() {
@@ -58,6 +61,7 @@ pub(crate) fn run(args: &Export) -> Result<ExitCode, Failure> {
         form,
         set: 0,
         control: control.as_ref(),
+        watch: watch.as_ref(),
     };
     let found = session.export(&parameters, &request)?;
     let mut output = folder.output()?;

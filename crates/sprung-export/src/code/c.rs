@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::control::{Control, FAR, about_control};
 use super::emit::{Language, comment, element, identifier, is_zero, unused};
 use super::graph::Function;
+use super::observer::Observed;
 use super::proof::Vector;
 use super::trace::{Array, Shape, Traced};
 use crate::description::ControllerKind;
@@ -28,10 +29,33 @@ const COMMAND_OF_STATE: &str = include_str!("templates/command_state.c");
 const COMMAND_OF_PD: &str = include_str!("templates/command_pd.c");
 const FEEDFORWARD_TEST: &str = include_str!("templates/feedforward_test.c");
 
+/// Templates of the observer.
+const OBSERVER_HEADER: &str = include_str!("templates/observer.h");
+const OBSERVER: &str = include_str!("templates/observer.c");
+const SLIDE: &str = include_str!("templates/slide.c");
+const OBSERVER_TEST: &str = include_str!("templates/observer_test.c");
+
 const C: Language = Language {
     declare: "const @real",
     number: |digits| format!("R({digits})"),
     call,
+    row_of: |numbers| format!("    {{{numbers}}},\n"),
+    move_elements: |first, joint, is_of_spring, widths| {
+        let position = if is_of_spring {
+            format!("motion[1][0][{joint}] - motion[0][0][{joint}]")
+        } else {
+            format!("motion[1][0][{joint}]")
+        };
+        format!(
+            "    {{\n        const @real widths[6] = {{{widths}}};\n        slide(own, {first}, {position}, widths);\n    }}\n"
+        )
+    },
+    observed: |name, has_elements| {
+        let elements = if has_elements { " own->elements," } else { "" };
+        format!(
+            "@{name}(motion[0][0], motion[0][1], motion[0][2],\n        motion[1][0], motion[1][1], motion[1][2],{elements} link_nm, motor_nm);"
+        )
+    },
 };
 
 fn call(function: Function, x: &str) -> String {
@@ -64,6 +88,7 @@ pub(super) struct Program<'a> {
     pub(super) inverse_rotors: &'a [f64],
     pub(super) vectors: &'a [Vector],
     pub(super) control: Option<&'a Control<'a>>,
+    pub(super) observer: Option<&'a Observed<'a>>,
 }
 
 impl Program<'_> {
@@ -125,8 +150,12 @@ pub(super) fn write(program: &Program<'_>) -> [String; 3] {
     for (i, name) in program.joints.iter().enumerate() {
         let _ = writeln!(joints, " *   {i}: {}", comment(name));
     }
-    let [of_header, of_code, of_test] = controller(program.control);
-    let [check, measure] = match program.control {
+    let mut parts = controller(program.control);
+    for (part, more) in parts.iter_mut().zip(observer(program.observer)) {
+        part.push_str(&more);
+    }
+    let [of_header, of_code, of_test] = parts;
+    let [mut check, mut measure] = match program.control {
         Some(control) if control.motions.is_empty() => {
             ["    check_controller();\n", "    measure_controller();\n"]
         }
@@ -135,7 +164,12 @@ pub(super) fn write(program: &Program<'_>) -> [String; 3] {
             "    measure_controller();\n",
         ],
         None => [""; 2],
-    };
+    }
+    .map(str::to_owned);
+    if program.observer.is_some() {
+        check.push_str("    check_observer();\n");
+        measure.push_str("    measure_observer();\n");
+    }
     let header = filled(HEADER)
         .replace("%CONTROLLER%", &filled(&of_header))
         .replace("%JOINTS%", &joints)
@@ -152,8 +186,8 @@ pub(super) fn write(program: &Program<'_>) -> [String; 3] {
         .replace("%FUNCTIONS%", &filled(&code));
     let test = filled(TEST)
         .replace("%CONTROLLER%", &filled(&of_test))
-        .replace("%CHECK%", check)
-        .replace("%MEASURE%", measure)
+        .replace("%CHECK%", &check)
+        .replace("%MEASURE%", &measure)
         .replace("%COUNT%", &program.vectors.len().to_string())
         .replace("%VECTORS%", &vectors(program.vectors));
     [header, loops, test].map(|text| format!("{head}{text}"))
@@ -216,6 +250,29 @@ fn controller(control: Option<&Control<'_>>) -> [String; 3] {
     [header, code, test]
 }
 
+/// Returns the parts of the header, of the code and of the self-test for an observer.
+fn observer(observer: Option<&Observed<'_>>) -> [String; 3] {
+    let Some(observer) = observer else {
+        return <[String; 3]>::default();
+    };
+    let header = OBSERVER_HEADER
+        .replace("%PERIOD%", &format!("{:?}", observer.settings.period_s))
+        .replace("%SETTLE%", &observer.settle().to_string())
+        .replace("%HEADER%", &observer.header(" * "));
+    let (update, call) = observer.memory(&C);
+    let code = observer
+        .numbers(&C, OBSERVER)
+        .replace("%SLIDE%", if update.is_empty() { "" } else { SLIDE })
+        .replace("%UPDATE%", &update)
+        .replace("%DYNAMICS%", &call);
+    let samples = observer.samples.iter();
+    let samples: String = samples.map(|sample| element_of_struct(&sample.all())).collect();
+    let test = OBSERVER_TEST
+        .replace("%COUNT%", &observer.samples.len().to_string())
+        .replace("%SAMPLES%", &samples);
+    [header, code, test]
+}
+
 fn origin(lines: &[String]) -> String {
     let mut text = "/*\n".to_owned();
     for line in lines {
@@ -239,6 +296,7 @@ fn length(shape: Shape) -> &'static str {
     match shape {
         Shape::Vector => "§JOINTS",
         Shape::Matrix => "§JOINTS * §JOINTS",
+        Shape::Elements => "12 * §JOINTS",
         Shape::Regressor => "§ROWS * §PARAMETERS",
     }
 }

@@ -13,6 +13,12 @@ pub(super) struct Language {
     pub(super) number: fn(&str) -> String,
     /// A function of an operand.
     pub(super) call: fn(Function, &str) -> String,
+    /// A row of a table.
+    pub(super) row_of: fn(&str) -> String,
+    /// The statement that moves a set of elements: first element, joint, whether the deflection moves it, widths.
+    pub(super) move_elements: fn(usize, usize, bool, &str) -> String,
+    /// The call of the dynamics in an observer: name, and whether it has elements.
+    pub(super) observed: fn(&str, bool) -> String,
 }
 
 impl Language {
@@ -30,6 +36,11 @@ impl Language {
     pub(super) fn constants(&self, values: &[f64]) -> String {
         let constants: Vec<String> = values.iter().map(|value| self.constant(*value)).collect();
         constants.join(", ")
+    }
+
+    /// Returns a row of a table on a line.
+    pub(super) fn row(&self, values: &[f64]) -> String {
+        (self.row_of)(&self.constants(values))
     }
 
     /// Returns numbers on separate lines.

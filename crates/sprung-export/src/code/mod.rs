@@ -8,6 +8,7 @@ mod control;
 mod emit;
 mod feedforward;
 mod graph;
+mod observer;
 mod proof;
 mod rust;
 mod trace;
@@ -16,8 +17,9 @@ use std::collections::BTreeMap;
 
 use self::c::Program;
 use self::control::Control;
+use self::observer::Observed;
 use self::trace::Source;
-use super::controller::ControlCode;
+use super::controller::{ControlCode, ObserverCode};
 use super::error::ExportError;
 use super::exactness::{How, Said, row};
 use super::format::Format;
@@ -55,7 +57,7 @@ pub(super) fn write(
     model: &Model,
     values: &BTreeMap<String, f64>,
     origin: &[String],
-    control: Option<&ControlCode>,
+    (control, observer): (Option<&ControlCode>, Option<&ObserverCode>),
 ) -> Result<(Vec<String>, Proof), ExportError> {
     let differs = |what: String| ExportError::Differs {
         format: format.name(),
@@ -97,6 +99,17 @@ pub(super) fn write(
             .map_err(failed)?;
         traced.push(feedforward);
     }
+    let mut of_memory = 0.0;
+    if let Some(observer) = observer {
+        if let Some(what) = observer::refused(&source, &observer.settings) {
+            return Err(ExportError::Observer { what });
+        }
+        if !model.elements().is_empty() {
+            let with_memory = source.with_memory().map_err(failed)?;
+            of_memory = observer::prove_memory(&source, &with_memory).map_err(failed)?;
+            traced.push(with_memory);
+        }
+    }
     let operations: usize = traced
         .iter()
         .map(|function| function.operations.len())
@@ -109,6 +122,7 @@ pub(super) fn write(
     let (proof, vectors) = proof::prove(&source, &traced).map_err(failed)?;
     for (what, difference, limit) in [
         ("the feedforward", of_feedforward, TORQUE_TOLERANCE),
+        ("the dynamics with memory", of_memory, TORQUE_TOLERANCE),
         ("inverse dynamics", proof.inverse_dynamics, TORQUE_TOLERANCE),
         ("the mass matrix", proof.mass_matrix, TORQUE_TOLERANCE),
         ("accelerations", proof.accelerations, ACCELERATION_TOLERANCE),
@@ -121,6 +135,10 @@ pub(super) fn write(
         .map(|code| Control::new(&source, code, motions))
         .transpose()
         .map_err(|error| differs(error.to_string()))?;
+    let observer = observer
+        .map(|observer| Observed::new(&source, &observer.settings, &observer.header))
+        .transpose()
+        .map_err(|what| ExportError::Observer { what })?;
     let program = Program {
         name,
         origin,
@@ -132,6 +150,7 @@ pub(super) fn write(
         inverse_rotors: &source.inverse_rotors(),
         vectors: &vectors,
         control: control.as_ref(),
+        observer: observer.as_ref(),
     };
     let files = match format {
         Format::Rust => vec![rust::write(&program)],
@@ -158,7 +177,11 @@ fn theta(model: &Model, values: &BTreeMap<String, f64>) -> Result<Theta, ModelEr
 }
 
 /// Returns the comment of the code about the robot.
-pub(super) fn said(model: &Model, extras: &[Extra], control: Option<&ControlCode>) -> Vec<Said> {
+pub(super) fn said(
+    model: &Model,
+    extras: &[Extra],
+    (control, observer): (Option<&ControlCode>, Option<&ObserverCode>),
+) -> Vec<Said> {
     let dynamics =
         "inverse and forward dynamics, mass matrix, Coriolis torques, gravity and regressor";
     let mut rows = vec![
@@ -200,6 +223,14 @@ pub(super) fn said(model: &Model, extras: &[Extra], control: Option<&ControlCode
         };
         let note = format!("{law}; for samples {:?} s apart", control.period_s);
         rows.push(row("controller", How::Exact, &note));
+    }
+    if let Some(observer) = observer {
+        let note = format!(
+            "torques from outside with their thresholds, presliding friction and hysteresis with their memory; for samples {:?} s \
+             apart",
+            observer.settings.period_s
+        );
+        rows.push(row("observer", How::Exact, &note));
     }
     let is_change = |extra: &&Extra| matches!(extra.kind, JointParameter::Change(..));
     let changes: Vec<&str> = (extras.iter().filter(is_change))

@@ -6,6 +6,7 @@ use super::c::Program;
 use super::control::{Control, FAR, about_control};
 use super::emit::{Language, calls, comment, is_zero, unused};
 use super::graph::Function;
+use super::observer::Observed;
 use super::trace::{Array, Shape, Traced};
 use crate::description::ControllerKind;
 
@@ -19,10 +20,27 @@ const COMMAND_OF_STATE: &str = include_str!("templates/command_state.rs.txt");
 const COMMAND_OF_PD: &str = include_str!("templates/command_pd.rs.txt");
 const FEEDFORWARD_TEST: &str = include_str!("templates/feedforward_test.rs.txt");
 
+/// Templates of the observer.
+const OBSERVER: &str = include_str!("templates/observer.rs.txt");
+const OBSERVER_TEST: &str = include_str!("templates/observer_test.rs.txt");
+
 const RUST: Language = Language {
     declare: "let",
     number: str::to_owned,
     call,
+    row_of: |numbers| format!("    [{numbers}],\n"),
+    move_elements: |first, joint, is_of_spring, widths| {
+        let position = if is_of_spring {
+            format!("motion[1][0][{joint}] - motion[0][0][{joint}]")
+        } else {
+            format!("motion[1][0][{joint}]")
+        };
+        format!("        self.slide({first}, {position}, &[{widths}]);\n")
+    },
+    observed: |name, has_elements| {
+        let elements = if has_elements { ", &self.elements" } else { "" };
+        format!("{name}::<F>(q, dq, ddq, phi, dphi, ddphi{elements})")
+    },
 };
 
 fn call(function: Function, x: &str) -> String {
@@ -50,6 +68,9 @@ fn name(function: Function) -> &'static str {
     }
 }
 
+/// The square root, for the thresholds of an observer.
+const SQRT: &str = "sqrt";
+
 /// Returns the file.
 pub(super) fn write(program: &Program<'_>) -> String {
     let mut text = String::new();
@@ -60,10 +81,16 @@ pub(super) fn write(program: &Program<'_>) -> String {
     for (i, name) in program.joints.iter().enumerate() {
         let _ = writeln!(joints, "//!   {i}: {}", comment(name));
     }
-    let names: Vec<&str> = (calls(program.traced).into_iter())
+    let mut names: Vec<&str> = (calls(program.traced).into_iter())
         .map(name)
         .filter(|name| !name.is_empty())
         .collect();
+    let of_observer = [name(Function::Tanh), SQRT].into_iter();
+    for more in of_observer.filter(|_| program.observer.is_some()) {
+        if !names.contains(&more) {
+            names.push(more);
+        }
+    }
     let functions =
         |line: fn(&str) -> String| -> String { names.iter().map(|name| line(name)).collect() };
     let declared = functions(|name| format!("    fn {name}(x: Real) -> Real;\n"));
@@ -73,7 +100,11 @@ pub(super) fn write(program: &Program<'_>) -> String {
     let code: String = program.traced.iter().map(function).collect();
     let vectors = program.vectors.iter();
     let vectors: String = vectors.map(|vector| element(&vector.all())).collect();
-    let [controller, check] = controller(program.control);
+    let mut parts = controller(program.control);
+    for (part, more) in parts.iter_mut().zip(observer(program.observer)) {
+        part.push_str(&more);
+    }
+    let [controller, check] = parts;
     text += &FILE
         .replace("%CONTROLLER%", &controller)
         .replace("%CHECK%", &check)
@@ -150,10 +181,32 @@ fn controller(control: Option<&Control<'_>>) -> [String; 2] {
     [code, test]
 }
 
+/// Returns the code and the test of an observer.
+fn observer(observer: Option<&Observed<'_>>) -> [String; 2] {
+    let Some(observer) = observer else {
+        return <[String; 2]>::default();
+    };
+    let (update, call) = observer.memory(&RUST);
+    let code = observer
+        .numbers(&RUST, OBSERVER)
+        .replace("%UPDATE%", &update)
+        .replace("%DYNAMICS%", &call)
+        .replace("%PERIOD%", &format!("{:?}", observer.settings.period_s))
+        .replace("%SETTLE%", &observer.settle().to_string())
+        .replace("%HEADER%", &observer.header("/// "));
+    let samples = observer.samples.iter();
+    let samples: String = samples.map(|sample| element(&sample.all())).collect();
+    let test = OBSERVER_TEST
+        .replace("%COUNT%", &observer.samples.len().to_string())
+        .replace("%SAMPLES%", &samples);
+    [code, test]
+}
+
 fn function(traced: &Traced) -> String {
     let kind = |array: &Array| match array.shape {
         Shape::Vector => "Vector",
         Shape::Matrix => "Matrix",
+        Shape::Elements => "Elements",
         Shape::Regressor => "Regressor",
     };
     let inputs: Vec<String> = (traced.inputs.iter())

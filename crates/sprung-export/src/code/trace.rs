@@ -7,6 +7,7 @@ use sprung_core::links::{
     JointScratch, LengthError, PairScratch, Step, Workspace, numbers_len, torque,
 };
 use sprung_core::parameters::{JointParameter, Side};
+use sprung_core::presliding::ALL_ELEMENTS;
 use sprung_core::robot::Robot;
 use sprung_core::scalar::Scalar;
 use sprung_core::spatial::BODY;
@@ -30,6 +31,8 @@ pub(super) enum Shape {
     Vector,
     /// The square of a vector, row by row.
     Matrix,
+    /// The elements of presliding friction and hysteresis of each joint.
+    Elements,
     /// One for each row of the model and each parameter, row by row; most are zero.
     Regressor,
 }
@@ -59,6 +62,10 @@ pub(super) const TAU_LINK: &str = "tau_link_nm";
 pub(super) const TAU_MOTOR: &str = "tau_motor_nm";
 pub(super) const MASS: &str = "mass_kgm2";
 pub(super) const REGRESSOR: &str = "regressor";
+pub(super) const ELEMENTS: &str = "elements";
+
+/// Name of inverse dynamics with the elements as arguments.
+pub(super) const WITH_MEMORY: &str = "inverse_dynamics_with_memory";
 
 /// The identified model.
 #[derive(Clone, Copy)]
@@ -79,6 +86,8 @@ struct Motion<'g> {
     phi: Vec<Symbol<'g>>,
     dphi: Vec<Symbol<'g>>,
     ddphi: Vec<Symbol<'g>>,
+    /// \[n\]; empty for a function without memory of the motion.
+    elements: Vec<[Symbol<'g>; ALL_ELEMENTS]>,
 }
 
 impl<'g> Motion<'g> {
@@ -86,16 +95,22 @@ impl<'g> Motion<'g> {
     /// with its link.
     fn of(graph: &'g Graph, robot: &Robot<'_>, inputs: &[Array]) -> Self {
         let n = robot.joints();
-        let array = |name: &str| -> Vec<Symbol<'g>> {
-            let mut at = 0;
-            for input in inputs {
-                if input.name == name {
-                    return (at..at + n).map(|index| graph.input(index)).collect();
-                }
-                at += input.length;
-            }
-            vec![Symbol::ZERO; n]
+        let place = |name: &str| {
+            let at = inputs.iter().position(|input| input.name == name)?;
+            Some(inputs[..at].iter().map(|input| input.length).sum::<usize>())
         };
+        let array = |name: &str| -> Vec<Symbol<'g>> {
+            place(name).map_or_else(
+                || vec![Symbol::ZERO; n],
+                |at| (at..at + n).map(|index| graph.input(index)).collect(),
+            )
+        };
+        let elements = place(ELEMENTS).map_or_else(Vec::new, |at| {
+            let of_joint = |joint: usize| {
+                std::array::from_fn(|k| graph.input(at + joint * ALL_ELEMENTS + k))
+            };
+            (0..n).map(of_joint).collect()
+        });
         let motor = |name: &str, link: &[Symbol<'g>]| {
             let motor = array(name);
             let of = |i: usize| robot.motor_rows[i].map_or(link[i], |_| motor[i]);
@@ -106,6 +121,7 @@ impl<'g> Motion<'g> {
             phi: motor(PHI, &q),
             dphi: motor(DPHI, &dq),
             ddphi: motor(DDPHI, &ddq),
+            elements,
             q,
             dq,
             ddq,
@@ -120,7 +136,7 @@ impl<'g> Motion<'g> {
             link_velocity: self.dq[joint],
             motor_velocity: self.dphi[joint],
             excess: [0.0; _],
-            elements: None,
+            elements: self.elements.get(joint).copied(),
         }
     }
 }
@@ -214,6 +230,21 @@ impl Source<'_> {
         ])
     }
 
+    /// Returns inverse dynamics with the memory of presliding friction and of hysteresis.
+    ///
+    /// # Errors
+    ///
+    /// [`LengthError`] if the parameters do not fit the robot.
+    pub(super) fn with_memory(&self) -> Result<Traced, LengthError> {
+        self.function(
+            WITH_MEMORY,
+            "Torques as of inverse_dynamics, with the elements of presliding friction and hysteresis.",
+            &[Q, DQ, DDQ, PHI, DPHI, DDPHI, ELEMENTS],
+            &[TAU_LINK, TAU_MOTOR],
+            |motion| self.all(motion),
+        )
+    }
+
     fn function(
         &self,
         name: &'static str,
@@ -242,6 +273,7 @@ impl Source<'_> {
         let n = self.robot.joints();
         let (shape, length) = match name {
             MASS => (Shape::Matrix, n * n),
+            ELEMENTS => (Shape::Elements, n * ALL_ELEMENTS),
             REGRESSOR => (Shape::Regressor, self.robot.rows() * self.theta.len()),
             _ => (Shape::Vector, n),
         };

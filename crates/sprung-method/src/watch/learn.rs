@@ -335,11 +335,18 @@ impl JointMonitor {
 
     /// Returns the torque from outside and its standard deviation, N·m (N).
     pub(super) fn outside(&self, model: &Model, joint: usize, now: &Now) -> [f64; 2] {
-        let row = model.regressor().motor_coordinate(joint);
-        let motor = if row == joint { 0.0 } else { now.residual[row] };
-        let value = -(now.residual[joint] + self.of_motor * motor);
+        let value = of_joint(model, joint, now, self.of_motor);
         [value, self.variance.at(&now.features[joint]).sqrt()]
     }
+}
+
+/// Returns the torque from outside on a joint, N·m (N).
+///
+/// - `of_motor`: share of the residual of the motor's equation.
+pub(super) fn of_joint(model: &Model, joint: usize, now: &Now, of_motor: f64) -> f64 {
+    let row = model.regressor().motor_coordinate(joint);
+    let motor = if row == joint { 0.0 } else { now.residual[row] };
+    -(now.residual[joint] + of_motor * motor)
 }
 
 /// Errors of residuals by those of the parameters.

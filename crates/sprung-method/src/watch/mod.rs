@@ -8,10 +8,12 @@ mod changes;
 mod contact;
 mod learn;
 mod monitor;
+mod observer;
 mod residual;
 mod result;
 mod run;
 mod walk;
 
+pub use observer::{ObservedJoint, ObserverSettings, TorqueObserver};
 pub use result::{Watch, WatchEvent, WatchedJoint, WatchedLog};
 pub use run::{WatchTask, Watched, watch};

@@ -97,15 +97,23 @@ impl<'m> Residuals<'m> {
     /// Takes sample `k` of a block; its residuals are in `now`.
     pub(super) fn take(&mut self, samples: &RawBlock, k: usize) {
         let columns = [&samples.q, &samples.phi, &samples.tau, &samples.spring];
-        let [q, phi, tau, spring] = columns.map(|columns| RawBlock::at(columns, k));
+        let columns = columns.map(|columns| RawBlock::at(columns, k));
+        self.step(columns.each_ref().map(Vec::as_slice), samples.excess_at(k));
+    }
+
+    /// Takes a sample.
+    ///
+    /// - `signals`: positions of links and motors, torques of motors and of sensors, each \[n\]; `excess`: covariates minus their
+    ///   references.
+    pub(super) fn step(&mut self, [q, phi, tau, spring]: [&[f64]; 4], excess: Vec<f64>) {
         if !std::mem::replace(&mut self.has_begun, true) {
             let filters = &self.filters;
-            for (chains, values) in self.chains.iter_mut().zip([&q, &phi, &tau, &spring]) {
+            for (chains, values) in self.chains.iter_mut().zip([q, phi, tau, spring]) {
                 for (chain, value) in chains.iter_mut().zip(values) {
                     *chain = Chain3::settled(filters, *value);
                 }
             }
-            for (chain, value) in self.chains[2].iter_mut().zip(&tau) {
+            for (chain, value) in self.chains[2].iter_mut().zip(tau) {
                 *chain = Chain3::settled_held(filters, *value);
             }
         }
@@ -116,7 +124,7 @@ impl<'m> Residuals<'m> {
             let all = chains.iter_mut().zip(values);
             all.map(|(chain, value)| filters.motion(chain, *value)).collect()
         };
-        let (of_links, of_motors) = (moves(links, &q), moves(motors, &phi));
+        let (of_links, of_motors) = (moves(links, q), moves(motors, phi));
         let column = |of: &[[f64; 3]], order: usize| of.iter().map(|x| x[order]).collect();
         (now.q, now.dq) = (column(&of_links, 0), column(&of_links, 1));
         (now.phi, now.dphi) = (column(&of_motors, 0), column(&of_motors, 1));
@@ -125,13 +133,13 @@ impl<'m> Residuals<'m> {
             now.acceleration[joint] = link[2];
             now.acceleration[robot.motor_coordinate(joint)] = motor[2];
         }
-        let tau: Vec<f64> = (torques.iter_mut().zip(&tau))
+        let tau: Vec<f64> = (torques.iter_mut().zip(tau))
             .map(|(chain, value)| filters.held(chain, *value))
             .collect();
-        let spring: Vec<f64> = (springs.iter_mut().zip(&spring))
+        let spring: Vec<f64> = (springs.iter_mut().zip(spring))
             .map(|(chain, value)| filters.continuous(chain, *value))
             .collect();
-        now.excess = samples.excess_at(k);
+        now.excess = excess;
         now.elements.clear();
         now.elements
             .extend_from_slice(self.elements.advance(&now.q, &now.phi));

@@ -16,8 +16,13 @@ pub struct Watch {
     pub robot: String,
     /// Origin of the parameters.
     pub parameters: String,
+    /// Whether the verdict of the parameters is *unusable*, and they were accepted nevertheless.
+    #[serde(default)]
+    pub accepted_unusable: bool,
     /// False alarms that the thresholds promise, in one hour of all joints together, 1/h.
     pub false_alarms_per_h: f64,
+    /// Sampling period of the healthy logs, s.
+    pub period_s: f64,
     /// Bandwidth of the torques from outside, rad/s.
     pub bandwidth_rad_per_s: f64,
     /// Cut-off of the three filters of all signals before, rad/s: the healthy logs show the smallest sudden torques with it.

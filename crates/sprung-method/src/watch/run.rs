@@ -8,7 +8,7 @@ use super::result::{Watch, WatchEvent, WatchedJoint, WatchedLog};
 use super::walk::Walk;
 use crate::curves::{CurveSet, Curves};
 use crate::description::Experiment;
-use crate::estimate::{EstimateResult, GENERATOR};
+use crate::estimate::{EstimateResult, GENERATOR, Verdict};
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, LogBlock, LogSource};
 use crate::model::Model;
@@ -123,7 +123,9 @@ pub fn watch(
         generator: GENERATOR.to_owned(),
         robot: task.experiment.robot.name.clone(),
         parameters: task.set.label.clone(),
+        accepted_unusable: task.result.verdict == Verdict::Unusable,
         false_alarms_per_h: task.false_alarms_per_h,
+        period_s: monitor.period,
         bandwidth_rad_per_s: robot.bandwidth.last,
         cutoff_rad_per_s: robot.bandwidth.cutoff,
         learned_from: task.chosen.logs.clone(),

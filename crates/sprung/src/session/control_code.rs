@@ -5,6 +5,7 @@ use std::path::Path;
 use sprung_core::shaper::{Impulse, Tap, sample};
 use sprung_export::ControlCode;
 use sprung_method::control::{CONTROL_FORMAT, ControlDesign};
+use sprung_method::watch::Watch;
 use sprung_robot::{Controller, ControllerKind, Feedforward, Reference};
 
 use super::control_error::ControlError;
@@ -32,6 +33,19 @@ pub fn read_control(file: &Path) -> Result<ControlDesign, SessionError> {
         .into());
     }
     Ok(design)
+}
+
+/// Reads a `watch.json`.
+///
+/// # Errors
+///
+/// [`SessionError`] if the file cannot be read or is no watch.
+pub fn read_watch(file: &Path) -> Result<Watch, SessionError> {
+    let text = read_text(&Disk, file)?;
+    serde_json::from_str(&text).map_err(|error| SessionError::NoWatch {
+        file: file.display().to_string(),
+        why: error.to_string(),
+    })
 }
 
 /// Returns a design in the form of the export.

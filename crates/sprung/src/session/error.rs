@@ -234,6 +234,14 @@ pub enum SessionError {
          identify"
     )]
     NoPosterior,
+    /// A file is no watch.
+    #[error("{file} is no watch.json of sprung watch: {why}")]
+    NoWatch {
+        /// The file.
+        file: String,
+        /// Reason.
+        why: String,
+    },
     /// An identification has fewer results.
     #[error("the identification has {count} result{}, so there is no result {set}; the first one is result 0",
         if *count == 1 { "" } else { "s" }
@@ -428,6 +436,7 @@ impl SessionError {
             | Self::Control(_)
             | Self::NoRun { .. }
             | Self::NoPosterior
+            | Self::NoWatch { .. }
             | Self::NoResult { .. }
             | Self::UnusableResult { .. }
             | Self::Posterior(_)

@@ -11,11 +11,12 @@ use super::load::Session;
 use super::parameters::Parameters;
 use sprung_base::sha256::sha256;
 use sprung_export::{
-    ControlCode, ExportError, Exported, Form, Format, JointEvidence, Known, LogOrigin, Origin,
-    Request, ValueOrigin, export,
+    ControlCode, ExportError, Exported, Form, Format, JointEvidence, Known, LogOrigin, ObserverCode,
+    Origin, Request, ValueOrigin, export,
 };
 use sprung_log::Channels;
 use sprung_method::control::ControlDesign;
+use sprung_method::watch::{ObserverSettings, Watch};
 use sprung_method::estimate::{EstimateResult, Identification, ModelDependence};
 use sprung_model::Model;
 use sprung_robot::{Experiment, Signal};
@@ -33,6 +34,8 @@ pub struct ExportRequest<'a> {
     pub set: usize,
     /// A designed controller, which code then contains.
     pub control: Option<&'a ControlDesign>,
+    /// A watch, whose observer code then contains.
+    pub watch: Option<&'a Watch>,
 }
 
 /// A robot before its values are chosen.
@@ -100,6 +103,35 @@ impl Session {
             });
         }
         control_code(control)
+    }
+
+    /// Returns the observer of a watch of this robot in the form of the export.
+    fn observer_of(&self, watch: &Watch, format: Format) -> Result<ObserverCode, ExportError> {
+        let refused = |what: String| Err(ExportError::Observer { what });
+        if !format.is_code() {
+            return refused(format!("{} is no code; export c or rust", format.name()));
+        }
+        let experiment = self.experiment();
+        let joints = experiment.robot.joint.iter().map(|joint| &joint.name);
+        if watch.robot != experiment.robot.name || !joints.eq(watch.joints.iter().map(|of| &of.joint)) {
+            return refused(format!(
+                "the watch is of \"{}\", and the experiment of \"{}\" with other joints or another name",
+                watch.robot, experiment.robot.name
+            ));
+        }
+        let Some(settings) = ObserverSettings::of(watch) else {
+            return refused("the healthy logs were too short for the threshold of each joint; learn from longer ones".to_owned());
+        };
+        let mut header = vec![format!(
+            "Thresholds: {} false alarms per hour, learned from {:.0} s of healthy motion, with the values of {}.",
+            watch.false_alarms_per_h, watch.learned_s, watch.parameters
+        )];
+        if watch.accepted_unusable {
+            header.push(
+                "WARNING: the verdict on the identified values is unusable; they were accepted nevertheless.".to_owned(),
+            );
+        }
+        Ok(ObserverCode { settings, header })
     }
 
     fn check_robot(&self, found: &str) -> Result<(), ExportError> {
@@ -235,6 +267,7 @@ impl<'a> Exporter<'a> {
         let control = request
             .control
             .map(|control| session.code_of(control, format));
+        let observer = request.watch.map(|watch| session.observer_of(watch, format));
         let folder = (self.experiment.robot.urdf.as_ref())
             .and_then(|path| session.folder.join(path).parent().map(Path::to_owned))
             .unwrap_or_default();
@@ -249,6 +282,7 @@ impl<'a> Exporter<'a> {
             evidence: &self.evidence,
             origin,
             control: control.transpose()?,
+            observer: observer.transpose()?,
         })?)
     }
 }

@@ -47,7 +47,7 @@ mod watch;
 pub use arrays::QuantityArrays;
 pub use compare::{ComparedFiles, compare_files};
 pub use control::controller_toml;
-pub use control_code::read_control;
+pub use control_code::{read_control, read_watch};
 pub use described::{Described, split_remedy};
 pub use error::{ErrorKind, SessionError};
 pub use excite::{ExciteMethod, ExciteRequest, excitation_files};

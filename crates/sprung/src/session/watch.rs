@@ -54,11 +54,15 @@ impl Session {
         tell: &mut dyn FnMut(&WatchEvent),
         progress: &mut dyn Listener,
     ) -> Result<Watched, SessionError> {
+        let mut healthy: Logs<'_> = self.logs(None)?;
         let mut logs = self.other_logs(files, request.follow_s);
-        self.watch_with(parameters, &mut logs.sources(), request, tell, progress)
+        let both = [&mut *healthy.sources(), &mut *logs.sources()];
+        self.watch_with(parameters, both, request, tell, progress)
     }
 
     /// Watches other logs.
+    ///
+    /// - `healthy`: logs of the robot as it was identified; `watched`: the logs to watch.
     ///
     /// # Errors
     ///
@@ -66,7 +70,7 @@ impl Session {
     pub fn watch_with(
         &self,
         parameters: &Parameters,
-        sources: &mut [LogSource<'_>],
+        [healthy, watched]: [&mut [LogSource<'_>]; 2],
         request: &WatchRequest,
         tell: &mut dyn FnMut(&WatchEvent),
         progress: &mut dyn Listener,
@@ -90,7 +94,6 @@ impl Session {
             chosen: &parameters.chosen(),
             false_alarms_per_h: request.false_alarms_per_h,
         };
-        let mut healthy: Logs<'_> = self.logs(None)?;
-        Ok(watch(&task, &mut healthy.sources(), sources, tell, progress)?)
+        Ok(watch(&task, healthy, watched, tell, progress)?)
     }
 }

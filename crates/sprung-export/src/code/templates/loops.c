@@ -10,6 +10,7 @@
 #define TANH tanhf
 #define LOG logf
 #define FABS fabsf
+#define SQRT sqrtf
 #else
 #define R(x) x
 #define SIN sin
@@ -18,6 +19,7 @@
 #define TANH tanh
 #define LOG log
 #define FABS fabs
+#define SQRT sqrt
 #endif
 
 const @real @theta[§PARAMETERS] = {

@@ -1,0 +1,243 @@
+//! The observer of torques from outside in the code: its constants, and a run of the library's observer for the self-test.
+
+use std::fmt::Write;
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use sprung_core::drives::State;
+use sprung_core::filter::{Discretization, FilterError, FilterPair};
+use sprung_core::links::LengthError;
+use sprung_core::presliding::ALL_ELEMENTS;
+use sprung_core::robot::Values;
+use sprung_method::watch::{ObserverSettings, TorqueObserver};
+
+use super::emit::{Language, comment};
+use super::graph::values;
+use super::trace::{Source, Traced, WITH_MEMORY};
+use crate::model::{ElementSet, Scratch, Theta};
+use crate::reload::worst;
+
+/// Samples of the self-test behind those in which the robot rests and the observer settles.
+const SAMPLES: usize = 60;
+
+/// Time constants of the last filter after which the observer has settled.
+const SETTLED: f64 = 8.0;
+
+/// Number of random states.
+const STATES: usize = 1000;
+
+/// A sample of the observer.
+#[derive(Clone, Debug)]
+pub(super) struct Sample {
+    q: Vec<f64>,
+    phi: Vec<f64>,
+    tau: Vec<f64>,
+    /// Torques from outside, and their thresholds.
+    outside: Vec<f64>,
+    threshold: Vec<f64>,
+}
+
+impl Sample {
+    /// Returns all arrays, in the order of the self-tests.
+    pub(super) fn all(&self) -> [&[f64]; 5] {
+        [&self.q, &self.phi, &self.tau, &self.outside, &self.threshold]
+    }
+}
+
+/// An observer as code.
+pub(super) struct Observed<'a> {
+    pub(super) settings: &'a ObserverSettings,
+    sharpness: Vec<f64>,
+    sets: Vec<ElementSet>,
+    about: &'a [String],
+    pub(super) samples: Vec<Sample>,
+}
+
+/// Returns why code cannot have an observer of a robot; `None` if it can.
+pub(super) fn refused(source: &Source<'_>, settings: &ObserverSettings) -> Option<String> {
+    let (model, n) = (source.model, source.robot.joints());
+    let has_sensor = (0..model.rows()).any(|row| model.right_hand_side(row).torques()[1].is_some());
+    if has_sensor {
+        return Some("code has no input for torque sensors; leave them out of the log and identify again".to_owned());
+    }
+    if !model.joints_without_link().is_empty() {
+        return Some("a flexible joint has no link position, and code does not compute one".to_owned());
+    }
+    if source.robot.coupling.is_some() && model.elements().sets().next().is_some() {
+        return Some("code has no presliding friction behind a coupled transmission".to_owned());
+    }
+    let joints = settings.joints.len();
+    (joints != n).then(|| format!("it has {joints} joints, and the robot has {n}"))
+}
+
+impl<'a> Observed<'a> {
+    /// Runs the observer of the library on a motion by chance.
+    pub(super) fn new(
+        source: &Source<'_>,
+        settings: &'a ObserverSettings,
+        about: &'a [String],
+    ) -> Result<Self, String> {
+        let (model, theta): (_, Theta) = (source.model, source.theta.to_vec());
+        let n = source.robot.joints();
+        let mut observer =
+            TorqueObserver::new((model, &theta), settings).map_err(|error| error.to_string())?;
+        let mut random = ChaCha8Rng::seed_from_u64(4);
+        let mut waves = |size: f64, rate: f64| -> Vec<[f64; 3]> {
+            let wave = |_| {
+                [
+                    size * random.random_range(0.2..1.0),
+                    rate * random.random_range(0.5..2.0),
+                    random.random_range(-3.0..3.0),
+                ]
+            };
+            (0..n).map(wave).collect()
+        };
+        let (links, motors, torques) = (waves(1.0, 6.0), waves(0.05, 15.0), waves(10.0, 20.0));
+        let at = |waves: &[[f64; 3]], t: f64| -> Vec<f64> {
+            waves.iter().map(|[size, rate, phase]| size * (rate * t + phase).sin()).collect()
+        };
+        let settle = settle(settings);
+        let samples = (0..settle + SAMPLES).map(|k| {
+            let t = k.saturating_sub(settle) as f64 * settings.period_s;
+            let (q, more, tau) = (at(&links, t), at(&motors, t), at(&torques, t));
+            let phi: Vec<f64> = (0..n)
+                .map(|i| if source.robot.motor_rows[i].is_some() { q[i] + more[i] } else { q[i] })
+                .collect();
+            let found = observer.step(&q, &phi, &tau);
+            Sample {
+                outside: found.iter().map(|[torque, _]| *torque).collect(),
+                threshold: found.iter().map(|[_, threshold]| *threshold).collect(),
+                q,
+                phi,
+                tau,
+            }
+        });
+        Ok(Self {
+            samples: samples.skip(settle).collect(),
+            settings,
+            sharpness: (0..n).map(|joint| model.sharpness(joint)).collect(),
+            sets: model.elements().sets().collect(),
+            about,
+        })
+    }
+
+    /// Returns the samples after which it has settled.
+    pub(super) fn settle(&self) -> usize {
+        settle(self.settings)
+    }
+
+    /// Returns the lines of the caller for a comment.
+    pub(super) fn header(&self, begin: &str) -> String {
+        let mut text = String::new();
+        for line in self.about {
+            let _ = writeln!(text, "{begin}{}", comment(line));
+        }
+        text
+    }
+
+    /// Returns a template with the constants.
+    pub(super) fn numbers(&self, language: &Language, template: &str) -> String {
+        let settings = self.settings;
+        let pair = |cutoff: f64, kind: Discretization| -> Result<String, FilterError> {
+            let pair = FilterPair::new(cutoff, settings.period_s, kind)?;
+            let [now, last] = pair.low_pass();
+            Ok(language.constants(&[pair.pole(), now, last]))
+        };
+        let (cutoff, last) = (settings.cutoff_rad_per_s, settings.bandwidth_rad_per_s);
+        let pairs = [
+            ("%CONTINUOUS%", pair(cutoff, Discretization::Tustin)),
+            ("%HELD%", pair(cutoff, Discretization::ZeroOrderHold)),
+            ("%LAST%", pair(last, Discretization::Tustin)),
+        ];
+        let joints = &settings.joints;
+        let column = |of: &dyn Fn(usize) -> f64| {
+            language.constants(&(0..joints.len()).map(of).collect::<Vec<f64>>())
+        };
+        let mut text = template.to_owned();
+        for (name, pair) in pairs {
+            // The observer of the library has the same filters.
+            text = text.replace(name, &pair.unwrap_or_default());
+        }
+        text.replace("%CUTOFF%", &language.constant(cutoff))
+            .replace("%SHARE%", &column(&|i| joints[i].motor_share))
+            .replace("%SIGMA%", &column(&|i| joints[i].threshold_sigma))
+            .replace("%SHARPNESS%", &column(&|i| self.sharpness[i]))
+            .replace(
+                "%VARIANCE%",
+                &(joints.iter())
+                    .map(|joint| language.row(&joint.variance))
+                    .collect::<String>(),
+            )
+    }
+
+    /// Returns the statements that move the elements, and the call of the dynamics.
+    pub(super) fn memory(&self, language: &Language) -> (String, String) {
+        let name = if self.sets.is_empty() { "inverse_dynamics" } else { WITH_MEMORY };
+        let update = (self.sets.iter())
+            .map(|set| {
+                (language.move_elements)(set.first, set.joint, set.is_of_spring, &language.constants(&set.widths))
+            })
+            .collect();
+        (update, (language.observed)(name, !self.sets.is_empty()))
+    }
+}
+
+fn settle(settings: &ObserverSettings) -> usize {
+    (SETTLED / (settings.bandwidth_rad_per_s * settings.period_s)).ceil() as usize
+}
+
+/// Returns the largest difference of the dynamics with memory from the library at random states, relative to the largest torque.
+///
+/// # Errors
+///
+/// [`LengthError`] if arrays do not fit the robot.
+pub(super) fn prove_memory(source: &Source<'_>, traced: &Traced) -> Result<f64, LengthError> {
+    let (robot, n) = (&source.robot, source.robot.joints());
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let mut difference = 0.0;
+    let mut scratch = Scratch::new(n);
+    for _ in 0..STATES {
+        let mut some = |count: usize, size: f64| -> Vec<f64> {
+            (0..count).map(|_| random.random_range(-size..size)).collect()
+        };
+        let mut motion = [1.0, 2.0, 10.0, 1.0, 2.0, 10.0].map(|size| some(n, size));
+        let elements = some(n * ALL_ELEMENTS, 1.0);
+        for joint in (0..n).filter(|joint| robot.motor_rows[*joint].is_none()) {
+            for order in 0..3 {
+                motion[3 + order][joint] = motion[order][joint];
+            }
+        }
+        let [q, dq, ddq, phi, dphi, ddphi] = &motion;
+        let state = State {
+            q,
+            dq,
+            phi,
+            dphi,
+            excess: &[],
+            elements: &elements,
+        };
+        let mut acceleration = vec![0.0; robot.rows()];
+        for joint in 0..n {
+            acceleration[joint] = ddq[joint];
+            acceleration[robot.motor_coordinate(joint)] = ddphi[joint];
+        }
+        let mut required = vec![0.0; robot.rows()];
+        let parameters = Values {
+            theta: source.theta,
+            bodies: source.bodies,
+        };
+        let workspace = &mut scratch.workspace();
+        robot.required_torques(&parameters, &state, &acceleration, workspace, &mut required)?;
+        let (mut link, mut motor) = (required[..n].to_vec(), vec![0.0; n]);
+        for joint in 0..n {
+            motor[joint] = required[robot.motor_coordinate(joint)];
+            if robot.motor_rows[joint].is_none() {
+                link[joint] = 0.0;
+            }
+        }
+        let inputs = [motion.concat(), elements].concat();
+        let found = values(&traced.operations, &traced.results, &inputs);
+        worst(&mut difference, &[link, motor].concat(), &found);
+    }
+    Ok(difference)
+}

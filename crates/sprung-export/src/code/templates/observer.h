@@ -1,0 +1,34 @@
+/*
+ * The observer of torques from outside, for samples that are %PERIOD% s apart.
+%HEADER% */
+
+/* Samples until the observer has settled after its start. */
+#define §SETTLE %SETTLE%
+
+/* Three low-pass filters in series. */
+struct @chain {
+    @real carry[3];
+    @real output[3];
+};
+
+/* Memory of the observer. One of zeros begins with its first sample, at rest. */
+struct @observer {
+    struct @chain link[§JOINTS], motor[§JOINTS], torque[§JOINTS];
+    @real last_carry[7 * §JOINTS], last_output[7 * §JOINTS];
+    @real elements[12 * §JOINTS];
+    @real position[2 * §JOINTS];
+    long samples;
+};
+
+/*
+ * Computes the torque from outside on each joint and its threshold, once a sample: a larger torque is a contact. Returns 0, or
+ * 1 while the observer is blind: it has not settled, or a number is not finite, from which on it begins again. All torques and
+ * thresholds are then zero.
+ */
+int @observe(struct @observer *own,
+    const @real q_rad[§JOINTS],
+    const @real phi_rad[§JOINTS],
+    const @real tau_nm[§JOINTS],
+    @real outside_nm[§JOINTS],
+    @real threshold_nm[§JOINTS]);
+
