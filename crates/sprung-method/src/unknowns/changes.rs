@@ -11,9 +11,11 @@ use super::searched::columns;
 use super::settle::{Grows, Round, in_search};
 use super::state::State;
 use super::unknown::{Effect, Kind, Place};
+use sprung_core::parameters::JointParameter;
+
 use crate::description::Experiment;
 use crate::finding::Finding;
-use crate::model::Theta;
+use crate::model::{Model, Theta};
 use crate::prepare::Excerpt;
 use crate::regression::Reading;
 
@@ -42,13 +44,13 @@ impl FoundChange {
 ///
 /// - `reading`: of the log, with a model whose parameters are all known; `file`: name of the log.
 /// - `least_factor`: by which a change lowers the product of the squared errors of all rows; `explained`: what the caller needs of
-///   corrected samples and changed parameters, if they fit.
+///   corrected samples, and of the changed model and its parameters, if they fit.
 pub(crate) fn changes<T>(
     experiment: &Experiment,
     reading: &Reading,
     (excerpt, file): (&Excerpt, &str),
     least_factor: f64,
-    explained: impl Fn(&Excerpt, &Theta) -> Option<T>,
+    explained: impl Fn(&Excerpt, (&Model, &Theta)) -> Option<T>,
 ) -> Option<(Vec<FoundChange>, T)> {
     let (found, explained) = in_search(experiment, reading, excerpt, |search| {
         search.changed(least_factor, explained)
@@ -112,7 +114,7 @@ impl Search<'_> {
     fn changed<T>(
         mut self,
         least_factor: f64,
-        explained: impl Fn(&Excerpt, &Theta) -> Option<T>,
+        explained: impl Fn(&Excerpt, (&Model, &Theta)) -> Option<T>,
     ) -> Option<(Vec<Found>, T)> {
         let mut state = State::new(self.unknowns.len());
         let mut round = self.repeated(&mut state, false)?;
@@ -136,7 +138,8 @@ impl Search<'_> {
             self.round(&mut state, Grows::Cause(cause, gain))?;
             round = self.repeated(&mut state, false)?;
             let (corrected, moved) = (self.corrected(&state.sizes), self.moved(&state));
-            if let Some(explained) = explained(&corrected, &moved) {
+            let model = self.loosened(&state);
+            if let Some(explained) = explained(&corrected, (&model, &moved)) {
                 let mut found = self.described(&state, &round);
                 found.retain(|found| found.value.abs() > SIGNIFICANT * found.standard_error);
                 let significance = |found: &Found| (found.value / found.standard_error).abs();
@@ -171,6 +174,13 @@ impl Search<'_> {
     fn moved(&self, state: &State) -> Theta {
         let mut moved = self.known();
         for &unknown in &state.chosen {
+            // The middle of a play stands for the preload.
+            if let (Kind::Play, Place::Joint(joint)) =
+                (self.unknowns[unknown].kind, self.unknowns[unknown].place)
+                && let Some(preload) = self.model.index(JointParameter::Preload, joint)
+            {
+                moved[preload] = 0.0;
+            }
             if let Effect::Parameters(by) = &self.unknowns[unknown].effect {
                 for (value, by) in moved.iter_mut().zip(by) {
                     *value += state.sizes[unknown] * by;
@@ -178,6 +188,30 @@ impl Search<'_> {
             }
         }
         moved
+    }
+
+    /// Returns the deflection of a spring without torque, rad (m).
+    fn unloaded(&self, joint: usize) -> f64 {
+        let known = |kind: JointParameter| {
+            let index = self.model.index(kind, joint);
+            index.and_then(|index| self.model.known(index)).unwrap_or_default()
+        };
+        let deflection = known(JointParameter::Preload) / known(JointParameter::Stiffness);
+        if deflection.is_finite() { deflection } else { 0.0 }
+    }
+
+    /// Returns the model with the plays of a state.
+    fn loosened(&self, state: &State) -> Model {
+        let mut model = self.model.clone();
+        for &unknown in &state.chosen {
+            if let (Kind::Play, Place::Joint(joint)) =
+                (self.unknowns[unknown].kind, self.unknowns[unknown].place)
+            {
+                let centre = self.unloaded(joint);
+                model.set_play(joint, [state.sizes[unknown].max(0.0), centre]);
+            }
+        }
+        model
     }
 
     /// Returns the causes, each with its unknowns: friction of a joint and of all joints, the load, and all others alone.

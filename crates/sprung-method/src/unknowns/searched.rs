@@ -221,9 +221,12 @@ fn result(of: &Telling<'_>) -> UnknownResult {
         id: found.id.clone(),
         kind: found.kind.name().to_owned(),
         place: match found.kind {
-            Kind::Law | Kind::Sharpness | Kind::Friction | Kind::Stiffness | Kind::Load => {
-                of.joint.to_owned()
-            }
+            Kind::Law
+            | Kind::Sharpness
+            | Kind::Friction
+            | Kind::Stiffness
+            | Kind::Play
+            | Kind::Load => of.joint.to_owned(),
             Kind::Delay
             | Kind::Timing
             | Kind::Gain

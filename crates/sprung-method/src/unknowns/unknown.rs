@@ -36,6 +36,8 @@ pub(crate) enum Kind {
     Friction,
     /// The stiffness of a joint is not as it was.
     Stiffness,
+    /// A spring has a play that it had not.
+    Play,
     /// The links carry another load.
     Load,
 }
@@ -56,6 +58,7 @@ impl Kind {
             Self::Law => "law",
             Self::Friction => "friction",
             Self::Stiffness => "stiffness",
+            Self::Play => "play",
             Self::Load => "load",
         }
     }
@@ -72,6 +75,7 @@ impl Kind {
             | Self::Law
             | Self::Friction
             | Self::Stiffness
+            | Self::Play
             | Self::Load => false,
         }
     }

@@ -14,10 +14,11 @@ use crate::unknowns::{FoundChange, Kind};
 pub(super) const PROMISE_BROKEN: &str = "promise-broken";
 
 /// Codes of the findings about changes, and what they mean, as nouns.
-const CHANGES: [(&str, &str); 12] = [
+const CHANGES: [(&str, &str); 13] = [
     ("friction-changed", "a change of friction"),
     ("payload-changed", "another load"),
     ("stiffness-changed", "another stiffness"),
+    ("play-changed", "a play of a spring"),
     ("torque-scale-changed", "another scale of the logged torque"),
     ("channel-gain", "another scale of a column"),
     ("delayed-channel", "a late column"),
@@ -214,6 +215,20 @@ fn single(set: &OfSet<'_>, change: &FoundChange, errors: &str, logs: &Logs<'_>) 
         );
         return Some(about(finding, &[change]));
     }
+    if change.found.kind == Kind::Play {
+        let joint = set.model.joints().get(change.joint?)?;
+        let finding = Finding::new(
+            Severity::Warning,
+            CHANGES[3].0,
+            format!(
+                "{}: the spring of {joint} has a play that it had not at the identification: with it, {errors}. {}",
+                set.label,
+                values(&[change], set)
+            ),
+            "check the gear, the coupling and the screws of the joint",
+        );
+        return Some(about(finding, &[change]));
+    }
     let mut finding = change.finding.clone()?;
     let is_torque = |column: &str| {
         let channels = logs.channels.all.iter();
@@ -224,7 +239,7 @@ fn single(set: &OfSet<'_>, change: &FoundChange, errors: &str, logs: &Logs<'_>) 
     if change.found.kind == Kind::Gain && column.is_some_and(is_torque) {
         finding = Finding::new(
             Severity::Warning,
-            CHANGES[3].0,
+            CHANGES[4].0,
             format!(
                 "{}: the torque of {} is logged at another scale than in the identification: multiplied by {:.4} ± \
                  {:.1e}, {errors}",
@@ -265,6 +280,7 @@ fn single(set: &OfSet<'_>, change: &FoundChange, errors: &str, logs: &Logs<'_>) 
         | Kind::Law
         | Kind::Friction
         | Kind::Stiffness
+        | Kind::Play
         | Kind::Load => None,
     };
     Some(match line {

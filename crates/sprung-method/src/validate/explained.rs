@@ -69,13 +69,17 @@ impl Beginning<'_> {
             *value += by;
         }
         let reading = self.reading.with_model(model.clone()).with_springs(&theta);
-        let errors = |excerpt: &Excerpt, theta: &Theta| {
-            let system = excerpt.reduce(&reading)?;
-            Some(predictions(reading.model(), &system, theta))
+        let errors = |excerpt: &Excerpt, model: &Model, theta: &Theta| {
+            let system = excerpt.reduce(&reading.with_model(model.clone()))?;
+            Some(predictions(model, &system, theta))
         };
-        let before = errors(self.excerpt, &theta)?;
-        let explained = |excerpt: &Excerpt, theta: &Theta| {
-            let after = errors(excerpt, theta)?;
+        let before = errors(self.excerpt, model, &theta)?;
+        let explained = |excerpt: &Excerpt, (loosened, theta): (&Model, &Theta)| {
+            let mut model = model.clone();
+            for joint in 0..model.joint_count() {
+                model.set_play(joint, loosened.play(joint).unwrap_or_default());
+            }
+            let after = errors(excerpt, &model, theta)?;
             let joints = before.iter().zip(&after);
             let left: Vec<Left> = joints
                 .map(|(before, after)| Left::new(before, after))

@@ -3,13 +3,14 @@
 //! A window whose residuals are larger than those of the healthy robot is searched for the fewest changes that explain them, by the
 //! catalogue of unknowns with known parameters.
 
+use super::contact::{Contact, Contacts};
 use super::learn::{Instants, Monitor, Robot};
 use super::residual::Now;
 use super::walk::Walk;
 use crate::description::Experiment;
 use crate::finding::{Finding, Severity};
 use crate::log::LogBlock;
-use crate::model::Theta;
+use crate::model::{Model, Theta};
 use crate::prepare::Excerpt;
 use crate::regression::PassError;
 use crate::unknowns::{FoundChange, Kind, changes};
@@ -35,6 +36,17 @@ const EXPLAINED: f64 = 0.7;
 
 /// Factor by which changes lower the product of the squared errors of all equations.
 const LEAST_FACTOR: f64 = 1.2;
+
+/// Contacts of a window up to which they are contacts, and not the effect of a change; and the part of its time up to which they are.
+const MOST_CONTACTS: usize = 3;
+const MOST_IN_CONTACT: f64 = 0.5;
+
+/// What was seen in one window.
+pub(super) struct Seen {
+    pub(super) changes: Vec<Change>,
+    /// Contacts that the changes do not explain; `None` if there are no changes.
+    pub(super) contacts: Option<Vec<Contact>>,
+}
 
 /// A change that was seen in one window.
 pub(super) struct Change {
@@ -95,12 +107,15 @@ pub(super) struct Windows<'a> {
     period: f64,
     excerpt: Excerpt,
     squares: Squares,
+    /// Without contacts.
+    contacts: Contacts,
 }
 
 impl<'a> Windows<'a> {
-    /// - `label`: origin of the values; `file`: the log; `identified`: those of the identification; `period`: T, s.
+    /// - `contacts`: that finds them, without any; `label`: origin of the values; `file`: the log; `identified`: those of the identification; `period`: T, s.
     pub(super) fn new(
         (robot, monitor): (&'a Robot<'a>, &'a Monitor),
+        contacts: Contacts,
         experiment: &'a Experiment,
         (label, file, identified): (&'a str, &'a str, &'a [String]),
         period: f64,
@@ -108,6 +123,7 @@ impl<'a> Windows<'a> {
         Self {
             excerpt: Excerpt::lasting(period, WINDOW_S),
             squares: Squares::new(monitor.joints.len()),
+            contacts,
             robot,
             monitor,
             experiment,
@@ -123,54 +139,42 @@ impl<'a> Windows<'a> {
         self.squares.see((self.robot, self.monitor), now);
     }
 
-    /// Takes a block whose instants were seen; returns the changes of a window that it completes.
+    /// Takes a block whose instants were seen; returns whether it completes the window.
+    pub(super) fn push(&mut self, block: &LogBlock) -> bool {
+        !self.excerpt.push(block)
+    }
+
+    /// Ends the window, and returns what was seen in it.
     ///
-    /// - `contact`: begin of a contact that lasts, s. What lasts for a whole window is no contact but another load.
+    /// - `contacts`: that ended in it or last.
     ///
     /// # Errors
     ///
     /// [`PassError`] if the filters do not fit the period.
-    pub(super) fn push(
-        &mut self,
-        block: &LogBlock,
-        contact: Option<f64>,
-    ) -> Result<Vec<Change>, PassError> {
-        if self.excerpt.push(block) {
-            return Ok(Vec::new());
-        }
-        if contact.is_some_and(|begin| begin >= self.excerpt.span()[0]) {
-            self.drop();
-        }
-        self.ended()
-    }
-
-    /// Ends the log; returns the changes of its last window.
-    ///
-    /// # Errors
-    ///
-    /// The errors of [`push`](Self::push).
-    pub(super) fn end(&mut self) -> Result<Vec<Change>, PassError> {
-        if self.excerpt.duration() < LEAST_S {
-            return Ok(Vec::new());
-        }
-        self.ended()
-    }
-
-    fn ended(&mut self) -> Result<Vec<Change>, PassError> {
+    pub(super) fn ended(&mut self, contacts: &[Contact]) -> Result<Seen, PassError> {
         let empty = Excerpt::lasting(self.period, WINDOW_S);
         let excerpt = std::mem::replace(&mut self.excerpt, empty);
         let none = Squares::new(self.monitor.joints.len());
         let squares = std::mem::replace(&mut self.squares, none);
-        if squares.largest(None) < UNUSUAL {
-            return Ok(Vec::new());
+        let nothing = Seen {
+            changes: Vec::new(),
+            contacts: None,
+        };
+        let is_short = excerpt.duration() < LEAST_S;
+        if is_short || squares.largest(None) < UNUSUAL || self.is_touched(&excerpt, contacts) {
+            return Ok(nothing);
         }
-        let before = self.along(&excerpt, self.robot.theta)?;
+        let before = self.along(&excerpt, (self.robot.model, self.robot.theta))?;
         let known: Vec<(usize, f64)> = self.robot.theta.iter().copied().enumerate().collect();
         let reading = self.robot.reading;
         let known = reading.with_model(self.robot.model.with_fixed(&known));
-        let explained = |excerpt: &Excerpt, theta: &Theta| {
-            let after = self.along(excerpt, theta).ok()?;
-            let is_explained = after.excess() <= (1.0 - EXPLAINED) * before.excess();
+        let explained = |excerpt: &Excerpt, (loosened, theta): (&Model, &Theta)| {
+            let mut model = self.robot.model.clone();
+            for joint in 0..model.joint_count() {
+                model.set_play(joint, loosened.play(joint).unwrap_or_default());
+            }
+            let after = self.along(excerpt, (&model, theta)).ok()?;
+            let is_explained = after.0.excess() <= (1.0 - EXPLAINED) * before.0.excess();
             is_explained.then_some(after)
         };
         let found = changes(
@@ -181,14 +185,18 @@ impl<'a> Windows<'a> {
             explained,
         );
         let Some((changes, after)) = found else {
-            return Ok(self.unexplained(&excerpt, &before).into_iter().collect());
+            return Ok(Seen {
+                changes: self.unexplained(&excerpt, &before.0).into_iter().collect(),
+                ..nothing
+            });
         };
         // Incremental encoders have another zero after each start.
         let changes: Vec<FoundChange> = (changes.into_iter())
             .filter(|change| change.found.kind != Kind::Offset)
             .collect();
+        let (after, contacts) = after;
         let falls = |joint: Option<usize>| {
-            let [before, after] = [&before, &after].map(|of| of.largest(joint).sqrt());
+            let [before, after] = [&before.0, &after].map(|of| of.largest(joint).sqrt());
             (after < before).then(|| {
                 format!("the residual falls from {before:.1} to {after:.1} times that of the healthy robot")
             })
@@ -205,15 +213,35 @@ impl<'a> Windows<'a> {
             gain: &|_| None,
         };
         let joint = changes.first().and_then(|change| change.joint);
-        let size = before.largest(None).sqrt();
-        Ok(changed(&set, &changes, (&falls, size), &logs)
-            .into_iter()
-            .map(|finding| Change {
-                span: excerpt.span(),
-                joint,
-                finding,
-            })
-            .collect())
+        let size = before.0.largest(None).sqrt();
+        let findings = changed(&set, &changes, (&falls, size), &logs).into_iter();
+        Ok(Seen {
+            changes: findings
+                .map(|finding| Change {
+                    span: excerpt.span(),
+                    joint,
+                    finding,
+                })
+                .collect(),
+            contacts: Some(contacts),
+        })
+    }
+
+    /// Returns whether something has touched the robot for a part of a window.
+    fn is_touched(&self, excerpt: &Excerpt, contacts: &[Contact]) -> bool {
+        let [begin, end] = excerpt.span();
+        let of_joint = |joint: usize| {
+            let of_joint = contacts.iter().filter(move |contact| contact.joint == joint);
+            let time = of_joint.clone().map(|contact| {
+                (contact.span[1].min(end) - contact.span[0].max(begin)).max(0.0)
+            });
+            (of_joint.count(), time.sum::<f64>() / (end - begin))
+        };
+        let all: Vec<(usize, f64)> = (0..self.monitor.joints.len()).map(of_joint).collect();
+        let is_change = |(count, part): &(usize, f64)| {
+            *count > MOST_CONTACTS || *part > MOST_IN_CONTACT
+        };
+        !contacts.is_empty() && !all.iter().any(is_change)
     }
 
     /// Reports a window that no change explains, if its residuals are far from those of the healthy robot.
@@ -249,20 +277,33 @@ impl<'a> Windows<'a> {
         self.squares = Squares::new(self.monitor.joints.len());
     }
 
-    /// Returns the squares along a window with some values.
-    fn along(&self, excerpt: &Excerpt, theta: &Theta) -> Result<Squares, PassError> {
+    /// Returns the squares along a window with some values, and the contacts.
+    fn along(
+        &self,
+        excerpt: &Excerpt,
+        (model, theta): (&Model, &Theta),
+    ) -> Result<(Squares, Vec<Contact>), PassError> {
         let robot = Robot {
+            model,
             theta,
             ..*self.robot
         };
         let mut squares = Squares::new(self.monitor.joints.len());
         let mut walk = Walk::new(robot.reading, self.period);
         let mut instants = Instants::new(&robot, self.period)?;
+        let (mut contacts, mut all) = (self.contacts.clone(), Vec::new());
         for block in excerpt.blocks() {
             walk.push(block, &mut |next| {
-                instants.take(next, &mut |_, now, _| squares.see((&robot, self.monitor), now));
+                instants.take(next, &mut |time, now, _| {
+                    squares.see((&robot, self.monitor), now);
+                    for (joint, of) in self.monitor.joints.iter().enumerate() {
+                        let outside = of.outside(model, joint, now);
+                        all.extend(contacts.take(joint, time, outside));
+                    }
+                });
             });
         }
-        Ok(squares)
+        all.extend(contacts.end());
+        Ok((squares, all))
     }
 }

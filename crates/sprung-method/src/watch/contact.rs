@@ -26,6 +26,7 @@ impl Contact {
 }
 
 /// Finds torques above their thresholds, joint by joint.
+#[derive(Clone)]
 pub(super) struct Contacts {
     /// Threshold of each joint in standard deviations; infinite if it is not known.
     thresholds: Vec<f64>,
@@ -72,10 +73,14 @@ impl Contacts {
         ended
     }
 
-    /// Returns the begin of the latest contact that lasts, s.
-    pub(super) fn since(&self) -> Option<f64> {
-        let begins = self.open.iter().flatten().map(|contact| contact.span[0]);
-        begins.max_by(f64::total_cmp)
+    /// Returns the contacts that last.
+    pub(super) fn open(&self) -> impl Iterator<Item = &Contact> {
+        self.open.iter().flatten()
+    }
+
+    /// Forgets the contacts that last.
+    pub(super) fn forget(&mut self) {
+        self.open.fill(None);
     }
 
     /// Returns the contacts that last until the filters begin again.

@@ -2,6 +2,9 @@
 
 use super::residual::FEATURES;
 
+/// Part of the torque of a joint (root mean square) that no model foretells of another motion.
+const UNFORESEEN: f64 = 0.01;
+
 /// Rounds of the fit of a variance.
 const ROUNDS: usize = 60;
 
@@ -64,6 +67,7 @@ impl Variance {
                 }
             }
         }
+        coefficients[0] += UNFORESEEN * UNFORESEEN * mean(&|x: &Instant| x.features[2]);
         Self(coefficients)
     }
 

@@ -164,6 +164,8 @@ struct OneLog<'a> {
     blind: Vec<[f64; 2]>,
     /// Time with thresholds, s.
     watched: f64,
+    /// Contacts of the present window.
+    pending: Vec<Contact>,
     /// Number of earlier events.
     events: usize,
 }
@@ -212,10 +214,17 @@ impl<'a> Watching<'a> {
             period,
             walk: Walk::new(self.robot.reading, period),
             instants: Instants::new(self.robot, period)?,
-            windows: Windows::new(watched, self.task.experiment, names, period),
+            windows: Windows::new(
+                watched,
+                self.contacts.clone(),
+                self.task.experiment,
+                names,
+                period,
+            ),
             blindness: Blindness::new(channels, &self.monitor.runs),
             blind: Vec::new(),
             watched: 0.0,
+            pending: Vec::new(),
             events: self.events.len(),
         };
         while more {
@@ -268,29 +277,42 @@ impl<'a> Watching<'a> {
             });
         });
         let shown_again = one.blindness.take(block);
-        let disturbed = !ended.is_empty() || !shown_again.is_empty() || one.blindness.is_blind();
+        let is_blind = !shown_again.is_empty() || one.blindness.is_blind();
         self.blind(one, shown_again);
-        self.contacts(one, ended);
-        if disturbed {
+        one.pending.extend(ended);
+        if is_blind {
             one.windows.drop();
-        } else {
-            let found = one.windows.push(block, self.contacts.since())?;
-            self.changes(one, found);
+            let pending = std::mem::take(&mut one.pending);
+            self.contacts(one, &pending);
+        } else if one.windows.push(block) {
+            self.window(one)?;
         }
+        Ok(())
+    }
+
+    /// Ends a window. Contacts in it may be the effect of a change.
+    fn window(&mut self, one: &mut OneLog<'_>) -> Result<(), PassError> {
+        let pending = std::mem::take(&mut one.pending);
+        let all: Vec<Contact> = pending.iter().chain(self.contacts.open()).copied().collect();
+        let seen = one.windows.ended(&all)?;
+        if seen.contacts.is_some() {
+            self.contacts.forget();
+        }
+        self.contacts(one, seen.contacts.as_ref().unwrap_or(&pending));
+        self.changes(one, seen.changes);
         Ok(())
     }
 
     /// Ends a log.
     fn end(&mut self, one: &mut OneLog<'_>) -> Result<(), PassError> {
-        if one.blindness.is_blind() || self.contacts.since().is_some() {
+        if one.blindness.is_blind() {
             one.windows.drop();
         }
         let open = one.blindness.open().collect();
         self.blind(one, open);
+        self.window(one)?;
         let ended = self.contacts.end();
-        self.contacts(one, ended);
-        let found = one.windows.end()?;
-        self.changes(one, found);
+        self.contacts(one, &ended);
         Ok(())
     }
 
@@ -303,7 +325,7 @@ impl<'a> Watching<'a> {
     }
 
     /// Adds the contacts that no sensor without signal explains.
-    fn contacts(&mut self, one: &OneLog<'_>, contacts: Vec<Contact>) {
+    fn contacts(&mut self, one: &OneLog<'_>, contacts: &[Contact]) {
         let open = one.blindness.open().map(|(_, span)| span);
         let spans: Vec<[f64; 2]> = one.blind.iter().copied().chain(open).collect();
         for contact in contacts.iter().filter(|contact| !contact.is_within(&spans)) {

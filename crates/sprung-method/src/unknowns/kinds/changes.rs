@@ -1,11 +1,16 @@
-//! A parameter of the robot that is not as it was: friction, a stiffness, or the load of the last link. They are sought where all
+//! A parameter of the robot that is not as it was: friction, a stiffness, a play, or the load of the last link. They are sought where all
 //! parameters are known, as in a validation.
 
+use sprung_core::drives::Term;
+use sprung_core::friction::Shape;
 use sprung_core::parameters::JointParameter;
 use sprung_core::spatial::{BODY, BODY_NAMES, BODY_UNITS};
 
 use super::catalogued::Catalogued;
-use crate::unknowns::unknown::{Effect, Kind, Place, Unknown};
+use crate::log::Signal;
+use crate::model::play_name;
+use crate::unknowns::result::AddedLaw;
+use crate::unknowns::unknown::{Effect, Kind, LawColumn, Place, Unknown};
 
 /// Start of the id of a change; the name of the parameter follows.
 pub(in crate::unknowns) const CHANGE: &str = "change ";
@@ -70,7 +75,58 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
                 .collect()
         }
     };
-    of_joints.chain(loads).collect()
+    let plays = (0..of.joints).filter_map(|joint| play(of, joint));
+    of_joints.chain(loads).chain(plays).collect()
+}
+
+/// Half width of the play whose torque is the column, in root mean squares of the deflection.
+const PLAY: f64 = 0.1;
+
+/// Returns the play of a spring without one: a wider one has nearly the same column, in proportion.
+fn play(of: &Catalogued<'_>, joint: usize) -> Option<Unknown> {
+    let model = of.model;
+    if !model.is_flexible(joint) || model.play(joint).is_some() || of.speeds[joint] <= 0.0 {
+        return None;
+    }
+    let stiffness = model.known(model.index(JointParameter::Stiffness, joint)?)?;
+    let preload = model.index(JointParameter::Preload, joint);
+    let preload = preload.and_then(|index| model.known(index)).unwrap_or_default();
+    let half_width = PLAY * of.deflection(of.channels.telling(Signal::Link, joint)?)?;
+    // In the middle of the play the spring has no torque.
+    let with = |half_width: f64| Shape {
+        play: half_width,
+        play_centre: preload / stiffness,
+        ..*model.shape(joint)
+    };
+    let (loose, whole) = (with(half_width), with(f64::MIN_POSITIVE));
+    let robot = model.robot();
+    let springs = robot.terms.iter().filter(|term| {
+        term.joint == joint && term.what == JointParameter::Stiffness
+    });
+    let scaled = |term: &Term, by: f64| Term {
+        gain: by * term.gain,
+        ..*term
+    };
+    let factor = stiffness / half_width;
+    let terms = springs.flat_map(|term| [(scaled(term, factor), loose), (scaled(term, -factor), whole)]);
+    Some(Unknown {
+        least: LEAST,
+        is_positive: true,
+        ..Unknown::new(
+            format!("{CHANGE}{}", play_name(&of.names[joint])),
+            Kind::Play,
+            Place::Joint(joint),
+            if of.channels.turns[joint] { "rad" } else { "m" },
+            Effect::Law {
+                column: LawColumn::Terms(terms.collect()),
+                added: Some(AddedLaw {
+                    of: "spring".to_owned(),
+                    law: "play".to_owned(),
+                    ..AddedLaw::default()
+                }),
+            },
+        )
+    })
 }
 
 fn change(kind: Kind, place: Place, name: &str, unit: &'static str, by: Vec<f64>) -> Unknown {

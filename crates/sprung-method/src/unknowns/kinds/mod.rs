@@ -35,7 +35,9 @@ pub(super) fn finding(of: &Telling<'_>) -> Option<Finding> {
         Kind::Saturation => saturation::finding(of),
         Kind::Law => return laws::finding(of),
         // The list of unknowns says it, or the validation.
-        Kind::Sharpness | Kind::Friction | Kind::Stiffness | Kind::Load => return None,
+        Kind::Sharpness | Kind::Friction | Kind::Stiffness | Kind::Play | Kind::Load => {
+            return None;
+        }
     })
 }
 
