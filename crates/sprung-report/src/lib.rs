@@ -42,9 +42,10 @@ mod tables;
 mod unknowns;
 mod validation_tables;
 mod verdict;
+mod watch_report;
 
 use sprung_base::{curves, finding, named};
-use sprung_method::{compare, estimate, validate};
+use sprung_method::{compare, estimate, validate, watch};
 use sprung_model as model;
 
 pub use check::compose_check;
@@ -61,3 +62,4 @@ pub use joint_figures::JointFigures;
 pub use numbers::significant;
 pub use servo::compose_servo;
 pub use unknowns::ShownUnknown;
+pub use watch_report::compose_watch;

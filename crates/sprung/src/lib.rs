@@ -159,7 +159,7 @@ pub mod report {
     #[doc(inline)]
     pub use sprung_report::{
         Contents, Document, Figure, JointFigures, ShownUnknown, Style, compose, compose_check,
-        compose_comparison, compose_control, compose_excitation, compose_servo, relative_scale,
+        compose_comparison, compose_control, compose_excitation, compose_servo, compose_watch, relative_scale,
         render, significant,
     };
 }

@@ -2,20 +2,23 @@
 
 use std::path::{Path, PathBuf};
 
+use sprung::report::compose_watch;
 use sprung::session::{Parameters, Session, WatchRequest, find_identification};
 use sprung::watch::{Watch, WatchEvent, Watched};
 
 use super::begin::refuse_refining;
 use crate::args;
+use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};
 use crate::output::{Folder, results_folder};
-use crate::results::write_json;
+use crate::results::{write_html, write_json};
 use crate::terminal::{Grid, Terminal, dash};
 
 /// Names of the files of a watch.
 const WATCH_FILE: &str = "watch.json";
 const CURVES_FILE: &str = "watch.csv";
-const FILES: [&str; 2] = [WATCH_FILE, CURVES_FILE];
+const REPORT_FILE: &str = "watch.html";
+const FILES: [&str; 3] = [WATCH_FILE, CURVES_FILE, REPORT_FILE];
 
 pub(crate) fn run(args: &args::Watch) -> Result<ExitCode, Failure> {
     let common = &args.common;
@@ -52,6 +55,8 @@ pub(crate) fn run(args: &args::Watch) -> Result<ExitCode, Failure> {
     let mut output = folder.output()?;
     write_json(&mut output, WATCH_FILE, watch)?;
     output.text(CURVES_FILE, &curves.to_csv("curve"))?;
+    let document = compose_watch(watch, curves, &command_line());
+    let report = write_html(&mut output, REPORT_FILE, &document)?;
     output.commit()?;
     terminal.json(watch);
     if !is_live {
@@ -60,7 +65,8 @@ pub(crate) fn run(args: &args::Watch) -> Result<ExitCode, Failure> {
         }
     }
     terminal.table(&thresholds(watch));
-    terminal.say(sentence(watch));
+    terminal.say(format!("\nreport: {}", report.display()));
+    terminal.say(watch.sentence());
     Ok(if watch.events.is_empty() {
         ExitCode::Done
     } else {
@@ -105,19 +111,4 @@ fn thresholds(watch: &Watch) -> Grid {
         grid.add_row([joint.joint.clone(), dash(joint.typical_threshold_nm, 3)]);
     }
     grid
-}
-
-/// Returns what was watched, in a sentence.
-fn sentence(watch: &Watch) -> String {
-    let seconds: f64 = watch.logs.iter().map(|log| log.duration_s - log.blind_s).sum();
-    let contacts = watch.events.iter().filter(|event| event.torque_nm.is_some()).count();
-    let others = watch.events.len() - contacts;
-    let promise = format!(
-        "thresholds of {} false alarms per hour, learned from {:.0} s of healthy motion",
-        watch.false_alarms_per_h, watch.learned_s
-    );
-    if watch.logs.is_empty() {
-        return format!("No log was watched; {promise}.");
-    }
-    format!("{seconds:.0} s watched, contacts: {contacts}, other events: {others}; {promise}.")
 }

@@ -39,6 +39,24 @@ pub struct Watch {
     pub events: Vec<WatchEvent>,
 }
 
+impl Watch {
+    /// Returns what was watched, in a sentence.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let promise = format!(
+            "thresholds of {} false alarms per hour, learned from {:.0} s of healthy motion",
+            self.false_alarms_per_h, self.learned_s
+        );
+        if self.logs.is_empty() {
+            return format!("No log was watched; {promise}.");
+        }
+        let seconds: f64 = (self.logs.iter()).map(|log| log.duration_s - log.blind_s).sum();
+        let contacts = (self.events.iter()).filter(|event| event.torque_nm.is_some()).count();
+        let others = self.events.len() - contacts;
+        format!("{seconds:.0} s watched, contacts: {contacts}, other events: {others}; {promise}.")
+    }
+}
+
 /// The thresholds of a joint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct WatchedJoint {

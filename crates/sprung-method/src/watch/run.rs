@@ -147,6 +147,8 @@ struct Watching<'a> {
     task: &'a WatchTask<'a>,
     contacts: Contacts,
     points: Decimator<(f64, Vec<f64>)>,
+    /// Duration of the logs before, s.
+    end: f64,
     events: Vec<WatchEvent>,
     tell: &'a mut dyn FnMut(&WatchEvent),
 }
@@ -164,6 +166,8 @@ struct OneLog<'a> {
     blind: Vec<[f64; 2]>,
     /// Time with thresholds, s.
     watched: f64,
+    /// Added to its time so that logs follow one another in the curves, s.
+    later: f64,
     /// Contacts of the present window.
     pending: Vec<Contact>,
     /// Number of earlier events.
@@ -181,6 +185,7 @@ impl<'a> Watching<'a> {
         Self {
             contacts: Contacts::new(&monitor.joints, rate, robot.bandwidth.last),
             points: Decimator::new(POINTS_OF_CURVES),
+            end: 0.0,
             events: Vec::new(),
             robot,
             monitor,
@@ -224,6 +229,7 @@ impl<'a> Watching<'a> {
             blindness: Blindness::new(channels, &self.monitor.runs),
             blind: Vec::new(),
             watched: 0.0,
+            later: self.end - block.time.first().copied().unwrap_or_default(),
             pending: Vec::new(),
             events: self.events.len(),
         };
@@ -234,6 +240,7 @@ impl<'a> Watching<'a> {
         }
         self.end(&mut one)?;
         let duration = log.timing().duration;
+        self.end += duration;
         let blind: f64 = one.blind.iter().map(|span| span[1] - span[0]).sum();
         Ok(WatchedLog {
             duration_s: duration,
@@ -256,6 +263,7 @@ impl<'a> Watching<'a> {
             instants,
             windows,
             watched,
+            later,
             ..
         } = one;
         let mut ended: Vec<Contact> = Vec::new();
@@ -273,7 +281,7 @@ impl<'a> Watching<'a> {
                     let threshold = contacts.thresholds()[joint] * outside[1];
                     point.extend([outside[0], threshold]);
                 }
-                points.push(|| (time, point));
+                points.push(|| (*later + time, point));
             });
         });
         let shown_again = one.blindness.take(block);
