@@ -134,7 +134,7 @@ fn figure(watch: &Watch, curves: &Curves) -> Figure {
         series: vec![
             series("torque from outside", column(0, joint, 1.0), Style::First),
             series("threshold", column(1, joint, 1.0), Style::Reference),
-            series("", column(1, joint, -1.0), Style::Reference),
+            series("− threshold", column(1, joint, -1.0), Style::Reference),
         ],
         ..Panel::default()
     });

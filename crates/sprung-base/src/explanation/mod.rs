@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::named::nearest;
 
 /// Sections in the order of the work, and their findings as TOML.
-const SECTIONS: [(&str, &str); 11] = [
+const SECTIONS: [(&str, &str); 12] = [
     ("Log: time", include_str!("time.toml")),
     ("Log: columns", include_str!("columns.toml")),
     ("Log: samples", include_str!("samples.toml")),
@@ -21,6 +21,7 @@ const SECTIONS: [(&str, &str); 11] = [
     ("LSFF", include_str!("lsff.toml")),
     ("Servo", include_str!("servo.toml")),
     ("Validation", include_str!("validate.toml")),
+    ("Running robot", include_str!("watch.toml")),
     ("Comparison", include_str!("compare.toml")),
 ];
 

@@ -55,3 +55,4 @@ mod terminal;
 mod timing;
 mod trust;
 mod verdict;
+mod watch;

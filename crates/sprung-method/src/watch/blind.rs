@@ -3,7 +3,7 @@
 use crate::log::{Channels, LogBlock};
 
 /// Time for which any column may keep one value, s.
-const USUAL_S: f64 = 0.5;
+pub(super) const USUAL_S: f64 = 0.5;
 
 /// Longest time over that in healthy logs.
 const RATIO: f64 = 3.0;

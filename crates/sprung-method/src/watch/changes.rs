@@ -107,6 +107,8 @@ pub(super) struct Windows<'a> {
     period: f64,
     excerpt: Excerpt,
     squares: Squares,
+    /// Blocks of the last window, if something had changed in it.
+    before: Vec<LogBlock>,
     /// Without contacts.
     contacts: Contacts,
 }
@@ -123,6 +125,7 @@ impl<'a> Windows<'a> {
         Self {
             excerpt: Excerpt::lasting(period, WINDOW_S),
             squares: Squares::new(monitor.joints.len()),
+            before: Vec::new(),
             contacts,
             robot,
             monitor,
@@ -153,7 +156,18 @@ impl<'a> Windows<'a> {
     /// [`PassError`] if the filters do not fit the period.
     pub(super) fn ended(&mut self, contacts: &[Contact]) -> Result<Seen, PassError> {
         let empty = Excerpt::lasting(self.period, WINDOW_S);
-        let excerpt = std::mem::replace(&mut self.excerpt, empty);
+        let mut excerpt = std::mem::replace(&mut self.excerpt, empty);
+        let before = std::mem::take(&mut self.before);
+        let begin = excerpt.span()[0];
+        if excerpt.duration() < LEAST_S && !before.is_empty() {
+            // The end of a log has the change of the window before.
+            let blocks = before.iter().chain(excerpt.blocks());
+            let mut joined = Excerpt::lasting(self.period, 2.0 * WINDOW_S);
+            blocks.for_each(|block| {
+                joined.push(block);
+            });
+            excerpt = joined;
+        }
         let none = Squares::new(self.monitor.joints.len());
         let squares = std::mem::replace(&mut self.squares, none);
         let nothing = Seen {
@@ -194,7 +208,9 @@ impl<'a> Windows<'a> {
         let changes: Vec<FoundChange> = (changes.into_iter())
             .filter(|change| change.found.kind != Kind::Offset)
             .collect();
-        let (after, contacts) = after;
+        let (after, mut contacts) = after;
+        contacts.retain(|contact| contact.span[0] >= begin);
+        self.before = excerpt.blocks().to_vec();
         let falls = |joint: Option<usize>| {
             let [before, after] = [&before.0, &after].map(|of| of.largest(joint).sqrt());
             (after < before).then(|| {
@@ -274,6 +290,7 @@ impl<'a> Windows<'a> {
     /// Drops the present window: a sensor shows nothing, or something has touched the robot.
     pub(super) fn drop(&mut self) {
         self.excerpt = Excerpt::lasting(self.period, WINDOW_S);
+        self.before.clear();
         self.squares = Squares::new(self.monitor.joints.len());
     }
 

@@ -1,13 +1,13 @@
 //! Watches logs of a running robot.
 
-use super::blind::Blindness;
+use super::blind::{Blindness, USUAL_S};
 use super::changes::{Change, WINDOW_S, Windows};
 use super::contact::{Contact, Contacts};
 use super::learn::{Bandwidth, Instants, Monitor, Robot, choose};
 use super::result::{Watch, WatchEvent, WatchedJoint, WatchedLog};
 use super::walk::Walk;
 use crate::curves::{CurveSet, Curves};
-use crate::description::Experiment;
+use crate::description::{Experiment, WrongSamples};
 use crate::estimate::{EstimateResult, GENERATOR, Verdict};
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, LogBlock, LogSource};
@@ -78,7 +78,10 @@ pub fn watch(
 ) -> Result<Watched, ValidateError> {
     task.model.check_names(&task.set.values)?;
     let log = task.experiment.log.as_ref().ok_or(ValidateError::NoLog)?;
-    let channels = Channels::new(&task.experiment.robot, log)?;
+    let mut channels = Channels::new(&task.experiment.robot, log)?;
+    // Code on a controller mends no samples either.
+    channels.wrong_samples = WrongSamples::Keep;
+    let channels = channels;
     channels.require_sides(&task.experiment.robot)?;
     if channels.inertial.is_some() {
         return Err(ValidateError::InertialSensors);
@@ -168,6 +171,8 @@ struct OneLog<'a> {
     watched: f64,
     /// Added to its time so that logs follow one another in the curves, s.
     later: f64,
+    /// Time of the last sample, s.
+    last: f64,
     /// Contacts of the present window.
     pending: Vec<Contact>,
     /// Number of earlier events.
@@ -230,6 +235,7 @@ impl<'a> Watching<'a> {
             blind: Vec::new(),
             watched: 0.0,
             later: self.end - block.time.first().copied().unwrap_or_default(),
+            last: block.time.first().copied().unwrap_or_default(),
             pending: Vec::new(),
             events: self.events.len(),
         };
@@ -286,6 +292,7 @@ impl<'a> Watching<'a> {
         });
         let shown_again = one.blindness.take(block);
         let is_blind = !shown_again.is_empty() || one.blindness.is_blind();
+        self.gaps(one, block);
         self.blind(one, shown_again);
         one.pending.extend(ended);
         if is_blind {
@@ -322,6 +329,19 @@ impl<'a> Watching<'a> {
         let ended = self.contacts.end();
         self.contacts(one, &ended);
         Ok(())
+    }
+
+    /// Reports long times without samples.
+    fn gaps(&mut self, one: &mut OneLog<'_>, block: &LogBlock) {
+        for &gap in &block.gaps {
+            let before = gap.checked_sub(1).map(|last| block.time[last]);
+            let span = [before.unwrap_or(one.last), block.time[gap]];
+            if span[1] - span[0] > USUAL_S {
+                let event = of_gap(span, one.label);
+                self.add(one, event);
+            }
+        }
+        one.last = block.time.last().copied().unwrap_or(one.last);
     }
 
     fn blind(&mut self, one: &mut OneLog<'_>, channels: Vec<(usize, [f64; 2])>) {
@@ -387,6 +407,28 @@ fn curves(joints: &[String], points: Vec<(f64, Vec<f64>)>) -> Curves {
                 values: (0..joints.len()).map(|joint| column(2 * joint + which)).collect(),
             })
             .into(),
+    }
+}
+
+fn of_gap(span: [f64; 2], log: &str) -> WatchEvent {
+    let duration = span[1] - span[0];
+    let finding = Finding::new(
+        Severity::Warning,
+        BLIND,
+        format!(
+            "the log has no samples from {:.2} to {:.2} s: sprung is blind there, and says nothing about contacts and changes",
+            span[0], span[1]
+        ),
+        "check the recorder",
+    );
+    WatchEvent {
+        log: log.to_owned(),
+        begins_s: span[0],
+        ends_s: span[1],
+        joint: None,
+        torque_nm: None,
+        threshold_nm: None,
+        finding: finding.seen(log, "", duration, "s"),
     }
 }
 

@@ -404,6 +404,7 @@ impl SessionError {
             Self::Validate(error) => match error {
                 ValidateError::Pass(pass) => of_pass(pass),
                 ValidateError::Stopped(_) => ErrorKind::Stopped,
+                ValidateError::OtherRate { .. } => ErrorKind::Log,
                 _ => ErrorKind::Usage,
             },
             Self::Record(error) => match error {

@@ -1,0 +1,231 @@
+//! `sprung watch`: contacts, changes and blind sensors of the demo.
+
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use serde_json::Value;
+
+use crate::common::{Case, sprung, stderr, stdout};
+
+/// The demo, identified by least squares.
+fn identified() -> Case {
+    let case = Case::new();
+    record(&case, "healthy.csv", &["simulate.duration_s=20.0", "simulate.seed=3"]);
+    let case = case.replace("identification.csv", "healthy.csv");
+    let output = case.identify(&["-q"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    case
+}
+
+/// Records a log of the twin with some settings.
+fn record(case: &Case, log: &str, settings: &[&str]) {
+    let words = settings.iter().flat_map(|setting| ["--set", setting]);
+    case.record(log, &words.collect::<Vec<_>>());
+}
+
+/// Watches logs; returns the output and `watch.json`.
+fn watched(case: &Case, logs: &[&str], more: &[&str]) -> (Output, Value) {
+    let mut args = vec!["watch".to_owned(), case.path("experiment.toml").display().to_string()];
+    for log in logs {
+        args.extend(["--log".to_owned(), case.path(log).display().to_string()]);
+    }
+    args.extend(more.iter().map(|word| (*word).to_owned()));
+    let output = sprung(&args.iter().map(String::as_str).collect::<Vec<_>>());
+    let text = std::fs::read_to_string(case.path("sprung-out/watch.json"));
+    let json = text.map_or(Value::Null, |text| serde_json::from_str(&text).unwrap());
+    (output, json)
+}
+
+fn codes(watch: &Value) -> Vec<&str> {
+    let events = watch["events"].as_array().unwrap();
+    events.iter().map(|event| event["finding"]["code"].as_str().unwrap()).collect()
+}
+
+const LONG: &str = "simulate.duration_s=20.0";
+
+#[test]
+fn contacts_have_time_joint_and_torque_and_a_healthy_log_has_none() {
+    let case = identified();
+    record(&case, "quiet.csv", &[LONG, "simulate.seed=4"]);
+    let touched = [
+        LONG,
+        "simulate.seed=5",
+        "simulate.contact_torque_nm=[0.0,-0.06]",
+        "simulate.contact_s=[[5.0,5.4],[12.0,12.4]]",
+    ];
+    record(&case, "touched.csv", &touched);
+    let (output, watch) = watched(&case, &["quiet.csv"], &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", stdout(&output));
+    assert_eq!(codes(&watch), <[&str; 0]>::default());
+    let (output, watch) = watched(&case, &["touched.csv"], &[]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert_eq!(codes(&watch), ["contact"; 2]);
+    for (event, begin) in watch["events"].as_array().unwrap().iter().zip([5.0, 12.0]) {
+        let number = |key: &str| event[key].as_f64().unwrap();
+        assert_eq!(event["joint"], "joint2");
+        assert!((0.0..0.08).contains(&(number("begins_s") - begin)), "{event}");
+        assert!((-0.07..-0.05).contains(&number("torque_nm")), "{event}");
+    }
+    let text = stdout(&output);
+    assert!(text.contains("joint2: from 5.0") && text.contains("(contact)"), "{text}");
+    let html = std::fs::read_to_string(case.path("sprung-out/watch.html")).unwrap();
+    assert!(html.contains("something happened"));
+}
+
+#[test]
+fn changes_of_friction_and_stiffness_are_named_with_their_size() {
+    let case = identified();
+    let truth = std::fs::read_to_string(case.path("truth.toml")).unwrap();
+    let changed = |from: &str, to: &str| truth.replace(from, to);
+    let friction = changed("8.435283", "9.278811").replace("1.360210", "1.496231");
+    for (text, code, parameter) in [
+        (friction, "friction-changed", "joint1.motor_viscous"),
+        (changed("4.212811", "3.9179"), "stiffness-changed", "joint2.stiffness"),
+    ] {
+        std::fs::write(case.path("worn.toml"), text).unwrap();
+        let log = format!("{code}.csv");
+        record(&case, &log, &[LONG, "simulate.seed=6", "simulate.parameters=\"worn.toml\""]);
+        let (_, watch) = watched(&case, &[&log], &[]);
+        assert_eq!(codes(&watch), [code], "{watch:#}");
+        let finding = &watch["events"][0]["finding"];
+        assert!(finding["text"].as_str().unwrap().contains(parameter), "{finding}");
+    }
+}
+
+#[test]
+fn a_frozen_encoder_is_blind_and_no_contact() {
+    let case = identified();
+    record(&case, "frozen.csv", &[LONG, "simulate.seed=4"]);
+    let text = std::fs::read_to_string(case.path("frozen.csv")).unwrap();
+    let mut kept = String::new();
+    let lines: Vec<String> = (text.lines().enumerate())
+        .map(|(k, line)| {
+            let mut fields: Vec<&str> = line.split(',').collect();
+            if (8000..10_000).contains(&k) {
+                fields[1] = &kept;
+                return fields.join(",");
+            }
+            if k == 7999 {
+                kept = fields[1].to_owned();
+            }
+            line.to_owned()
+        })
+        .collect();
+    std::fs::write(case.path("frozen.csv"), lines.join("\n")).unwrap();
+    let (_, watch) = watched(&case, &["frozen.csv"], &[]);
+    assert_eq!(codes(&watch), ["sensor-shows-nothing"], "{watch:#}");
+    let event = &watch["events"][0];
+    assert!(event["finding"]["text"].as_str().unwrap().contains("q1_rad"), "{event}");
+    assert!((event["begins_s"].as_f64().unwrap() - 8.0).abs() < 0.05, "{event}");
+    assert!(watch["logs"][0]["blind_s"].as_f64().unwrap() > 1.9);
+}
+
+/// Watches bytes on standard input.
+fn piped(case: &Case, bytes: &[u8]) -> Output {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_sprung"))
+        .args(["watch", "--log", "-"])
+        .arg(case.path("experiment.toml"))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut input = child.stdin.take().unwrap();
+    // A program that refuses its input closes it.
+    let _ = input.write_all(bytes);
+    drop(input);
+    child.wait_with_output().unwrap()
+}
+
+#[test]
+fn standard_input_folders_and_growing_files_have_the_events_of_the_file() {
+    let case = identified();
+    let touched = [
+        LONG,
+        "simulate.seed=5",
+        "simulate.contact_torque_nm=[0.6,0.0]",
+        "simulate.contact_s=[[5.0,5.4]]",
+    ];
+    record(&case, "touched.csv", &touched);
+    let bytes = std::fs::read(case.path("touched.csv")).unwrap();
+    let (output, watch) = watched(&case, &["touched.csv"], &[]);
+    assert_eq!(codes(&watch), ["contact"], "{}", stderr(&output));
+    let line = stdout(&output).lines().next().unwrap().to_owned();
+    let event = line.split_once("joint1").unwrap().1.to_owned();
+    let piped_output = piped(&case, &bytes);
+    assert_eq!(piped_output.status.code(), Some(1), "{}", stderr(&piped_output));
+    assert!(stdout(&piped_output).contains(&event), "{}", stdout(&piped_output));
+
+    std::fs::create_dir(case.path("logs")).unwrap();
+    std::fs::copy(case.path("touched.csv"), case.path("logs/b.csv")).unwrap();
+    std::fs::copy(case.path("healthy.csv"), case.path("logs/a.csv")).unwrap();
+    let (_, watch) = watched(&case, &["logs"], &[]);
+    assert_eq!(codes(&watch), ["contact"]);
+    let logs = watch["logs"].as_array().unwrap();
+    assert!(logs[0]["log"].as_str().unwrap().ends_with("a.csv"));
+
+    let growing = case.path("growing.csv");
+    let (first, second) = bytes.split_at(bytes.len() / 3);
+    std::fs::write(&growing, first).unwrap();
+    let (second, path) = (second.to_vec(), growing.clone());
+    let writer = std::thread::spawn(move || {
+        std::thread::sleep(std::time::Duration::from_millis(500));
+        let mut file = std::fs::OpenOptions::new().append(true).open(path).unwrap();
+        file.write_all(&second).unwrap();
+    });
+    let (_, watch) = watched(&case, &["growing.csv"], &["--follow", "3"]);
+    writer.join().unwrap();
+    assert_eq!(codes(&watch), ["contact"]);
+}
+
+#[test]
+fn what_cannot_be_watched_is_refused() {
+    let case = identified();
+    let refused = |logs: &[&str], more: &[&str], code: i32, part: &str| {
+        let (output, _) = watched(&case, logs, more);
+        assert_eq!(output.status.code(), Some(code), "{}", stderr(&output));
+        assert!(stderr(&output).contains(part), "{}", stderr(&output));
+    };
+    refused(&["missing.csv"], &[], 4, "missing.csv");
+    refused(&["healthy.csv"], &["--false-alarms-per-h", "0"], 2, "positive");
+    record(&case, "slow.csv", &[LONG, "simulate.period_s=0.002"]);
+    refused(&["slow.csv"], &[], 3, "500 samples per second");
+    std::fs::create_dir(case.path("empty")).unwrap();
+    refused(&["empty"], &[], 4, "has no files");
+    let output = piped(&case, b"PK\x03\x04 no stream");
+    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+}
+
+#[test]
+fn the_observer_of_the_code_has_the_torques_of_the_library() {
+    let case = identified();
+    let (output, _) = watched(&case, &[], &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(stdout(&output).contains("No log was watched"), "{}", stdout(&output));
+    let export = |format: &str, watch: &Path| {
+        let experiment = case.path("experiment.toml").display().to_string();
+        let (watch, out) = (watch.display().to_string(), case.path("code").display().to_string());
+        sprung(&[
+            "export", &experiment, "--format", format, "--watch", &watch, "--out", &out, "--force",
+        ])
+    };
+    let watch = case.path("sprung-out/watch.json");
+    let output = export("rust", &watch);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(stdout(&output).contains("observer"), "{}", stdout(&output));
+    let built = Command::new("rustc")
+        .args(["--edition", "2024", "--test", "robot.rs", "-o", "robot"])
+        .current_dir(case.path("code"))
+        .output()
+        .unwrap();
+    assert!(built.status.success(), "{}", stderr(&built));
+    let run = Command::new(case.path("code/robot")).output().unwrap();
+    assert!(run.status.success(), "{}", stdout(&run));
+    let refused = export("urdf", &watch);
+    assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
+    assert!(stderr(&refused).contains("no code"), "{}", stderr(&refused));
+    let refused = export("c", &case.path("truth.toml"));
+    assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
+    assert!(stderr(&refused).contains("no watch.json"), "{}", stderr(&refused));
+}
