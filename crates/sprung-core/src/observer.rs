@@ -62,7 +62,11 @@ impl ObserverFilters {
         chain.process(&self.continuous, &self.continuous, position);
         let [one, two, three] = chain.outputs;
         let w = self.cutoff;
-        [three, w * (two - three), w * w * (one - two - (two - three))]
+        [
+            three,
+            w * (two - three),
+            w * w * (one - two - (two - three)),
+        ]
     }
 
     /// Filters a torque that is held from each sample to the next.
@@ -155,7 +159,10 @@ mod tests {
         assert!((motion[2] - 2.0).abs() < 1e-9);
         let delay = end - 0.5 * motion[1];
         assert!((delay - 3.0 / 200.0).abs() < 1e-9, "{delay}");
-        assert!((held - ramp(end - delay)).abs() < 1e-4 * ramp(end), "{held}");
+        assert!(
+            (held - ramp(end - delay)).abs() < 1e-4 * ramp(end),
+            "{held}"
+        );
     }
 
     #[test]
@@ -170,6 +177,9 @@ mod tests {
         for _ in 0..=50 {
             seen = filters.last(&mut state, 1.0);
         }
-        assert!((seen - (1.0 - libm::exp(-50.0 * 50e-3))).abs() < 0.01, "{seen}");
+        assert!(
+            (seen - (1.0 - libm::exp(-50.0 * 50e-3))).abs() < 0.01,
+            "{seen}"
+        );
     }
 }

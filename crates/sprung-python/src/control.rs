@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 use sprung::control::{ControlDesign, Controlled};
 use sprung::report::compose_control;
 use sprung::session::{Session, controller_toml};
+use sprung::watch::Watch;
 
 use crate::errors::wrong_input;
 use crate::results::{file, html};

@@ -31,6 +31,7 @@ fn _sprung(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<results::Identified>()?;
     module.add_class::<results::Checked>()?;
     module.add_class::<results::Validated>()?;
+    module.add_class::<results::Watched>()?;
     module.add_class::<servo::IdentifiedServo>()?;
     module.add_class::<excite::Excited>()?;
     module.add_class::<control::Designed>()?;

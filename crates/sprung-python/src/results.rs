@@ -10,7 +10,9 @@ use serde::Serialize;
 use sprung::compare::{Compared, Drift};
 use sprung::curves::Curves;
 use sprung::estimate::Identification;
-use sprung::report::{Contents, Document, compose, compose_check, compose_comparison, render};
+use sprung::report::{
+    Contents, Document, compose, compose_check, compose_comparison, compose_watch, render,
+};
 use sprung::session::{Disk, Files, SessionError, read_identification, results_schema};
 
 use crate::errors::{exception, wrong_input};
@@ -206,6 +208,41 @@ impl Validated {
             ..Contents::default()
         };
         html(py, &compose(&contents))
+    }
+}
+
+/// What happened on a running robot.
+#[pyclass(frozen, module = "sprung._sprung")]
+pub(crate) struct Watched(sprung::watch::Watched);
+
+impl Watched {
+    pub(crate) fn new(watched: sprung::watch::Watched) -> Self {
+        Self(watched)
+    }
+}
+
+#[pymethods]
+impl Watched {
+    /// The text of `watch.json`.
+    fn json(&self) -> String {
+        file(&self.0.watch)
+    }
+
+    /// What was watched, in a sentence.
+    fn sentence(&self) -> String {
+        self.0.watch.sentence()
+    }
+
+    fn torques<'py>(&self, py: Python<'py>) -> Vec<Set<'py>> {
+        sets(py, &self.0.curves)
+    }
+
+    /// The report as HTML.
+    fn report(&self, py: Python<'_>) -> PyResult<String> {
+        html(
+            py,
+            &compose_watch(&self.0.watch, &self.0.curves, "sprung.Result.watch"),
+        )
     }
 }
 

@@ -12,15 +12,16 @@ use sprung::export::{Form, Format};
 use sprung::log::{Arrays, Input, LogSource};
 use sprung::session::{
     Disk, ExciteRequest, ExportRequest, Files, Parameters, QuantityArrays, ReadIdentification,
-    SampleRequest, SessionError,
+    SampleRequest, SessionError, WatchRequest,
 };
+use sprung::watch::WatchEvent;
 
 use crate::arrays;
-use crate::control::{Designed, design};
+use crate::control::{Designed, design, watch_of};
 use crate::dynamics::Dynamics;
 use crate::errors::{exception, wrong_input};
 use crate::excite::{Excited, Source, Values, method};
-use crate::results::{Checked, Identified, Validated, file};
+use crate::results::{Checked, Identified, Validated, Watched, file};
 use crate::runner::Run;
 use crate::sample::Drawn;
 use crate::servo::{IdentifiedServo, ServoCheck};
@@ -376,6 +377,49 @@ impl Session {
             Arc::clone(identified.shared()),
             text,
         ))
+    }
+
+    /// Watches arrays or files with an identification.
+    ///
+    /// - `identified`: an identification and the index of its result; `healthy`: arrays in place of the logs of the experiment.
+    /// - `request`: false alarms per hour, and whether an unusable result is taken.
+    #[expect(clippy::too_many_arguments, reason = "Python gives them by name")]
+    fn watch(
+        &self,
+        py: Python<'_>,
+        identified: (PyRef<'_, Identified>, usize),
+        logs: Option<Vec<Named<'_>>>,
+        files: Option<Vec<PathBuf>>,
+        healthy: Option<Vec<Named<'_>>>,
+        request: (f64, bool),
+        run: Run,
+    ) -> PyResult<Watched> {
+        let (identified, set) = identified;
+        let parameters = Parameters::from(identified.found().identification.clone());
+        let request = WatchRequest {
+            false_alarms_per_h: request.0,
+            accept_unusable: request.1,
+            set,
+            follow_s: None,
+        };
+        let (session, watched) = self.given(py, logs)?;
+        let (_, healthy) = self.given(py, healthy)?;
+        let found = run.work(py, move |progress| {
+            let mut healthy = healthy.map(InMemory::sources);
+            let tell = &mut |_: &WatchEvent| ();
+            match watched {
+                None => {
+                    let files = files.unwrap_or_default();
+                    session.watch(&parameters, &files, &request, tell, progress)
+                }
+                Some(watched) => {
+                    let mut watched = InMemory::sources(watched);
+                    let given = (healthy.as_deref_mut(), &mut *watched);
+                    session.watch_with(&parameters, given, &request, tell, progress)
+                }
+            }
+        })?;
+        Ok(Watched::new(found))
     }
 
     /// Simulates the twin; returns its columns by name.

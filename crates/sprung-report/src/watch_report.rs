@@ -46,8 +46,17 @@ pub fn compose_watch(watch: &Watch, curves: &Curves, command: &str) -> Document 
         subtitle: format!("Watched with the values of {}", watch.parameters),
         generator: watch.generator.clone(),
         verdict: Some(Badge {
-            tone: if first.is_some() { Tone::Doubtful } else { Tone::Good },
-            text: if first.is_some() { "something happened" } else { "as identified" }.to_owned(),
+            tone: if first.is_some() {
+                Tone::Doubtful
+            } else {
+                Tone::Good
+            },
+            text: if first.is_some() {
+                "something happened"
+            } else {
+                "as identified"
+            }
+            .to_owned(),
         }),
         summary: watch.sentence(),
         reason: first.map_or_else(String::new, |event| event.finding.text.clone()),
@@ -118,7 +127,9 @@ fn figure(watch: &Watch, curves: &Curves) -> Figure {
     let column = |set: usize, joint: usize, sign: f64| -> Vec<Option<f64>> {
         let values = curves.sets.get(set).and_then(|set| set.values.get(joint));
         let signed = values.into_iter().flatten().map(|value| {
-            value.map(|value| sign * value).filter(|value| value.is_finite())
+            value
+                .map(|value| sign * value)
+                .filter(|value| value.is_finite())
         });
         signed.collect()
     };
@@ -130,7 +141,11 @@ fn figure(watch: &Watch, curves: &Curves) -> Figure {
     };
     let panels = (watch.joints.iter().enumerate()).map(|(joint, of)| Panel {
         y_label: format!("{} [N·m (N)]", of.joint),
-        x: curves.sets.first().map(|set| set.time.clone()).unwrap_or_default(),
+        x: curves
+            .sets
+            .first()
+            .map(|set| set.time.clone())
+            .unwrap_or_default(),
         series: vec![
             series("torque from outside", column(0, joint, 1.0), Style::First),
             series("threshold", column(1, joint, 1.0), Style::Reference),

@@ -159,8 +159,8 @@ pub mod report {
     #[doc(inline)]
     pub use sprung_report::{
         Contents, Document, Figure, JointFigures, ShownUnknown, Style, compose, compose_check,
-        compose_comparison, compose_control, compose_excitation, compose_servo, compose_watch, relative_scale,
-        render, significant,
+        compose_comparison, compose_control, compose_excitation, compose_servo, compose_watch,
+        relative_scale, render, significant,
     };
 }
 

@@ -83,7 +83,10 @@ fn files(given: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
             continue;
         }
         let unreadable = |error: std::io::Error| {
-            Failure::new(ExitCode::File, format!("cannot read {}: {error}", path.display()))
+            Failure::new(
+                ExitCode::File,
+                format!("cannot read {}: {error}", path.display()),
+            )
         };
         let entries = std::fs::read_dir(path).map_err(unreadable)?;
         let mut of_folder: Vec<PathBuf> = entries
@@ -91,7 +94,10 @@ fn files(given: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
             .filter(|path| path.is_file())
             .collect();
         if of_folder.is_empty() {
-            let message = format!("{} has no files; give the folder of the logs", path.display());
+            let message = format!(
+                "{} has no files; give the folder of the logs",
+                path.display()
+            );
             return Err(Failure::new(ExitCode::File, message));
         }
         of_folder.sort();
@@ -101,7 +107,10 @@ fn files(given: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
 }
 
 fn line(event: &WatchEvent) -> String {
-    format!("{}: {} ({})", event.log, event.finding.text, event.finding.code)
+    format!(
+        "{}: {} ({})",
+        event.log, event.finding.text, event.finding.code
+    )
 }
 
 fn thresholds(watch: &Watch) -> Grid {

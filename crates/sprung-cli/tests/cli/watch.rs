@@ -11,7 +11,11 @@ use crate::common::{Case, sprung, stderr, stdout};
 /// The demo, identified by least squares.
 fn identified() -> Case {
     let case = Case::new();
-    record(&case, "healthy.csv", &["simulate.duration_s=20.0", "simulate.seed=3"]);
+    record(
+        &case,
+        "healthy.csv",
+        &["simulate.duration_s=20.0", "simulate.seed=3"],
+    );
     let case = case.replace("identification.csv", "healthy.csv");
     let output = case.identify(&["-q"]);
     assert!(output.status.success(), "{}", stderr(&output));
@@ -26,7 +30,10 @@ fn record(case: &Case, log: &str, settings: &[&str]) {
 
 /// Watches logs; returns the output and `watch.json`.
 fn watched(case: &Case, logs: &[&str], more: &[&str]) -> (Output, Value) {
-    let mut args = vec!["watch".to_owned(), case.path("experiment.toml").display().to_string()];
+    let mut args = vec![
+        "watch".to_owned(),
+        case.path("experiment.toml").display().to_string(),
+    ];
     for log in logs {
         args.extend(["--log".to_owned(), case.path(log).display().to_string()]);
     }
@@ -39,7 +46,10 @@ fn watched(case: &Case, logs: &[&str], more: &[&str]) -> (Output, Value) {
 
 fn codes(watch: &Value) -> Vec<&str> {
     let events = watch["events"].as_array().unwrap();
-    events.iter().map(|event| event["finding"]["code"].as_str().unwrap()).collect()
+    events
+        .iter()
+        .map(|event| event["finding"]["code"].as_str().unwrap())
+        .collect()
 }
 
 const LONG: &str = "simulate.duration_s=20.0";
@@ -64,11 +74,17 @@ fn contacts_have_time_joint_and_torque_and_a_healthy_log_has_none() {
     for (event, begin) in watch["events"].as_array().unwrap().iter().zip([5.0, 12.0]) {
         let number = |key: &str| event[key].as_f64().unwrap();
         assert_eq!(event["joint"], "joint2");
-        assert!((0.0..0.08).contains(&(number("begins_s") - begin)), "{event}");
+        assert!(
+            (0.0..0.08).contains(&(number("begins_s") - begin)),
+            "{event}"
+        );
         assert!((-0.07..-0.05).contains(&number("torque_nm")), "{event}");
     }
     let text = stdout(&output);
-    assert!(text.contains("joint2: from 5.0") && text.contains("(contact)"), "{text}");
+    assert!(
+        text.contains("joint2: from 5.0") && text.contains("(contact)"),
+        "{text}"
+    );
     let html = std::fs::read_to_string(case.path("sprung-out/watch.html")).unwrap();
     assert!(html.contains("something happened"));
 }
@@ -81,15 +97,26 @@ fn changes_of_friction_and_stiffness_are_named_with_their_size() {
     let friction = changed("8.435283", "9.278811").replace("1.360210", "1.496231");
     for (text, code, parameter) in [
         (friction, "friction-changed", "joint1.motor_viscous"),
-        (changed("4.212811", "3.9179"), "stiffness-changed", "joint2.stiffness"),
+        (
+            changed("4.212811", "3.9179"),
+            "stiffness-changed",
+            "joint2.stiffness",
+        ),
     ] {
         std::fs::write(case.path("worn.toml"), text).unwrap();
         let log = format!("{code}.csv");
-        record(&case, &log, &[LONG, "simulate.seed=6", "simulate.parameters=\"worn.toml\""]);
+        record(
+            &case,
+            &log,
+            &[LONG, "simulate.seed=6", "simulate.parameters=\"worn.toml\""],
+        );
         let (_, watch) = watched(&case, &[&log], &[]);
         assert_eq!(codes(&watch), [code], "{watch:#}");
         let finding = &watch["events"][0]["finding"];
-        assert!(finding["text"].as_str().unwrap().contains(parameter), "{finding}");
+        assert!(
+            finding["text"].as_str().unwrap().contains(parameter),
+            "{finding}"
+        );
     }
 }
 
@@ -116,8 +143,17 @@ fn a_frozen_encoder_is_blind_and_no_contact() {
     let (_, watch) = watched(&case, &["frozen.csv"], &[]);
     assert_eq!(codes(&watch), ["sensor-shows-nothing"], "{watch:#}");
     let event = &watch["events"][0];
-    assert!(event["finding"]["text"].as_str().unwrap().contains("q1_rad"), "{event}");
-    assert!((event["begins_s"].as_f64().unwrap() - 8.0).abs() < 0.05, "{event}");
+    assert!(
+        event["finding"]["text"]
+            .as_str()
+            .unwrap()
+            .contains("q1_rad"),
+        "{event}"
+    );
+    assert!(
+        (event["begins_s"].as_f64().unwrap() - 8.0).abs() < 0.05,
+        "{event}"
+    );
     assert!(watch["logs"][0]["blind_s"].as_f64().unwrap() > 1.9);
 }
 
@@ -154,8 +190,17 @@ fn standard_input_folders_and_growing_files_have_the_events_of_the_file() {
     let line = stdout(&output).lines().next().unwrap().to_owned();
     let event = line.split_once("joint1").unwrap().1.to_owned();
     let piped_output = piped(&case, &bytes);
-    assert_eq!(piped_output.status.code(), Some(1), "{}", stderr(&piped_output));
-    assert!(stdout(&piped_output).contains(&event), "{}", stdout(&piped_output));
+    assert_eq!(
+        piped_output.status.code(),
+        Some(1),
+        "{}",
+        stderr(&piped_output)
+    );
+    assert!(
+        stdout(&piped_output).contains(&event),
+        "{}",
+        stdout(&piped_output)
+    );
 
     std::fs::create_dir(case.path("logs")).unwrap();
     std::fs::copy(case.path("touched.csv"), case.path("logs/b.csv")).unwrap();
@@ -188,7 +233,12 @@ fn what_cannot_be_watched_is_refused() {
         assert!(stderr(&output).contains(part), "{}", stderr(&output));
     };
     refused(&["missing.csv"], &[], 4, "missing.csv");
-    refused(&["healthy.csv"], &["--false-alarms-per-h", "0"], 2, "positive");
+    refused(
+        &["healthy.csv"],
+        &["--false-alarms-per-h", "0"],
+        2,
+        "positive",
+    );
     record(&case, "slow.csv", &[LONG, "simulate.period_s=0.002"]);
     refused(&["slow.csv"], &[], 3, "500 samples per second");
     std::fs::create_dir(case.path("empty")).unwrap();
@@ -202,12 +252,27 @@ fn the_observer_of_the_code_has_the_torques_of_the_library() {
     let case = identified();
     let (output, _) = watched(&case, &[], &[]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    assert!(stdout(&output).contains("No log was watched"), "{}", stdout(&output));
+    assert!(
+        stdout(&output).contains("No log was watched"),
+        "{}",
+        stdout(&output)
+    );
     let export = |format: &str, watch: &Path| {
         let experiment = case.path("experiment.toml").display().to_string();
-        let (watch, out) = (watch.display().to_string(), case.path("code").display().to_string());
+        let (watch, out) = (
+            watch.display().to_string(),
+            case.path("code").display().to_string(),
+        );
         sprung(&[
-            "export", &experiment, "--format", format, "--watch", &watch, "--out", &out, "--force",
+            "export",
+            &experiment,
+            "--format",
+            format,
+            "--watch",
+            &watch,
+            "--out",
+            &out,
+            "--force",
         ])
     };
     let watch = case.path("sprung-out/watch.json");
@@ -227,5 +292,9 @@ fn the_observer_of_the_code_has_the_torques_of_the_library() {
     assert!(stderr(&refused).contains("no code"), "{}", stderr(&refused));
     let refused = export("c", &case.path("truth.toml"));
     assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
-    assert!(stderr(&refused).contains("no watch.json"), "{}", stderr(&refused));
+    assert!(
+        stderr(&refused).contains("no watch.json"),
+        "{}",
+        stderr(&refused)
+    );
 }

@@ -266,7 +266,9 @@ fn observer(observer: Option<&Observed<'_>>) -> [String; 3] {
         .replace("%UPDATE%", &update)
         .replace("%DYNAMICS%", &call);
     let samples = observer.samples.iter();
-    let samples: String = samples.map(|sample| element_of_struct(&sample.all())).collect();
+    let samples: String = samples
+        .map(|sample| element_of_struct(&sample.all()))
+        .collect();
     let test = OBSERVER_TEST
         .replace("%COUNT%", &observer.samples.len().to_string())
         .replace("%SAMPLES%", &samples);

@@ -40,7 +40,13 @@ pub(super) struct Sample {
 impl Sample {
     /// Returns all arrays, in the order of the self-tests.
     pub(super) fn all(&self) -> [&[f64]; 5] {
-        [&self.q, &self.phi, &self.tau, &self.outside, &self.threshold]
+        [
+            &self.q,
+            &self.phi,
+            &self.tau,
+            &self.outside,
+            &self.threshold,
+        ]
     }
 }
 
@@ -58,10 +64,15 @@ pub(super) fn refused(source: &Source<'_>, settings: &ObserverSettings) -> Optio
     let (model, n) = (source.model, source.robot.joints());
     let has_sensor = (0..model.rows()).any(|row| model.right_hand_side(row).torques()[1].is_some());
     if has_sensor {
-        return Some("code has no input for torque sensors; leave them out of the log and identify again".to_owned());
+        return Some(
+            "code has no input for torque sensors; leave them out of the log and identify again"
+                .to_owned(),
+        );
     }
     if !model.joints_without_link().is_empty() {
-        return Some("a flexible joint has no link position, and code does not compute one".to_owned());
+        return Some(
+            "a flexible joint has no link position, and code does not compute one".to_owned(),
+        );
     }
     if source.robot.coupling.is_some() && model.elements().sets().next().is_some() {
         return Some("code has no presliding friction behind a coupled transmission".to_owned());
@@ -94,14 +105,23 @@ impl<'a> Observed<'a> {
         };
         let (links, motors, torques) = (waves(1.0, 6.0), waves(0.05, 15.0), waves(10.0, 20.0));
         let at = |waves: &[[f64; 3]], t: f64| -> Vec<f64> {
-            waves.iter().map(|[size, rate, phase]| size * (rate * t + phase).sin()).collect()
+            waves
+                .iter()
+                .map(|[size, rate, phase]| size * (rate * t + phase).sin())
+                .collect()
         };
         let settle = settle(settings);
         let samples = (0..settle + SAMPLES).map(|k| {
             let t = k.saturating_sub(settle) as f64 * settings.period_s;
             let (q, more, tau) = (at(&links, t), at(&motors, t), at(&torques, t));
             let phi: Vec<f64> = (0..n)
-                .map(|i| if source.robot.motor_rows[i].is_some() { q[i] + more[i] } else { q[i] })
+                .map(|i| {
+                    if source.robot.motor_rows[i].is_some() {
+                        q[i] + more[i]
+                    } else {
+                        q[i]
+                    }
+                })
                 .collect();
             let found = observer.step(&q, &phi, &tau);
             Sample {
@@ -172,10 +192,19 @@ impl<'a> Observed<'a> {
 
     /// Returns the statements that move the elements, and the call of the dynamics.
     pub(super) fn memory(&self, language: &Language) -> (String, String) {
-        let name = if self.sets.is_empty() { "inverse_dynamics" } else { WITH_MEMORY };
+        let name = if self.sets.is_empty() {
+            "inverse_dynamics"
+        } else {
+            WITH_MEMORY
+        };
         let update = (self.sets.iter())
             .map(|set| {
-                (language.move_elements)(set.first, set.joint, set.is_of_spring, &language.constants(&set.widths))
+                (language.move_elements)(
+                    set.first,
+                    set.joint,
+                    set.is_of_spring,
+                    &language.constants(&set.widths),
+                )
             })
             .collect();
         (update, (language.observed)(name, !self.sets.is_empty()))
@@ -198,7 +227,9 @@ pub(super) fn prove_memory(source: &Source<'_>, traced: &Traced) -> Result<f64, 
     let mut scratch = Scratch::new(n);
     for _ in 0..STATES {
         let mut some = |count: usize, size: f64| -> Vec<f64> {
-            (0..count).map(|_| random.random_range(-size..size)).collect()
+            (0..count)
+                .map(|_| random.random_range(-size..size))
+                .collect()
         };
         let mut motion = [1.0, 2.0, 10.0, 1.0, 2.0, 10.0].map(|size| some(n, size));
         let elements = some(n * ALL_ELEMENTS, 1.0);

@@ -106,9 +106,8 @@ impl<'g> Motion<'g> {
             )
         };
         let elements = place(ELEMENTS).map_or_else(Vec::new, |at| {
-            let of_joint = |joint: usize| {
-                std::array::from_fn(|k| graph.input(at + joint * ALL_ELEMENTS + k))
-            };
+            let of_joint =
+                |joint: usize| std::array::from_fn(|k| graph.input(at + joint * ALL_ELEMENTS + k));
             (0..n).map(of_joint).collect()
         });
         let motor = |name: &str, link: &[Symbol<'g>]| {

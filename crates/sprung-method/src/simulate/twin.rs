@@ -237,9 +237,15 @@ impl Twin {
         let rng = &mut self.rng;
         let mut on_links: Option<Vec<f64>> = (self.link_disturbance.as_mut())
             .map(|all| all.iter_mut().map(|d| d.next(rng)).collect());
-        if self.contacts.iter().any(|[from, to]| (*from..*to).contains(&time)) {
+        if self
+            .contacts
+            .iter()
+            .any(|[from, to]| (*from..*to).contains(&time))
+        {
             let all = on_links.get_or_insert_with(|| vec![0.0; self.contact.len()]);
-            all.iter_mut().zip(&self.contact).for_each(|(all, torque)| *all += torque);
+            all.iter_mut()
+                .zip(&self.contact)
+                .for_each(|(all, torque)| *all += torque);
         }
         let torques = Torques {
             motor: &applied,

@@ -194,10 +194,16 @@ impl Search<'_> {
     fn unloaded(&self, joint: usize) -> f64 {
         let known = |kind: JointParameter| {
             let index = self.model.index(kind, joint);
-            index.and_then(|index| self.model.known(index)).unwrap_or_default()
+            index
+                .and_then(|index| self.model.known(index))
+                .unwrap_or_default()
         };
         let deflection = known(JointParameter::Preload) / known(JointParameter::Stiffness);
-        if deflection.is_finite() { deflection } else { 0.0 }
+        if deflection.is_finite() {
+            deflection
+        } else {
+            0.0
+        }
     }
 
     /// Returns the model with the plays of a state.

@@ -39,7 +39,9 @@ pub enum ValidateError {
         column: String,
     },
     /// Sensors on the links move the link positions, which an observer on line does not do.
-    #[error("sprung watch needs link encoders, torque sensors or motor torques; it does not use gyroscopes and accelerometers")]
+    #[error(
+        "sprung watch needs link encoders, torque sensors or motor torques; it does not use gyroscopes and accelerometers"
+    )]
     InertialSensors,
     /// A log to watch has another sampling rate than the healthy ones.
     #[error(

@@ -41,7 +41,10 @@ impl Runs {
         let count = channels.all.len();
         let is_position = |at: &usize| channels.all[*at].quantity.is_position();
         let beside = |at: usize| -> Vec<usize> {
-            let others: Vec<usize> = (0..count).filter(is_position).filter(|o| *o != at).collect();
+            let others: Vec<usize> = (0..count)
+                .filter(is_position)
+                .filter(|o| *o != at)
+                .collect();
             let of_joint = |other: &&usize| channels.all[**other].joint == channels.all[at].joint;
             match others.iter().find(of_joint) {
                 _ if !is_position(&at) => Vec::new(),
@@ -96,7 +99,8 @@ impl Runs {
         let last = block.len().saturating_sub(1);
         (self.runs.iter().enumerate()).filter_map(move |(at, run)| {
             let run = run.as_ref()?;
-            self.counts(at, run, (block, last)).then_some((at, run.span))
+            self.counts(at, run, (block, last))
+                .then_some((at, run.span))
         })
     }
 
@@ -136,7 +140,10 @@ impl Blindness {
     pub(super) fn new(channels: &Channels, healthy: &[f64]) -> Self {
         Self {
             runs: Runs::new(channels),
-            usual: healthy.iter().map(|longest| (RATIO * longest).max(USUAL_S)).collect(),
+            usual: healthy
+                .iter()
+                .map(|longest| (RATIO * longest).max(USUAL_S))
+                .collect(),
             open: vec![None; channels.all.len()],
         }
     }
@@ -209,12 +216,24 @@ mod tests {
         assert!(moving.take(&block(&channels, 0, value)).is_empty());
         assert_eq!(moving.open.iter().filter(|open| open.is_some()).count(), 1);
         assert!(moving.open[frozen].is_some());
-        let after = |at: usize, time: f64| if is_position(at) { position(time) } else { noise(at, time) };
+        let after = |at: usize, time: f64| {
+            if is_position(at) {
+                position(time)
+            } else {
+                noise(at, time)
+            }
+        };
         let ended = moving.take(&block(&channels, 1000, after));
         assert_eq!(ended.len(), 1);
         assert_eq!(ended[0].0, frozen);
         let mut resting = Blindness::new(&channels, &usual);
-        let rest = |at: usize, time: f64| if is_position(at) { position(time.min(0.3)) } else { noise(at, time) };
+        let rest = |at: usize, time: f64| {
+            if is_position(at) {
+                position(time.min(0.3))
+            } else {
+                noise(at, time)
+            }
+        };
         assert!(resting.take(&block(&channels, 0, rest)).is_empty());
         assert!(resting.open.iter().all(Option::is_none));
     }

@@ -85,14 +85,20 @@ impl Squares {
     fn largest(&self, joint: Option<usize>) -> f64 {
         let all = self.sums.iter().enumerate();
         let all = all.filter(|(of, _)| joint.is_none_or(|joint| joint == *of));
-        let largest = all.flat_map(|(_, sums)| sums).fold(0.0, |most: f64, sum| most.max(*sum));
+        let largest = all
+            .flat_map(|(_, sums)| sums)
+            .fold(0.0, |most: f64, sum| most.max(*sum));
         largest / self.count.max(1.0)
     }
 
     /// Returns the sum of the means beyond one.
     fn excess(&self) -> f64 {
         let count = self.count.max(1.0);
-        self.sums.iter().flatten().map(|sum| (sum / count - 1.0).max(0.0)).sum()
+        self.sums
+            .iter()
+            .flatten()
+            .map(|sum| (sum / count - 1.0).max(0.0))
+            .sum()
     }
 }
 
@@ -247,16 +253,17 @@ impl<'a> Windows<'a> {
     fn is_touched(&self, excerpt: &Excerpt, contacts: &[Contact]) -> bool {
         let [begin, end] = excerpt.span();
         let of_joint = |joint: usize| {
-            let of_joint = contacts.iter().filter(move |contact| contact.joint == joint);
-            let time = of_joint.clone().map(|contact| {
-                (contact.span[1].min(end) - contact.span[0].max(begin)).max(0.0)
-            });
+            let of_joint = contacts
+                .iter()
+                .filter(move |contact| contact.joint == joint);
+            let time = of_joint
+                .clone()
+                .map(|contact| (contact.span[1].min(end) - contact.span[0].max(begin)).max(0.0));
             (of_joint.count(), time.sum::<f64>() / (end - begin))
         };
         let all: Vec<(usize, f64)> = (0..self.monitor.joints.len()).map(of_joint).collect();
-        let is_change = |(count, part): &(usize, f64)| {
-            *count > MOST_CONTACTS || *part > MOST_IN_CONTACT
-        };
+        let is_change =
+            |(count, part): &(usize, f64)| *count > MOST_CONTACTS || *part > MOST_IN_CONTACT;
         !contacts.is_empty() && !all.iter().any(is_change)
     }
 
@@ -266,8 +273,11 @@ impl<'a> Windows<'a> {
         if largest < UNEXPLAINED {
             return None;
         }
-        let joint = (0..self.monitor.joints.len())
-            .max_by(|a, b| before.largest(Some(*a)).total_cmp(&before.largest(Some(*b))))?;
+        let joint = (0..self.monitor.joints.len()).max_by(|a, b| {
+            before
+                .largest(Some(*a))
+                .total_cmp(&before.largest(Some(*b)))
+        })?;
         let ratio = largest.sqrt();
         let finding = Finding::new(
             Severity::Warning,

@@ -51,7 +51,12 @@ impl Contacts {
     }
 
     /// Takes the torque of a joint with its standard deviation; returns a contact that has ended.
-    pub(super) fn take(&mut self, joint: usize, time: f64, [torque, deviation]: [f64; 2]) -> Option<Contact> {
+    pub(super) fn take(
+        &mut self,
+        joint: usize,
+        time: f64,
+        [torque, deviation]: [f64; 2],
+    ) -> Option<Contact> {
         let threshold = self.thresholds[joint] * deviation;
         let open = &mut self.open[joint];
         let mut ended = None;

@@ -143,7 +143,11 @@ impl<'a> Instants<'a> {
                     self.residuals.take(raw, k);
                     self.since += 1;
                     if self.since > self.settle && self.since % self.stride == 0 {
-                        each(raw.time[k], &self.residuals.now, std::mem::take(&mut self.begins));
+                        each(
+                            raw.time[k],
+                            &self.residuals.now,
+                            std::mem::take(&mut self.begins),
+                        );
                     }
                 }
             }
@@ -167,18 +171,34 @@ fn learn(
     let mut runs = Runs::new(robot.reading.channels());
     let mut longest = Vec::new();
     let (mut duration, mut first_period) = (0.0, 0.0);
-    for source in sources.iter_mut().filter(|source| !source.has_unknown_payload()) {
+    for source in sources
+        .iter_mut()
+        .filter(|source| !source.has_unknown_payload())
+    {
         let mut log = source.open(robot.reading.channels())?;
         let mut block = LogBlock::new(robot.reading.channels().all.len());
         let mut more = log.read(&mut block)?;
         let period = log.timing().period;
         let mut walk = Walk::new(robot.reading, period);
-        let carried = source.payload().and_then(|payload| model.change_by_payload(payload));
+        let carried = source
+            .payload()
+            .and_then(|payload| model.change_by_payload(payload));
         let theta = match carried {
-            Some(change) => robot.theta.iter().zip(change).map(|(value, by)| value + by).collect(),
+            Some(change) => robot
+                .theta
+                .iter()
+                .zip(change)
+                .map(|(value, by)| value + by)
+                .collect(),
             None => robot.theta.clone(),
         };
-        let mut instants = Instants::new(&Robot { theta: &theta, ..*robot }, period)?;
+        let mut instants = Instants::new(
+            &Robot {
+                theta: &theta,
+                ..*robot
+            },
+            period,
+        )?;
         if first_period == 0.0 {
             first_period = period;
         }
@@ -214,7 +234,8 @@ fn learn(
             more = log.read(&mut block)?;
         }
     }
-    let (mut joints, peaks): (Vec<JointMonitor>, Vec<Vec<f64>>) = all.iter().map(|all| JointMonitor::of(all)).unzip();
+    let (mut joints, peaks): (Vec<JointMonitor>, Vec<Vec<f64>>) =
+        all.iter().map(|all| JointMonitor::of(all)).unzip();
     for (joint, tail) in joints.iter_mut().zip(Tail::all(&peaks, duration)) {
         joint.tail = tail;
     }
@@ -257,7 +278,11 @@ pub(super) fn choose<'a>(
         let monitor = learn(&tried, sources, progress)?;
         let reached = bandwidth.reached(PROMPT_S.max(bandwidth.last.recip()), period)?;
         let smallest: f64 = (monitor.joints.iter())
-            .map(|joint| (joint.threshold(CHOICE_RATE, bandwidth.last) * joint.typical / reached).max(1e-12).ln())
+            .map(|joint| {
+                (joint.threshold(CHOICE_RATE, bandwidth.last) * joint.typical / reached)
+                    .max(1e-12)
+                    .ln()
+            })
             .sum();
         if best.as_ref().is_none_or(|(least, ..)| smallest < *least) {
             best = Some((smallest, tried, monitor));
@@ -297,16 +322,24 @@ impl JointMonitor {
         // Peaks with the variance of the other half: the logs to come are not those of the fit.
         let (first, second) = instants.split_at(instants.len() / 2);
         let halves = [(first, second), (second, first)];
-        let peaks = halves.map(|(of, other)| peaks(of, &Variance::fit(other), LEVEL)).concat();
+        let peaks = halves
+            .map(|(of, other)| peaks(of, &Variance::fit(other), LEVEL))
+            .concat();
         let whole: f64 = instants.iter().map(|x| variance.at(&x.features)).sum();
         let of_row = |of: fn(&Both) -> (f64, f64)| {
             let all = all.iter().map(|x| {
                 let (value, of_parameters) = of(x);
-                Instant { value, of_parameters, ..x.instant }
+                Instant {
+                    value,
+                    of_parameters,
+                    ..x.instant
+                }
             });
             let all: Vec<Instant> = all.collect();
             let variance = Variance::fit(&all);
-            let squares = all.iter().map(|x| x.value.powi(2) / variance.at(&x.features));
+            let squares = all
+                .iter()
+                .map(|x| x.value.powi(2) / variance.at(&x.features));
             (variance, squares.sum::<f64>() / all.len().max(1) as f64)
         };
         let monitor = Self {
@@ -368,7 +401,11 @@ impl<'a> Errors<'a> {
             .flat_map(|of| of.parameters.iter().enumerate())
             .filter_map(|(at, name)| Some((at, model.index_of(name).ok()?)))
             .collect();
-        let entry = |i: usize, j: usize| robot.covariance.map_or(0.0, |of| of.values[i.max(j)][i.min(j)]);
+        let entry = |i: usize, j: usize| {
+            robot
+                .covariance
+                .map_or(0.0, |of| of.values[i.max(j)][i.min(j)])
+        };
         Self {
             model,
             scratch: Scratch::new(model.joint_count()),
@@ -385,8 +422,12 @@ impl<'a> Errors<'a> {
     fn see(&mut self, now: &Now) {
         let robot = self.model.regressor();
         let mut workspace = self.scratch.workspace();
-        let computed =
-            robot.torque_entries(&now.state(), &now.acceleration, &mut workspace, &mut self.entries);
+        let computed = robot.torque_entries(
+            &now.state(),
+            &now.acceleration,
+            &mut workspace,
+            &mut self.entries,
+        );
         if computed.is_err() || self.places.is_empty() {
             return;
         }
@@ -399,11 +440,15 @@ impl<'a> Errors<'a> {
                 for (column, entry) in columns.iter().zip(entries) {
                     of_all[*column] += entry;
                 }
-                self.places.iter().map(|place| of_all[*place]).collect::<Vec<f64>>()
+                self.places
+                    .iter()
+                    .map(|place| of_all[*place])
+                    .collect::<Vec<f64>>()
             });
             let product = |a: &[f64], b: &[f64]| -> f64 {
                 let rows = self.covariance.chunks(a.len()).zip(a);
-                rows.map(|(row, a)| a * row.iter().zip(b).map(|(c, b)| c * b).sum::<f64>()).sum()
+                rows.map(|(row, a)| a * row.iter().zip(b).map(|(c, b)| c * b).sum::<f64>())
+                    .sum()
             };
             let of_motor = if rows[0] == rows[1] {
                 [0.0; 2]

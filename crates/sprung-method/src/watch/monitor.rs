@@ -49,7 +49,11 @@ impl Variance {
         let whole = mean(&target).max(f64::MIN_POSITIVE);
         let mut coefficients: [f64; FEATURES] = std::array::from_fn(|at| {
             let size = mean(&|x: &Instant| x.features[at]);
-            if size > 0.0 { whole / (FEATURES as f64 * size) } else { 0.0 }
+            if size > 0.0 {
+                whole / (FEATURES as f64 * size)
+            } else {
+                0.0
+            }
         });
         for _ in 0..ROUNDS {
             let (mut up, mut down) = ([0.0; FEATURES], [0.0; FEATURES]);
@@ -110,12 +114,26 @@ impl Tail {
             return vec![None; peaks.len()];
         };
         let likelihood = |shape: f64| -> f64 {
-            let own = tails.iter().flatten().map(|tail| tail.likelihood(shape)).sum::<f64>();
-            if own == 0.0 { pooled.likelihood(shape) } else { own }
+            let own = tails
+                .iter()
+                .flatten()
+                .map(|tail| tail.likelihood(shape))
+                .sum::<f64>();
+            if own == 0.0 {
+                pooled.likelihood(shape)
+            } else {
+                own
+            }
         };
-        let best = SHAPES.into_iter().max_by(|a, b| likelihood(*a).total_cmp(&likelihood(*b)));
+        let best = SHAPES
+            .into_iter()
+            .max_by(|a, b| likelihood(*a).total_cmp(&likelihood(*b)));
         let shape = best.unwrap_or(SHAPES[0]);
-        let count = peaks.iter().filter(|peaks| !peaks.is_empty()).count().max(1) as f64;
+        let count = peaks
+            .iter()
+            .filter(|peaks| !peaks.is_empty())
+            .count()
+            .max(1) as f64;
         (tails.iter())
             .map(|own| match own {
                 Some(own) => Some(own.tail(shape, duration)),
@@ -161,7 +179,10 @@ impl Peaks {
     }
 
     fn scale(&self, shape: f64) -> f64 {
-        let beyond = self.tail.iter().map(|u| u.powf(shape) - self.begin.powf(shape));
+        let beyond = self
+            .tail
+            .iter()
+            .map(|u| u.powf(shape) - self.begin.powf(shape));
         (beyond.sum::<f64>() / self.tail.len() as f64).max(f64::MIN_POSITIVE)
     }
 

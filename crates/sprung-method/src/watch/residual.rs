@@ -60,10 +60,7 @@ impl Now {
 }
 
 impl<'m> Residuals<'m> {
-    pub(super) fn new(
-        (model, theta): (&'m Model, &'m Theta),
-        filters: ObserverFilters,
-    ) -> Self {
+    pub(super) fn new((model, theta): (&'m Model, &'m Theta), filters: ObserverFilters) -> Self {
         let (n, rows) = (model.joint_count(), model.coordinates());
         let chains = || vec![Chain3::default(); n];
         Self {
@@ -122,7 +119,8 @@ impl<'m> Residuals<'m> {
         let now = &mut self.now;
         let moves = |chains: &mut [Chain3], values: &[f64]| -> Vec<[f64; 3]> {
             let all = chains.iter_mut().zip(values);
-            all.map(|(chain, value)| filters.motion(chain, *value)).collect()
+            all.map(|(chain, value)| filters.motion(chain, *value))
+                .collect()
         };
         let (of_links, of_motors) = (moves(links, q), moves(motors, phi));
         let column = |of: &[[f64; 3]], order: usize| of.iter().map(|x| x[order]).collect();
@@ -162,7 +160,11 @@ impl<'m> Residuals<'m> {
             let [motor, sensor] = self.model.right_hand_side(row).torques();
             let mut torque = motor.map_or(0.0, |joint| tau[joint]);
             if let Some(joint) = sensor {
-                torque += if motor.is_some() { -spring[joint] } else { spring[joint] };
+                torque += if motor.is_some() {
+                    -spring[joint]
+                } else {
+                    spring[joint]
+                };
             }
             now.residual[row] = filters.last(memory, torque - required);
         }

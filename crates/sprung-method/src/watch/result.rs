@@ -50,8 +50,12 @@ impl Watch {
         if self.logs.is_empty() {
             return format!("No log was watched; {promise}.");
         }
-        let seconds: f64 = (self.logs.iter()).map(|log| log.duration_s - log.blind_s).sum();
-        let contacts = (self.events.iter()).filter(|event| event.torque_nm.is_some()).count();
+        let seconds: f64 = (self.logs.iter())
+            .map(|log| log.duration_s - log.blind_s)
+            .sum();
+        let contacts = (self.events.iter())
+            .filter(|event| event.torque_nm.is_some())
+            .count();
         let others = self.events.len() - contacts;
         format!("{seconds:.0} s watched, contacts: {contacts}, other events: {others}; {promise}.")
     }

@@ -12,8 +12,8 @@ use crate::estimate::{EstimateResult, GENERATOR, Verdict};
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, LogBlock, LogSource};
 use crate::model::Model;
-use crate::preprocess::Decimator;
 use crate::prepare::excerpt;
+use crate::preprocess::Decimator;
 use crate::progress::{Listener, Phase};
 use crate::regression::{PassError, Reading};
 use crate::validate::{ChosenFor, ParameterSet, ValidateError, channel_delays, read_with};
@@ -100,10 +100,7 @@ pub fn watch(
         model: reading.model(),
         theta: &theta,
         covariance: task.result.covariance.as_ref(),
-        bandwidth: Bandwidth {
-            cutoff: last,
-            last,
-        },
+        bandwidth: Bandwidth { cutoff: last, last },
     };
     let (robot, monitor) = choose(robot, healthy, beginning.period(), progress)?;
     let mut watching = Watching::new(&robot, &monitor, task, tell);
@@ -217,7 +214,11 @@ impl<'a> Watching<'a> {
                 learned: 1.0 / self.monitor.period,
             });
         }
-        let names = (self.task.set.label.as_str(), label.as_str(), &*self.task.chosen.logs);
+        let names = (
+            self.task.set.label.as_str(),
+            label.as_str(),
+            &*self.task.chosen.logs,
+        );
         let watched = (self.robot, self.monitor);
         let mut one = OneLog {
             label: &label,
@@ -308,7 +309,11 @@ impl<'a> Watching<'a> {
     /// Ends a window. Contacts in it may be the effect of a change.
     fn window(&mut self, one: &mut OneLog<'_>) -> Result<(), PassError> {
         let pending = std::mem::take(&mut one.pending);
-        let all: Vec<Contact> = pending.iter().chain(self.contacts.open()).copied().collect();
+        let all: Vec<Contact> = pending
+            .iter()
+            .chain(self.contacts.open())
+            .copied()
+            .collect();
         let seen = one.windows.ended(&all)?;
         if seen.contacts.is_some() {
             self.contacts.forget();
@@ -367,7 +372,9 @@ impl<'a> Watching<'a> {
                 log: one.label.to_owned(),
                 begins_s: change.span[0],
                 ends_s: change.span[1],
-                joint: change.joint.map(|joint| self.robot.model.joints()[joint].clone()),
+                joint: change
+                    .joint
+                    .map(|joint| self.robot.model.joints()[joint].clone()),
                 torque_nm: None,
                 threshold_nm: None,
                 finding: change.finding,
@@ -397,14 +404,24 @@ impl<'a> Watching<'a> {
 ///
 /// - `points`: time, and torque and threshold of each joint.
 fn curves(joints: &[String], points: Vec<(f64, Vec<f64>)>) -> Curves {
-    let column = |at: usize| points.iter().map(|(_, values)| values.get(at).copied()).collect();
+    let column = |at: usize| {
+        points
+            .iter()
+            .map(|(_, values)| values.get(at).copied())
+            .collect()
+    };
     Curves {
-        columns: joints.iter().map(|joint| format!("{joint}.outside_nm")).collect(),
+        columns: joints
+            .iter()
+            .map(|joint| format!("{joint}.outside_nm"))
+            .collect(),
         sets: [("torque from outside", 0), ("threshold", 1)]
             .map(|(label, which)| CurveSet {
                 label: label.to_owned(),
                 time: points.iter().map(|(time, _)| *time).collect(),
-                values: (0..joints.len()).map(|joint| column(2 * joint + which)).collect(),
+                values: (0..joints.len())
+                    .map(|joint| column(2 * joint + which))
+                    .collect(),
             })
             .into(),
     }

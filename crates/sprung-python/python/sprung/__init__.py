@@ -36,6 +36,7 @@ from sprung._samples import Bodies, SampledValues, Samples
 from sprung._servo import Servo, ServoCheck, ServoResult
 from sprung._sprung import GENERATOR
 from sprung._validation import Validation
+from sprung._watch import Watch
 
 __version__ = GENERATOR.removeprefix("sprung ")
 
@@ -71,6 +72,7 @@ __all__ = [
     "Torques",
     "Trajectory",
     "Validation",
+    "Watch",
     "__version__",
     "compare",
     "load",

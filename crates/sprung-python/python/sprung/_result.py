@@ -12,7 +12,7 @@ import numpy as np
 from sprung import _sprung
 from sprung._columns import given
 from sprung._curves import curves
-from sprung._errors import findings, one_of, whole
+from sprung._errors import InputError, findings, one_of, whole
 from sprung._files import write_all
 from sprung._model import Model
 from sprung._named import Named
@@ -33,6 +33,7 @@ from sprung._results import (
 )
 from sprung._samples import Samples
 from sprung._validation import Validation
+from sprung._watch import Watch
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -233,6 +234,49 @@ class Result(Report):
         with running("validating", threads, progress) as run:
             return Validation(session.validate(self._handle, columns, files, run))
 
+    def watch(
+        self,
+        log: Log | None = None,
+        *,
+        healthy: Log | None = None,
+        false_alarms_per_h: float = 1.0,
+        accept_unusable: bool = False,
+        threads: int = 0,
+        progress: Progress = None,
+    ) -> Watch:
+        """Watches logs of the running robot: contacts, changes, sensors that show nothing.
+
+        Args:
+            log: logs to watch, as for `Experiment.identify`; nothing to learn only the thresholds.
+            healthy: columns of the healthy robot; the logs of the experiment if absent. They are needed for a result of
+                columns in memory.
+            false_alarms_per_h: false alarms of all joints together that the thresholds promise.
+            accept_unusable: whether a result whose verdict is ``unusable`` is taken.
+            threads, progress: as for `Experiment.identify`.
+
+        Raises:
+            LogError: if a log cannot be read, or has another sampling rate than the healthy ones.
+            InputError: if the number of false alarms is not positive.
+        """
+        if not false_alarms_per_h > 0.0:
+            raise InputError(
+                f"{false_alarms_per_h} false alarms per hour", "false_alarms_per_h", "give a positive number"
+            )
+        session, identified = self._experiment._session, (self._handle, self._index)
+        files, columns = given(log, session.log_columns)
+        paths, before = given(healthy, session.log_columns)
+        if paths is not None or (before is not None and columns is None and log is not None):
+            raise InputError(
+                "healthy logs are files, or columns beside files to watch",
+                "healthy",
+                "give columns for both, or name the healthy logs in the experiment",
+            )
+        if before is not None and columns is None:
+            columns = []
+        request = (float(false_alarms_per_h), accept_unusable)
+        with running("watching", threads, progress) as run:
+            return Watch(session.watch(identified, columns, files, before, request, run))
+
     def score(
         self, log: Log | None = None, *, threads: int = 0, progress: Progress = None
     ) -> float:
@@ -279,6 +323,7 @@ class Result(Report):
         *,
         rigid: bool = False,
         control: Control | None = None,
+        watch: Watch | None = None,
     ) -> dict[str, str]:
         """Returns the identified robot for simulators and controllers, and writes it to a folder.
 
@@ -289,13 +334,18 @@ class Result(Report):
             folder: folder for the files; nothing is written if absent.
             rigid: whether to write rigid joints with armature instead of springs.
             control: a designed controller, which code in ``c`` or ``rust`` then contains.
+            watch: a watch, whose observer of torques from outside code then contains.
 
         Returns:
             texts by file name.
         """
         one_of("format", format, _FORMATS)
         session, identified = self._experiment._session, (self._handle, self._index)
-        forms = (rigid, None if control is None else control.to_json())
+        forms = (
+            rigid,
+            None if control is None else control.to_json(),
+            None if watch is None else watch.to_json(),
+        )
         with running("exporting") as run:
             texts = dict(session.export(identified, format, forms, "identification.json", run))
         if folder is not None:

@@ -32,6 +32,9 @@ _CHOSEN: dict[str, dict[str, str]] = {
     "Unknown": {},
     "ValidationRun": {},
     "Vibration": {f"all.{name}": name for name in ("hz", "hz_95", "damping", "damping_95")},
+    "WatchEvent": {},
+    "WatchedJoint": {},
+    "WatchedLog": {},
     "WithDraws": {},
 }
 

@@ -290,7 +290,10 @@ pub(super) fn check_target(twin: &Simulate, robot: &Robot) -> Result<(), Fault> 
         check_reference(target, &["simulate", "target"], robot)?;
     }
     let is_interval = |[from, to]: &[f64; 2]| from.is_finite() && to.is_finite() && from < to;
-    for (key, intervals) in [("drive_off_s", &twin.drive_off_s), ("contact_s", &twin.contact_s)] {
+    for (key, intervals) in [
+        ("drive_off_s", &twin.drive_off_s),
+        ("contact_s", &twin.contact_s),
+    ] {
         if let Some([from, to]) = intervals.iter().find(|interval| !is_interval(interval)) {
             let message =
                 format!("{key} contains [{from}, {to}]; the first time must be before the second");

@@ -11,13 +11,13 @@ use super::load::Session;
 use super::parameters::Parameters;
 use sprung_base::sha256::sha256;
 use sprung_export::{
-    ControlCode, ExportError, Exported, Form, Format, JointEvidence, Known, LogOrigin, ObserverCode,
-    Origin, Request, ValueOrigin, export,
+    ControlCode, ExportError, Exported, Form, Format, JointEvidence, Known, LogOrigin,
+    ObserverCode, Origin, Request, ValueOrigin, export,
 };
 use sprung_log::Channels;
 use sprung_method::control::ControlDesign;
-use sprung_method::watch::{ObserverSettings, Watch};
 use sprung_method::estimate::{EstimateResult, Identification, ModelDependence};
+use sprung_method::watch::{ObserverSettings, Watch};
 use sprung_model::Model;
 use sprung_robot::{Experiment, Signal};
 
@@ -113,7 +113,9 @@ impl Session {
         }
         let experiment = self.experiment();
         let joints = experiment.robot.joint.iter().map(|joint| &joint.name);
-        if watch.robot != experiment.robot.name || !joints.eq(watch.joints.iter().map(|of| &of.joint)) {
+        if watch.robot != experiment.robot.name
+            || !joints.eq(watch.joints.iter().map(|of| &of.joint))
+        {
             return refused(format!(
                 "the watch is of \"{}\", and the experiment of \"{}\" with other joints or another name",
                 watch.robot, experiment.robot.name
@@ -267,7 +269,9 @@ impl<'a> Exporter<'a> {
         let control = request
             .control
             .map(|control| session.code_of(control, format));
-        let observer = request.watch.map(|watch| session.observer_of(watch, format));
+        let observer = request
+            .watch
+            .map(|watch| session.observer_of(watch, format));
         let folder = (self.experiment.robot.urdf.as_ref())
             .and_then(|path| session.folder.join(path).parent().map(Path::to_owned))
             .unwrap_or_default();

@@ -18,6 +18,7 @@ pub fn results_schema() -> serde_json::Map<String, serde_json::Value> {
     generator.subschema_for::<sprung_method::compare::Comparison>();
     generator.subschema_for::<sprung_method::excite::Excitation>();
     generator.subschema_for::<sprung_method::control::ControlDesign>();
+    generator.subschema_for::<sprung_method::watch::Watch>();
     generator.subschema_for::<sprung_servo::ServoIdentification>();
     generator.take_definitions(true)
 }

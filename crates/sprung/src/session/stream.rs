@@ -86,7 +86,13 @@ mod tests {
         stream.rewind().unwrap();
         stream.read_exact(&mut [0; 2]).unwrap();
         assert_eq!(stream.stream_position().unwrap(), 2);
-        assert!(stream.rewind().unwrap_err().to_string().contains("no way back"));
+        assert!(
+            stream
+                .rewind()
+                .unwrap_err()
+                .to_string()
+                .contains("no way back")
+        );
     }
 
     #[test]
@@ -101,7 +107,9 @@ mod tests {
             }
         });
         let mut text = String::new();
-        Growing::new(reader, 10.0 * PAUSE.as_secs_f64()).read_to_string(&mut text).unwrap();
+        Growing::new(reader, 10.0 * PAUSE.as_secs_f64())
+            .read_to_string(&mut text)
+            .unwrap();
         writer.join().unwrap();
         std::fs::remove_file(&path).unwrap();
         assert_eq!(text, "1,2\n".repeat(3));

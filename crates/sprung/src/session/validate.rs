@@ -54,7 +54,14 @@ impl Session {
             found.log.settle(&mut experiment);
         }
         let sets = &parameters.sets;
-        let mut validated = validate(&experiment, &model, sets, &parameters.chosen(), sources, progress)?;
+        let mut validated = validate(
+            &experiment,
+            &model,
+            sets,
+            &parameters.chosen(),
+            sources,
+            progress,
+        )?;
         for run in &mut validated.validation.runs {
             self.complete(&mut run.findings);
         }

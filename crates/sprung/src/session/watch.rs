@@ -54,15 +54,14 @@ impl Session {
         tell: &mut dyn FnMut(&WatchEvent),
         progress: &mut dyn Listener,
     ) -> Result<Watched, SessionError> {
-        let mut healthy: Logs<'_> = self.logs(None)?;
         let mut logs = self.other_logs(files, request.follow_s);
-        let both = [&mut *healthy.sources(), &mut *logs.sources()];
-        self.watch_with(parameters, both, request, tell, progress)
+        let given = (None, &mut *logs.sources());
+        self.watch_with(parameters, given, request, tell, progress)
     }
 
     /// Watches other logs.
     ///
-    /// - `healthy`: logs of the robot as it was identified; `watched`: the logs to watch.
+    /// - `healthy`: logs of the robot as it was identified, those of the experiment if absent; `watched`: the logs to watch.
     ///
     /// # Errors
     ///
@@ -70,7 +69,7 @@ impl Session {
     pub fn watch_with(
         &self,
         parameters: &Parameters,
-        [healthy, watched]: [&mut [LogSource<'_>]; 2],
+        (healthy, watched): (Option<&mut [LogSource<'_>]>, &mut [LogSource<'_>]),
         request: &WatchRequest,
         tell: &mut dyn FnMut(&WatchEvent),
         progress: &mut dyn Listener,
@@ -94,6 +93,16 @@ impl Session {
             chosen: &parameters.chosen(),
             false_alarms_per_h: request.false_alarms_per_h,
         };
-        Ok(watch(&task, healthy, watched, tell, progress)?)
+        if let Some(healthy) = healthy {
+            return Ok(watch(&task, healthy, watched, tell, progress)?);
+        }
+        let mut healthy: Logs<'_> = self.logs(None)?;
+        Ok(watch(
+            &task,
+            &mut healthy.sources(),
+            watched,
+            tell,
+            progress,
+        )?)
     }
 }

@@ -298,7 +298,7 @@ impl Case {
                     form: Form::Flexible,
                     set: 0,
                     control: None,
-            watch: None,
+                    watch: None,
                 };
                 session.export(&self.parameters(), &request)?;
             }

@@ -90,7 +90,9 @@ fn play(of: &Catalogued<'_>, joint: usize) -> Option<Unknown> {
     }
     let stiffness = model.known(model.index(JointParameter::Stiffness, joint)?)?;
     let preload = model.index(JointParameter::Preload, joint);
-    let preload = preload.and_then(|index| model.known(index)).unwrap_or_default();
+    let preload = preload
+        .and_then(|index| model.known(index))
+        .unwrap_or_default();
     let half_width = PLAY * of.deflection(of.channels.telling(Signal::Link, joint)?)?;
     // In the middle of the play the spring has no torque.
     let with = |half_width: f64| Shape {
@@ -100,15 +102,21 @@ fn play(of: &Catalogued<'_>, joint: usize) -> Option<Unknown> {
     };
     let (loose, whole) = (with(half_width), with(f64::MIN_POSITIVE));
     let robot = model.robot();
-    let springs = robot.terms.iter().filter(|term| {
-        term.joint == joint && term.what == JointParameter::Stiffness
-    });
+    let springs = robot
+        .terms
+        .iter()
+        .filter(|term| term.joint == joint && term.what == JointParameter::Stiffness);
     let scaled = |term: &Term, by: f64| Term {
         gain: by * term.gain,
         ..*term
     };
     let factor = stiffness / half_width;
-    let terms = springs.flat_map(|term| [(scaled(term, factor), loose), (scaled(term, -factor), whole)]);
+    let terms = springs.flat_map(|term| {
+        [
+            (scaled(term, factor), loose),
+            (scaled(term, -factor), whole),
+        ]
+    });
     Some(Unknown {
         least: LEAST,
         is_positive: true,
