@@ -46,6 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             values: Vec::new(),
         },
         control: Some(control(model.joint_count())),
+        observer: None,
     })?;
     std::fs::create_dir_all(out)?;
     for (file, text) in Format::C.files().iter().zip(exported.texts) {

@@ -27,7 +27,7 @@ struct Run {
 /// Runs of equal values of each channel.
 #[derive(Clone, Debug)]
 pub(super) struct Runs {
-    runs: Vec<Option<Run>>,
+    present: Vec<Option<Run>>,
     /// Positions beside a position: the other one of its joint, or those of other joints. A joint that stands still has runs, too.
     beside: Vec<Vec<usize>>,
     /// Smallest change of each channel so far.
@@ -53,7 +53,7 @@ impl Runs {
             }
         };
         Self {
-            runs: vec![None; count],
+            present: vec![None; count],
             beside: (0..count).map(beside).collect(),
             steps: vec![f64::INFINITY; count],
             longest: vec![0.0; count],
@@ -66,7 +66,7 @@ impl Runs {
             let mut gaps = block.gaps.iter().copied().peekable();
             for (k, (&time, &value)) in block.time.iter().zip(&block.values[at]).enumerate() {
                 let is_behind_gap = gaps.next_if_eq(&k).is_some();
-                if let Some(run) = &mut self.runs[at]
+                if let Some(run) = &mut self.present[at]
                     && run.value.to_bits() == value.to_bits()
                     && !is_behind_gap
                 {
@@ -82,7 +82,7 @@ impl Runs {
                     span: [time; 2],
                     beside: None,
                 };
-                let ended = self.runs[at].replace(next).filter(|_| !is_behind_gap);
+                let ended = self.present[at].replace(next).filter(|_| !is_behind_gap);
                 if let Some(ended) = ended {
                     self.steps[at] = self.steps[at].min((value - ended.value).abs());
                     if self.counts(at, &ended, (block, k)) {
@@ -97,7 +97,7 @@ impl Runs {
     /// Returns the channels that keep their value until the end of a block, with the span.
     fn open(&self, block: &LogBlock) -> impl Iterator<Item = (usize, [f64; 2])> {
         let last = block.len().saturating_sub(1);
-        (self.runs.iter().enumerate()).filter_map(move |(at, run)| {
+        (self.present.iter().enumerate()).filter_map(move |(at, run)| {
             let run = run.as_ref()?;
             self.counts(at, run, (block, last))
                 .then_some((at, run.span))
@@ -179,11 +179,17 @@ impl Blindness {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::description::Experiment;
+    use crate::description::{no_files, read};
 
     /// Two joints with both encoders and torques: channel 0 is a link position, or the test says which it is not.
     fn channels() -> Channels {
-        let experiment = Experiment::parse(crate::demo::EXPERIMENT, &|_| None).unwrap();
+        let experiment = read(
+            "experiment.toml",
+            crate::demo::EXPERIMENT,
+            &[],
+            &mut no_files,
+        )
+        .unwrap();
         Channels::new(&experiment.robot, experiment.log.as_ref().unwrap()).unwrap()
     }
 

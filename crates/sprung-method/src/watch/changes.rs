@@ -321,7 +321,7 @@ impl<'a> Windows<'a> {
         let (mut contacts, mut all) = (self.contacts.clone(), Vec::new());
         for block in excerpt.blocks() {
             walk.push(block, &mut |next| {
-                instants.take(next, &mut |time, now, _| {
+                instants.take(&next, &mut |time, now, _| {
                     squares.see((&robot, self.monitor), now);
                     for (joint, of) in self.monitor.joints.iter().enumerate() {
                         let outside = of.outside(model, joint, now);

@@ -132,7 +132,7 @@ impl<'a> Instants<'a> {
     }
 
     /// Takes what comes next; calls back at each instant with its time, and whether the filters have begun just before.
-    pub(super) fn take(&mut self, next: Next<'_>, each: &mut dyn FnMut(f64, &Now, bool)) {
+    pub(super) fn take(&mut self, next: &Next<'_>, each: &mut dyn FnMut(f64, &Now, bool)) {
         match next {
             Next::Restart => {
                 self.residuals.restart();
@@ -142,7 +142,7 @@ impl<'a> Instants<'a> {
                 for k in 0..raw.len() {
                     self.residuals.take(raw, k);
                     self.since += 1;
-                    if self.since > self.settle && self.since % self.stride == 0 {
+                    if self.since > self.settle && self.since.is_multiple_of(self.stride) {
                         each(
                             raw.time[k],
                             &self.residuals.now,
@@ -208,8 +208,8 @@ fn learn(
         while more && duration < LONGEST_S {
             runs.take(&block, &mut |_, _| ());
             walk.push(&block, &mut |next| {
-                instants.take(next, &mut |_, now, begins| {
-                    if count % PER_COVARIANCE == 0 {
+                instants.take(&next, &mut |_, now, begins| {
+                    if count.is_multiple_of(PER_COVARIANCE) {
                         errors.see(now);
                     }
                     count += 1;

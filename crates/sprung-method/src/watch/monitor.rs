@@ -218,3 +218,66 @@ pub(super) fn peaks(all: &[Instant], variance: &Variance, level: f64) -> Vec<f64
     }
     peaks
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::StandardNormal;
+
+    use super::*;
+
+    /// Normal noise with the correlation of a filter, whose variance grows with a speed.
+    fn noise(count: usize, seed: u64) -> Vec<Instant> {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut state = 0.0;
+        (0..count)
+            .map(|k| {
+                let pole = 0.6_f64;
+                let shock: f64 = random.sample(StandardNormal);
+                state = pole * state + (1.0 - pole * pole).sqrt() * shock;
+                let speed = (0.01 * k as f64).sin().powi(2);
+                Instant {
+                    value: state * (0.04 + 0.09 * speed).sqrt(),
+                    features: [1.0, speed, 0.0, 0.0, 0.0],
+                    of_parameters: 0.0,
+                    begins: k == 0,
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_variance_that_grows_with_the_speed_is_found() {
+        let variance = Variance::fit(&noise(20_000, 1));
+        for (speed, expected) in [(0.0, 0.04), (0.5, 0.085), (1.0, 0.13)] {
+            let found = variance.at(&[1.0, speed, 0.0, 0.0, 0.0]);
+            assert!((found / expected - 1.0).abs() < 0.1, "{speed}: {found}");
+        }
+    }
+
+    #[test]
+    fn other_noise_exceeds_a_threshold_at_the_promised_rate() {
+        let (period, learned) = (0.01, noise(6_000, 2));
+        let variance = Variance::fit(&learned);
+        let all = peaks(&learned, &variance, 1.0);
+        let tail = Tail::all(&[all], 60.0)[0].unwrap();
+        let other = noise(400_000, 3);
+        for rate in [1.0, 0.1] {
+            let above = peaks(&other, &variance, tail.threshold(rate, 50.0)).len() as f64;
+            let promised = rate * period * 400_000.0;
+            // The threshold is at least that of noise of the bandwidth, which crosses it less often.
+            assert!(above < 2.0 * promised, "{rate}: {above} of {promised}");
+            assert!(above > promised / 8.0, "{rate}: {above} of {promised}");
+        }
+    }
+
+    #[test]
+    fn few_peaks_give_no_tail_and_few_of_one_joint_that_of_all() {
+        let some: Vec<f64> = (0..8).map(|k| 1.0 + 0.1 * f64::from(k)).collect();
+        assert_eq!(Tail::all(std::slice::from_ref(&some), 10.0), [None]);
+        let many: Vec<f64> = (0..40).map(|k| 1.0 + 0.05 * f64::from(k)).collect();
+        let both = Tail::all(&[some, many], 10.0);
+        assert!(both.iter().all(Option::is_some));
+    }
+}

@@ -114,7 +114,7 @@ impl<'m> Residuals<'m> {
                 *chain = Chain3::settled_held(filters, *value);
             }
         }
-        let (filters, n) = (&self.filters, q.len());
+        let filters = &self.filters;
         let [links, motors, torques, springs] = &mut self.chains;
         let now = &mut self.now;
         let moves = |chains: &mut [Chain3], values: &[f64]| -> Vec<[f64; 3]> {
@@ -168,12 +168,12 @@ impl<'m> Residuals<'m> {
             }
             now.residual[row] = filters.last(memory, torque - required);
         }
-        for joint in 0..n {
+        for (joint, &torque) in tau.iter().enumerate() {
             let velocity = now.dphi[joint];
             let raw = [
                 1.0,
                 velocity,
-                tau[joint],
+                torque,
                 now.acceleration[robot.motor_coordinate(joint)],
                 1.0 - (self.model.sharpness(joint) * velocity).tanh().powi(2),
             ];

@@ -136,7 +136,7 @@ pub fn watch(
     };
     Ok(Watched {
         watch,
-        curves: curves(model.joints(), watching.points.into_items()),
+        curves: curves(model.joints(), &watching.points.into_items()),
     })
 }
 
@@ -275,7 +275,7 @@ impl<'a> Watching<'a> {
         } = one;
         let mut ended: Vec<Contact> = Vec::new();
         walk.push(block, &mut |next| {
-            instants.take(next, &mut |time, now, begins| {
+            instants.take(&next, &mut |time, now, begins| {
                 if begins {
                     ended.extend(contacts.end());
                 }
@@ -403,7 +403,7 @@ impl<'a> Watching<'a> {
 /// Returns the curves of the torques from outside and of their thresholds.
 ///
 /// - `points`: time, and torque and threshold of each joint.
-fn curves(joints: &[String], points: Vec<(f64, Vec<f64>)>) -> Curves {
+fn curves(joints: &[String], points: &[(f64, Vec<f64>)]) -> Curves {
     let column = |at: usize| {
         points
             .iter()
