@@ -527,18 +527,20 @@ impl Session {
     /// Writes an identified robot for simulators and controllers; returns texts by file name.
     ///
     /// - `identified`: an identification and the index of its result.
-    /// - `forms`: whether rigid joints replace springs, and the texts of `control.json` and of `watch.json`.
+    /// - `rigid`: whether rigid joints replace springs; `beside`: texts of `control.json` and of `watch.json`.
+    #[expect(clippy::too_many_arguments, reason = "Python gives them by name")]
     fn export(
         &self,
         py: Python<'_>,
         identified: (PyRef<'_, Identified>, usize),
         format: &str,
-        forms: (bool, Option<String>, Option<String>),
+        rigid: bool,
+        beside: (Option<String>, Option<String>),
         file: PathBuf,
         run: Run,
     ) -> PyResult<Vec<(String, String)>> {
         let format = format_of(py, format)?;
-        let ((identified, set), (rigid, control, watch)) = (identified, forms);
+        let ((identified, set), (control, watch)) = (identified, beside);
         let watch = watch.map(|text| watch_of(py, &text)).transpose()?;
         let control = control.map(|text| design(py, &text)).transpose()?;
         let session = Arc::clone(&self.inner);

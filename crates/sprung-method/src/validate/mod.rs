@@ -23,4 +23,4 @@ pub(crate) use proof::worst;
 pub use proof::{JointProof, QuantityProof};
 pub use result::{Outcome, RootMeanSquares, RunResult, SetResult, Validation};
 pub use run::{ChosenFor, Validated, validate};
-pub(crate) use run::{channel_delays, read_with};
+pub(crate) use run::{KnownLogs, channel_delays};

@@ -104,11 +104,13 @@ pub fn validate(
             .map(|set| Candidate::new(model, set, controller.is_some()))
             .collect();
         let run = Run {
-            model,
-            settings: &experiment.identify,
-            channels: &channels,
-            delays: &channel_delays(&channels, chosen, identified.as_ref())?,
-            cutoff_hz: chosen.position_cutoff_hz,
+            logs: KnownLogs {
+                model,
+                settings: &experiment.identify,
+                channels: &channels,
+                delays: &channel_delays(&channels, chosen, identified.as_ref())?,
+                cutoff_hz: chosen.position_cutoff_hz,
+            },
             controller,
         };
         let mut outcome = run.simulate(&mut candidates, sources, progress)?;
@@ -197,12 +199,7 @@ struct Simulated {
 }
 
 struct Run<'a> {
-    model: &'a Model,
-    settings: &'a Identify,
-    channels: &'a Channels,
-    delays: &'a [f64],
-    // Cut-off of the position filter by an identification, Hz.
-    cutoff_hz: Option<f64>,
+    logs: KnownLogs<'a>,
     controller: Option<&'a Controller>,
 }
 
@@ -211,20 +208,16 @@ impl Run<'_> {
     /// that velocity noise causes in the friction of the first candidate. Its Stribeck and residual
     /// velocities serve all candidates; those of one identification hardly differ.
     fn reading(&self, candidates: &[Candidate], beginning: Option<&Excerpt>) -> Reading {
-        let model = candidates.first().map_or(self.model, Candidate::model);
+        let model = candidates.first().map_or(self.logs.model, Candidate::model);
         let theta = candidates.iter().find_map(Candidate::theta);
-        let reading = read_with(
-            (model, self.settings),
-            (self.channels, self.delays, self.cutoff_hz),
-            beginning,
-            theta,
-        );
+        let logs = KnownLogs { model, ..self.logs };
+        let reading = logs.reading(beginning, theta);
         let (Some(beginning), Some(theta)) = (beginning, theta) else {
             return reading;
         };
         let model = reading.model();
         let cutoff = reading.position_cutoff_hz();
-        let noise = velocity_noise(model, self.channels, beginning, cutoff);
+        let noise = velocity_noise(model, self.logs.channels, beginning, cutoff);
         let weights = TransitionWeights::unweighted(model, &noise, theta);
         reading.with_weights(weights)
     }
@@ -238,14 +231,14 @@ impl Run<'_> {
     ) -> Result<Simulated, PassError> {
         let first = sources.first_mut();
         let beginning = first
-            .map(|first| excerpt(self.channels, first))
+            .map(|first| excerpt(self.logs.channels, first))
             .transpose()?;
         let reading = self.reading(candidates, beginning.as_ref());
-        if self.settings.on_check_error == OnCheckError::Refuse {
+        if self.logs.settings.on_check_error == OnCheckError::Refuse {
             refuse_open_mountings(&reading)?;
         }
         let payloads: Vec<Option<Theta>> = (sources.iter())
-            .map(|source| self.model.change_by_payload(source.payload()?))
+            .map(|source| self.logs.model.change_by_payload(source.payload()?))
             .collect();
         let carried = payloads.first().cloned().flatten();
         let mut comparison = Comparison::new(self.controller, candidates, payloads.into_iter());
@@ -258,17 +251,17 @@ impl Run<'_> {
         )?;
         let mut findings = Vec::new();
         for (figures, source) in passed.logs.iter().zip(&*sources) {
-            let joints = self.model.joints();
+            let joints = self.logs.model.joints();
             let found = check(
                 &source.label(),
-                self.channels,
+                self.logs.channels,
                 joints,
                 &figures.summary,
                 &figures.mended,
             );
             let wrong = (found.iter()).find(|finding| finding.severity == Severity::Error);
             if let Some(wrong) = wrong
-                && self.settings.on_check_error == OnCheckError::Refuse
+                && self.logs.settings.on_check_error == OnCheckError::Refuse
             {
                 return Err(LogError::Implausible {
                     message: wrong.text.clone(),
@@ -287,33 +280,49 @@ impl Run<'_> {
             reading,
             beginning,
             carried,
-            curves: comparison.curves(self.model.joint_count()),
+            curves: comparison.curves(self.logs.model.joint_count()),
         })
     }
 }
 
-/// Returns the settings for reading logs of a robot with known parameters.
-///
-/// - `cutoff_hz`: cut-off of the position filter by an identification, Hz; `theta`: its parameters, \[p\].
-pub(crate) fn read_with(
-    (model, settings): (&Model, &Identify),
-    (channels, delays, cutoff_hz): (&Channels, &[f64], Option<f64>),
-    beginning: Option<&Excerpt>,
-    theta: Option<&Theta>,
-) -> Reading {
-    let Some(beginning) = beginning else {
-        return Reading::new(model, settings, channels, 0.0).with_delays(delays);
-    };
-    let (mut reading, chosen) = as_given(model, settings, channels, beginning);
-    if let (Some(cutoff), Some(_)) = (cutoff_hz, chosen) {
-        // A validation log may have fewer samples per second than that of the identification.
-        let cutoff = cutoff.min(limit_by_rate(beginning.period()));
-        reading = reading.with_position_cutoff(cutoff);
-    }
-    let reading = reading.with_delays(delays);
-    match theta {
-        Some(theta) => reading.with_springs(theta),
-        None => reading,
+/// Logs of a robot with known parameters.
+#[derive(Clone, Copy)]
+pub(crate) struct KnownLogs<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) settings: &'a Identify,
+    pub(crate) channels: &'a Channels,
+    /// Delay of every channel, s.
+    pub(crate) delays: &'a [f64],
+    /// Cut-off of the position filter by an identification, Hz.
+    pub(crate) cutoff_hz: Option<f64>,
+}
+
+impl KnownLogs<'_> {
+    /// Returns the settings for reading them.
+    ///
+    /// - `theta`: the parameters, \[p\].
+    pub(crate) fn reading(&self, beginning: Option<&Excerpt>, theta: Option<&Theta>) -> Reading {
+        let Self {
+            model,
+            settings,
+            channels,
+            delays,
+            cutoff_hz,
+        } = *self;
+        let Some(beginning) = beginning else {
+            return Reading::new(model, settings, channels, 0.0).with_delays(delays);
+        };
+        let (mut reading, chosen) = as_given(model, settings, channels, beginning);
+        if let (Some(cutoff), Some(_)) = (cutoff_hz, chosen) {
+            // A validation log may have fewer samples per second than that of the identification.
+            let cutoff = cutoff.min(limit_by_rate(beginning.period()));
+            reading = reading.with_position_cutoff(cutoff);
+        }
+        let reading = reading.with_delays(delays);
+        match theta {
+            Some(theta) => reading.with_springs(theta),
+            None => reading,
+        }
     }
 }
 

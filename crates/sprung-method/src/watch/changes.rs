@@ -102,14 +102,23 @@ impl Squares {
     }
 }
 
+/// Names in findings.
+#[derive(Clone, Copy)]
+pub(super) struct Names<'a> {
+    /// Origin of the values.
+    pub(super) label: &'a str,
+    /// The log.
+    pub(super) file: &'a str,
+    /// Logs of the identification.
+    pub(super) identified: &'a [String],
+}
+
 /// Collects windows of a log and searches those that are unusual.
 pub(super) struct Windows<'a> {
     robot: &'a Robot<'a>,
     monitor: &'a Monitor,
     experiment: &'a Experiment,
-    label: &'a str,
-    file: &'a str,
-    identified: &'a [String],
+    names: Names<'a>,
     period: f64,
     excerpt: Excerpt,
     squares: Squares,
@@ -120,12 +129,12 @@ pub(super) struct Windows<'a> {
 }
 
 impl<'a> Windows<'a> {
-    /// - `contacts`: that finds them, without any; `label`: origin of the values; `file`: the log; `identified`: those of the identification; `period`: T, s.
+    /// - `contacts`: that finds them, without any; `period`: T, s.
     pub(super) fn new(
         (robot, monitor): (&'a Robot<'a>, &'a Monitor),
         contacts: Contacts,
         experiment: &'a Experiment,
-        (label, file, identified): (&'a str, &'a str, &'a [String]),
+        names: Names<'a>,
         period: f64,
     ) -> Self {
         Self {
@@ -136,9 +145,7 @@ impl<'a> Windows<'a> {
             robot,
             monitor,
             experiment,
-            label,
-            file,
-            identified,
+            names,
             period,
         }
     }
@@ -200,7 +207,7 @@ impl<'a> Windows<'a> {
         let found = changes(
             self.experiment,
             &known,
-            (&excerpt, self.file),
+            (&excerpt, self.names.file),
             LEAST_FACTOR,
             explained,
         );
@@ -224,13 +231,13 @@ impl<'a> Windows<'a> {
             })
         };
         let set = OfSet {
-            label: self.label,
+            label: self.names.label,
             model: self.robot.model,
             theta: self.robot.theta,
         };
         let logs = Logs {
-            run: &[self.file.to_owned()],
-            identified: self.identified,
+            run: &[self.names.file.to_owned()],
+            identified: self.names.identified,
             channels: reading.channels(),
             gain: &|_| None,
         };
@@ -293,7 +300,7 @@ impl<'a> Windows<'a> {
         Some(Change {
             span: excerpt.span(),
             joint: Some(joint),
-            finding: finding.seen(self.file, "", ratio, ""),
+            finding: finding.seen(self.names.file, "", ratio, ""),
         })
     }
 

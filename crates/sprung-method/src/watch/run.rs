@@ -1,7 +1,7 @@
 //! Watches logs of a running robot.
 
 use super::blind::{Blindness, USUAL_S};
-use super::changes::{Change, WINDOW_S, Windows};
+use super::changes::{Change, Names, WINDOW_S, Windows};
 use super::contact::{Contact, Contacts};
 use super::learn::{Bandwidth, Instants, Monitor, Robot, choose};
 use super::result::{Watch, WatchEvent, WatchedJoint, WatchedLog};
@@ -16,7 +16,7 @@ use crate::prepare::excerpt;
 use crate::preprocess::Decimator;
 use crate::progress::{Listener, Phase};
 use crate::regression::{PassError, Reading};
-use crate::validate::{ChosenFor, ParameterSet, ValidateError, channel_delays, read_with};
+use crate::validate::{ChosenFor, KnownLogs, ParameterSet, ValidateError, channel_delays};
 
 /// Bandwidth of the torques from outside, rad/s: a contact reaches nine tenths of its torque in 50 ms.
 const BANDWIDTH: f64 = 50.0;
@@ -92,8 +92,14 @@ pub fn watch(
     let first = healthy.first_mut().ok_or(ValidateError::NoLog)?;
     let beginning = excerpt(&channels, first).map_err(PassError::from)?;
     let settings = &task.experiment.identify;
-    let chosen = (&channels, &delays[..], task.chosen.position_cutoff_hz);
-    let reading = read_with((&model, settings), chosen, Some(&beginning), Some(&theta));
+    let logs = KnownLogs {
+        model: &model,
+        settings,
+        channels: &channels,
+        delays: &delays,
+        cutoff_hz: task.chosen.position_cutoff_hz,
+    };
+    let reading = logs.reading(Some(&beginning), Some(&theta));
     let last = BANDWIDTH.min(LARGEST_SHARE_OF_RATE * std::f64::consts::TAU / beginning.period());
     let robot = Robot {
         reading: &reading,
@@ -214,11 +220,11 @@ impl<'a> Watching<'a> {
                 learned: 1.0 / self.monitor.period,
             });
         }
-        let names = (
-            self.task.set.label.as_str(),
-            label.as_str(),
-            &*self.task.chosen.logs,
-        );
+        let names = Names {
+            label: &self.task.set.label,
+            file: &label,
+            identified: &self.task.chosen.logs,
+        };
         let watched = (self.robot, self.monitor);
         let mut one = OneLog {
             label: &label,

@@ -341,13 +341,12 @@ class Result(Report):
         """
         one_of("format", format, _FORMATS)
         session, identified = self._experiment._session, (self._handle, self._index)
-        forms = (
-            rigid,
+        beside = (
             None if control is None else control.to_json(),
             None if watch is None else watch.to_json(),
         )
         with running("exporting") as run:
-            texts = dict(session.export(identified, format, forms, "identification.json", run))
+            texts = dict(session.export(identified, format, rigid, beside, "identification.json", run))
         if folder is not None:
             write_all(folder, texts)
         return texts

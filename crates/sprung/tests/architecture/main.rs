@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use files::{Files, LIBRARY};
 
 /// Modules of `sprung` in order. A module uses only modules before it.
-const ORDER: [&str; 31] = [
+const ORDER: [&str; 32] = [
     "limits",
     "foreign",
     "finding",
@@ -39,6 +39,7 @@ const ORDER: [&str; 31] = [
     "compare",
     "excite",
     "control",
+    "watch",
     "export",
     "servo",
     "session",

@@ -8,7 +8,7 @@ use syn::{Item, UseTree, Visibility};
 const LIST: &str = include_str!("public_names.txt");
 
 /// More names than a reader can look through.
-const MAX_PUBLIC_NAMES: usize = 135;
+const MAX_PUBLIC_NAMES: usize = 141;
 
 #[test]
 fn public_names_are_those_of_the_list() {
