@@ -3,7 +3,7 @@
  * microcontroller, it also prints the instructions and the stack of each function.
  *
  * -DPREFIX=arm_ names the robot, -DJOINTS, -DROWS and -DPARAMETERS are its sizes. With -DCONTROL it runs the
- * functions of the controller instead. The states come from integers, so that every machine has the same ones.
+ * functions of the controller and of the observer instead. The states come from integers, so that every machine has the same ones.
  */
 #include "machine.h"
 #include "robot.h"
@@ -33,6 +33,13 @@ static void feedforward(void)
 {
     OWN(feedforward)(desired, desired + JOINTS, desired + 2 * JOINTS, desired + 3 * JOINTS,
         desired + 4 * JOINTS, results, results + JOINTS, results + 2 * JOINTS);
+}
+
+static struct OWN(observer) observer;
+
+static void observe(void)
+{
+    OWN(observe)(&observer, q, phi, tau_motor, results, results + JOINTS);
 }
 
 static void control_step(void)
@@ -95,6 +102,7 @@ static const struct {
 #ifdef CONTROL
     {"feedforward", feedforward, 3 * JOINTS},
     {"control_step", control_step, JOINTS},
+    {"observe", observe, 2 * JOINTS},
 #else
     {"gravity", gravity, JOINTS},
     {"coriolis", coriolis, JOINTS},

@@ -1,4 +1,4 @@
-//! Writes C code of a twin with a state feedback, a shaper and the friction of its feedforward, for the
+//! Writes C code of a twin with an observer, a state feedback, a shaper and the friction of its feedforward, for the
 //! check of code on microcontrollers (`cargo xtask test outside arm`).
 //!
 //! Arguments: the experiment file, the true parameters, and the folder of the code.
@@ -8,7 +8,8 @@ use std::error::Error;
 use std::path::Path;
 
 use sprung_core::shaper::Tap;
-use sprung_export::{ControlCode, Form, Format, Origin, Request, export};
+use sprung_export::{ControlCode, Form, Format, ObserverCode, Origin, Request, export};
+use sprung_method::watch::{ObservedJoint, ObserverSettings};
 use sprung_model::Model;
 use sprung_robot::{Controller, ControllerKind, Feedforward, Reference, no_files, read};
 
@@ -46,13 +47,31 @@ fn main() -> Result<(), Box<dyn Error>> {
             values: Vec::new(),
         },
         control: Some(control(model.joint_count())),
-        observer: None,
+        observer: Some(observer(model.joint_count())),
     })?;
     std::fs::create_dir_all(out)?;
     for (file, text) in Format::C.files().iter().zip(exported.texts) {
         std::fs::write(Path::new(out).join(file), text)?;
     }
     Ok(())
+}
+
+/// An observer that settles within the states of the check.
+fn observer(n: usize) -> ObserverCode {
+    let joint = ObservedJoint {
+        motor_share: 0.5,
+        variance: [1.0, 0.1, 0.01, 1e-4, 0.5],
+        threshold_sigma: 5.0,
+    };
+    ObserverCode {
+        settings: ObserverSettings {
+            period_s: 1e-3,
+            cutoff_rad_per_s: 200.0,
+            bandwidth_rad_per_s: 800.0,
+            joints: vec![joint; n],
+        },
+        header: Vec::new(),
+    }
 }
 
 fn control(n: usize) -> ControlCode {
