@@ -157,6 +157,56 @@ fn a_frozen_encoder_is_blind_and_no_contact() {
     assert!(watch["logs"][0]["blind_s"].as_f64().unwrap() > 1.9);
 }
 
+/// Returns the first block of a language in the page about watching.
+fn block_of_the_page(language: &str) -> String {
+    let page = include_str!("../../../../docs/how-to/watch.md");
+    let begin = format!("```{language}\n");
+    let (_, block) = page.split_once(&begin).unwrap();
+    block.split_once("```").unwrap().0.to_owned()
+}
+
+#[test]
+fn the_examples_of_the_page_compile_with_the_code() {
+    let case = identified();
+    watched(&case, &[], &[]);
+    let experiment = case.path("experiment.toml").display().to_string();
+    let (watch, out) = (case.path("sprung-out/watch.json"), case.path("code"));
+    let (watch, out) = (watch.display().to_string(), out.display().to_string());
+    let words = [
+        "export",
+        &experiment,
+        "--format",
+        "c",
+        "--watch",
+        &watch,
+        "--out",
+        &out,
+    ];
+    let output = sprung(&words);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let header = std::fs::read_to_string(case.path("code/robot.h")).unwrap();
+    let prefix = header
+        .split("struct ")
+        .nth(1)
+        .unwrap()
+        .split("_chain")
+        .next()
+        .unwrap()
+        .to_owned();
+    for (language, compiler, file) in [("c", "cc", "example.c"), ("cpp", "c++", "example.cpp")] {
+        let text = block_of_the_page(language)
+            .replace("my_arm", &prefix)
+            .replace("MY_ARM", &prefix.to_uppercase());
+        std::fs::write(case.path("code").join(file), text).unwrap();
+        let built = Command::new(compiler)
+            .args(["-Wall", "-Wextra", "-Werror", "-c", file, "-o", "example.o"])
+            .current_dir(case.path("code"))
+            .output()
+            .unwrap();
+        assert!(built.status.success(), "{}", stderr(&built));
+    }
+}
+
 /// Watches bytes on standard input.
 fn piped(case: &Case, bytes: &[u8]) -> Output {
     let mut child = Command::new(env!("CARGO_BIN_EXE_sprung"))
