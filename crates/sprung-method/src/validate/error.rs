@@ -43,6 +43,11 @@ pub enum ValidateError {
         "sprung watch needs link encoders, torque sensors or motor torques; it does not use gyroscopes and accelerometers"
     )]
     InertialSensors,
+    /// Every log of the healthy robot has a payload that is not known.
+    #[error(
+        "every log of the experiment carries an unknown payload; name one without it, or give the payload, to learn from it"
+    )]
+    NoHealthyLog,
     /// A log to watch has another sampling rate than the healthy ones.
     #[error(
         "{file} has {found:.0} samples per second, and the healthy logs have {learned:.0}, so their thresholds do not hold; log \

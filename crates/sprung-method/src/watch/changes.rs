@@ -55,6 +55,30 @@ pub(super) struct Change {
     pub(super) finding: Finding,
 }
 
+/// Changes that explain a window.
+struct Changed {
+    joint: Option<usize>,
+    findings: Vec<Finding>,
+    /// The model and its parameters with the changes of the robot.
+    model: Model,
+    theta: Theta,
+}
+
+impl Changed {
+    /// - `span`: of the window, s; `contacts`: that the changes leave.
+    fn seen(&self, span: [f64; 2], contacts: Vec<Contact>) -> Seen {
+        let change = |finding: &Finding| Change {
+            span,
+            joint: self.joint,
+            finding: finding.clone(),
+        };
+        Seen {
+            changes: self.findings.iter().map(change).collect(),
+            contacts: Some(contacts),
+        }
+    }
+}
+
 /// Mean squares of the residuals of both equations of each joint, over those of the healthy robot.
 #[derive(Clone)]
 struct Squares {
@@ -91,6 +115,11 @@ impl Squares {
         largest / self.count.max(1.0)
     }
 
+    /// Returns whether changes that leave other squares explain these.
+    fn is_explained_by(&self, after: &Self) -> bool {
+        after.excess() <= (1.0 - EXPLAINED) * self.excess()
+    }
+
     /// Returns the sum of the means beyond one.
     fn excess(&self) -> f64 {
         let count = self.count.max(1.0);
@@ -122,8 +151,8 @@ pub(super) struct Windows<'a> {
     period: f64,
     excerpt: Excerpt,
     squares: Squares,
-    /// Blocks of the last window, if something had changed in it.
-    before: Vec<LogBlock>,
+    /// What had changed in the window before.
+    last: Option<Changed>,
     /// Without contacts.
     contacts: Contacts,
 }
@@ -140,7 +169,7 @@ impl<'a> Windows<'a> {
         Self {
             excerpt: Excerpt::lasting(period, WINDOW_S),
             squares: Squares::new(monitor.joints.len()),
-            before: Vec::new(),
+            last: None,
             contacts,
             robot,
             monitor,
@@ -169,91 +198,89 @@ impl<'a> Windows<'a> {
     /// [`PassError`] if the filters do not fit the period.
     pub(super) fn ended(&mut self, contacts: &[Contact]) -> Result<Seen, PassError> {
         let empty = Excerpt::lasting(self.period, WINDOW_S);
-        let mut excerpt = std::mem::replace(&mut self.excerpt, empty);
-        let before = std::mem::take(&mut self.before);
-        let begin = excerpt.span()[0];
-        if excerpt.duration() < LEAST_S && !before.is_empty() {
-            // The end of a log has the change of the window before.
-            let blocks = before.iter().chain(excerpt.blocks());
-            let mut joined = Excerpt::lasting(self.period, 2.0 * WINDOW_S);
-            blocks.for_each(|block| {
-                joined.push(block);
-            });
-            excerpt = joined;
-        }
+        let excerpt = std::mem::replace(&mut self.excerpt, empty);
         let none = Squares::new(self.monitor.joints.len());
         let squares = std::mem::replace(&mut self.squares, none);
         let nothing = Seen {
             changes: Vec::new(),
             contacts: None,
         };
-        let is_short = excerpt.duration() < LEAST_S;
-        if is_short || squares.largest(None) < UNUSUAL || self.is_touched(&excerpt, contacts) {
+        let last = self.last.take();
+        if squares.largest(None) < UNUSUAL || excerpt.samples() == 0 {
             return Ok(nothing);
         }
-        let before = self.along(&excerpt, (self.robot.model, self.robot.theta))?;
-        let known: Vec<(usize, f64)> = self.robot.theta.iter().copied().enumerate().collect();
-        let reading = self.robot.reading;
-        let known = reading.with_model(self.robot.model.with_fixed(&known));
-        let explained = |excerpt: &Excerpt, (loosened, theta): (&Model, &Theta)| {
-            let mut model = self.robot.model.clone();
-            for joint in 0..model.joint_count() {
-                model.set_play(joint, loosened.play(joint).unwrap_or_default());
+        let is_touched = self.is_touched(&excerpt, contacts);
+        let before = self
+            .along(&excerpt, (self.robot.model, self.robot.theta))?
+            .0;
+        if let Some(last) = last {
+            let (after, contacts) = self.along(&excerpt, (&last.model, &last.theta))?;
+            if is_touched || before.is_explained_by(&after) {
+                let seen = last.seen(excerpt.span(), contacts);
+                self.last = Some(last);
+                return Ok(seen);
             }
-            let after = self.along(excerpt, (&model, theta)).ok()?;
-            let is_explained = after.0.excess() <= (1.0 - EXPLAINED) * before.0.excess();
-            is_explained.then_some(after)
-        };
-        let found = changes(
-            self.experiment,
-            &known,
-            (&excerpt, self.names.file),
-            LEAST_FACTOR,
-            explained,
-        );
-        let Some((changes, after)) = found else {
+        }
+        if is_touched || excerpt.duration() < LEAST_S {
+            return Ok(nothing);
+        }
+        let Some((changed, contacts)) = self.searched(&excerpt, &before) else {
             return Ok(Seen {
-                changes: self.unexplained(&excerpt, &before.0).into_iter().collect(),
+                changes: self.unexplained(&excerpt, &before).into_iter().collect(),
                 ..nothing
             });
         };
+        let seen = changed.seen(excerpt.span(), contacts);
+        self.last = Some(changed);
+        Ok(seen)
+    }
+
+    /// Searches a window for the fewest changes that explain its residuals; returns them with the contacts that they leave.
+    fn searched(&self, excerpt: &Excerpt, before: &Squares) -> Option<(Changed, Vec<Contact>)> {
+        let (robot, names) = (self.robot, self.names);
+        let known: Vec<(usize, f64)> = robot.theta.iter().copied().enumerate().collect();
+        let reading = robot.reading.with_model(robot.model.with_fixed(&known));
+        let explained = |excerpt: &Excerpt, (loosened, theta): (&Model, &Theta)| {
+            let mut model = robot.model.clone();
+            for joint in 0..model.joint_count() {
+                model.set_play(joint, loosened.play(joint).unwrap_or_default());
+            }
+            let (after, contacts) = self.along(excerpt, (&model, theta)).ok()?;
+            let explained = (model, theta.clone(), after, contacts);
+            before.is_explained_by(&explained.2).then_some(explained)
+        };
+        let given = (excerpt, names.file);
+        let (found, (model, theta, after, contacts)) =
+            changes(self.experiment, &reading, given, LEAST_FACTOR, explained)?;
         // Incremental encoders have another zero after each start.
-        let changes: Vec<FoundChange> = (changes.into_iter())
+        let found: Vec<FoundChange> = (found.into_iter())
             .filter(|change| change.found.kind != Kind::Offset)
             .collect();
-        let (after, mut contacts) = after;
-        contacts.retain(|contact| contact.span[0] >= begin);
-        self.before = excerpt.blocks().to_vec();
         let falls = |joint: Option<usize>| {
-            let [before, after] = [&before.0, &after].map(|of| of.largest(joint).sqrt());
+            let [before, after] = [before, &after].map(|of| of.largest(joint).sqrt());
             (after < before).then(|| {
                 format!("the residual falls from {before:.1} to {after:.1} times that of the healthy robot")
             })
         };
         let set = OfSet {
-            label: self.names.label,
-            model: self.robot.model,
-            theta: self.robot.theta,
+            label: names.label,
+            model: robot.model,
+            theta: robot.theta,
         };
         let logs = Logs {
-            run: &[self.names.file.to_owned()],
-            identified: self.names.identified,
+            run: &[names.file.to_owned()],
+            identified: names.identified,
             channels: reading.channels(),
             gain: &|_| None,
         };
-        let joint = changes.first().and_then(|change| change.joint);
-        let size = before.0.largest(None).sqrt();
-        let findings = changed(&set, &changes, (&falls, size), &logs).into_iter();
-        Ok(Seen {
-            changes: findings
-                .map(|finding| Change {
-                    span: excerpt.span(),
-                    joint,
-                    finding,
-                })
-                .collect(),
-            contacts: Some(contacts),
-        })
+        let size = before.largest(None).sqrt();
+        let changed = Changed {
+            joint: found.first().and_then(|change| change.joint),
+            findings: changed(&set, &found, (&falls, size), &logs),
+            model,
+            theta,
+        };
+        Some((changed, contacts))
     }
 
     /// Returns whether something has touched the robot for a part of a window.
@@ -307,7 +334,7 @@ impl<'a> Windows<'a> {
     /// Drops the present window: a sensor shows nothing, or something has touched the robot.
     pub(super) fn drop(&mut self) {
         self.excerpt = Excerpt::lasting(self.period, WINDOW_S);
-        self.before.clear();
+        self.last = None;
         self.squares = Squares::new(self.monitor.joints.len());
     }
 

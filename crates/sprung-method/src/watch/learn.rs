@@ -7,7 +7,7 @@ use super::walk::{Next, Walk};
 use crate::estimate::CovarianceOfErrors;
 use crate::log::{LogBlock, LogSource};
 use crate::model::{Model, Scratch, Theta};
-use crate::progress::{Listener, Phase, Stopped};
+use crate::progress::{Listener, Phase};
 use crate::regression::{PassError, Reading};
 use sprung_core::filter::FilterState;
 use sprung_core::observer::{Chain3, ObserverFilters};
@@ -65,6 +65,16 @@ impl Bandwidth {
         }
         Ok(shown)
     }
+
+    /// Returns the sum of the logarithms of the smallest sudden torques that are seen in time.
+    fn smallest(&self, joints: &[JointMonitor], period: f64) -> Result<f64, PassError> {
+        let reached = self.reached(PROMPT_S.max(self.last.recip()), period)?;
+        let of_joint = |joint: &JointMonitor| {
+            let torque = joint.threshold(CHOICE_RATE, self.last) * joint.typical / reached;
+            torque.max(1e-12).ln()
+        };
+        Ok(joints.iter().map(of_joint).sum())
+    }
 }
 
 /// How the residual of a joint is formed and how far it scatters.
@@ -105,7 +115,7 @@ struct Both {
 }
 
 /// Returns the instants of a log: every so many samples.
-pub(super) fn stride(bandwidth: f64, period: f64) -> usize {
+fn stride(bandwidth: f64, period: f64) -> usize {
     ((1.0 / (INSTANTS * bandwidth * period)) as usize).max(1)
 }
 
@@ -155,97 +165,140 @@ impl<'a> Instants<'a> {
     }
 }
 
-/// Learns from healthy logs.
+/// What one observer shows along healthy logs.
+struct Learner<'a> {
+    robot: Robot<'a>,
+    /// Joint by joint.
+    all: Vec<Vec<Both>>,
+    errors: Errors<'a>,
+    count: usize,
+}
+
+impl<'a> Learner<'a> {
+    fn new(robot: Robot<'a>) -> Self {
+        Self {
+            all: vec![Vec::new(); robot.model.joint_count()],
+            errors: Errors::new(&robot),
+            count: 0,
+            robot,
+        }
+    }
+
+    fn see(&mut self, now: &Now, begins: bool) {
+        if self.count.is_multiple_of(PER_COVARIANCE) {
+            self.errors.see(now);
+        }
+        self.count += 1;
+        for (joint, all) in self.all.iter_mut().enumerate() {
+            let row = self.robot.model.regressor().motor_coordinate(joint);
+            all.push(Both {
+                motor: if row == joint { 0.0 } else { now.residual[row] },
+                instant: Instant {
+                    value: now.residual[joint],
+                    features: now.features[joint],
+                    of_parameters: 0.0,
+                    begins,
+                },
+                of_parameters: self.errors.now[joint],
+            });
+        }
+    }
+
+    /// Returns what was learned of all joints.
+    ///
+    /// - `duration`: of the logs, s.
+    fn joints(&self, duration: f64) -> Vec<JointMonitor> {
+        let (mut joints, peaks): (Vec<JointMonitor>, Vec<Vec<f64>>) =
+            self.all.iter().map(|all| JointMonitor::of(all)).unzip();
+        for (joint, tail) in joints.iter_mut().zip(Tail::all(&peaks, duration)) {
+            joint.tail = tail;
+        }
+        joints
+    }
+}
+
+/// Learns from healthy logs with several cut-offs of the signals, and returns the robot with those that show the smallest sudden
+/// torques.
 ///
 /// # Errors
 ///
 /// [`PassError`] if a log cannot be read.
-fn learn(
-    robot: &Robot<'_>,
+pub(super) fn learn<'a>(
+    robot: Robot<'a>,
     sources: &mut [LogSource<'_>],
     progress: &mut dyn Listener,
-) -> Result<Monitor, PassError> {
-    let (model, n) = (robot.model, robot.model.joint_count());
-    let mut all: Vec<Vec<Both>> = vec![Vec::new(); n];
-    let mut errors = Errors::new(robot);
-    let mut runs = Runs::new(robot.reading.channels());
-    let mut longest = Vec::new();
-    let (mut duration, mut first_period) = (0.0, 0.0);
-    for source in sources
-        .iter_mut()
-        .filter(|source| !source.has_unknown_payload())
-    {
-        let mut log = source.open(robot.reading.channels())?;
-        let mut block = LogBlock::new(robot.reading.channels().all.len());
+) -> Result<(Robot<'a>, Monitor), PassError> {
+    let (reading, model) = (robot.reading, robot.model);
+    let mut learners = CUTOFFS.map(|share| {
+        let cutoff = share * robot.bandwidth.last;
+        let bandwidth = Bandwidth {
+            cutoff,
+            ..robot.bandwidth
+        };
+        Learner::new(Robot { bandwidth, ..robot })
+    });
+    let mut runs = Runs::new(reading.channels());
+    let mut monitor = Monitor {
+        joints: Vec::new(),
+        duration: 0.0,
+        stride: 1,
+        period: f64::NAN,
+        runs: Vec::new(),
+    };
+    let known = |source: &&mut LogSource<'_>| !source.has_unknown_payload();
+    for source in sources.iter_mut().filter(known) {
+        let mut log = source.open(reading.channels())?;
+        let mut block = LogBlock::new(reading.channels().all.len());
         let mut more = log.read(&mut block)?;
         let period = log.timing().period;
-        let mut walk = Walk::new(robot.reading, period);
+        if monitor.period.is_nan() {
+            monitor.period = period;
+            monitor.stride = stride(robot.bandwidth.last, period);
+        }
         let carried = source
             .payload()
             .and_then(|payload| model.change_by_payload(payload));
-        let theta = match carried {
-            Some(change) => robot
-                .theta
-                .iter()
-                .zip(change)
-                .map(|(value, by)| value + by)
-                .collect(),
-            None => robot.theta.clone(),
-        };
-        let mut instants = Instants::new(
-            &Robot {
+        let carried = carried.unwrap_or_else(|| vec![0.0; robot.theta.len()]);
+        let theta = robot
+            .theta
+            .iter()
+            .zip(carried)
+            .map(|(value, by)| value + by)
+            .collect();
+        let mut instants = Vec::new();
+        for learner in &learners {
+            let robot = Robot {
                 theta: &theta,
-                ..*robot
-            },
-            period,
-        )?;
-        if first_period == 0.0 {
-            first_period = period;
+                ..learner.robot
+            };
+            instants.push(Instants::new(&robot, period)?);
         }
-        let mut count = 0_usize;
+        let mut walk = Walk::new(reading, period);
         let first = block.time.first().copied().unwrap_or_default();
-        let before = duration;
-        while more && duration < LONGEST_S {
+        let before = monitor.duration;
+        while more && monitor.duration < LONGEST_S {
             runs.take(&block, &mut |_, _| ());
             walk.push(&block, &mut |next| {
-                instants.take(&next, &mut |_, now, begins| {
-                    if count.is_multiple_of(PER_COVARIANCE) {
-                        errors.see(now);
-                    }
-                    count += 1;
-                    for (joint, all) in all.iter_mut().enumerate() {
-                        let row = model.regressor().motor_coordinate(joint);
-                        all.push(Both {
-                            motor: if row == joint { 0.0 } else { now.residual[row] },
-                            instant: Instant {
-                                value: now.residual[joint],
-                                features: now.features[joint],
-                                of_parameters: 0.0,
-                                begins,
-                            },
-                            of_parameters: errors.now[joint],
-                        });
-                    }
-                });
+                for (learner, instants) in learners.iter_mut().zip(&mut instants) {
+                    instants.take(&next, &mut |_, now, begins| learner.see(now, begins));
+                }
             });
             progress.tell(Phase::Reading, log.timing().recorded, log.expected())?;
-            duration = before + block.time.last().map_or(0.0, |last| last - first);
-            longest = runs.longest(&block);
+            monitor.duration = before + block.time.last().map_or(0.0, |last| last - first);
+            monitor.runs = runs.longest(&block);
             more = log.read(&mut block)?;
         }
     }
-    let (mut joints, peaks): (Vec<JointMonitor>, Vec<Vec<f64>>) =
-        all.iter().map(|all| JointMonitor::of(all)).unzip();
-    for (joint, tail) in joints.iter_mut().zip(Tail::all(&peaks, duration)) {
-        joint.tail = tail;
+    let mut best: Option<(f64, Robot<'a>, Vec<JointMonitor>)> = None;
+    for learner in learners {
+        let joints = learner.joints(monitor.duration);
+        let smallest = learner.robot.bandwidth.smallest(&joints, monitor.period)?;
+        if best.as_ref().is_none_or(|(least, ..)| smallest < *least) {
+            best = Some((smallest, learner.robot, joints));
+        }
     }
-    Ok(Monitor {
-        joints,
-        duration,
-        stride: stride(robot.bandwidth.last, first_period),
-        period: first_period,
-        runs: longest,
-    })
+    let (_, robot, joints) = best.unwrap_or((0.0, robot, Vec::new()));
+    Ok((robot, Monitor { joints, ..monitor }))
 }
 
 /// Time within which a contact is to be seen, s.
@@ -256,41 +309,6 @@ const CUTOFFS: [f64; 3] = [2.0, 4.0, 8.0];
 
 /// Rate of false alarms for the choice of a cut-off, 1/s.
 const CHOICE_RATE: f64 = 1.0 / 3600.0;
-
-/// Returns the cut-offs with which healthy logs show the smallest sudden torques, and what was learned with them.
-///
-/// # Errors
-///
-/// [`PassError`] if a log cannot be read.
-pub(super) fn choose<'a>(
-    robot: Robot<'a>,
-    sources: &mut [LogSource<'_>],
-    period: f64,
-    progress: &mut dyn Listener,
-) -> Result<(Robot<'a>, Monitor), PassError> {
-    let mut best: Option<(f64, Robot<'a>, Monitor)> = None;
-    for share in CUTOFFS {
-        let bandwidth = Bandwidth {
-            cutoff: share * robot.bandwidth.last,
-            ..robot.bandwidth
-        };
-        let tried = Robot { bandwidth, ..robot };
-        let monitor = learn(&tried, sources, progress)?;
-        let reached = bandwidth.reached(PROMPT_S.max(bandwidth.last.recip()), period)?;
-        let smallest: f64 = (monitor.joints.iter())
-            .map(|joint| {
-                (joint.threshold(CHOICE_RATE, bandwidth.last) * joint.typical / reached)
-                    .max(1e-12)
-                    .ln()
-            })
-            .sum();
-        if best.as_ref().is_none_or(|(least, ..)| smallest < *least) {
-            best = Some((smallest, tried, monitor));
-        }
-    }
-    let (_, robot, monitor) = best.ok_or(PassError::Stopped(Stopped))?;
-    Ok((robot, monitor))
-}
 
 impl JointMonitor {
     /// Returns the threshold in standard deviations that healthy motion exceeds at a rate, 1/s; infinite if it is not known.

@@ -3,7 +3,7 @@
 use super::blind::{Blindness, USUAL_S};
 use super::changes::{Change, Names, WINDOW_S, Windows};
 use super::contact::{Contact, Contacts};
-use super::learn::{Bandwidth, Instants, Monitor, Robot, choose};
+use super::learn::{Bandwidth, Instants, Monitor, Robot, learn};
 use super::result::{Watch, WatchEvent, WatchedJoint, WatchedLog};
 use super::walk::Walk;
 use crate::curves::{CurveSet, Curves};
@@ -89,6 +89,9 @@ pub fn watch(
     let delays = channel_delays(&channels, task.chosen, Some(&channels))?;
     let model = task.model.shaped(&task.set.values);
     let theta = model.theta(&task.set.values)?;
+    if healthy.iter().all(LogSource::has_unknown_payload) {
+        return Err(ValidateError::NoHealthyLog);
+    }
     let first = healthy.first_mut().ok_or(ValidateError::NoLog)?;
     let beginning = excerpt(&channels, first).map_err(PassError::from)?;
     let settings = &task.experiment.identify;
@@ -108,7 +111,7 @@ pub fn watch(
         covariance: task.result.covariance.as_ref(),
         bandwidth: Bandwidth { cutoff: last, last },
     };
-    let (robot, monitor) = choose(robot, healthy, beginning.period(), progress)?;
+    let (robot, monitor) = learn(robot, healthy, progress)?;
     let mut watching = Watching::new(&robot, &monitor, task, tell);
     let mut logs = Vec::new();
     for source in sources {

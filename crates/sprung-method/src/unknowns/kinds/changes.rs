@@ -36,17 +36,17 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
             (JointParameter::Stiffness, joint) => (Kind::Stiffness, joint),
             _ => return None,
         };
+        let mut by = single(index);
+        // A preload is the stiffness times the difference of the zeros of the encoders, which stays.
+        if let (Kind::Stiffness, Some(preload)) =
+            (kind, model.index(JointParameter::Preload, joint))
+        {
+            let known = |index: usize| model.known(index).unwrap_or_default();
+            by[preload] = known(preload) / known(index);
+        }
         let moves = of.speeds[joint] > 0.0;
         let name = parameter.short();
-        moves.then(|| {
-            change(
-                kind,
-                Place::Joint(joint),
-                &name,
-                parameter.unit,
-                single(index),
-            )
-        })
+        moves.then(|| change(kind, Place::Joint(joint), &name, parameter.unit, by))
     });
     let loads: Vec<Unknown> = match model.tree() {
         None => (model.parameters().iter().enumerate())
