@@ -18,7 +18,7 @@ SECTIONS = {
     "Results": ["_result", "_parameters", "_samples", "_mujoco"],
     "Plots": ["_plots"],
     "Model": ["_model"],
-    "Checks, validations and comparisons": ["_check", "_validation", "_comparison"],
+    "Checks, validations and comparisons": ["_check", "_validation", "_watch", "_comparison"],
     "Designed experiments": ["_excitation"],
     "Designed controllers": ["_control"],
     "Servos": ["_servo"],
@@ -136,7 +136,7 @@ def stub() -> str:
 
 def _place(name: str) -> tuple[int, str]:
     # The name of the section's subject comes first.
-    order = ["Experiment", "Result", "Model", "Excitation", "Control", "Servo", "SprungError", "Check", "Validation"]
+    order = ["Experiment", "Result", "Model", "Excitation", "Control", "Servo", "SprungError", "Check", "Validation", "Watch"]
     return (order.index(name) if name in order else len(order), name)
 
 

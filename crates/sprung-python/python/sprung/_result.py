@@ -248,7 +248,7 @@ class Result(Report):
 
         Args:
             log: logs to watch, as for `Experiment.identify`; nothing to learn only the thresholds.
-            healthy: columns of the healthy robot; the logs of the experiment if absent. They are needed for a result of
+            healthy: columns of the healthy robot; the logs of the experiment if absent. Needed for a result of
                 columns in memory.
             false_alarms_per_h: false alarms of all joints together that the thresholds promise.
             accept_unusable: whether a result whose verdict is ``unusable`` is taken.

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from sprung._named import Named
 
-__all__ = ["AddedLaw", "Applied", "CheckedColumn", "CheckedLog", "Combined", "CombinedParameter", "ComparedResult", "CompetingUnknown", "CutoffChoice", "CutoffPoint", "Delay", "Disturbance", "DriftOfParameter", "DriftOverTime", "EncoderOffset", "ErrorParts", "Evidence", "Finding", "GainUsed", "HeldOutResidual", "JointErrors", "LimitUsed", "LogUsed", "LoopErrors", "LoopMargins", "Mode", "More", "Moves", "Payload", "PayloadParameter", "PreslidingPrior", "Promised", "PromisedErrors", "RefinedDelay", "RefinedEccentricity", "RefinedSaturation", "RefinedSharpness", "RefinedVelocity", "Refinement", "RigidByHoldOut", "RigidJoint", "Rung", "SensedSpring", "SensorNoise", "ServoErrors", "ServoLog", "SettingsUsed", "ShapedMode", "SignUsed", "StandardParameter", "Tracking", "Unknown", "ValidatedSet", "ValidationRun", "Vibration", "Window", "WithDraws"]
+__all__ = ["AddedLaw", "Applied", "CheckedColumn", "CheckedLog", "Combined", "CombinedParameter", "ComparedResult", "CompetingUnknown", "CutoffChoice", "CutoffPoint", "Delay", "Disturbance", "DriftOfParameter", "DriftOverTime", "EncoderOffset", "ErrorParts", "Evidence", "Finding", "GainUsed", "HeldOutResidual", "JointErrors", "LimitUsed", "LogUsed", "LoopErrors", "LoopMargins", "Mode", "More", "Moves", "Payload", "PayloadParameter", "PreslidingPrior", "Promised", "PromisedErrors", "RefinedDelay", "RefinedEccentricity", "RefinedSaturation", "RefinedSharpness", "RefinedVelocity", "Refinement", "RigidByHoldOut", "RigidJoint", "Rung", "SensedSpring", "SensorNoise", "ServoErrors", "ServoLog", "SettingsUsed", "ShapedMode", "SignUsed", "StandardParameter", "Tracking", "Unknown", "ValidatedSet", "ValidationRun", "Vibration", "WatchEvent", "WatchedJoint", "WatchedLog", "Window", "WithDraws"]
 
 @dataclass(frozen=True)
 class AddedLaw:
@@ -1186,6 +1186,63 @@ class Vibration:
     damping: float
     damping_95: tuple[float, float]
     poses: list[Mode | None]
+
+@dataclass(frozen=True)
+class WatchEvent:
+    """Something that happened on a running robot.
+
+    Attributes:
+        log: Name of the log.
+        begins_s: First time at which it was seen, s, on the time axis of the log.
+        ends_s: Last time at which it was seen, s.
+        finding: What happened.
+        joint: Name of the joint; absent if it is of several joints.
+        threshold_nm: Threshold at that time, N·m (N); absent for what is no contact.
+        torque_nm: Largest torque from outside with its sign, N·m (N); absent for what is no contact.
+    """
+
+    log: str
+    begins_s: float
+    ends_s: float
+    finding: Finding
+    joint: str | None = ...
+    threshold_nm: float | None = ...
+    torque_nm: float | None = ...
+
+@dataclass(frozen=True)
+class WatchedJoint:
+    """The thresholds of a joint.
+
+    Attributes:
+        joint: Name of the joint.
+        motor_share: Share of the residual of the motor's equation in the torque from outside: 0 for link encoders
+            alone, 1 for the sum of both equations, which does not need the spring.
+        variance: Coefficients of the variance of the torque from outside, (N·m)²: of one, and of the squares of
+            velocity (rad/s), torque (N·m), acceleration (rad/s²) and nearness of a reversal (0 to 1).
+        threshold_sigma: Threshold in standard deviations; absent if the healthy logs are too short to know it.
+        typical_threshold_nm: Threshold in the typical state of the healthy logs, N·m (N); absent if it is not
+            known.
+    """
+
+    joint: str
+    motor_share: float
+    variance: list[float]
+    threshold_sigma: float | None = ...
+    typical_threshold_nm: float | None = ...
+
+@dataclass(frozen=True)
+class WatchedLog:
+    """A log that was watched.
+
+    Attributes:
+        log: Name of the log.
+        duration_s: Duration, s.
+        blind_s: Time without thresholds, because the filters settled or a channel showed nothing, s.
+    """
+
+    log: str
+    duration_s: float
+    blind_s: float
 
 @dataclass(frozen=True)
 class Window:

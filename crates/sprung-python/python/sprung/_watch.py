@@ -28,8 +28,12 @@ class Watch(Report):
         >>> (contact,) = watch.events
         >>> contact.finding.code, contact.joint, 5.0 < contact.begins_s < 5.1
         ('contact', 'joint1', True)
+        >>> watch.joints[0].joint, watch.joints[0].threshold_sigma > 3.0
+        ('joint1', True)
+        >>> watch.logs[0].blind_s < 1.0
+        True
         >>> print(watch)
-        10 s watched, contacts: 1, other events: 0; thresholds of 1 false alarms per hour, learned from 10 s of healthy motion.
+        10 s watched, contacts: 1, other events: 0; thresholds of 1 false alarms per hour, ...
     """
 
     _type = "Watch"
