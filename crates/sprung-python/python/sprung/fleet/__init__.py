@@ -21,6 +21,7 @@ try:
     from .errors import DatasetError, FleetError, ManifestError
     from .run import Summary, identify
     from .simulated import demo
+    from .watching import watch
 except ImportError as error:
     raise ImportError(f"{error}; sprung.fleet needs more packages: pip install 'sprung[fleet]'") from error
 
@@ -44,6 +45,7 @@ __all__ = [
     "missing_logs",
     "report",
     "schema",
+    "watch",
     "write_rows",
 ]
 

@@ -73,17 +73,17 @@ def run_part(part: Part, settings: Settings) -> Done:
 def _rows(task: Task, settings: Settings) -> list[dataset.Row]:
     try:
         with contextlib.ExitStack() as stack:
-            experiment, logs = _local(task, stack)
+            experiment, logs = local(task, stack)
             return dataset.rows_of(task, settings.identify(experiment, logs, list(settings.overrides)))
     except (ImportError, MemoryError):
         raise
     except Exception as error:
         if isinstance(error, OSError) and files.is_full(error):
             raise
-        return [_failure(task, error)]
+        return [failure(task, error)]
 
 
-def _local(task: Task, stack: contextlib.ExitStack) -> tuple[str, list[str]]:
+def local(task: Task, stack: contextlib.ExitStack) -> tuple[str, list[str]]:
     """Returns local paths of experiment and logs. Copies are removed with the stack."""
     remote = not all(files.is_local(url) for url in task.logs)
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="sprung-"))) if remote else Path()
@@ -112,7 +112,7 @@ def _local_experiment(url: str) -> str:
     return str(path)
 
 
-def _failure(task: Task, error: Exception) -> dataset.Row:
+def failure(task: Task, error: Exception) -> dataset.Row:
     """Describes an error of one task; errors of sprung have a code, a place and a remedy."""
     code = getattr(error, "code", None)
     remedy = getattr(error, "remedy", None)
