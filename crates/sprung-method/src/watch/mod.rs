@@ -6,6 +6,7 @@
 mod blind;
 mod changes;
 mod contact;
+mod events;
 mod learn;
 mod monitor;
 mod observer;

@@ -3,19 +3,19 @@
 use super::blind::{Blindness, USUAL_S};
 use super::changes::{Change, Names, WINDOW_S, Windows};
 use super::contact::{Contact, Contacts};
+use super::events::{of_blindness, of_change, of_contact, of_gap};
 use super::learn::{Bandwidth, Instants, Monitor, Robot, learn};
 use super::result::{Watch, WatchEvent, WatchedJoint, WatchedLog};
 use super::walk::Walk;
 use crate::curves::{CurveSet, Curves};
 use crate::description::{Experiment, WrongSamples};
 use crate::estimate::{EstimateResult, GENERATOR, Verdict};
-use crate::finding::{Finding, Severity};
 use crate::log::{Channels, LogBlock, LogSource};
 use crate::model::Model;
 use crate::prepare::excerpt;
 use crate::preprocess::Decimator;
 use crate::progress::{Listener, Phase};
-use crate::regression::{PassError, Reading};
+use crate::regression::PassError;
 use crate::validate::{ChosenFor, KnownLogs, ParameterSet, ValidateError, channel_delays};
 
 /// Bandwidth of the torques from outside, rad/s: a contact reaches nine tenths of its torque in 50 ms.
@@ -29,12 +29,6 @@ const LARGEST_CHANGE_OF_RATE: f64 = 1.2;
 
 /// Limit of the points of a curve.
 const POINTS_OF_CURVES: usize = 4096;
-
-/// Code of the finding about a contact.
-const CONTACT: &str = "contact";
-
-/// Code of the finding about a sensor that shows nothing.
-const BLIND: &str = "sensor-shows-nothing";
 
 /// What is watched.
 pub struct WatchTask<'a> {
@@ -377,17 +371,7 @@ impl<'a> Watching<'a> {
 
     fn changes(&mut self, one: &OneLog<'_>, changes: Vec<Change>) {
         for change in changes {
-            let event = WatchEvent {
-                log: one.label.to_owned(),
-                begins_s: change.span[0],
-                ends_s: change.span[1],
-                joint: change
-                    .joint
-                    .map(|joint| self.robot.model.joints()[joint].clone()),
-                torque_nm: None,
-                threshold_nm: None,
-                finding: change.finding,
-            };
+            let event = of_change(change, one.label, self.robot.model);
             self.add(one, event);
         }
     }
@@ -433,78 +417,5 @@ fn curves(joints: &[String], points: &[(f64, Vec<f64>)]) -> Curves {
                     .collect(),
             })
             .into(),
-    }
-}
-
-fn of_gap(span: [f64; 2], log: &str) -> WatchEvent {
-    let duration = span[1] - span[0];
-    let finding = Finding::new(
-        Severity::Warning,
-        BLIND,
-        format!(
-            "the log has no samples from {:.2} to {:.2} s: sprung is blind there, and says nothing about contacts and changes",
-            span[0], span[1]
-        ),
-        "check the recorder",
-    );
-    WatchEvent {
-        log: log.to_owned(),
-        begins_s: span[0],
-        ends_s: span[1],
-        joint: None,
-        torque_nm: None,
-        threshold_nm: None,
-        finding: finding.seen(log, "", duration, "s"),
-    }
-}
-
-fn of_blindness(channel: usize, span: [f64; 2], log: &str, reading: &Reading) -> WatchEvent {
-    let of = &reading.channels().all[channel];
-    let joint = &reading.model().joints()[of.joint];
-    let finding = Finding::new(
-        Severity::Warning,
-        BLIND,
-        format!(
-            "{joint}: \"{}\" keeps one value from {:.2} to {:.2} s, much longer than in the healthy logs: sprung is blind there, and \
-             says nothing about contacts and changes",
-            of.column, span[0], span[1]
-        ),
-        "check the sensor and its cable; a torque at its limit is saturated",
-    );
-    WatchEvent {
-        log: log.to_owned(),
-        begins_s: span[0],
-        ends_s: span[1],
-        joint: Some(joint.clone()),
-        torque_nm: None,
-        threshold_nm: None,
-        finding: finding.seen(log, &of.column, span[1] - span[0], "s"),
-    }
-}
-
-fn of_contact(contact: &Contact, log: &str, model: &Model) -> WatchEvent {
-    let joint = &model.joints()[contact.joint];
-    let unit = match model.kind(contact.joint) {
-        sprung_core::chain::JointKind::Revolute => "N·m",
-        sprung_core::chain::JointKind::Prismatic => "N",
-    };
-    let finding = Finding::new(
-        Severity::Warning,
-        CONTACT,
-        format!(
-            "{joint}: from {:.2} to {:.2} s a torque from outside of up to {:+.3} {unit} acts on the link; {:.3} {unit} is the \
-             threshold in this state",
-            contact.span[0], contact.span[1], contact.torque, contact.threshold
-        ),
-        "look for what touches the robot; if nothing does, record a healthy log of this motion and learn from it",
-    );
-    WatchEvent {
-        log: log.to_owned(),
-        begins_s: contact.span[0],
-        ends_s: contact.span[1],
-        joint: Some(joint.clone()),
-        torque_nm: Some(contact.torque),
-        threshold_nm: Some(contact.threshold),
-        finding: finding.seen(log, "", contact.torque, unit),
     }
 }
