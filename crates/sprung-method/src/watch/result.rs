@@ -47,8 +47,21 @@ impl Watch {
             "thresholds of {} false alarms per hour, learned from {:.0} s of healthy motion",
             self.false_alarms_per_h, self.learned_s
         );
+        let open = self
+            .joints
+            .iter()
+            .filter(|joint| joint.threshold_sigma.is_none());
+        let open: Vec<&str> = open.map(|joint| joint.joint.as_str()).collect();
+        let unknown = if open.is_empty() {
+            String::new()
+        } else {
+            let joints = open.join(", ");
+            format!(
+                " Contacts of {joints} are not seen: the healthy logs are too short for a threshold."
+            )
+        };
         if self.logs.is_empty() {
-            return format!("No log was watched; {promise}.");
+            return format!("No log was watched; {promise}.{unknown}");
         }
         let seconds: f64 = (self.logs.iter())
             .map(|log| log.duration_s - log.blind_s)
@@ -57,7 +70,9 @@ impl Watch {
             .filter(|event| event.torque_nm.is_some())
             .count();
         let others = self.events.len() - contacts;
-        format!("{seconds:.0} s watched, contacts: {contacts}, other events: {others}; {promise}.")
+        format!(
+            "{seconds:.0} s watched, contacts: {contacts}, other events: {others}; {promise}.{unknown}"
+        )
     }
 }
 
