@@ -340,6 +340,31 @@ fn the_observer_of_the_code_has_the_torques_of_the_library() {
     let refused = export("urdf", &watch);
     assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
     assert!(stderr(&refused).contains("no code"), "{}", stderr(&refused));
+    let text = std::fs::read_to_string(&watch).unwrap();
+    for (from, to, part) in [
+        (
+            "\"period_s\": 0.001",
+            "\"period_s\": 1e-300",
+            "settle in more than",
+        ),
+        (
+            "\"period_s\": 0.001",
+            "\"period_s\": -1.0",
+            "not a positive number",
+        ),
+        (
+            "\"robot\": \"Quanser",
+            "\"robot\": \"Other",
+            "the watch is of",
+        ),
+    ] {
+        assert!(text.contains(from), "{text}");
+        let wrong = case.path("wrong.json");
+        std::fs::write(&wrong, text.replace(from, to)).unwrap();
+        let refused = export("c", &wrong);
+        assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
+        assert!(stderr(&refused).contains(part), "{}", stderr(&refused));
+    }
     let refused = export("c", &case.path("truth.toml"));
     assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
     assert!(

@@ -23,6 +23,9 @@ const SAMPLES: usize = 60;
 /// Time constants of the last filter after which the observer has settled.
 const SETTLED: f64 = 8.0;
 
+/// Most samples in which an observer may settle.
+const LONGEST_SETTLE: usize = 100_000;
+
 /// Number of random states.
 const STATES: usize = 1000;
 
@@ -76,6 +79,26 @@ pub(super) fn refused(source: &Source<'_>, settings: &ObserverSettings) -> Optio
     }
     if source.robot.coupling.is_some() && model.elements().sets().next().is_some() {
         return Some("code has no presliding friction behind a coupled transmission".to_owned());
+    }
+    let mut numbers = settings.joints.iter().flat_map(|joint| {
+        let more = [joint.motor_share, joint.threshold_sigma];
+        joint.variance.into_iter().chain(more)
+    });
+    let is_number = |x: f64| x.is_finite() && x >= 0.0;
+    let filters = [
+        settings.period_s,
+        settings.cutoff_rad_per_s,
+        settings.bandwidth_rad_per_s,
+    ];
+    if !filters.iter().all(|x| x.is_finite() && *x > 0.0) || !numbers.all(is_number) {
+        return Some(
+            "a period, a cut-off, a variance or a threshold is not a positive number".to_owned(),
+        );
+    }
+    if settle(settings) > LONGEST_SETTLE {
+        return Some(format!(
+            "its filters settle in more than {LONGEST_SETTLE} samples"
+        ));
     }
     let joints = settings.joints.len();
     (joints != n).then(|| format!("it has {joints} joints, and the robot has {n}"))
