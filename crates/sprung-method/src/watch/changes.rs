@@ -79,17 +79,19 @@ impl Changed {
     }
 }
 
-/// Mean squares of the residuals of both equations of each joint, over those of the healthy robot.
+/// Mean squares of the residuals of both equations of each joint about their means, over those of the healthy robot. A constant
+/// residual is another zero of an incremental encoder.
 #[derive(Clone)]
 struct Squares {
-    sums: Vec<[f64; 2]>,
+    /// Sums of the residuals and of their squares.
+    sums: Vec<[[f64; 2]; 2]>,
     count: f64,
 }
 
 impl Squares {
     fn new(joints: usize) -> Self {
         Self {
-            sums: vec![[0.0; 2]; joints],
+            sums: vec![[[0.0; 2]; 2]; joints],
             count: 0.0,
         }
     }
@@ -97,22 +99,34 @@ impl Squares {
     fn see(&mut self, (robot, monitor): (&Robot<'_>, &Monitor), now: &Now) {
         let joints = monitor.joints.iter().enumerate().zip(&mut self.sums);
         for ((joint, of), sums) in joints {
-            let squares = of.squares(robot.model, joint, now);
-            for (sum, square) in sums.iter_mut().zip(squares) {
-                *sum += square;
+            for (sums, scaled) in sums.iter_mut().zip(of.scaled(robot.model, joint, now)) {
+                sums[0] += scaled;
+                sums[1] += scaled * scaled;
             }
         }
         self.count += 1.0;
     }
 
-    /// Returns the largest mean of a joint, or of all.
+    /// Returns the mean squares of the equations of a joint.
+    fn of(&self, joint: usize) -> [f64; 2] {
+        let count = self.count.max(1.0);
+        self.sums[joint].map(|[sum, squares]| (squares / count - (sum / count).powi(2)).max(0.0))
+    }
+
+    /// Returns the largest mean square of a joint, or of all.
     fn largest(&self, joint: Option<usize>) -> f64 {
-        let all = self.sums.iter().enumerate();
-        let all = all.filter(|(of, _)| joint.is_none_or(|joint| joint == *of));
-        let largest = all
-            .flat_map(|(_, sums)| sums)
-            .fold(0.0, |most: f64, sum| most.max(*sum));
-        largest / self.count.max(1.0)
+        let all = (0..self.sums.len()).filter(|of| joint.is_none_or(|joint| joint == *of));
+        all.flat_map(|of| self.of(of)).fold(0.0, f64::max)
+    }
+
+    /// Returns the largest mean square over that of a window without explanation.
+    fn over(&self, other: Option<&Self>) -> f64 {
+        let joints = (0..self.sums.len()).flat_map(|joint| {
+            let known = other.map_or([1.0; 2], |other| other.of(joint).map(|x| x.max(1.0)));
+            let own = self.of(joint);
+            [own[0] / known[0], own[1] / known[1]]
+        });
+        joints.fold(0.0, f64::max)
     }
 
     /// Returns whether changes that leave other squares explain these.
@@ -120,14 +134,10 @@ impl Squares {
         after.excess() <= (1.0 - EXPLAINED) * self.excess()
     }
 
-    /// Returns the sum of the means beyond one.
+    /// Returns the sum of the mean squares beyond one.
     fn excess(&self) -> f64 {
-        let count = self.count.max(1.0);
-        self.sums
-            .iter()
-            .flatten()
-            .map(|sum| (sum / count - 1.0).max(0.0))
-            .sum()
+        let all = (0..self.sums.len()).flat_map(|joint| self.of(joint));
+        all.map(|square| (square - 1.0).max(0.0)).sum()
     }
 }
 
@@ -153,6 +163,8 @@ pub(super) struct Windows<'a> {
     squares: Squares,
     /// What had changed in the window before.
     last: Option<Changed>,
+    /// Squares that no change explains; only larger ones are searched again.
+    unexplained: Option<Squares>,
     /// Without contacts.
     contacts: Contacts,
 }
@@ -170,6 +182,7 @@ impl<'a> Windows<'a> {
             excerpt: Excerpt::lasting(period, WINDOW_S),
             squares: Squares::new(monitor.joints.len()),
             last: None,
+            unexplained: None,
             contacts,
             robot,
             monitor,
@@ -206,7 +219,7 @@ impl<'a> Windows<'a> {
             contacts: None,
         };
         let last = self.last.take();
-        if squares.largest(None) < UNUSUAL || excerpt.samples() == 0 {
+        if squares.over(self.unexplained.as_ref()) < UNUSUAL || excerpt.samples() == 0 {
             return Ok(nothing);
         }
         let is_touched = self.is_touched(&excerpt, contacts);
@@ -225,11 +238,17 @@ impl<'a> Windows<'a> {
             return Ok(nothing);
         }
         let Some((changed, contacts)) = self.searched(&excerpt, &before) else {
+            let found = self.about_unexplained(&excerpt, &before);
+            self.unexplained = Some(before);
             return Ok(Seen {
-                changes: self.unexplained(&excerpt, &before).into_iter().collect(),
+                changes: found.into_iter().collect(),
                 ..nothing
             });
         };
+        if changed.findings.is_empty() {
+            self.unexplained = Some(before);
+            return Ok(nothing);
+        }
         let seen = changed.seen(excerpt.span(), contacts);
         self.last = Some(changed);
         Ok(seen)
@@ -302,7 +321,7 @@ impl<'a> Windows<'a> {
     }
 
     /// Reports a window that no change explains, if its residuals are far from those of the healthy robot.
-    fn unexplained(&self, excerpt: &Excerpt, before: &Squares) -> Option<Change> {
+    fn about_unexplained(&self, excerpt: &Excerpt, before: &Squares) -> Option<Change> {
         let largest = before.largest(None);
         if largest < UNEXPLAINED {
             return None;

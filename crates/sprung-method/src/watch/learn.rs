@@ -373,13 +373,12 @@ impl JointMonitor {
         (monitor, peaks)
     }
 
-    /// Returns the squared residual of each equation of the joint over that of the healthy robot; zero without an equation of the
-    /// motor.
-    pub(super) fn squares(&self, model: &Model, joint: usize, now: &Now) -> [f64; 2] {
+    /// Returns the residual of each equation of the joint over that of the healthy robot; zero without an equation of the motor.
+    pub(super) fn scaled(&self, model: &Model, joint: usize, now: &Now) -> [f64; 2] {
         let rows = [joint, model.regressor().motor_coordinate(joint)];
         std::array::from_fn(|at| {
             self.of_rows[at].map_or(0.0, |(variance, usual)| {
-                now.residual[rows[at]].powi(2) / (variance.at(&now.features[joint]) * usual)
+                now.residual[rows[at]] / (variance.at(&now.features[joint]) * usual).sqrt()
             })
         })
     }
