@@ -72,6 +72,8 @@ class Robot:
         random = np.random.default_rng(self.seed)
         self.drive = {key: np.array(self.of[key], float) * np.exp(0.3 * random.normal(size=self.n)) for key in DRIVE}
         self.phase = random.uniform(0, 2 * np.pi, self.n)
+        # Half widths of the plays of the gears, rad.
+        self.play = np.zeros(self.n)
 
     def chain(self):
         """Rotations a + b sin q + c cos q, origins, axes, masses, centres of mass and inertias about them."""
@@ -206,18 +208,20 @@ def solve(mass, x):
 
 
 @njit(cache=True)
-def rates(chain, drive, effects, warm, x, tau, out, bias, mass):
-    """Writes the time derivative of x = [q, phi, dq, dphi]."""
-    stiffness, rotor, link_viscous, link_coulomb, motor_viscous, motor_coulomb, phase, numbers = drive
+def rates(chain, drive, effects, warm, x, tau, outside, out, bias, mass):
+    """Writes the time derivative of x = [q, phi, dq, dphi] with a torque from outside on each link."""
+    stiffness, rotor, link_viscous, link_coulomb, motor_viscous, motor_coulomb, phase, play, numbers = drive
     sharpness, gear = numbers
     ripple, load, error, _ = effects
     n = len(tau)
     q, phi, dq, dphi = x[:n], x[n:2 * n], x[2 * n:3 * n], x[3 * n:]
     equations(chain, q, dq, bias, mass)
     for k in range(n):
-        spring = stiffness[k] * (phi[k] + error * np.sin(2 * gear * phi[k] + phase[k]) - q[k])
+        deflection = phi[k] + error * np.sin(2 * gear * phi[k] + phase[k]) - q[k]
+        spring = stiffness[k] * (deflection - min(max(deflection, -play[k]), play[k]))
         out[k], out[n + k] = dq[k], dphi[k]
         out[2 * n + k] = spring - link_viscous[k] * dq[k] - link_coulomb[k] * np.tanh(sharpness * dq[k]) - bias[k]
+        out[2 * n + k] += outside[k]
         coulomb = motor_coulomb[k] + load * abs(spring)
         friction = warm * motor_viscous[k] * dphi[k] + coulomb * np.tanh(sharpness * dphi[k])
         acting = tau[k] + ripple * motor_coulomb[k] * np.sin(6 * gear * phi[k] + phase[k])
@@ -232,7 +236,7 @@ def ahead(x, h, rate, out):
 
 
 @njit(cache=True)
-def simulate(chain, drive, effects, gains, reference, speed, centre, substeps):
+def simulate(chain, drive, effects, gains, reference, speed, outside, centre, substeps):
     """Returns states [samples × 4n] and torques [samples × n] under a controller that holds its torque."""
     kp, kd = gains
     samples, n = reference.shape
@@ -252,13 +256,13 @@ def simulate(chain, drive, effects, gains, reference, speed, centre, substeps):
         states[sample], torques[sample] = x, tau
         for step in range(substeps):
             warm = 1 - effects[3] * (sample + step / substeps) / samples
-            rates(chain, drive, effects, warm, x, tau, k1, bias, mass)
+            rates(chain, drive, effects, warm, x, tau, outside[sample], k1, bias, mass)
             ahead(x, 0.5 * h, k1, y)
-            rates(chain, drive, effects, warm, y, tau, k2, bias, mass)
+            rates(chain, drive, effects, warm, y, tau, outside[sample], k2, bias, mass)
             ahead(x, 0.5 * h, k2, y)
-            rates(chain, drive, effects, warm, y, tau, k3, bias, mass)
+            rates(chain, drive, effects, warm, y, tau, outside[sample], k3, bias, mass)
             ahead(x, h, k3, y)
-            rates(chain, drive, effects, warm, y, tau, k4, bias, mass)
+            rates(chain, drive, effects, warm, y, tau, outside[sample], k4, bias, mass)
             for i in range(4 * n):
                 x[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i])
     return states, torques
@@ -277,12 +281,13 @@ def motion(robot, seed, amplitude, t):
     return robot.centre + begun * sines, begin * sines + begun * speeds
 
 
-def states_of(robot, effects, seed, amplitude, samples, substeps=round(PERIOD_S / STEP_S)):
-    """Simulates one motion."""
+def states_of(robot, effects, seed, amplitude, samples, substeps=round(PERIOD_S / STEP_S), outside=None):
+    """Simulates one motion, with torques from outside on the links [samples × n] if there are any."""
     reference, speed = motion(robot, seed, amplitude, np.arange(samples) * PERIOD_S)
-    drive = (*robot.drive.values(), robot.phase, np.array([robot.sharpness, robot.of["gear"]], float))
+    drive = (*robot.drive.values(), robot.phase, robot.play, np.array([robot.sharpness, robot.of["gear"]], float))
     gains = np.array(robot.of["kp"], float), np.array(robot.of["kd"], float)
-    return simulate(robot.chain(), drive, effects, gains, reference, speed, robot.centre, substeps)
+    outside = np.zeros((samples, robot.n)) if outside is None else outside
+    return simulate(robot.chain(), drive, effects, gains, reference, speed, outside, robot.centre, substeps)
 
 
 def main():

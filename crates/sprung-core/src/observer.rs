@@ -14,12 +14,23 @@
 //! r = λ/(s + λ) [τ − M q̈ − h(q, q̇)] = λ (∫ (τ + Ṁ q̇ − h − r) dt − p)
 //! ```
 //!
+//! [`ZeroTorque`] is the constant part that another zero of an encoder adds.
+//!
 //! # Source
 //!
 //! De Luca, Albu-Schäffer, Haddadin and Hirzinger, IROS 2006: the observer of generalised momentum, and its form for
 //! flexible joints.
 
 use crate::filter::{Discretization, FilterError, FilterPair, FilterState};
+
+/// Time constants of the last filter after which an observer has settled.
+const SETTLED: f64 = 8.0;
+
+/// Motion that the torque of a zero remembers, in each direction, s.
+pub const ZERO_MEMORY_S: f64 = 10.0;
+
+/// Motion in each direction from which the torque of a zero is known, s.
+pub const ZERO_KNOWN_S: f64 = 0.5;
 
 /// The filters of an observer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +43,9 @@ pub struct ObserverFilters {
     last: FilterPair,
     /// ω, rad/s.
     cutoff: f64,
+    /// T, s.
+    period: f64,
+    settle: usize,
 }
 
 /// Outputs of three low-pass filters in series.
@@ -54,7 +68,15 @@ impl ObserverFilters {
             held: FilterPair::new(cutoff, period, Discretization::ZeroOrderHold)?,
             last: tustin(bandwidth)?,
             cutoff,
+            period,
+            settle: libm::ceil(SETTLED / (bandwidth * period)) as usize,
         })
+    }
+
+    /// Returns the samples after which the observer has settled.
+    #[must_use]
+    pub fn settle(&self) -> usize {
+        self.settle
     }
 
     /// Filters a position and returns it with its velocity and acceleration.
@@ -111,6 +133,52 @@ impl Chain3 {
             *output = value;
         }
         value
+    }
+}
+
+/// The constant torque of a spring at whose encoders the zero is not that of the identification: an incremental encoder has
+/// another one after each start.
+///
+/// It has opposite signs in the equations of link and motor; a torque from outside is in that of the link alone, and an offset of the
+/// motor's torque in that of the motor alone. The mean of both directions of motion does not contain an error of the friction.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ZeroTorque {
+    /// Motion in each direction, s.
+    motion: [f64; 2],
+    /// Mean residuals of link and motor in each direction, N·m (N).
+    means: [[f64; 2]; 2],
+}
+
+impl ZeroTorque {
+    /// Takes the residuals of link and motor, N·m (N).
+    ///
+    /// - `direction`: that of the motion, from −1 to 1; near 0 its friction is not known.
+    pub fn take(&mut self, filters: &ObserverFilters, direction: f64, residuals: [f64; 2]) {
+        let at = usize::from(direction < 0.0);
+        let weight = direction * direction * filters.period;
+        let motion = &mut self.motion[at];
+        *motion = (*motion + weight).min(ZERO_MEMORY_S);
+        if *motion > 0.0 {
+            for (mean, residual) in self.means[at].iter_mut().zip(residuals) {
+                *mean += weight / *motion * (residual - *mean);
+            }
+        }
+    }
+
+    /// Returns the torque in the equation of the motor, N·m (N); `None` until the joint has moved in both directions.
+    #[must_use]
+    pub fn of_motor(&self) -> Option<f64> {
+        if self.motion.iter().any(|motion| *motion < ZERO_KNOWN_S) {
+            return None;
+        }
+        let [link, motor] =
+            core::array::from_fn(|at| 0.5 * (self.means[0][at] + self.means[1][at]));
+        let size = libm::fmin(libm::fabs(link), libm::fabs(motor));
+        Some(if link * motor < 0.0 {
+            libm::copysign(size, motor)
+        } else {
+            0.0
+        })
     }
 }
 
@@ -181,5 +249,27 @@ mod tests {
             (seen - (1.0 - libm::exp(-50.0 * 50e-3))).abs() < 0.01,
             "{seen}"
         );
+    }
+
+    #[test]
+    fn the_torque_of_a_zero_is_no_contact_no_offset_of_the_motor_and_no_friction() {
+        let filters = filters();
+        let seen = |link: f64, motor: f64, friction: f64| {
+            let mut zero = ZeroTorque::default();
+            for k in 0..4000 {
+                let direction = if k % 1000 < 400 { 1.0 } else { -1.0 };
+                zero.take(&filters, direction, [link, motor + friction * direction]);
+            }
+            zero.of_motor().unwrap()
+        };
+        assert!((seen(2.0, -2.0, 0.5) + 2.0).abs() < 1e-9);
+        assert!((seen(-3.0, 2.0, 0.5) - 2.0).abs() < 1e-9);
+        assert!(seen(2.0, 0.5, 0.0) == 0.0 && seen(0.0, 2.0, 0.5) == 0.0);
+        assert!(seen(0.0, -1.0, 0.5).abs() < 1e-9);
+        let mut forward = ZeroTorque::default();
+        for _ in 0..4000 {
+            forward.take(&filters, 1.0, [2.0, -2.0]);
+        }
+        assert_eq!(forward.of_motor(), None);
     }
 }

@@ -61,6 +61,7 @@ fn observer(n: usize) -> ObserverCode {
     let joint = ObservedJoint {
         motor_share: 0.5,
         variance: [1.0, 0.1, 0.01, 1e-4, 0.5],
+        zero_nm: 0.2,
         threshold_sigma: 5.0,
     };
     ObserverCode {

@@ -271,6 +271,7 @@ fn observer(observer: Option<&Observed<'_>>) -> [String; 3] {
         .collect();
     let test = OBSERVER_TEST
         .replace("%COUNT%", &observer.samples.len().to_string())
+        .replace("%TIMES%", &observer.times().to_string())
         .replace("%SAMPLES%", &samples);
     [header, code, test]
 }

@@ -7,6 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use sprung_core::drives::State;
 use sprung_core::filter::{Discretization, FilterError, FilterPair};
 use sprung_core::links::LengthError;
+use sprung_core::observer::{ObserverFilters, ZERO_KNOWN_S, ZERO_MEMORY_S};
 use sprung_core::presliding::ALL_ELEMENTS;
 use sprung_core::robot::Values;
 use sprung_method::watch::{ObserverSettings, TorqueObserver};
@@ -17,14 +18,14 @@ use super::trace::{Source, Traced, WITH_MEMORY};
 use crate::model::{ElementSet, Scratch, Theta};
 use crate::reload::worst;
 
-/// Samples of the self-test behind those in which the robot rests and the observer settles.
-const SAMPLES: usize = 60;
+/// Samples of the motion of the self-test, which repeats behind those in which the robot rests and the observer settles.
+const SAMPLES: usize = 40;
 
-/// Time constants of the last filter after which the observer has settled.
-const SETTLED: f64 = 8.0;
+/// Duration of the repeated motion over the motion in each direction from which the zeros of encoders are known.
+const LONG_ENOUGH: f64 = 6.0;
 
-/// Most samples in which an observer may settle.
-const LONGEST_SETTLE: usize = 100_000;
+/// Most samples of a self-test.
+const MOST_SAMPLES: usize = 100_000;
 
 /// Number of random states.
 const STATES: usize = 1000;
@@ -35,20 +36,23 @@ pub(super) struct Sample {
     q: Vec<f64>,
     phi: Vec<f64>,
     tau: Vec<f64>,
-    /// Torques from outside, and their thresholds.
-    outside: Vec<f64>,
-    threshold: Vec<f64>,
+    /// Torques from outside and their thresholds, as the motion is seen the first and the last time.
+    outside: [Vec<f64>; 2],
+    threshold: [Vec<f64>; 2],
 }
 
 impl Sample {
     /// Returns all arrays, in the order of the self-tests.
-    pub(super) fn all(&self) -> [&[f64]; 5] {
+    pub(super) fn all(&self) -> [&[f64]; 7] {
+        let [[first, last], [first_limit, last_limit]] = [&self.outside, &self.threshold];
         [
             &self.q,
             &self.phi,
             &self.tau,
-            &self.outside,
-            &self.threshold,
+            first,
+            last,
+            first_limit,
+            last_limit,
         ]
     }
 }
@@ -60,6 +64,7 @@ pub(super) struct Observed<'a> {
     sets: Vec<ElementSet>,
     about: &'a [String],
     pub(super) samples: Vec<Sample>,
+    settle: usize,
 }
 
 /// Returns why code cannot have an observer of a robot; `None` if it can.
@@ -81,23 +86,23 @@ pub(super) fn refused(source: &Source<'_>, settings: &ObserverSettings) -> Optio
         return Some("code has no presliding friction behind a coupled transmission".to_owned());
     }
     let mut numbers = settings.joints.iter().flat_map(|joint| {
-        let more = [joint.motor_share, joint.threshold_sigma];
+        let more = [joint.motor_share, joint.zero_nm, joint.threshold_sigma];
         joint.variance.into_iter().chain(more)
     });
     let is_number = |x: f64| x.is_finite() && x >= 0.0;
-    let filters = [
+    let positive = [
         settings.period_s,
         settings.cutoff_rad_per_s,
         settings.bandwidth_rad_per_s,
     ];
-    if !filters.iter().all(|x| x.is_finite() && *x > 0.0) || !numbers.all(is_number) {
+    if !positive.iter().all(|x| x.is_finite() && *x > 0.0) || !numbers.all(is_number) {
         return Some(
             "a period, a cut-off, a variance or a threshold is not a positive number".to_owned(),
         );
     }
-    if settle(settings) > LONGEST_SETTLE {
+    if filters(settings).is_none_or(|of| of.settle() + times(settings) * SAMPLES > MOST_SAMPLES) {
         return Some(format!(
-            "its filters settle in more than {LONGEST_SETTLE} samples"
+            "its filters settle in more than {MOST_SAMPLES} samples"
         ));
     }
     let joints = settings.joints.len();
@@ -116,47 +121,57 @@ impl<'a> Observed<'a> {
         let mut observer =
             TorqueObserver::new((model, &theta), settings).map_err(|error| error.to_string())?;
         let mut random = ChaCha8Rng::seed_from_u64(4);
-        let mut waves = |size: f64, rate: f64| -> Vec<[f64; 3]> {
+        let turn = std::f64::consts::TAU / SAMPLES as f64;
+        // Amplitude of one of a quantity whose fastest wave has a rate of one.
+        let slow = 2.0 * settings.period_s / turn;
+        let mut waves = |middle: f64, size: f64| -> Vec<[f64; 4]> {
             let wave = |_| {
                 [
+                    middle * random.random_range(-1.0..1.0),
                     size * random.random_range(0.2..1.0),
-                    rate * random.random_range(0.5..2.0),
+                    turn * f64::from(random.random_range(1..=2_u8)),
                     random.random_range(-3.0..3.0),
                 ]
             };
             (0..n).map(wave).collect()
         };
-        let (links, motors, torques) = (waves(1.0, 6.0), waves(0.05, 15.0), waves(10.0, 20.0));
-        let at = |waves: &[[f64; 3]], t: f64| -> Vec<f64> {
-            waves
-                .iter()
-                .map(|[size, rate, phase]| size * (rate * t + phase).sin())
+        let (links, motors, torques) = (waves(1.0, slow), waves(0.05, slow), waves(5.0, 10.0));
+        let at = |waves: &[[f64; 4]], k: usize| -> Vec<f64> {
+            let of = waves.iter();
+            of.map(|[middle, size, rate, phase]| middle + size * (rate * k as f64 + phase).sin())
                 .collect()
         };
-        let settle = settle(settings);
-        let samples = (0..settle + SAMPLES).map(|k| {
-            let t = k.saturating_sub(settle) as f64 * settings.period_s;
-            let (q, more, tau) = (at(&links, t), at(&motors, t), at(&torques, t));
-            let phi: Vec<f64> = (0..n)
-                .map(|i| {
-                    if source.robot.motor_rows[i].is_some() {
-                        q[i] + more[i]
-                    } else {
-                        q[i]
-                    }
-                })
-                .collect();
-            let found = observer.step(&q, &phi, &tau);
-            Sample {
-                outside: found.iter().map(|[torque, _]| *torque).collect(),
-                threshold: found.iter().map(|[_, threshold]| *threshold).collect(),
-                q,
-                phi,
-                tau,
-            }
-        });
+        let mut samples: Vec<Sample> = (0..SAMPLES)
+            .map(|k| {
+                let (q, more) = (at(&links, k), at(&motors, k));
+                let is_flexible = |i: usize| source.robot.motor_rows[i].is_some();
+                Sample {
+                    phi: (0..n)
+                        .map(|i| if is_flexible(i) { q[i] + more[i] } else { q[i] })
+                        .collect(),
+                    tau: at(&torques, k),
+                    q,
+                    outside: Default::default(),
+                    threshold: Default::default(),
+                }
+            })
+            .collect();
+        let (settle, times) = (observer.settle(), times(settings));
+        for k in 0..settle + times * SAMPLES {
+            let moved = k.saturating_sub(settle);
+            let sample = &mut samples[moved % SAMPLES];
+            let found = observer.step(&sample.q, &sample.phi, &sample.tau);
+            let which = match moved / SAMPLES {
+                0 => 0,
+                time if time == times - 1 => 1,
+                _ => continue,
+            };
+            sample.outside[which] = found.iter().map(|[torque, _]| *torque).collect();
+            sample.threshold[which] = found.iter().map(|[_, threshold]| *threshold).collect();
+        }
         Ok(Self {
-            samples: samples.skip(settle).collect(),
+            samples,
+            settle,
             settings,
             sharpness: (0..n).map(|joint| model.sharpness(joint)).collect(),
             sets: model.elements().sets().collect(),
@@ -166,7 +181,12 @@ impl<'a> Observed<'a> {
 
     /// Returns the samples after which it has settled.
     pub(super) fn settle(&self) -> usize {
-        settle(self.settings)
+        self.settle
+    }
+
+    /// Returns how often the motion of the self-test repeats.
+    pub(super) fn times(&self) -> usize {
+        times(self.settings)
     }
 
     /// Returns the lines of the caller for a comment.
@@ -202,6 +222,10 @@ impl<'a> Observed<'a> {
             text = text.replace(name, &pair.unwrap_or_default());
         }
         text.replace("%CUTOFF%", &language.constant(cutoff))
+            .replace("%PERIOD%", &language.constant(settings.period_s))
+            .replace("%ZERO_MEMORY%", &language.constant(ZERO_MEMORY_S))
+            .replace("%ZERO_KNOWN%", &language.constant(ZERO_KNOWN_S))
+            .replace("%ZERO%", &column(&|i| joints[i].zero_nm))
             .replace("%SHARE%", &column(&|i| joints[i].motor_share))
             .replace("%SIGMA%", &column(&|i| joints[i].threshold_sigma))
             .replace("%SHARPNESS%", &column(&|i| self.sharpness[i]))
@@ -234,8 +258,18 @@ impl<'a> Observed<'a> {
     }
 }
 
-fn settle(settings: &ObserverSettings) -> usize {
-    (SETTLED / (settings.bandwidth_rad_per_s * settings.period_s)).ceil() as usize
+/// Returns how often the motion of the self-test repeats: the zeros of the encoders are known at the last time.
+fn times(settings: &ObserverSettings) -> usize {
+    (LONG_ENOUGH * ZERO_KNOWN_S / (SAMPLES as f64 * settings.period_s)).ceil() as usize + 2
+}
+
+fn filters(settings: &ObserverSettings) -> Option<ObserverFilters> {
+    ObserverFilters::new(
+        settings.cutoff_rad_per_s,
+        settings.bandwidth_rad_per_s,
+        settings.period_s,
+    )
+    .ok()
 }
 
 /// Returns the largest difference of the dynamics with memory from the library at random states, relative to the largest torque.

@@ -191,13 +191,13 @@ fn observer(observer: Option<&Observed<'_>>) -> [String; 2] {
         .numbers(&RUST, OBSERVER)
         .replace("%UPDATE%", &update)
         .replace("%DYNAMICS%", &call)
-        .replace("%PERIOD%", &format!("{:?}", observer.settings.period_s))
         .replace("%SETTLE%", &observer.settle().to_string())
         .replace("%HEADER%", &observer.header("/// "));
     let samples = observer.samples.iter();
     let samples: String = samples.map(|sample| element(&sample.all())).collect();
     let test = OBSERVER_TEST
         .replace("%COUNT%", &observer.samples.len().to_string())
+        .replace("%TIMES%", &observer.times().to_string())
         .replace("%SAMPLES%", &samples);
     [code, test]
 }

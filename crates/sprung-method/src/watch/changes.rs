@@ -83,15 +83,15 @@ impl Changed {
 /// residual is another zero of an incremental encoder.
 #[derive(Clone)]
 struct Squares {
-    /// Sums of the residuals and of their squares.
-    sums: Vec<[[f64; 2]; 2]>,
+    /// Sums of the inverse variances, and of the residuals and their squares times these.
+    sums: Vec<[[f64; 3]; 2]>,
     count: f64,
 }
 
 impl Squares {
     fn new(joints: usize) -> Self {
         Self {
-            sums: vec![[[0.0; 2]; 2]; joints],
+            sums: vec![[[0.0; 3]; 2]; joints],
             count: 0.0,
         }
     }
@@ -99,18 +99,32 @@ impl Squares {
     fn see(&mut self, (robot, monitor): (&Robot<'_>, &Monitor), now: &Now) {
         let joints = monitor.joints.iter().enumerate().zip(&mut self.sums);
         for ((joint, of), sums) in joints {
-            for (sums, scaled) in sums.iter_mut().zip(of.scaled(robot.model, joint, now)) {
-                sums[0] += scaled;
-                sums[1] += scaled * scaled;
+            for (sums, row) in sums.iter_mut().zip(of.rows(robot.model, joint, now)) {
+                let Some((residual, variance)) = row else {
+                    continue;
+                };
+                let weight = variance.recip();
+                sums[0] += weight;
+                sums[1] += weight * residual;
+                sums[2] += weight * residual * residual;
             }
         }
         self.count += 1.0;
     }
 
+    /// Begins again, and returns what was seen.
+    fn replaced(&mut self) -> Self {
+        let joints = self.sums.len();
+        std::mem::replace(self, Self::new(joints))
+    }
+
     /// Returns the mean squares of the equations of a joint.
     fn of(&self, joint: usize) -> [f64; 2] {
         let count = self.count.max(1.0);
-        self.sums[joint].map(|[sum, squares]| (squares / count - (sum / count).powi(2)).max(0.0))
+        self.sums[joint].map(|[weights, sum, squares]| {
+            let about_mean = squares - sum * sum / weights.max(f64::MIN_POSITIVE);
+            about_mean.max(0.0) / count
+        })
     }
 
     /// Returns the largest mean square of a joint, or of all.
@@ -161,6 +175,8 @@ pub(super) struct Windows<'a> {
     period: f64,
     excerpt: Excerpt,
     squares: Squares,
+    /// The same without the time of contacts.
+    untouched: Squares,
     /// What had changed in the window before.
     last: Option<Changed>,
     /// Squares that no change explains; only larger ones are searched again.
@@ -181,6 +197,7 @@ impl<'a> Windows<'a> {
         Self {
             excerpt: Excerpt::lasting(period, WINDOW_S),
             squares: Squares::new(monitor.joints.len()),
+            untouched: Squares::new(monitor.joints.len()),
             last: None,
             unexplained: None,
             contacts,
@@ -193,8 +210,13 @@ impl<'a> Windows<'a> {
     }
 
     /// Takes an instant of the window.
-    pub(super) fn see(&mut self, now: &Now) {
+    ///
+    /// - `is_touched`: whether there is a contact.
+    pub(super) fn see(&mut self, now: &Now, is_touched: bool) {
         self.squares.see((self.robot, self.monitor), now);
+        if !is_touched {
+            self.untouched.see((self.robot, self.monitor), now);
+        }
     }
 
     /// Takes a block whose instants were seen; returns whether it completes the window.
@@ -212,41 +234,43 @@ impl<'a> Windows<'a> {
     pub(super) fn ended(&mut self, contacts: &[Contact]) -> Result<Seen, PassError> {
         let empty = Excerpt::lasting(self.period, WINDOW_S);
         let excerpt = std::mem::replace(&mut self.excerpt, empty);
-        let none = Squares::new(self.monitor.joints.len());
-        let squares = std::mem::replace(&mut self.squares, none);
+        let squares = self.squares.replaced();
+        let untouched = self.untouched.replaced();
         let nothing = Seen {
             changes: Vec::new(),
             contacts: None,
         };
         let last = self.last.take();
-        if squares.over(self.unexplained.as_ref()) < UNUSUAL || excerpt.samples() == 0 {
+        let is_touched = self.is_touched(&excerpt, contacts);
+        let rest = if is_touched { untouched } else { squares };
+        let is_usual = excerpt.samples() == 0 || rest.over(self.unexplained.as_ref()) < UNUSUAL;
+        if is_usual && (last.is_none() || !is_touched) {
             return Ok(nothing);
         }
-        let is_touched = self.is_touched(&excerpt, contacts);
         let before = self
             .along(&excerpt, (self.robot.model, self.robot.theta))?
             .0;
         if let Some(last) = last {
             let (after, contacts) = self.along(&excerpt, (&last.model, &last.theta))?;
-            if is_touched || before.is_explained_by(&after) {
+            if is_usual || before.is_explained_by(&after) {
                 let seen = last.seen(excerpt.span(), contacts);
                 self.last = Some(last);
                 return Ok(seen);
             }
         }
-        if is_touched || excerpt.duration() < LEAST_S {
+        if is_usual || excerpt.duration() < LEAST_S {
             return Ok(nothing);
         }
         let Some((changed, contacts)) = self.searched(&excerpt, &before) else {
-            let found = self.about_unexplained(&excerpt, &before);
-            self.unexplained = Some(before);
+            let found = self.about_unexplained(&excerpt, &rest);
+            self.unexplained = Some(rest);
             return Ok(Seen {
                 changes: found.into_iter().collect(),
                 ..nothing
             });
         };
         if changed.findings.is_empty() {
-            self.unexplained = Some(before);
+            self.unexplained = Some(rest);
             return Ok(nothing);
         }
         let seen = changed.seen(excerpt.span(), contacts);
@@ -321,15 +345,15 @@ impl<'a> Windows<'a> {
     }
 
     /// Reports a window that no change explains, if its residuals are far from those of the healthy robot.
-    fn about_unexplained(&self, excerpt: &Excerpt, before: &Squares) -> Option<Change> {
-        let largest = before.largest(None);
+    fn about_unexplained(&self, excerpt: &Excerpt, squares: &Squares) -> Option<Change> {
+        let largest = squares.largest(None);
         if largest < UNEXPLAINED {
             return None;
         }
         let joint = (0..self.monitor.joints.len()).max_by(|a, b| {
-            before
+            squares
                 .largest(Some(*a))
-                .total_cmp(&before.largest(Some(*b)))
+                .total_cmp(&squares.largest(Some(*b)))
         })?;
         let ratio = largest.sqrt();
         let finding = Finding::new(
@@ -354,7 +378,8 @@ impl<'a> Windows<'a> {
     pub(super) fn drop(&mut self) {
         self.excerpt = Excerpt::lasting(self.period, WINDOW_S);
         self.last = None;
-        self.squares = Squares::new(self.monitor.joints.len());
+        self.squares.replaced();
+        self.untouched.replaced();
     }
 
     /// Returns the squares along a window with some values, and the contacts.
@@ -378,7 +403,8 @@ impl<'a> Windows<'a> {
                     squares.see((&robot, self.monitor), now);
                     for (joint, of) in self.monitor.joints.iter().enumerate() {
                         let outside = of.outside(model, joint, now);
-                        all.extend(contacts.take(joint, time, outside));
+                        let is_zero_known = now.zeros[joint].is_some();
+                        all.extend(contacts.take(joint, time, outside, is_zero_known));
                     }
                 });
             });

@@ -31,6 +31,8 @@ pub(super) struct Contacts {
     /// Threshold of each joint in standard deviations; infinite if it is not known.
     thresholds: Vec<f64>,
     open: Vec<Option<Contact>>,
+    /// Whether the zero of the encoders at the spring is known.
+    is_zero_known: Vec<bool>,
 }
 
 impl Contacts {
@@ -42,6 +44,7 @@ impl Contacts {
                 .map(|joint| joint.threshold(of_joint, bandwidth))
                 .collect(),
             open: vec![None; joints.len()],
+            is_zero_known: vec![false; joints.len()],
         }
     }
 
@@ -51,13 +54,22 @@ impl Contacts {
     }
 
     /// Takes the torque of a joint with its standard deviation; returns a contact that has ended.
+    ///
+    /// What looked like a contact until the zero of the encoders is known is that zero.
+    ///
+    /// - `is_zero_known`: whether this zero is known.
     pub(super) fn take(
         &mut self,
         joint: usize,
         time: f64,
         [torque, deviation]: [f64; 2],
+        is_zero_known: bool,
     ) -> Option<Contact> {
         let threshold = self.thresholds[joint] * deviation;
+        let was_known = std::mem::replace(&mut self.is_zero_known[joint], is_zero_known);
+        if is_zero_known && !was_known {
+            self.open[joint] = None;
+        }
         let open = &mut self.open[joint];
         let mut ended = None;
         if open.is_some_and(|contact| time - contact.span[1] > HOLD_S) {

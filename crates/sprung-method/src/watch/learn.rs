@@ -5,18 +5,17 @@ use super::monitor::{Instant, Tail, Variance, peaks};
 use super::residual::{Now, Residuals};
 use super::walk::{Next, Walk};
 use crate::estimate::CovarianceOfErrors;
-use crate::log::{LogBlock, LogSource};
+use crate::log::{LogBlock, LogSource, Measures};
 use crate::model::{Model, Scratch, Theta};
+use crate::prepare::{Excerpt, noise};
 use crate::progress::{Listener, Phase};
 use crate::regression::{PassError, Reading};
 use sprung_core::filter::FilterState;
 use sprung_core::observer::{Chain3, ObserverFilters};
+use sprung_core::parameters::JointParameter;
 
 /// Instants per time constant of the residual.
 const INSTANTS: f64 = 2.0;
-
-/// Time constants after which the filters have settled.
-const SETTLED: f64 = 8.0;
 
 /// Longest healthy motion from which the scatter is learned, s.
 const LONGEST_S: f64 = 600.0;
@@ -34,6 +33,8 @@ pub(super) struct Robot<'a> {
     pub(super) model: &'a Model,
     pub(super) theta: &'a Theta,
     pub(super) covariance: Option<&'a CovarianceOfErrors>,
+    /// Deviation of the torque of each spring by another zero of an incremental encoder, N·m (N).
+    pub(super) zeros: &'a [f64],
     pub(super) bandwidth: Bandwidth,
 }
 
@@ -86,6 +87,8 @@ pub(super) struct JointMonitor {
     /// Variances of the residuals of both equations, of the link, or of the only one, and of the motor; and the mean squared
     /// residuals of the healthy robot over them, which lack the errors of the parameters.
     of_rows: [Option<(Variance, f64)>; 2],
+    /// Deviation by another zero of an encoder while it is not known, N·m (N).
+    pub(super) zero: f64,
     /// `None` if the healthy motion is too short.
     pub(super) tail: Option<Tail>,
     /// Root mean square of the standard deviation in the healthy motion, N·m (N).
@@ -109,6 +112,8 @@ pub(super) struct Monitor {
 #[derive(Clone, Copy, Debug)]
 struct Both {
     motor: f64,
+    /// Constant residual of the motor by another zero of an encoder, N·m (N).
+    zero: f64,
     instant: Instant,
     /// Variances of both by the errors of the parameters and their covariance, (N·m)² (N²): link, both, motor.
     of_parameters: [f64; 3],
@@ -123,7 +128,6 @@ fn stride(bandwidth: f64, period: f64) -> usize {
 pub(super) struct Instants<'a> {
     residuals: Residuals<'a>,
     stride: usize,
-    settle: usize,
     since: usize,
     begins: bool,
 }
@@ -135,7 +139,6 @@ impl<'a> Instants<'a> {
         Ok(Self {
             residuals: Residuals::new((robot.model, robot.theta), robot.bandwidth.filters(period)?),
             stride: stride(bandwidth, period),
-            settle: (SETTLED / (bandwidth * period)) as usize,
             since: 0,
             begins: true,
         })
@@ -152,7 +155,7 @@ impl<'a> Instants<'a> {
                 for k in 0..raw.len() {
                     self.residuals.take(raw, k);
                     self.since += 1;
-                    if self.since > self.settle && self.since.is_multiple_of(self.stride) {
+                    if self.residuals.is_settled() && self.since.is_multiple_of(self.stride) {
                         each(
                             raw.time[k],
                             &self.residuals.now,
@@ -163,6 +166,28 @@ impl<'a> Instants<'a> {
             }
         }
     }
+}
+
+/// Returns the deviation of the torque of each spring by another zero of an incremental encoder, N·m (N): an encoder begins with a
+/// whole count, so the zeros of two logs differ by the difference of two numbers between -1/2 and 1/2 count.
+pub(super) fn zero_deviations(reading: &Reading, theta: &Theta, excerpt: &Excerpt) -> Vec<f64> {
+    let model = reading.model();
+    let of_joint = |joint: usize| {
+        let stiffness = model.index(JointParameter::Stiffness, joint);
+        let encoders = reading
+            .channels()
+            .all
+            .iter()
+            .enumerate()
+            .filter(|(_, channel)| {
+                channel.joint == joint
+                    && matches!(channel.quantity.measures(), Measures::Position { .. })
+            });
+        let steps = encoders.filter_map(|(at, _)| noise(excerpt, at)?.1);
+        let variance: f64 = steps.map(|step| step * step / 6.0).sum();
+        stiffness.map_or(0.0, |at| theta[at].abs()) * variance.sqrt()
+    };
+    (0..model.joint_count()).map(of_joint).collect()
 }
 
 /// What one observer shows along healthy logs.
@@ -193,6 +218,7 @@ impl<'a> Learner<'a> {
             let row = self.robot.model.regressor().motor_coordinate(joint);
             all.push(Both {
                 motor: if row == joint { 0.0 } else { now.residual[row] },
+                zero: now.zeros[joint].unwrap_or_default(),
                 instant: Instant {
                     value: now.residual[joint],
                     features: now.features[joint],
@@ -208,8 +234,10 @@ impl<'a> Learner<'a> {
     ///
     /// - `duration`: of the logs, s.
     fn joints(&self, duration: f64) -> Vec<JointMonitor> {
-        let (mut joints, peaks): (Vec<JointMonitor>, Vec<Vec<f64>>) =
-            self.all.iter().map(|all| JointMonitor::of(all)).unzip();
+        let of_joints = self.all.iter().zip(self.robot.zeros);
+        let (mut joints, peaks): (Vec<JointMonitor>, Vec<Vec<f64>>) = of_joints
+            .map(|(all, zero)| JointMonitor::of(all, *zero))
+            .unzip();
         for (joint, tail) in joints.iter_mut().zip(Tail::all(&peaks, duration)) {
             joint.tail = tail;
         }
@@ -320,7 +348,9 @@ impl JointMonitor {
     }
 
     /// Returns what was learned but for the tail, and the peaks.
-    fn of(all: &[Both]) -> (Self, Vec<f64>) {
+    ///
+    /// - `zero`: deviation of the spring's torque by another zero of an encoder, N·m (N).
+    fn of(all: &[Both], zero: f64) -> (Self, Vec<f64>) {
         let product = |of: fn(&Both) -> f64| all.iter().map(of).sum::<f64>();
         let squares = product(|x| x.motor * x.motor);
         let of_motor = if squares > 0.0 {
@@ -330,7 +360,7 @@ impl JointMonitor {
         };
         let instants: Vec<Instant> = (all.iter())
             .map(|x| Instant {
-                value: -(x.instant.value + of_motor * x.motor),
+                value: -(x.instant.value + of_motor * x.motor + (1.0 - of_motor) * x.zero),
                 of_parameters: x.of_parameters[0]
                     + of_motor * (2.0 * x.of_parameters[1] + of_motor * x.of_parameters[2]),
                 ..x.instant
@@ -367,36 +397,50 @@ impl JointMonitor {
                 (squares > 0.0).then(|| of_row(|x| (x.motor, x.of_parameters[2]))),
             ],
             variance,
+            zero: (1.0 - of_motor) * zero,
             tail: None,
             typical: (whole / instants.len().max(1) as f64).sqrt(),
         };
         (monitor, peaks)
     }
 
-    /// Returns the residual of each equation of the joint over that of the healthy robot; zero without an equation of the motor.
-    pub(super) fn scaled(&self, model: &Model, joint: usize, now: &Now) -> [f64; 2] {
+    /// Returns the residual of each equation of the joint, N·m (N), and its variance in healthy motion; `None` without an equation of
+    /// the motor.
+    pub(super) fn rows(&self, model: &Model, joint: usize, now: &Now) -> [Option<(f64, f64)>; 2] {
         let rows = [joint, model.regressor().motor_coordinate(joint)];
         std::array::from_fn(|at| {
-            self.of_rows[at].map_or(0.0, |(variance, usual)| {
-                now.residual[rows[at]] / (variance.at(&now.features[joint]) * usual).sqrt()
-            })
+            let (variance, usual) = self.of_rows[at]?;
+            Some((
+                now.residual[rows[at]],
+                variance.at(&now.features[joint]) * usual,
+            ))
         })
     }
 
     /// Returns the torque from outside and its standard deviation, N·m (N).
     pub(super) fn outside(&self, model: &Model, joint: usize, now: &Now) -> [f64; 2] {
         let value = of_joint(model, joint, now, self.of_motor);
-        [value, self.variance.at(&now.features[joint]).sqrt()]
+        let deviation = deviation(now, joint, (&self.variance, self.zero));
+        [value, deviation]
     }
 }
 
 /// Returns the torque from outside on a joint, N·m (N).
 ///
-/// - `of_motor`: share of the residual of the motor's equation.
+/// - `of_motor`: share of the residual of the motor's equation. That of the constant by another zero is one.
 pub(super) fn of_joint(model: &Model, joint: usize, now: &Now, of_motor: f64) -> f64 {
     let row = model.regressor().motor_coordinate(joint);
     let motor = if row == joint { 0.0 } else { now.residual[row] };
-    -(now.residual[joint] + of_motor * motor)
+    let zero = now.zeros[joint].unwrap_or_default();
+    -(now.residual[joint] + of_motor * motor + (1.0 - of_motor) * zero)
+}
+
+/// Returns the standard deviation of the torque from outside on a joint, N·m (N).
+///
+/// - `zero`: deviation by another zero of an encoder while it is not known, N·m (N).
+pub(super) fn deviation(now: &Now, joint: usize, (variance, zero): (&Variance, f64)) -> f64 {
+    let unknown = now.zeros[joint].map_or(zero, |_| 0.0);
+    (variance.at(&now.features[joint]) + unknown * unknown).sqrt()
 }
 
 /// Errors of residuals by those of the parameters.

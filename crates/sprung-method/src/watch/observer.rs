@@ -2,7 +2,7 @@
 
 use sprung_core::observer::ObserverFilters;
 
-use super::learn::of_joint;
+use super::learn::{deviation, of_joint};
 use super::monitor::Variance;
 use super::residual::Residuals;
 use super::result::Watch;
@@ -29,6 +29,8 @@ pub struct ObservedJoint {
     pub motor_share: f64,
     /// Coefficients of the variance of the torque from outside.
     pub variance: [f64; 5],
+    /// Deviation by another zero of an encoder, until the joint has moved in both directions, N·m (N).
+    pub zero_nm: f64,
     /// Threshold in standard deviations.
     pub threshold_sigma: f64,
 }
@@ -41,6 +43,7 @@ impl ObserverSettings {
             Some(ObservedJoint {
                 motor_share: joint.motor_share,
                 variance: joint.variance.as_slice().try_into().ok()?,
+                zero_nm: joint.zero_nm,
                 threshold_sigma: joint.threshold_sigma?,
             })
         };
@@ -83,6 +86,12 @@ impl<'a> TorqueObserver<'a> {
         })
     }
 
+    /// Returns the samples after which the observer has settled.
+    #[must_use]
+    pub fn settle(&self) -> usize {
+        self.residuals.settle()
+    }
+
     /// Takes a sample and returns the torque from outside and its threshold of each joint, N·m (N).
     ///
     /// - `q`, `phi`: positions of links and motors, rad (m); `tau`: torques of the motors, N·m (N); each \[n\].
@@ -94,7 +103,7 @@ impl<'a> TorqueObserver<'a> {
             .map(|(joint, of)| {
                 let now = &self.residuals.now;
                 let torque = of_joint(self.model, joint, now, of.motor_share);
-                let deviation = Variance(of.variance).at(&now.features[joint]).sqrt();
+                let deviation = deviation(now, joint, (&Variance(of.variance), of.zero_nm));
                 [torque, of.threshold_sigma * deviation]
             })
             .collect()

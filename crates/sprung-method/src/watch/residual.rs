@@ -2,7 +2,7 @@
 
 use sprung_core::drives::State;
 use sprung_core::filter::FilterState;
-use sprung_core::observer::{Chain3, ObserverFilters};
+use sprung_core::observer::{Chain3, ObserverFilters, ZeroTorque};
 use sprung_core::robot::Values;
 use sprung_core::spatial::BODY;
 
@@ -24,7 +24,9 @@ pub(super) struct Residuals<'m> {
     chains: [Vec<Chain3>; 4],
     last: Vec<FilterState>,
     of_features: Vec<FilterState>,
-    has_begun: bool,
+    zeros: Vec<ZeroTorque>,
+    /// Samples since the filters have begun.
+    since: usize,
     pub(super) now: Now,
 }
 
@@ -44,6 +46,8 @@ pub(super) struct Now {
     /// Squares of the filtered quantities with which the error of a model grows, joint by joint: one, velocity, torque,
     /// acceleration, and nearness of a reversal.
     pub(super) features: Vec<[f64; FEATURES]>,
+    /// Constant residual of each motor by another zero of an encoder, N·m (N); `None` while it is not known.
+    pub(super) zeros: Vec<Option<f64>>,
 }
 
 impl Now {
@@ -71,11 +75,13 @@ impl<'m> Residuals<'m> {
             chains: [chains(), chains(), chains(), chains()],
             last: vec![FilterState::default(); rows],
             of_features: vec![FilterState::default(); n * FEATURES],
-            has_begun: false,
+            zeros: vec![ZeroTorque::default(); n],
+            since: 0,
             now: Now {
                 acceleration: vec![0.0; rows],
                 residual: vec![0.0; rows],
                 features: vec![[0.0; FEATURES]; n],
+                zeros: vec![None; n],
                 ..Now::default()
             },
             model,
@@ -85,10 +91,21 @@ impl<'m> Residuals<'m> {
 
     /// Begins another log, or continues behind a gap.
     pub(super) fn restart(&mut self) {
-        self.has_begun = false;
+        self.since = 0;
+        self.zeros.fill(ZeroTorque::default());
         self.last.fill(FilterState::default());
         self.of_features.fill(FilterState::default());
         self.elements.restart();
+    }
+
+    /// Returns the samples after which the filters have settled.
+    pub(super) fn settle(&self) -> usize {
+        self.filters.settle()
+    }
+
+    /// Returns whether the filters have settled.
+    pub(super) fn is_settled(&self) -> bool {
+        self.since > self.filters.settle()
     }
 
     /// Takes sample `k` of a block; its residuals are in `now`.
@@ -103,7 +120,8 @@ impl<'m> Residuals<'m> {
     /// - `signals`: positions of links and motors, torques of motors and of sensors, each \[n\]; `excess`: covariates minus their
     ///   references.
     pub(super) fn step(&mut self, [q, phi, tau, spring]: [&[f64]; 4], excess: Vec<f64>) {
-        if !std::mem::replace(&mut self.has_begun, true) {
+        self.since += 1;
+        if self.since == 1 {
             let filters = &self.filters;
             for (chains, values) in self.chains.iter_mut().zip([q, phi, tau, spring]) {
                 for (chain, value) in chains.iter_mut().zip(values) {
@@ -168,14 +186,26 @@ impl<'m> Residuals<'m> {
             }
             now.residual[row] = filters.last(memory, torque - required);
         }
+        let is_settled = self.since > filters.settle();
         for (joint, &torque) in tau.iter().enumerate() {
             let velocity = now.dphi[joint];
+            let direction = (self.model.sharpness(joint) * velocity).tanh();
+            let motor = robot.motor_coordinate(joint);
+            if is_settled && motor != joint {
+                let zero = &mut self.zeros[joint];
+                zero.take(
+                    filters,
+                    direction,
+                    [now.residual[joint], now.residual[motor]],
+                );
+                now.zeros[joint] = zero.of_motor();
+            }
             let raw = [
                 1.0,
                 velocity,
                 torque,
-                now.acceleration[robot.motor_coordinate(joint)],
-                1.0 - (self.model.sharpness(joint) * velocity).tanh().powi(2),
+                now.acceleration[motor],
+                1.0 - direction * direction,
             ];
             let memories = &mut self.of_features[joint * FEATURES..];
             for ((feature, memory), raw) in now.features[joint].iter_mut().zip(memories).zip(raw) {

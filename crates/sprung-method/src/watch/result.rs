@@ -87,6 +87,10 @@ pub struct WatchedJoint {
     /// Coefficients of the variance of the torque from outside, (N·m)²: of one, and of the squares of velocity (rad/s), torque
     /// (N·m), acceleration (rad/s²) and nearness of a reversal (0 to 1).
     pub variance: Vec<f64>,
+    /// Deviation of the torque from outside by another zero of an encoder, until the joint has moved in both directions and the
+    /// zero is known, N·m (N).
+    #[serde(default)]
+    pub zero_nm: f64,
     /// Threshold in standard deviations; absent if the healthy logs are too short to know it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub threshold_sigma: Option<f64>,

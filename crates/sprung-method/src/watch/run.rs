@@ -4,7 +4,7 @@ use super::blind::{Blindness, USUAL_S};
 use super::changes::{Change, Names, WINDOW_S, Windows};
 use super::contact::{Contact, Contacts};
 use super::events::{of_blindness, of_change, of_contact, of_gap};
-use super::learn::{Bandwidth, Instants, Monitor, Robot, learn};
+use super::learn::{Bandwidth, Instants, Monitor, Robot, learn, zero_deviations};
 use super::result::{Watch, WatchEvent, WatchedJoint, WatchedLog};
 use super::walk::Walk;
 use crate::curves::{CurveSet, Curves};
@@ -98,7 +98,9 @@ pub fn watch(
     };
     let reading = logs.reading(Some(&beginning), Some(&theta));
     let last = BANDWIDTH.min(LARGEST_SHARE_OF_RATE * std::f64::consts::TAU / beginning.period());
+    let zeros = zero_deviations(&reading, &theta, &beginning);
     let robot = Robot {
+        zeros: &zeros,
         reading: &reading,
         model: reading.model(),
         theta: &theta,
@@ -118,6 +120,7 @@ pub fn watch(
         joint: joint.clone(),
         motor_share: of.of_motor,
         variance: of.variance.0.to_vec(),
+        zero_nm: of.zero,
         threshold_sigma: known(*sigma),
         typical_threshold_nm: known(sigma * of.typical),
     });
@@ -283,14 +286,15 @@ impl<'a> Watching<'a> {
                     ended.extend(contacts.end());
                 }
                 *watched += one.period * monitor.stride as f64;
-                windows.see(now);
                 let mut point = Vec::new();
                 for (joint, of) in monitor.joints.iter().enumerate() {
                     let outside = of.outside(robot.model, joint, now);
-                    ended.extend(contacts.take(joint, time, outside));
+                    let is_zero_known = now.zeros[joint].is_some();
+                    ended.extend(contacts.take(joint, time, outside, is_zero_known));
                     let threshold = contacts.thresholds()[joint] * outside[1];
                     point.extend([outside[0], threshold]);
                 }
+                windows.see(now, contacts.open().next().is_some());
                 points.push(|| (*later + time, point));
             });
         });

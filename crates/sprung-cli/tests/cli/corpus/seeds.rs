@@ -109,7 +109,12 @@ fn meshes(folder: &Path) {
 fn results(folder: &Path) {
     let work = TempDir::new().unwrap();
     let demo = work.path().join("sprung-demo");
-    for words in [&["demo"][..], &["control", "sprung-demo"]] {
+    let log = "sprung-demo/validation.csv";
+    for words in [
+        &["demo"][..],
+        &["control", "sprung-demo"],
+        &["watch", "sprung-demo", "--log", log],
+    ] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_sprung"));
         let status = command
             .args(words)
@@ -127,6 +132,7 @@ fn results(folder: &Path) {
         ("identification", "identification.json"),
         ("identification", "validation.json"),
         ("control", "control.json"),
+        ("watch", "watch.json"),
     ] {
         let text = std::fs::read(demo.join("sprung-out").join(name)).unwrap();
         let json: serde_json::Value = serde_json::from_slice(&text).unwrap();

@@ -9,6 +9,9 @@ static const @real motor_share[§JOINTS] = {%SHARE%};
 static const @real sharpness[§JOINTS] = {%SHARPNESS%};
 static const @real threshold_sigma[§JOINTS] = {%SIGMA%};
 
+/* Deviations by other zeros of the encoders, while they are not known. */
+static const @real zero_nm[§JOINTS] = {%ZERO%};
+
 /* Variance: of one, and of the squares of velocity, torque, acceleration and nearness of a reversal. */
 static const @real variance[§JOINTS][5] = {
 %VARIANCE%};
@@ -55,6 +58,35 @@ static @real smooth(struct @observer *own, int at, @real x)
     return y;
 }
 
+/*
+ * The constant torque of a spring whose encoders have another zero than at the identification, in the equation of the motor. It
+ * has opposite signs in the equations of link and motor, and both directions of motion are needed, so that errors of the friction
+ * cancel. Returns whether it is known.
+ */
+static int find_zero(struct @zero *own, @real direction, @real of_link_nm, @real of_motor_nm, @real *torque_nm)
+{
+    const int at = direction < R(0.0);
+    const @real weight = direction * direction * %PERIOD%;
+    @real link_nm, motor_nm;
+    own->motion_s[at] = own->motion_s[at] + weight < %ZERO_MEMORY% ? own->motion_s[at] + weight : %ZERO_MEMORY%;
+    if (own->motion_s[at] > R(0.0)) {
+        const @real part = weight / own->motion_s[at];
+        own->link_nm[at] += part * (of_link_nm - own->link_nm[at]);
+        own->motor_nm[at] += part * (of_motor_nm - own->motor_nm[at]);
+    }
+    link_nm = R(0.5) * (own->link_nm[0] + own->link_nm[1]);
+    motor_nm = R(0.5) * (own->motor_nm[0] + own->motor_nm[1]);
+    *torque_nm = R(0.0);
+    if (own->motion_s[0] < %ZERO_KNOWN% || own->motion_s[1] < %ZERO_KNOWN%) {
+        return 0;
+    }
+    if (link_nm * motor_nm < R(0.0)) {
+        const @real size = FABS(link_nm) < FABS(motor_nm) ? FABS(link_nm) : FABS(motor_nm);
+        *torque_nm = motor_nm < R(0.0) ? -size : size;
+    }
+    return 1;
+}
+
 %SLIDE%int @observe(struct @observer *own,
     const @real q_rad[§JOINTS],
     const @real phi_rad[§JOINTS],
@@ -83,13 +115,19 @@ static @real smooth(struct @observer *own, int at, @real x)
         const @real left_nm = smooth(own, 7 * i, tau - motor_nm[i]);
         const @real of_link_nm = smooth(own, 7 * i + 1, -link_nm[i]);
         const @real raw[4] = {motion[1][1][i], tau, motion[1][2][i], R(1.0) - slope * slope};
-        @real sum = variance[i][0];
+        @real sum = variance[i][0], other_zero_nm = R(0.0);
         int k;
         for (k = 0; k < 4; k++) {
             const @real feature = smooth(own, 7 * i + 2 + k, FABS(raw[k]));
             sum += variance[i][k + 1] * (feature * feature);
         }
-        outside_nm[i] = is_flexible ? -(of_link_nm + motor_share[i] * left_nm) : -left_nm;
+        if (is_flexible && own->samples >= §SETTLE
+            && !find_zero(&own->zero[i], slope, of_link_nm, left_nm, &other_zero_nm)) {
+            sum += zero_nm[i] * zero_nm[i];
+        }
+        outside_nm[i] = is_flexible
+            ? -(of_link_nm + motor_share[i] * left_nm + (R(1.0) - motor_share[i]) * other_zero_nm)
+            : -left_nm;
         threshold_nm[i] = threshold_sigma[i] * squared_root(sum);
         /* Infinity minus infinity is not a number, which equals nothing. */
         is_blind = is_blind || !(outside_nm[i] - outside_nm[i] == R(0.0));
@@ -99,6 +137,10 @@ static @real smooth(struct @observer *own, int at, @real x)
         own->samples = 0;
         for (i = 0; i < 12 * §JOINTS; i++) {
             own->elements[i] = R(0.0);
+        }
+        for (i = 0; i < 2 * §JOINTS; i++) {
+            struct @zero *zero = &own->zero[i / 2];
+            zero->motion_s[i % 2] = zero->link_nm[i % 2] = zero->motor_nm[i % 2] = R(0.0);
         }
     } else if (own->samples <= §SETTLE) {
         own->samples++;

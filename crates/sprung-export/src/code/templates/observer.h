@@ -11,10 +11,16 @@ struct @chain {
     @real output[3];
 };
 
+/* Motion in each direction, and mean residuals of link and motor in each: the zero of a joint's encoders. */
+struct @zero {
+    @real motion_s[2], link_nm[2], motor_nm[2];
+};
+
 /* Memory of the observer. One of zeros begins with its first sample, at rest. */
 struct @observer {
     struct @chain link[§JOINTS], motor[§JOINTS], torque[§JOINTS];
     @real last_carry[7 * §JOINTS], last_output[7 * §JOINTS];
+    struct @zero zero[§JOINTS];
     @real elements[12 * §JOINTS];
     @real position[2 * §JOINTS];
     long samples;

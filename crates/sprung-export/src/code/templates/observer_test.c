@@ -5,7 +5,9 @@
 #define OBSERVER_TOLERANCE 1e-12
 #endif
 
+/* Samples of a motion that repeats, and how often: the torques of the first and of the last time are known. */
 #define OBSERVED %COUNT%
+#define TIMES %TIMES%
 
 /* A sample of the observer. */
 struct observed {
@@ -13,7 +15,9 @@ struct observed {
     @real phi_rad[§JOINTS];
     @real tau_nm[§JOINTS];
     @real outside_nm[§JOINTS];
+    @real last_outside_nm[§JOINTS];
     @real threshold_nm[§JOINTS];
+    @real last_threshold_nm[§JOINTS];
 };
 
 static const struct observed observed[OBSERVED] = {
@@ -24,17 +28,20 @@ static int observe_all(struct @observer *own, int is_compared)
 {
     @real outside_nm[§JOINTS], threshold_nm[§JOINTS];
     int k, seen = 0;
-    for (k = 0; k < §SETTLE + OBSERVED; k++) {
-        const struct observed *at = &observed[k < §SETTLE ? 0 : k - §SETTLE];
+    for (k = 0; k < §SETTLE + TIMES * OBSERVED; k++) {
+        const struct observed *at = &observed[k < §SETTLE ? 0 : (k - §SETTLE) % OBSERVED];
+        const int is_last = k >= §SETTLE + (TIMES - 1) * OBSERVED;
         const int is_blind =
             @observe(own, at->q_rad, at->phi_rad, at->tau_nm, outside_nm, threshold_nm);
         if (is_blind != (k < §SETTLE)) {
             printf("observer: %d in sample %d\n", is_blind, k);
             failures++;
         }
-        if (!is_blind && is_compared) {
-            compare("torque from outside", k, outside_nm, at->outside_nm, §JOINTS, OBSERVER_TOLERANCE);
-            compare("threshold", k, threshold_nm, at->threshold_nm, §JOINTS, OBSERVER_TOLERANCE);
+        if (!is_blind && is_compared && (is_last || k < §SETTLE + OBSERVED)) {
+            const @real *outside = is_last ? at->last_outside_nm : at->outside_nm;
+            const @real *threshold = is_last ? at->last_threshold_nm : at->threshold_nm;
+            compare("torque from outside", k, outside_nm, outside, §JOINTS, OBSERVER_TOLERANCE);
+            compare("threshold", k, threshold_nm, threshold, §JOINTS, OBSERVER_TOLERANCE);
         }
         seen += !is_blind;
     }
