@@ -100,7 +100,8 @@ pub(super) fn refused(source: &Source<'_>, settings: &ObserverSettings) -> Optio
             "a period, a cut-off, a variance or a threshold is not a positive number".to_owned(),
         );
     }
-    if filters(settings).is_none_or(|of| of.settle() + times(settings) * SAMPLES > MOST_SAMPLES) {
+    let moved = times(settings).saturating_mul(SAMPLES);
+    if filters(settings).is_none_or(|of| of.settle().saturating_add(moved) > MOST_SAMPLES) {
         return Some(format!(
             "its filters settle in more than {MOST_SAMPLES} samples"
         ));
@@ -260,7 +261,8 @@ impl<'a> Observed<'a> {
 
 /// Returns how often the motion of the self-test repeats: the zeros of the encoders are known at the last time.
 fn times(settings: &ObserverSettings) -> usize {
-    (LONG_ENOUGH * ZERO_KNOWN_S / (SAMPLES as f64 * settings.period_s)).ceil() as usize + 2
+    let motions = LONG_ENOUGH * ZERO_KNOWN_S / (SAMPLES as f64 * settings.period_s);
+    (motions.ceil() as usize).saturating_add(2)
 }
 
 fn filters(settings: &ObserverSettings) -> Option<ObserverFilters> {
