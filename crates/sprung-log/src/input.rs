@@ -14,6 +14,13 @@ pub trait Input: Read + Seek + Send {
     fn path(&self) -> Option<&Path> {
         None
     }
+
+    /// Returns the time without growth after which a file that is being written ends, s; `None` for a complete file.
+    ///
+    /// `SQLite` needs it. Other formats wait where the bytes are read.
+    fn patience_s(&self) -> Option<f64> {
+        None
+    }
 }
 
 impl Input for File {}
@@ -25,20 +32,39 @@ impl<T: AsRef<[u8]> + Send> Input for Cursor<T> {}
 pub struct LogFile {
     file: File,
     path: PathBuf,
+    patience_s: Option<f64>,
 }
 
 impl LogFile {
     /// Returns a file with its path.
     #[must_use]
     pub fn new(file: File, path: &Path) -> Self {
-        let path = path.to_owned();
-        Self { file, path }
+        Self {
+            file,
+            path: path.to_owned(),
+            patience_s: None,
+        }
+    }
+
+    /// Returns the file as one that is being written.
+    ///
+    /// - `patience_s`: time without growth after which it ends, s.
+    #[must_use]
+    pub fn growing(self, patience_s: f64) -> Self {
+        Self {
+            patience_s: Some(patience_s),
+            ..self
+        }
     }
 }
 
 impl Input for LogFile {
     fn path(&self) -> Option<&Path> {
         Some(&self.path)
+    }
+
+    fn patience_s(&self) -> Option<f64> {
+        self.patience_s
     }
 }
 
@@ -216,6 +242,12 @@ pub fn format_of(start: &[u8]) -> Option<&'static str> {
         Kind::Other(_) => Some("a binary file"),
         kind => Some(kind.name()),
     }
+}
+
+/// Returns whether a file with these first bytes can be read by its path while it is written.
+#[must_use]
+pub fn is_shared(start: &[u8]) -> bool {
+    kind_of(start) == Kind::Sqlite
 }
 
 /// A reader whose first bytes were read and put in front again.

@@ -1,6 +1,7 @@
 //! Bags of ROS 2 in databases (`.db3`).
 
 use std::collections::VecDeque;
+use std::time::Duration;
 
 use rusqlite::{Connection, Error, OptionalExtension, Result, ffi, params};
 
@@ -10,6 +11,10 @@ use super::sqlite::{self, failed};
 use super::table::{Opened, Request, whole_file};
 use crate::error::LogError;
 use crate::input::Input;
+use sprung_base::stopwatch::Stopwatch;
+
+/// Time between two looks at a bag that is being written.
+const PAUSE: Duration = Duration::from_millis(50);
 
 /// Rows that one query returns, at most.
 const MAX_BATCH_ROWS: u32 = 1024;
@@ -29,6 +34,8 @@ struct Db3 {
     batch: VecDeque<Message>,
     /// Number of the last row that was read.
     last_row: i64,
+    /// Time without a message after which a bag that is being written ends, s; zero for a complete bag.
+    patience_s: f64,
 }
 
 /// Opens a topic of a bag as a table.
@@ -78,6 +85,7 @@ pub(super) fn topic(
     input: Box<dyn Input>,
 ) -> std::result::Result<Topic, LogError> {
     let wrong = |error| failed(file, &error);
+    let patience_s = input.patience_s().unwrap_or(0.0);
     let base = opened(file, input)?;
     let topics = listed(&base).map_err(wrong)?;
     let known: Vec<&str> = topics.iter().map(|[name, ..]| name.as_str()).collect();
@@ -118,6 +126,7 @@ pub(super) fn topic(
             topic: topic.to_owned(),
             batch: VecDeque::new(),
             last_row: i64::MIN,
+            patience_s,
         }),
     })
 }
@@ -173,14 +182,20 @@ fn definition(
 }
 
 impl Db3 {
-    /// Reads messages until there is at least one of the topic; returns false at the end.
-    fn fill(&mut self) -> Result<bool> {
+    /// Reads messages until there is at least one of the topic, or the bag ends.
+    fn fill(&mut self) -> Result<()> {
+        let waits = Stopwatch::start();
         while self.batch.is_empty() {
-            if !self.read_batch()? {
-                return Ok(false);
+            if self.read_batch()? {
+                continue;
             }
+            if waits.seconds() >= self.patience_s {
+                break;
+            }
+            std::thread::sleep(PAUSE);
+            sqlite::limit(&mut self.base, 0)?;
         }
-        Ok(true)
+        Ok(())
     }
 
     /// Reads some rows; returns false if there are none.
@@ -219,8 +234,7 @@ impl Db3 {
 
 impl Messages for Db3 {
     fn next(&mut self) -> std::result::Result<Option<Message>, LogError> {
-        let more = self.fill();
-        more.map_err(|error| failed(&self.file, &error))?;
+        self.fill().map_err(|error| failed(&self.file, &error))?;
         Ok(self.batch.pop_front())
     }
 }

@@ -6,6 +6,7 @@ use std::ffi::OsString;
 use std::fmt::Write;
 use std::io::{Cursor, Error as IoError, ErrorKind, Read, Result as IoResult, SeekFrom};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use rusqlite::config::DbConfig;
 use rusqlite::{Connection, Error, ErrorCode, MAIN_DB, OpenFlags};
@@ -26,44 +27,62 @@ const MAX_INSTRUCTIONS_PER_BYTE: u64 = 8;
 /// Instructions for a file of any length, such as those that read its tables' names.
 const MAX_OTHER_INSTRUCTIONS: u64 = 1_000_000;
 
+/// Longest time for which a recorder may lock its database.
+const LONGEST_LOCK: Duration = Duration::from_secs(5);
+
 /// Opens a database for reading.
 pub(super) fn open(file: &str, input: Box<dyn Input>) -> Result<Connection, LogError> {
     let path = input.path().map(Path::to_owned);
     let beside = path.as_deref().and_then(file_beside);
     let (base, length) = match (&path, &beside) {
+        (Some(path), _) if input.patience_s().is_some() => shared(path),
         (Some(path), Some(_)) => beside_another(path, input),
         (Some(path), None) => alone(path, input),
         (None, _) => in_memory(input),
     }
     .map_err(|error| LogError::read(file, DATABASE, error))?;
-    base.and_then(|base| limited(base, length))
-        .map_err(|error| match (&error, &beside) {
-            (Error::SqliteFailure(failure, _), Some(beside)) if cannot_finish(failure.code) => {
-                not_closed(file, beside)
-            }
-            _ => failed(file, &error),
-        })
+    base.and_then(|mut base| {
+        limit(&mut base, length)?;
+        Ok(base)
+    })
+    .map_err(|error| match (&error, &beside) {
+        (Error::SqliteFailure(failure, _), Some(beside)) if cannot_finish(failure.code) => {
+            not_closed(file, beside)
+        }
+        _ => failed(file, &error),
+    })
 }
 
 /// A database or the reason why `SQLite` does not open it, and its length in bytes.
 type Opened = IoResult<(Result<Connection, Error>, u64)>;
 
-/// Opens a file whose latest changes are in another file: its recorder was killed or still runs.
-fn beside_another(path: &Path, mut input: Box<dyn Input>) -> Opened {
-    let length = input.seek(SeekFrom::End(0))?;
-    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    // A recorder that runs shares its memory in this file, and SQLite then has to lock.
-    let runs = named_beside(path, "-shm").exists();
-    if runs || !cfg!(unix) {
-        return Ok((Connection::open_with_flags(path, flags), length));
-    }
-    // Nobody else has the database open. With exclusive access SQLite keeps its index of the changes in memory, so
-    // it writes no file beside the bag.
-    let alone = Connection::open_with_flags_and_vfs(path, flags, WITHOUT_LOCKS).and_then(|base| {
-        base.set_db_config(DbConfig::SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, true)?;
-        base.pragma_update(None, "locking_mode", "EXCLUSIVE")?;
+/// Flags of a database that is opened by its path.
+const BY_PATH: OpenFlags = OpenFlags::SQLITE_OPEN_READ_ONLY.union(OpenFlags::SQLITE_OPEN_NO_MUTEX);
+
+/// Opens a file that its recorder is writing, with locks.
+fn shared(path: &Path) -> Opened {
+    let base = Connection::open_with_flags(path, BY_PATH).and_then(|base| {
+        base.busy_timeout(LONGEST_LOCK)?;
         Ok(base)
     });
+    Ok((base, path.metadata()?.len()))
+}
+
+/// Opens a file whose latest changes are in another file: its recorder was killed or still runs.
+fn beside_another(path: &Path, mut input: Box<dyn Input>) -> Opened {
+    // A recorder that runs shares its memory in this file, and SQLite then has to lock.
+    if named_beside(path, "-shm").exists() || !cfg!(unix) {
+        return shared(path);
+    }
+    let length = input.seek(SeekFrom::End(0))?;
+    // Nobody else has the database open. With exclusive access SQLite keeps its index of the changes in memory, so
+    // it writes no file beside the bag.
+    let alone =
+        Connection::open_with_flags_and_vfs(path, BY_PATH, WITHOUT_LOCKS).and_then(|base| {
+            base.set_db_config(DbConfig::SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, true)?;
+            base.pragma_update(None, "locking_mode", "EXCLUSIVE")?;
+            Ok(base)
+        });
     Ok((alone, length))
 }
 
@@ -84,9 +103,7 @@ fn alone(path: &Path, mut input: Box<dyn Input>) -> Opened {
         };
     }
     address.push_str("?immutable=1");
-    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY
-        | OpenFlags::SQLITE_OPEN_NO_MUTEX
-        | OpenFlags::SQLITE_OPEN_URI;
+    let flags = BY_PATH | OpenFlags::SQLITE_OPEN_URI;
     Ok((Connection::open_with_flags(address, flags), length))
 }
 
@@ -123,7 +140,9 @@ fn header(input: &mut dyn Input) -> IoResult<([u8; 100], u64)> {
 }
 
 /// Makes a database refuse functions with side effects, and endless searches.
-fn limited(mut base: Connection, length: u64) -> Result<Connection, Error> {
+///
+/// - `length`: bytes that may be read from now on.
+pub(super) fn limit(base: &mut Connection, length: u64) -> Result<(), Error> {
     base.set_db_config(DbConfig::SQLITE_DBCONFIG_TRUSTED_SCHEMA, false)?;
     let instructions = MAX_OTHER_INSTRUCTIONS + length.saturating_mul(MAX_INSTRUCTIONS_PER_BYTE);
     let mut left = instructions / u64::from(COUNTED_INSTRUCTIONS);
@@ -133,8 +152,7 @@ fn limited(mut base: Connection, length: u64) -> Result<Connection, Error> {
     };
     base.progress_handler(COUNTED_INSTRUCTIONS.into(), Some(count))?;
     // SQLite does not read before the first query.
-    base.query_row("PRAGMA schema_version", [], |_| Ok(()))?;
-    Ok(base)
+    base.query_row("PRAGMA schema_version", [], |_| Ok(()))
 }
 
 /// Returns the write-ahead log or rollback journal of a database, if it is not empty.

@@ -10,7 +10,7 @@ use super::search::Search;
 use super::searched::columns;
 use super::settle::{Grows, Round, in_search};
 use super::state::State;
-use super::unknown::{Effect, Kind, Place};
+use super::unknown::{Effect, Kind, Place, Unknown};
 use sprung_core::parameters::JointParameter;
 
 use crate::description::Experiment;
@@ -40,20 +40,29 @@ impl FoundChange {
     }
 }
 
+/// What counts as an explanation.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Asked {
+    /// Factor by which a change lowers the product of the squared errors of all rows, at least.
+    pub(crate) least_factor: f64,
+    /// Whether the zeros between encoders are others than at the identification, as those of incremental encoders are.
+    pub(crate) are_zeros_free: bool,
+}
+
 /// Finds the fewest changes since an identification that explain a log; `None` if none do, or the log is too short for the filters.
 ///
 /// - `reading`: of the log, with a model whose parameters are all known; `file`: name of the log.
-/// - `least_factor`: by which a change lowers the product of the squared errors of all rows; `explained`: what the caller needs of
-///   corrected samples, and of the changed model and its parameters, if they fit.
+/// - `asked`: what counts as an explanation; `explained`: what the caller needs of corrected samples, and of the changed model and its
+///   parameters, if they fit.
 pub(crate) fn changes<T>(
     experiment: &Experiment,
     reading: &Reading,
     (excerpt, file): (&Excerpt, &str),
-    least_factor: f64,
+    asked: Asked,
     explained: impl Fn(&Excerpt, (&Model, &Theta)) -> Option<T>,
 ) -> Option<(Vec<FoundChange>, T)> {
     let (found, explained) = in_search(experiment, reading, excerpt, |search| {
-        search.changed(least_factor, explained)
+        search.changed(asked, explained)
     })?;
     let (channels, names) = (reading.channels(), reading.model().joints());
     let found = relative(found, channels, excerpt.period());
@@ -113,11 +122,16 @@ impl Search<'_> {
     /// Returns the fewest changes that explain the log.
     fn changed<T>(
         mut self,
-        least_factor: f64,
+        asked: Asked,
         explained: impl Fn(&Excerpt, (&Model, &Theta)) -> Option<T>,
     ) -> Option<(Vec<Found>, T)> {
         let mut state = State::new(self.unknowns.len());
         let mut round = self.repeated(&mut state, false)?;
+        if asked.are_zeros_free {
+            let zeros = self.all_of(&|unknown| unknown.kind == Kind::Offset);
+            self.round(&mut state, Grows::Cause(&zeros, 0.0))?;
+            round = self.repeated(&mut state, false)?;
+        }
         let causes = self.causes();
         for _ in 0..MAX_CAUSES {
             let plain = self.judged(&[], &state, &round);
@@ -131,7 +145,7 @@ impl Search<'_> {
             let alike =
                 (judged.iter()).filter(|(judged, _)| judged.misfit <= least + EQUALLY_GOOD.ln());
             let (best, cause) = alike.min_by_key(|(_, cause)| cause.len())?;
-            if plain.misfit - best.misfit < least_factor.ln() {
+            if plain.misfit - best.misfit < asked.least_factor.ln() {
                 return None;
             }
             let gain = 1.0 - best.squares / plain.squares;
@@ -220,28 +234,27 @@ impl Search<'_> {
         model
     }
 
+    /// Returns the indices of some unknowns.
+    fn all_of(&self, is_meant: &dyn Fn(&Unknown) -> bool) -> Vec<usize> {
+        let unknowns = self.unknowns.iter().enumerate();
+        let meant = unknowns.filter(|(_, unknown)| is_meant(unknown));
+        meant.map(|(index, _)| index).collect()
+    }
+
     /// Returns the causes, each with its unknowns: friction of a joint and of all joints, the load, and all others alone.
     fn causes(&self) -> Vec<Vec<usize>> {
-        let of = |is_meant: &dyn Fn(usize) -> bool| -> Vec<usize> {
-            (0..self.unknowns.len())
-                .filter(|&unknown| is_meant(unknown))
-                .collect()
-        };
-        let is_of = |unknown: usize, kind: Kind| self.unknowns[unknown].kind == kind;
-        let mut causes: Vec<Vec<usize>> = (0..self.unknowns.len())
-            .filter(|&unknown| !is_of(unknown, Kind::Friction) && !is_of(unknown, Kind::Load))
-            .map(|unknown| vec![unknown])
-            .collect();
+        let is_alone = |unknown: &Unknown| !matches!(unknown.kind, Kind::Friction | Kind::Load);
+        let alone = self.all_of(&is_alone).into_iter();
+        let mut causes: Vec<Vec<usize>> = alone.map(|unknown| vec![unknown]).collect();
+        let is_friction = |unknown: &Unknown| unknown.kind == Kind::Friction;
         for joint in 0..self.model.joint_count() {
-            causes.push(of(&|unknown| {
-                is_of(unknown, Kind::Friction)
-                    && self.unknowns[unknown].place == Place::Joint(joint)
-            }));
+            let place = Place::Joint(joint);
+            causes.push(self.all_of(&|unknown| is_friction(unknown) && unknown.place == place));
         }
         if self.model.joint_count() > 1 {
-            causes.push(of(&|unknown| is_of(unknown, Kind::Friction)));
+            causes.push(self.all_of(&is_friction));
         }
-        causes.push(of(&|unknown| is_of(unknown, Kind::Load)));
+        causes.push(self.all_of(&|unknown| unknown.kind == Kind::Load));
         causes.retain(|cause| !cause.is_empty());
         causes
     }

@@ -29,7 +29,7 @@ mod unknown;
 
 pub(crate) use added_law::changed;
 pub use added_law::with_added_laws;
-pub(crate) use changes::{FoundChange, changes};
+pub(crate) use changes::{Asked, FoundChange, changes};
 pub(crate) use found::Found;
 pub(crate) use kinds::{LAWS_MISSING, LEAST_CHANGE_OF_SHARPNESS};
 pub use result::{AddedLaw, CompetingUnknown, UnknownResult, UnknownStatus};

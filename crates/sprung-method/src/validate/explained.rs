@@ -7,7 +7,7 @@ use crate::estimate::{JointPrediction, predictions};
 use crate::model::{Model, Theta};
 use crate::prepare::Excerpt;
 use crate::regression::Reading;
-use crate::unknowns::{FoundChange, changes};
+use crate::unknowns::{Asked, FoundChange, changes};
 
 /// Changes explain a broken promise if they remove at least this share of the squared errors beyond the promise.
 const EXPLAINED_SHARE: f64 = 0.8;
@@ -92,7 +92,10 @@ impl Beginning<'_> {
             self.experiment,
             &known,
             (self.excerpt, self.file),
-            LEAST_FACTOR,
+            Asked {
+                least_factor: LEAST_FACTOR,
+                are_zeros_free: false,
+            },
             explained,
         )
     }

@@ -13,7 +13,7 @@ use crate::log::LogBlock;
 use crate::model::{Model, Theta};
 use crate::prepare::Excerpt;
 use crate::regression::PassError;
-use crate::unknowns::{FoundChange, Kind, changes};
+use crate::unknowns::{Asked, FoundChange, Kind, changes};
 use crate::validate::{Logs, OfSet, changed};
 
 /// Length of a window, s.
@@ -34,8 +34,11 @@ const RESIDUAL_UNEXPLAINED: &str = "residual-unexplained";
 /// Part of the excess of the mean squared residuals that changes must explain.
 const EXPLAINED: f64 = 0.7;
 
-/// Factor by which changes lower the product of the squared errors of all equations.
-const LEAST_FACTOR: f64 = 1.2;
+/// What counts as an explanation of a window.
+const ASKED: Asked = Asked {
+    least_factor: 1.2,
+    are_zeros_free: true,
+};
 
 /// Contacts of a window up to which they are contacts, and not the effect of a change; and the part of its time up to which they are.
 const MOST_CONTACTS: usize = 3;
@@ -294,7 +297,7 @@ impl<'a> Windows<'a> {
         };
         let given = (excerpt, names.file);
         let (found, (model, theta, after, contacts)) =
-            changes(self.experiment, &reading, given, LEAST_FACTOR, explained)?;
+            changes(self.experiment, &reading, given, ASKED, explained)?;
         // Incremental encoders have another zero after each start.
         let found: Vec<FoundChange> = (found.into_iter())
             .filter(|change| change.found.kind != Kind::Offset)

@@ -1,13 +1,17 @@
 //! The logs that an experiment names.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::error::SessionError;
 use super::files::{Files, open_file};
 use super::load::Session;
 use super::stream::{Growing, Stream};
-use sprung_log::{LogSource, Opener};
+use sprung_log::{Input, LogFile, LogSource, Opener, is_shared};
 use sprung_robot::{FilePart, Log, Payload, Window};
+
+/// Bytes that tell the format of a file that is being written.
+const START_BYTES: u64 = 64;
 
 /// Path of the standard input.
 const STANDARD_INPUT: &str = "-";
@@ -101,10 +105,7 @@ impl Session {
                 return opener(&*self.files, &self.folder, path.clone());
             };
             let path = path.clone();
-            Box::new(move |_| {
-                let growing = Growing::new(open_file(&path)?, follow_s);
-                Ok(Box::new(Stream::new(growing)))
-            })
+            Box::new(move |_| growing(&path, follow_s))
         };
         Logs {
             files: files.iter().map(part).collect(),
@@ -124,6 +125,17 @@ impl Session {
             .collect();
         Ok(Logs { files, openers })
     }
+}
+
+/// Opens a file that is being written.
+fn growing(path: &Path, patience_s: f64) -> std::io::Result<Box<dyn Input>> {
+    let mut start = Vec::new();
+    open_file(path)?.take(START_BYTES).read_to_end(&mut start)?;
+    let file = open_file(path)?;
+    if is_shared(&start) {
+        return Ok(Box::new(LogFile::new(file, path).growing(patience_s)));
+    }
+    Ok(Box::new(Stream::new(Growing::new(file, patience_s))))
 }
 
 /// Returns a function that opens a log, and other files relative to the experiment's folder.
