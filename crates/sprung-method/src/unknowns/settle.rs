@@ -329,7 +329,7 @@ impl Search<'_> {
         if !matches!(grows, Grows::No) {
             let mut moving = 0;
             let is_given = !given.is_empty();
-            while moving < ADDED_IN_A_ROUND && (is_given || !self.is_full(state)) {
+            while is_given || (moving < ADDED_IN_A_ROUND && !self.is_full(state)) {
                 let selection = Selection {
                     evidence: &evidence,
                     unknowns: &self.unknowns,
