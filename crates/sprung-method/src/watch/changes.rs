@@ -15,6 +15,7 @@ use crate::prepare::Excerpt;
 use crate::regression::PassError;
 use crate::unknowns::{Asked, FoundChange, Kind, changes};
 use crate::validate::{Logs, OfSet, changed};
+use sprung_core::parameters::JointParameter;
 
 /// Length of a window, s.
 pub(super) const WINDOW_S: f64 = 15.0;
@@ -27,6 +28,14 @@ const UNUSUAL: f64 = 1.4;
 
 /// The same from which a window without an explanation is reported.
 const UNEXPLAINED: f64 = 9.0;
+
+/// Change of a stiffness over the stiffness from which a window is searched, and standard errors of that of the identification.
+const OTHER_STIFFNESS: f64 = 0.025;
+const OTHER_ERRORS: f64 = 3.0;
+
+/// Standard errors at which such a change is no chance, and instants that count as one.
+const SIGNIFICANT: f64 = 4.0;
+const CORRELATED: f64 = 3.0;
 
 /// Code of the finding about a window that nothing explains.
 const RESIDUAL_UNEXPLAINED: &str = "residual-unexplained";
@@ -43,6 +52,25 @@ const ASKED: Asked = Asked {
 /// Contacts of a window up to which they are contacts, and not the effect of a change; and the part of its time up to which they are.
 const MOST_CONTACTS: usize = 3;
 const MOST_IN_CONTACT: f64 = 0.5;
+
+impl Robot<'_> {
+    /// Returns the torque of a spring without its preload, N·m (N).
+    fn spring(&self, joint: usize, now: &Now) -> Option<f64> {
+        let stiffness = self.model.index(JointParameter::Stiffness, joint)?;
+        Some(self.theta[stiffness] * (now.phi[joint] - now.q[joint]))
+    }
+
+    /// Returns the change of a stiffness over the stiffness that its error at the identification leaves open.
+    fn least_change(&self, joint: usize) -> f64 {
+        let stiffness = self.model.index(JointParameter::Stiffness, joint);
+        let of_errors = stiffness.zip(self.covariance).map(|(at, covariance)| {
+            let parameter = &self.model.parameters()[at].name;
+            let variance = covariance.of_sum(|name| (name == parameter).then_some(1.0));
+            OTHER_ERRORS * variance.sqrt() / self.theta[at].abs()
+        });
+        OTHER_STIFFNESS.max(of_errors.unwrap_or_default())
+    }
+}
 
 /// What was seen in one window.
 pub(super) struct Seen {
@@ -88,6 +116,8 @@ impl Changed {
 struct Squares {
     /// Sums of the inverse variances, and of the residuals and their squares times these.
     sums: Vec<[[f64; 3]; 2]>,
+    /// The same of the torque of each spring, of its square and of its product with the residual of the link.
+    springs: Vec<[f64; 3]>,
     count: f64,
 }
 
@@ -95,14 +125,15 @@ impl Squares {
     fn new(joints: usize) -> Self {
         Self {
             sums: vec![[[0.0; 3]; 2]; joints],
+            springs: vec![[0.0; 3]; joints],
             count: 0.0,
         }
     }
 
     fn see(&mut self, (robot, monitor): (&Robot<'_>, &Monitor), now: &Now) {
-        let joints = monitor.joints.iter().enumerate().zip(&mut self.sums);
-        for ((joint, of), sums) in joints {
-            for (sums, row) in sums.iter_mut().zip(of.rows(robot.model, joint, now)) {
+        for (joint, of) in monitor.joints.iter().enumerate() {
+            let rows = of.rows(robot.model, joint, now);
+            for (sums, row) in self.sums[joint].iter_mut().zip(rows) {
                 let Some((residual, variance)) = row else {
                     continue;
                 };
@@ -110,6 +141,14 @@ impl Squares {
                 sums[0] += weight;
                 sums[1] += weight * residual;
                 sums[2] += weight * residual * residual;
+            }
+            if let ([Some((residual, variance)), _], Some(torque)) =
+                (rows, robot.spring(joint, now))
+            {
+                let sums = &mut self.springs[joint];
+                sums[0] += torque / variance;
+                sums[1] += torque * torque / variance;
+                sums[2] += torque * residual / variance;
             }
         }
         self.count += 1.0;
@@ -146,9 +185,43 @@ impl Squares {
         joints.fold(0.0, f64::max)
     }
 
+    /// Returns the change of the stiffness of a joint that explains most of the residual of its link, over the stiffness; zero if it
+    /// explains less than chance may.
+    fn stiffness(&self, joint: usize) -> f64 {
+        let [weights, residuals, squares] = self.sums[joint][0];
+        let [torques, of_torques, products] = self.springs[joint];
+        if weights <= 0.0 {
+            return 0.0;
+        }
+        let spread = of_torques - torques * torques / weights;
+        let product = products - torques * residuals / weights;
+        let about_mean = squares - residuals * residuals / weights;
+        let change = product / spread;
+        let left = about_mean - change * product;
+        let independent = self.count / CORRELATED;
+        if change * product * independent > SIGNIFICANT * SIGNIFICANT * left {
+            change.abs()
+        } else {
+            0.0
+        }
+    }
+
+    /// Returns whether a window has larger residuals than the healthy robot, or another stiffness; and, where no change explained a
+    /// window before, more of it than there.
+    fn is_unusual(&self, robot: &Robot<'_>, other: Option<&Self>) -> bool {
+        let mut joints = 0..self.sums.len();
+        let is_other = |joint: usize| {
+            let known = other.map_or(0.0, |other| UNUSUAL * other.stiffness(joint));
+            self.stiffness(joint) > robot.least_change(joint).max(known)
+        };
+        self.over(other) >= UNUSUAL || joints.any(is_other)
+    }
+
     /// Returns whether changes that leave other squares explain these.
-    fn is_explained_by(&self, after: &Self) -> bool {
+    fn is_explained_by(&self, robot: &Robot<'_>, after: &Self) -> bool {
+        let mut joints = 0..self.sums.len();
         after.excess() <= (1.0 - EXPLAINED) * self.excess()
+            && !joints.any(|joint| after.stiffness(joint) > robot.least_change(joint))
     }
 
     /// Returns the sum of the mean squares beyond one.
@@ -246,7 +319,8 @@ impl<'a> Windows<'a> {
         let last = self.last.take();
         let is_touched = self.is_touched(&excerpt, contacts);
         let rest = if is_touched { untouched } else { squares };
-        let is_usual = excerpt.samples() == 0 || rest.over(self.unexplained.as_ref()) < UNUSUAL;
+        let is_usual =
+            excerpt.samples() == 0 || !rest.is_unusual(self.robot, self.unexplained.as_ref());
         if is_usual && (last.is_none() || !is_touched) {
             return Ok(nothing);
         }
@@ -255,7 +329,7 @@ impl<'a> Windows<'a> {
             .0;
         if let Some(last) = last {
             let (after, contacts) = self.along(&excerpt, (&last.model, &last.theta))?;
-            if is_usual || before.is_explained_by(&after) {
+            if is_usual || before.is_explained_by(self.robot, &after) {
                 let seen = last.seen(excerpt.span(), contacts);
                 self.last = Some(last);
                 return Ok(seen);
@@ -293,7 +367,9 @@ impl<'a> Windows<'a> {
             }
             let (after, contacts) = self.along(excerpt, (&model, theta)).ok()?;
             let explained = (model, theta.clone(), after, contacts);
-            before.is_explained_by(&explained.2).then_some(explained)
+            before
+                .is_explained_by(robot, &explained.2)
+                .then_some(explained)
         };
         let given = (excerpt, names.file);
         let (found, (model, theta, after, contacts)) =

@@ -71,7 +71,7 @@ pub struct CovarianceOfErrors {
 
 impl CovarianceOfErrors {
     /// Returns the variance of a weighted sum of the parameters that have a weight.
-    pub(in crate::estimate) fn of_sum(&self, weight: impl Fn(&str) -> Option<f64>) -> f64 {
+    pub(crate) fn of_sum(&self, weight: impl Fn(&str) -> Option<f64>) -> f64 {
         let chosen: Vec<(usize, f64)> = (self.parameters.iter().enumerate())
             .filter_map(|(i, name)| Some((i, weight(name)?)))
             .collect();
