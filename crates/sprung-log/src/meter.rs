@@ -46,6 +46,10 @@ impl Input for Metered {
     fn path(&self) -> Option<&Path> {
         self.input.path()
     }
+
+    fn patience_s(&self) -> Option<f64> {
+        self.input.patience_s()
+    }
 }
 
 impl Read for Metered {

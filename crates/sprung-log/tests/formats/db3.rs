@@ -4,8 +4,10 @@ use std::path::{Path, PathBuf};
 
 use rusqlite::Connection;
 
+use sprung_log::{Channels, Input, LogFile, LogSource};
+
 use crate::keys::TOPICS;
-use crate::support::{Files, difference, fixture, read_log, says, truth};
+use crate::support::{Files, difference, experiment, fixture, read_log, read_source, says, truth};
 
 /// An empty folder for one test.
 fn folder(name: &str) -> PathBuf {
@@ -55,6 +57,47 @@ fn messages_in_a_write_ahead_log_are_read() {
     assert!(difference(&read(killed.clone()).unwrap(), &truth()) <= 1e-12);
     assert_eq!(names(&killed), ["run.db3", "run.db3-wal"]);
     assert_eq!(std::fs::read(killed.join("run.db3-wal")).unwrap(), before);
+}
+
+/// Reads a bag while another connection writes to it.
+fn grows(mode: &str) {
+    let folder = folder(&format!("growing-{mode}"));
+    let recorder = bag(&folder);
+    recorder
+        .execute_batch(&format!(
+            "CREATE TABLE late AS SELECT * FROM messages WHERE id > 300; DELETE FROM messages WHERE id > 300;
+             PRAGMA journal_mode = {mode};"
+        ))
+        .unwrap();
+    let writer = std::thread::spawn(move || {
+        for last in (350..).step_by(50) {
+            std::thread::sleep(std::time::Duration::from_millis(100));
+            let insert = "INSERT INTO messages SELECT * FROM late WHERE id > ?1 AND id <= ?2";
+            if recorder.execute(insert, [last - 50, last]).unwrap() == 0 {
+                break;
+            }
+        }
+    });
+    let path = folder.join("run.db3");
+    let mut opener = |_: Option<&Path>| -> std::io::Result<Box<dyn Input>> {
+        let file = LogFile::new(std::fs::File::open(&path)?, &path);
+        Ok(Box::new(file.growing(1.0)))
+    };
+    let log = experiment(TOPICS).unwrap();
+    let channels = Channels::new(&log.robot, log.log.as_ref().unwrap()).unwrap();
+    let found = read_source(&mut LogSource::files("run.db3", &mut opener), &channels);
+    writer.join().unwrap();
+    assert!(difference(&found.unwrap().columns, &truth()) <= 1e-12);
+}
+
+#[test]
+fn a_bag_that_grows_by_a_write_ahead_log_is_read_to_its_last_message() {
+    grows("WAL");
+}
+
+#[test]
+fn a_bag_that_grows_by_rollback_journals_is_read_to_its_last_message() {
+    grows("DELETE");
 }
 
 #[test]
