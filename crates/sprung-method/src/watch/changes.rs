@@ -40,6 +40,9 @@ const CORRELATED: f64 = 3.0;
 /// Code of the finding about a window that nothing explains.
 const RESIDUAL_UNEXPLAINED: &str = "residual-unexplained";
 
+/// The same that a healthy window has by chance.
+const BY_CHANCE: f64 = 1.2;
+
 /// Part of the excess of the mean squared residuals that changes must explain.
 const EXPLAINED: f64 = 0.7;
 
@@ -224,10 +227,10 @@ impl Squares {
             && !joints.any(|joint| after.stiffness(joint) > robot.least_change(joint))
     }
 
-    /// Returns the sum of the mean squares beyond one.
+    /// Returns the sum of the mean squares beyond those by chance.
     fn excess(&self) -> f64 {
         let all = (0..self.sums.len()).flat_map(|joint| self.of(joint));
-        all.map(|square| (square - 1.0).max(0.0)).sum()
+        all.map(|square| (square - BY_CHANCE).max(0.0)).sum()
     }
 }
 

@@ -1219,6 +1219,8 @@ class WatchedJoint:
             alone, 1 for the sum of both equations, which does not need the spring.
         variance: Coefficients of the variance of the torque from outside, (N·m)²: of one, and of the squares of
             velocity (rad/s), torque (N·m), acceleration (rad/s²) and nearness of a reversal (0 to 1).
+        zero_nm: Deviation of the torque from outside by another zero of an encoder, until the joint has moved in
+            both directions and the zero is known, N·m (N).
         threshold_sigma: Threshold in standard deviations; absent if the healthy logs are too short to know it.
         typical_threshold_nm: Threshold in the typical state of the healthy logs, N·m (N); absent if it is not
             known.
@@ -1227,6 +1229,7 @@ class WatchedJoint:
     joint: str
     motor_share: float
     variance: list[float]
+    zero_nm: float = ...
     threshold_sigma: float | None = ...
     typical_threshold_nm: float | None = ...
 
