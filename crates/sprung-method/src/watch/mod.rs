@@ -13,6 +13,7 @@ mod observer;
 mod residual;
 mod result;
 mod run;
+mod squares;
 mod walk;
 
 pub use observer::{ObservedJoint, ObserverSettings, TorqueObserver};
