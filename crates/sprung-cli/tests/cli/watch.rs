@@ -10,7 +10,10 @@ use crate::common::{Case, sprung, stderr, stdout};
 
 /// The demo, identified by least squares.
 fn identified() -> Case {
-    let case = Case::new();
+    identified_as(Case::new())
+}
+
+fn identified_as(case: Case) -> Case {
     record(
         &case,
         "healthy.csv",
@@ -296,6 +299,54 @@ fn what_cannot_be_watched_is_refused() {
     assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
 }
 
+/// Exports code with a watch.
+fn exported(case: &Case, format: &str, watch: &Path) -> Output {
+    let [experiment, watch, out] = [&case.path("experiment.toml"), watch, &case.path("code")]
+        .map(|path| path.display().to_string());
+    let words = ["export", &experiment, "--format", format, "--watch", &watch];
+    sprung(&[&words[..], &["--out", &out, "--force"]].concat())
+}
+
+/// Compiles exported Rust and runs its test.
+#[track_caller]
+fn assert_self_test(case: &Case) {
+    let built = Command::new("rustc")
+        .args(["--edition", "2024", "--test", "robot.rs", "-o", "robot"])
+        .args(["-D", "warnings"])
+        .current_dir(case.path("code"))
+        .output()
+        .unwrap();
+    assert!(built.status.success(), "{}", stderr(&built));
+    let run = Command::new(case.path("code/robot")).output().unwrap();
+    assert!(run.status.success(), "{}", stdout(&run));
+}
+
+#[test]
+fn torque_sensors_show_contacts_and_the_code_reads_them() {
+    let torques = "motor_torque_nm    = [\"tau1_nm\", \"tau2_nm\"]";
+    let sensors = format!("{torques}\njoint_torque_nm = [\"s1_nm\", \"s2_nm\"]");
+    let case = Case::new().replace(torques, &sensors);
+    let noise = "torque_noise_nm = [0.02, 0.005]";
+    let of_sensors = format!("{noise}\njoint_torque_noise_nm = [0.01, 0.002]");
+    let case = identified_as(case.replace(noise, &of_sensors));
+    let touched = [
+        LONG,
+        "simulate.seed=5",
+        "simulate.contact_torque_nm=[0.0,-0.06]",
+        "simulate.contact_s=[[5.0,5.4]]",
+    ];
+    record(&case, "touched.csv", &touched);
+    let (output, watch) = watched(&case, &["touched.csv"], &[]);
+    assert_eq!(codes(&watch), ["contact"], "{}", stderr(&output));
+    assert_eq!(watch["events"][0]["joint"], "joint2");
+    let watch = case.path("sprung-out/watch.json");
+    let output = exported(&case, "rust", &watch);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let code = std::fs::read_to_string(case.path("code/robot.rs")).unwrap();
+    assert!(code.contains("sensor_nm: &Vector"));
+    assert_self_test(&case);
+}
+
 #[test]
 fn the_observer_of_the_code_has_the_torques_of_the_library() {
     let case = identified();
@@ -306,36 +357,12 @@ fn the_observer_of_the_code_has_the_torques_of_the_library() {
         "{}",
         stdout(&output)
     );
-    let export = |format: &str, watch: &Path| {
-        let experiment = case.path("experiment.toml").display().to_string();
-        let (watch, out) = (
-            watch.display().to_string(),
-            case.path("code").display().to_string(),
-        );
-        sprung(&[
-            "export",
-            &experiment,
-            "--format",
-            format,
-            "--watch",
-            &watch,
-            "--out",
-            &out,
-            "--force",
-        ])
-    };
+    let export = |format: &str, watch: &Path| exported(&case, format, watch);
     let watch = case.path("sprung-out/watch.json");
     let output = export("rust", &watch);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(stdout(&output).contains("observer"), "{}", stdout(&output));
-    let built = Command::new("rustc")
-        .args(["--edition", "2024", "--test", "robot.rs", "-o", "robot"])
-        .current_dir(case.path("code"))
-        .output()
-        .unwrap();
-    assert!(built.status.success(), "{}", stderr(&built));
-    let run = Command::new(case.path("code/robot")).output().unwrap();
-    assert!(run.status.success(), "{}", stdout(&run));
+    assert_self_test(&case);
     let refused = export("urdf", &watch);
     assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
     assert!(stderr(&refused).contains("no code"), "{}", stderr(&refused));

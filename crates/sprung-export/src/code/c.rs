@@ -56,6 +56,34 @@ const C: Language = Language {
             "@{name}(motion[0][0], motion[0][1], motion[0][2],\n        motion[1][0], motion[1][1], motion[1][2],{elements} link_nm, motor_nm);"
         )
     },
+    sensors: &[
+        (
+            "%SENSOR_NOTE%",
+            " sensor_nm has the readings\n * of the torque sensors; those of other joints are not read.",
+        ),
+        (
+            "%SENSOR_PARAMETER%",
+            "\n    const @real sensor_nm[§JOINTS],",
+        ),
+        ("%SENSOR_ARGUMENT%", " at->sensor_nm,"),
+        ("%SENSOR_CHAIN%", ", sensor[§JOINTS]"),
+        (
+            "%SENSOR_CONSTANTS%",
+            "\n/* Torque sensors, and their readings without torque. */\nstatic const int has_sensor[§JOINTS] = {%HAS_SENSOR%};\nstatic const @real sensor_offset_nm[§JOINTS] = {%SENSOR_OFFSET%};\n",
+        ),
+        (
+            "%SENSOR_FILTER%",
+            "        if (has_sensor[i]) {\n            filter(&own->sensor[i], continuous, sensor_nm[i], begins);\n        }\n",
+        ),
+    ],
+    spring: "has_sensor[i] ? own->sensor[i].output[2] - sensor_offset_nm[i] : R(0.0)",
+    truths: |sensors| {
+        let all: Vec<&str> = sensors
+            .iter()
+            .map(|of| if of.is_some() { "1" } else { "0" })
+            .collect();
+        all.join(", ")
+    },
 };
 
 fn call(function: Function, x: &str) -> String {
@@ -255,7 +283,8 @@ fn observer(observer: Option<&Observed<'_>>) -> [String; 3] {
     let Some(observer) = observer else {
         return <[String; 3]>::default();
     };
-    let header = OBSERVER_HEADER
+    let header = observer
+        .with_sensors(&C, OBSERVER_HEADER)
         .replace("%PERIOD%", &format!("{:?}", observer.settings.period_s))
         .replace("%SETTLE%", &observer.settle().to_string())
         .replace("%HEADER%", &observer.header(" * "));
@@ -269,7 +298,8 @@ fn observer(observer: Option<&Observed<'_>>) -> [String; 3] {
     let samples: String = samples
         .map(|sample| element_of_struct(&sample.all()))
         .collect();
-    let test = OBSERVER_TEST
+    let test = observer
+        .with_sensors(&C, OBSERVER_TEST)
         .replace("%COUNT%", &observer.samples.len().to_string())
         .replace("%TIMES%", &observer.times().to_string())
         .replace("%SAMPLES%", &samples);

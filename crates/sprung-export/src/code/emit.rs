@@ -19,6 +19,12 @@ pub(super) struct Language {
     pub(super) move_elements: fn(usize, usize, bool, &str) -> String,
     /// The call of the dynamics in an observer: name, and whether it has elements.
     pub(super) observed: fn(&str, bool) -> String,
+    /// Parts of an observer with torque sensors, with their places in its templates.
+    pub(super) sensors: &'static [(&'static str, &'static str)],
+    /// The torque that the sensor of joint `i` measures.
+    pub(super) spring: &'static str,
+    /// Whether each joint has a sensor.
+    pub(super) truths: fn(&[Option<f64>]) -> String,
 }
 
 impl Language {

@@ -99,15 +99,14 @@ pub(super) fn write(
             .map_err(failed)?;
         traced.push(feedforward);
     }
-    let mut of_memory = 0.0;
+    let mut of_observer = 0.0;
     if let Some(observer) = observer {
         if let Some(what) = observer::refused(&source, &observer.settings) {
             return Err(ExportError::Observer { what });
         }
-        if !model.elements().is_empty() {
-            let with_memory = source.with_memory().map_err(failed)?;
-            of_memory = observer::prove_memory(&source, &with_memory).map_err(failed)?;
-            traced.push(with_memory);
+        if let Some(observed) = source.observed().map_err(failed)? {
+            of_observer = observer::prove(&source, &observed).map_err(failed)?;
+            traced.push(observed);
         }
     }
     let operations: usize = traced
@@ -122,7 +121,11 @@ pub(super) fn write(
     let (proof, vectors) = proof::prove(&source, &traced).map_err(failed)?;
     for (what, difference, limit) in [
         ("the feedforward", of_feedforward, TORQUE_TOLERANCE),
-        ("the dynamics with memory", of_memory, TORQUE_TOLERANCE),
+        (
+            "the dynamics of the observer",
+            of_observer,
+            TORQUE_TOLERANCE,
+        ),
         ("inverse dynamics", proof.inverse_dynamics, TORQUE_TOLERANCE),
         ("the mass matrix", proof.mass_matrix, TORQUE_TOLERANCE),
         ("accelerations", proof.accelerations, ACCELERATION_TOLERANCE),

@@ -8,13 +8,14 @@ use sprung_core::drives::State;
 use sprung_core::filter::{Discretization, FilterError, FilterPair};
 use sprung_core::links::LengthError;
 use sprung_core::observer::{ObserverFilters, ZERO_KNOWN_S, ZERO_MEMORY_S};
+use sprung_core::parameters::JointParameter;
 use sprung_core::presliding::ALL_ELEMENTS;
 use sprung_core::robot::Values;
 use sprung_method::watch::{ObserverSettings, TorqueObserver};
 
 use super::emit::{Language, comment};
 use super::graph::values;
-use super::trace::{Source, Traced, WITH_MEMORY};
+use super::trace::{BESIDE_SENSORS, Source, Traced, WITH_MEMORY};
 use crate::model::{ElementSet, Scratch, Theta};
 use crate::reload::worst;
 
@@ -36,6 +37,8 @@ pub(super) struct Sample {
     q: Vec<f64>,
     phi: Vec<f64>,
     tau: Vec<f64>,
+    /// Readings of the torque sensors.
+    sensor: Vec<f64>,
     /// Torques from outside and their thresholds, as the motion is seen the first and the last time.
     outside: [Vec<f64>; 2],
     threshold: [Vec<f64>; 2],
@@ -43,12 +46,13 @@ pub(super) struct Sample {
 
 impl Sample {
     /// Returns all arrays, in the order of the self-tests.
-    pub(super) fn all(&self) -> [&[f64]; 7] {
+    pub(super) fn all(&self) -> [&[f64]; 8] {
         let [[first, last], [first_limit, last_limit]] = [&self.outside, &self.threshold];
         [
             &self.q,
             &self.phi,
             &self.tau,
+            &self.sensor,
             first,
             last,
             first_limit,
@@ -63,6 +67,8 @@ pub(super) struct Observed<'a> {
     sharpness: Vec<f64>,
     sets: Vec<ElementSet>,
     about: &'a [String],
+    /// Reading of the torque sensor of each joint without torque, N·m (N); `None` without a sensor.
+    sensors: Vec<Option<f64>>,
     pub(super) samples: Vec<Sample>,
     settle: usize,
 }
@@ -70,20 +76,17 @@ pub(super) struct Observed<'a> {
 /// Returns why code cannot have an observer of a robot; `None` if it can.
 pub(super) fn refused(source: &Source<'_>, settings: &ObserverSettings) -> Option<String> {
     let (model, n) = (source.model, source.robot.joints());
-    let has_sensor = (0..model.rows()).any(|row| model.right_hand_side(row).torques()[1].is_some());
-    if has_sensor {
-        return Some(
-            "code has no input for torque sensors; leave them out of the log and identify again"
-                .to_owned(),
-        );
-    }
     if !model.joints_without_link().is_empty() {
         return Some(
             "a flexible joint has no link position, and code does not compute one".to_owned(),
         );
     }
-    if source.robot.coupling.is_some() && model.elements().sets().next().is_some() {
+    let is_coupled = source.robot.coupling.is_some();
+    if is_coupled && model.elements().sets().next().is_some() {
         return Some("code has no presliding friction behind a coupled transmission".to_owned());
+    }
+    if is_coupled && source.has_sensor().contains(&true) {
+        return Some("code has no torque sensors behind a coupled transmission".to_owned());
     }
     let mut numbers = settings.joints.iter().flat_map(|joint| {
         let more = [joint.motor_share, joint.zero_nm, joint.threshold_sigma];
@@ -136,7 +139,8 @@ impl<'a> Observed<'a> {
             };
             (0..n).map(wave).collect()
         };
-        let (links, motors, torques) = (waves(1.0, slow), waves(0.05, slow), waves(5.0, 10.0));
+        let (links, motors) = (waves(1.0, slow), waves(0.05, slow));
+        let (torques, sensors) = (waves(5.0, 10.0), waves(5.0, 10.0));
         let at = |waves: &[[f64; 4]], k: usize| -> Vec<f64> {
             let of = waves.iter();
             of.map(|[middle, size, rate, phase]| middle + size * (rate * k as f64 + phase).sin())
@@ -151,6 +155,7 @@ impl<'a> Observed<'a> {
                         .map(|i| if is_flexible(i) { q[i] + more[i] } else { q[i] })
                         .collect(),
                     tau: at(&torques, k),
+                    sensor: at(&sensors, k),
                     q,
                     outside: Default::default(),
                     threshold: Default::default(),
@@ -161,7 +166,7 @@ impl<'a> Observed<'a> {
         for k in 0..settle + times * SAMPLES {
             let moved = k.saturating_sub(settle);
             let sample = &mut samples[moved % SAMPLES];
-            let found = observer.step(&sample.q, &sample.phi, &sample.tau);
+            let found = observer.step(&sample.q, &sample.phi, [&sample.tau, &sample.sensor]);
             let which = match moved / SAMPLES {
                 0 => 0,
                 time if time == times - 1 => 1,
@@ -176,6 +181,7 @@ impl<'a> Observed<'a> {
             settings,
             sharpness: (0..n).map(|joint| model.sharpness(joint)).collect(),
             sets: model.elements().sets().collect(),
+            sensors: sensor_offsets(source).map_err(|error| error.to_string())?,
             about,
         })
     }
@@ -217,7 +223,7 @@ impl<'a> Observed<'a> {
         let column = |of: &dyn Fn(usize) -> f64| {
             language.constants(&(0..joints.len()).map(of).collect::<Vec<f64>>())
         };
-        let mut text = template.to_owned();
+        let mut text = self.with_sensors(language, template);
         for (name, pair) in pairs {
             // The observer of the library has the same filters.
             text = text.replace(name, &pair.unwrap_or_default());
@@ -238,9 +244,33 @@ impl<'a> Observed<'a> {
             )
     }
 
+    /// Returns a template with what torque sensors need.
+    pub(super) fn with_sensors(&self, language: &Language, template: &str) -> String {
+        let has_sensors = self.sensors.iter().any(Option::is_some);
+        let mut text = template.to_owned();
+        for (name, code) in language.sensors {
+            text = text.replace(name, if has_sensors { code } else { "" });
+        }
+        let spring = if has_sensors {
+            language.spring.to_owned()
+        } else {
+            language.constant(0.0)
+        };
+        let offsets: Vec<f64> = self
+            .sensors
+            .iter()
+            .map(|of| of.unwrap_or_default())
+            .collect();
+        text.replace("%SPRING%", &spring)
+            .replace("%HAS_SENSOR%", &(language.truths)(&self.sensors))
+            .replace("%SENSOR_OFFSET%", &language.constants(&offsets))
+    }
+
     /// Returns the statements that move the elements, and the call of the dynamics.
     pub(super) fn memory(&self, language: &Language) -> (String, String) {
-        let name = if self.sets.is_empty() {
+        let name = if self.sensors.iter().any(Option::is_some) {
+            BESIDE_SENSORS
+        } else if self.sets.is_empty() {
             "inverse_dynamics"
         } else {
             WITH_MEMORY
@@ -274,16 +304,78 @@ fn filters(settings: &ObserverSettings) -> Option<ObserverFilters> {
     .ok()
 }
 
-/// Returns the largest difference of the dynamics with memory from the library at random states, relative to the largest torque.
+/// Returns the parameters with torque sensors that read zero without torque.
+fn without_offsets(source: &Source<'_>) -> Theta {
+    let mut theta = source.theta.to_vec();
+    for joint in 0..source.robot.joints() {
+        if let Some(offset) = source.model.index(JointParameter::TorqueOffset, joint) {
+            theta[offset] = 0.0;
+        }
+    }
+    theta
+}
+
+/// Returns the reading of the torque sensor of each joint without torque, N·m (N); `None` without a sensor.
+fn sensor_offsets(source: &Source<'_>) -> Result<Vec<Option<f64>>, LengthError> {
+    let (n, theta) = (source.robot.joints(), without_offsets(source));
+    let at_rest = |theta: &[f64]| -> Result<Vec<f64>, LengthError> {
+        let zeros = vec![0.0; n];
+        let elements = vec![0.0; n * ALL_ELEMENTS];
+        let state = State {
+            q: &zeros,
+            dq: &zeros,
+            phi: &zeros,
+            dphi: &zeros,
+            excess: &[],
+            elements: &elements,
+        };
+        required(
+            source,
+            theta,
+            &state,
+            &vec![0.0; source.model.coordinates()],
+        )
+    };
+    let (with, without) = (at_rest(source.theta)?, at_rest(&theta)?);
+    let has_sensor = source.has_sensor().into_iter().enumerate();
+    Ok(has_sensor
+        .map(|(joint, has_sensor)| has_sensor.then(|| with[joint] - without[joint]))
+        .collect())
+}
+
+/// Returns the torques that a motion requires beside those that torque sensors measure.
+fn required(
+    source: &Source<'_>,
+    theta: &[f64],
+    state: &State<'_>,
+    acceleration: &[f64],
+) -> Result<Vec<f64>, LengthError> {
+    let mut scratch = Scratch::new(source.robot.joints());
+    let mut required = vec![0.0; source.model.coordinates()];
+    let values = Values {
+        theta,
+        bodies: source.bodies,
+    };
+    source.model.regressor().required_torques(
+        &values,
+        state,
+        acceleration,
+        &mut scratch.workspace(),
+        &mut required,
+    )?;
+    Ok(required)
+}
+
+/// Returns the largest difference of the dynamics of an observer from the library at random states, relative to the largest torque.
 ///
 /// # Errors
 ///
 /// [`LengthError`] if arrays do not fit the robot.
-pub(super) fn prove_memory(source: &Source<'_>, traced: &Traced) -> Result<f64, LengthError> {
+pub(super) fn prove(source: &Source<'_>, traced: &Traced) -> Result<f64, LengthError> {
     let (robot, n) = (&source.robot, source.robot.joints());
+    let theta = without_offsets(source);
     let mut random = ChaCha8Rng::seed_from_u64(5);
     let mut difference = 0.0;
-    let mut scratch = Scratch::new(n);
     for _ in 0..STATES {
         let mut some = |count: usize, size: f64| -> Vec<f64> {
             (0..count)
@@ -311,13 +403,7 @@ pub(super) fn prove_memory(source: &Source<'_>, traced: &Traced) -> Result<f64, 
             acceleration[joint] = ddq[joint];
             acceleration[robot.motor_coordinate(joint)] = ddphi[joint];
         }
-        let mut required = vec![0.0; robot.rows()];
-        let parameters = Values {
-            theta: source.theta,
-            bodies: source.bodies,
-        };
-        let workspace = &mut scratch.workspace();
-        robot.required_torques(&parameters, &state, &acceleration, workspace, &mut required)?;
+        let required = required(source, &theta, &state, &acceleration)?;
         let (mut link, mut motor) = (required[..n].to_vec(), vec![0.0; n]);
         for joint in 0..n {
             motor[joint] = required[robot.motor_coordinate(joint)];
@@ -325,7 +411,10 @@ pub(super) fn prove_memory(source: &Source<'_>, traced: &Traced) -> Result<f64, 
                 link[joint] = 0.0;
             }
         }
-        let inputs = [motion.concat(), elements].concat();
+        let mut inputs = motion.concat();
+        if !source.model.elements().is_empty() {
+            inputs.extend(&elements);
+        }
         let found = values(&traced.operations, &traced.results, &inputs);
         worst(&mut difference, &[link, motor].concat(), &found);
     }

@@ -41,6 +41,32 @@ const RUST: Language = Language {
         let elements = if has_elements { ", &self.elements" } else { "" };
         format!("{name}::<F>(q, dq, ddq, phi, dphi, ddphi{elements})")
     },
+    sensors: &[
+        (
+            "%SENSOR_NOTE%",
+            "\n///\n/// - `sensor_nm`: readings of the torque sensors; those of other joints are not read.",
+        ),
+        ("%SENSOR_PARAMETER%", "\n    sensor_nm: &Vector,"),
+        ("%SENSOR_ARGUMENT%", ", &vector(sample[3])"),
+        ("%SENSOR_FIELD%", "\n    sensor: [Chain; JOINTS],"),
+        (
+            "%SENSOR_EMPTY%",
+            "\n            sensor: [Chain::EMPTY; JOINTS],",
+        ),
+        (
+            "%SENSOR_CONSTANTS%",
+            "\n/// Torque sensors, and their readings without torque.\nconst HAS_SENSOR: [bool; JOINTS] = [%HAS_SENSOR%];\nconst SENSOR_OFFSET_NM: Vector = [%SENSOR_OFFSET%];\n",
+        ),
+        (
+            "%SENSOR_FILTER%",
+            "        if HAS_SENSOR[i] {\n            own.sensor[i].filter(&CONTINUOUS, sensor_nm[i], begins);\n        }\n",
+        ),
+    ],
+    spring: "if HAS_SENSOR[i] { own.sensor[i].output[2] - SENSOR_OFFSET_NM[i] } else { 0.0 }",
+    truths: |sensors| {
+        let all: Vec<String> = sensors.iter().map(|of| of.is_some().to_string()).collect();
+        all.join(", ")
+    },
 };
 
 fn call(function: Function, x: &str) -> String {
@@ -195,7 +221,8 @@ fn observer(observer: Option<&Observed<'_>>) -> [String; 2] {
         .replace("%HEADER%", &observer.header("/// "));
     let samples = observer.samples.iter();
     let samples: String = samples.map(|sample| element(&sample.all())).collect();
-    let test = OBSERVER_TEST
+    let test = observer
+        .with_sensors(&RUST, OBSERVER_TEST)
         .replace("%COUNT%", &observer.samples.len().to_string())
         .replace("%TIMES%", &observer.times().to_string())
         .replace("%SAMPLES%", &samples);

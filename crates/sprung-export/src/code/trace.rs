@@ -67,6 +67,9 @@ pub(super) const ELEMENTS: &str = "elements";
 /// Name of inverse dynamics with the elements as arguments.
 pub(super) const WITH_MEMORY: &str = "inverse_dynamics_with_memory";
 
+/// Name of inverse dynamics without the springs that have a torque sensor.
+pub(super) const BESIDE_SENSORS: &str = "inverse_dynamics_beside_sensors";
+
 /// The identified model.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
@@ -198,7 +201,11 @@ impl Source<'_> {
                 "Torques of the springs on the links; zero at rigid joints.",
                 &drives,
                 &[TAU],
-                |motion| Ok(self.drives(motion, |part, row, n| part == JointPart::Spring && row >= n)),
+                |motion| {
+                    let n = self.robot.joints();
+                    let of_springs = |part, row, _| part == JointPart::Spring && row >= n;
+                    Ok(self.drives(motion, of_springs))
+                },
             )?,
             self.function(
                 "friction",
@@ -217,7 +224,7 @@ impl Source<'_> {
                 "Torques of a motion: on the links from outside (zero at rigid joints), and of the motors.",
                 &[Q, DQ, DDQ, PHI, DPHI, DDPHI],
                 &[TAU_LINK, TAU_MOTOR],
-                |motion| self.all(motion),
+                |motion| self.all(motion, |_, _| true),
             )?,
             self.function(
                 REGRESSOR,
@@ -229,19 +236,46 @@ impl Source<'_> {
         ])
     }
 
-    /// Returns inverse dynamics with the memory of presliding friction and of hysteresis.
+    /// Returns inverse dynamics for an observer: with the memory of presliding friction and of hysteresis, and without the springs
+    /// that have a torque sensor; `None` if this is inverse dynamics itself.
     ///
     /// # Errors
     ///
     /// [`LengthError`] if the parameters do not fit the robot.
-    pub(super) fn with_memory(&self) -> Result<Traced, LengthError> {
-        self.function(
-            WITH_MEMORY,
-            "Torques as of inverse_dynamics, with the elements of presliding friction and hysteresis.",
-            &[Q, DQ, DDQ, PHI, DPHI, DDPHI, ELEMENTS],
+    pub(super) fn observed(&self) -> Result<Option<Traced>, LengthError> {
+        let (name, about) = if self.has_sensor().contains(&true) {
+            (
+                BESIDE_SENSORS,
+                "Torques as of inverse_dynamics, without the springs whose torque a sensor measures.",
+            )
+        } else if self.model.elements().is_empty() {
+            return Ok(None);
+        } else {
+            (
+                WITH_MEMORY,
+                "Torques as of inverse_dynamics, with the elements of presliding friction and hysteresis.",
+            )
+        };
+        let inputs = [Q, DQ, DDQ, PHI, DPHI, DDPHI, ELEMENTS];
+        let used = inputs.len() - usize::from(self.model.elements().is_empty());
+        let is_measured = self.has_sensor();
+        let counted =
+            |part: JointPart, joint: usize| part != JointPart::Spring || !is_measured[joint];
+        let traced = self.function(
+            name,
+            about,
+            &inputs[..used],
             &[TAU_LINK, TAU_MOTOR],
-            |motion| self.all(motion),
-        )
+            |motion| self.all(motion, counted),
+        )?;
+        Ok(Some(traced))
+    }
+
+    /// Returns whether each joint has a torque sensor, \[n\].
+    pub(super) fn has_sensor(&self) -> Vec<bool> {
+        (0..self.robot.joints())
+            .map(|joint| self.model.right_hand_side(joint).torques()[1].is_some())
+            .collect()
     }
 
     fn function(
@@ -347,7 +381,7 @@ impl Source<'_> {
 
     /// Returns the sum of the terms of a drive in each joint, \[n\].
     ///
-    /// - `counts`: whether a part in a row counts; its last argument is the number of joints.
+    /// - `counts`: whether a part in a row counts at a joint.
     fn drives<'g>(
         &self,
         motion: &Motion<'g>,
@@ -356,7 +390,7 @@ impl Source<'_> {
         let n = self.robot.joints();
         let mut torques = vec![Symbol::ZERO; n];
         for term in self.robot.terms {
-            if !counts(part(term.what), term.row, n) {
+            if !counts(part(term.what), term.row, term.joint) {
                 continue;
             }
             let i = term.joint;
@@ -367,14 +401,20 @@ impl Source<'_> {
     }
 
     /// Returns the torques on the links and those of the motors.
-    fn all<'g>(&self, motion: &Motion<'g>) -> Result<Vec<Symbol<'g>>, LengthError> {
+    ///
+    /// - `counts`: whether a part of a joint counts.
+    fn all<'g>(
+        &self,
+        motion: &Motion<'g>,
+        counts: impl Fn(JointPart, usize) -> bool,
+    ) -> Result<Vec<Symbol<'g>>, LengthError> {
         let n = self.robot.joints();
         let mut links = self.links(&motion.q, &motion.dq, &motion.ddq, true)?;
-        let drives = self.drives(motion, |_, row, n| row < n);
+        let drives = self.drives(motion, |part, row, joint| row < n && counts(part, joint));
         for (link, drive) in links.iter_mut().zip(drives) {
             *link = *link + drive;
         }
-        let mut motors = self.drives(motion, |_, row, n| row >= n);
+        let mut motors = self.drives(motion, |part, row, joint| row >= n && counts(part, joint));
         for (i, inertia) in self.rotors().into_iter().enumerate() {
             motors[i] = motors[i] + motion.ddphi[i] * inertia;
             if self.robot.motor_rows[i].is_none() {

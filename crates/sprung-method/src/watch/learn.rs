@@ -169,11 +169,15 @@ impl<'a> Instants<'a> {
 }
 
 /// Returns the deviation of the torque of each spring by another zero of an incremental encoder, N·m (N): an encoder begins with a
-/// whole count, so the zeros of two logs differ by the difference of two numbers between -1/2 and 1/2 count.
+/// whole count, so the zeros of two logs differ by the difference of two numbers between -1/2 and 1/2 count. The equations of a joint
+/// with a torque sensor do not contain the spring.
 pub(super) fn zero_deviations(reading: &Reading, theta: &Theta, excerpt: &Excerpt) -> Vec<f64> {
     let model = reading.model();
     let of_joint = |joint: usize| {
-        let stiffness = model.index(JointParameter::Stiffness, joint);
+        let is_measured = model.right_hand_side(joint).torques()[1].is_some();
+        let stiffness = model
+            .index(JointParameter::Stiffness, joint)
+            .filter(|_| !is_measured);
         let encoders = reading
             .channels()
             .all

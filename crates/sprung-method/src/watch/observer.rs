@@ -94,10 +94,10 @@ impl<'a> TorqueObserver<'a> {
 
     /// Takes a sample and returns the torque from outside and its threshold of each joint, N·m (N).
     ///
-    /// - `q`, `phi`: positions of links and motors, rad (m); `tau`: torques of the motors, N·m (N); each \[n\].
-    pub fn step(&mut self, q: &[f64], phi: &[f64], tau: &[f64]) -> Vec<[f64; 2]> {
-        let none = vec![0.0; q.len()];
-        self.residuals.step([q, phi, tau, &none], Vec::new());
+    /// - `q`, `phi`: positions of links and motors, rad (m); `tau`, `sensor`: torques of the motors and readings of the torque
+    ///   sensors, zero without one, N·m (N); each \[n\].
+    pub fn step(&mut self, q: &[f64], phi: &[f64], [tau, sensor]: [&[f64]; 2]) -> Vec<[f64; 2]> {
+        self.residuals.step([q, phi, tau, sensor], Vec::new());
         let joints = self.settings.joints.iter().enumerate();
         joints
             .map(|(joint, of)| {

@@ -11,7 +11,7 @@ static const @real threshold_sigma[§JOINTS] = {%SIGMA%};
 
 /* Deviations by other zeros of the encoders, while they are not known. */
 static const @real zero_nm[§JOINTS] = {%ZERO%};
-
+%SENSOR_CONSTANTS%
 /* Variance: of one, and of the squares of velocity, torque, acceleration and nearness of a reversal. */
 static const @real variance[§JOINTS][5] = {
 %VARIANCE%};
@@ -90,7 +90,7 @@ static int find_zero(struct @zero *own, @real direction, @real of_link_nm, @real
 %SLIDE%int @observe(struct @observer *own,
     const @real q_rad[§JOINTS],
     const @real phi_rad[§JOINTS],
-    const @real tau_nm[§JOINTS],
+    const @real tau_nm[§JOINTS],%SENSOR_PARAMETER%
     @real outside_nm[§JOINTS],
     @real threshold_nm[§JOINTS])
 {
@@ -104,7 +104,7 @@ static int find_zero(struct @zero *own, @real direction, @real of_link_nm, @real
         filter(&own->link[i], continuous, q_rad[i], begins);
         filter(&own->motor[i], continuous, phi, begins);
         filter(&own->torque[i], held, tau_nm[i], begins);
-        move(&own->link[i], &motion[0][0][i], &motion[0][1][i], &motion[0][2][i]);
+%SENSOR_FILTER%        move(&own->link[i], &motion[0][0][i], &motion[0][1][i], &motion[0][2][i]);
         move(&own->motor[i], &motion[1][0][i], &motion[1][1][i], &motion[1][2][i]);
     }
 %UPDATE%    %DYNAMICS%
@@ -112,8 +112,9 @@ static int find_zero(struct @zero *own, @real direction, @real of_link_nm, @real
         const int is_flexible = inverse_rotors[i] > R(0.0);
         const @real tau = own->torque[i].output[2];
         const @real slope = TANH(sharpness[i] * motion[1][1][i]);
-        const @real left_nm = smooth(own, 7 * i, tau - motor_nm[i]);
-        const @real of_link_nm = smooth(own, 7 * i + 1, -link_nm[i]);
+        const @real spring_nm = %SPRING%;
+        const @real left_nm = smooth(own, 7 * i, tau - spring_nm - motor_nm[i]);
+        const @real of_link_nm = smooth(own, 7 * i + 1, spring_nm - link_nm[i]);
         const @real raw[4] = {motion[1][1][i], tau, motion[1][2][i], R(1.0) - slope * slope};
         @real sum = variance[i][0], other_zero_nm = R(0.0);
         int k;

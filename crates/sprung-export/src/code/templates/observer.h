@@ -18,7 +18,7 @@ struct @zero {
 
 /* Memory of the observer. One of zeros begins with its first sample, at rest. */
 struct @observer {
-    struct @chain link[§JOINTS], motor[§JOINTS], torque[§JOINTS];
+    struct @chain link[§JOINTS], motor[§JOINTS], torque[§JOINTS]%SENSOR_CHAIN%;
     @real last_carry[7 * §JOINTS], last_output[7 * §JOINTS];
     struct @zero zero[§JOINTS];
     @real elements[12 * §JOINTS];
@@ -29,12 +29,12 @@ struct @observer {
 /*
  * Computes the torque from outside on each joint and its threshold, once a sample: a larger torque is a contact. Returns 0, or
  * 1 while the observer is blind: it has not settled, or a number is not finite, from which on it begins again. All torques and
- * thresholds are then zero.
+ * thresholds are then zero.%SENSOR_NOTE%
  */
 int @observe(struct @observer *own,
     const @real q_rad[§JOINTS],
     const @real phi_rad[§JOINTS],
-    const @real tau_nm[§JOINTS],
+    const @real tau_nm[§JOINTS],%SENSOR_PARAMETER%
     @real outside_nm[§JOINTS],
     @real threshold_nm[§JOINTS]);
 

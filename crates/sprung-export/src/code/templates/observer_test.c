@@ -14,6 +14,7 @@ struct observed {
     @real q_rad[§JOINTS];
     @real phi_rad[§JOINTS];
     @real tau_nm[§JOINTS];
+    @real sensor_nm[§JOINTS];
     @real outside_nm[§JOINTS];
     @real last_outside_nm[§JOINTS];
     @real threshold_nm[§JOINTS];
@@ -32,7 +33,7 @@ static int observe_all(struct @observer *own, int is_compared)
         const struct observed *at = &observed[k < §SETTLE ? 0 : (k - §SETTLE) % OBSERVED];
         const int is_last = k >= §SETTLE + (TIMES - 1) * OBSERVED;
         const int is_blind =
-            @observe(own, at->q_rad, at->phi_rad, at->tau_nm, outside_nm, threshold_nm);
+            @observe(own, at->q_rad, at->phi_rad, at->tau_nm,%SENSOR_ARGUMENT% outside_nm, threshold_nm);
         if (is_blind != (k < §SETTLE)) {
             printf("observer: %d in sample %d\n", is_blind, k);
             failures++;
@@ -62,7 +63,7 @@ static void check_observer(void)
     for (i = 0; i < §JOINTS; i++) {
         wrong[i] = i == §JOINTS - 1 ? zero / zero : R(0.0);
     }
-    if (@observe(&own, wrong, at->phi_rad, at->tau_nm, outside_nm, threshold_nm) != 1
+    if (@observe(&own, wrong, at->phi_rad, at->tau_nm,%SENSOR_ARGUMENT% outside_nm, threshold_nm) != 1
         || !(outside_nm[0] == R(0.0))) {
         printf("the observer is not blind\n");
         failures++;
@@ -83,7 +84,7 @@ static void measure_observer(void)
     int run;
     for (run = 0; run < runs; run++) {
         const struct observed *at = &observed[run % OBSERVED];
-        @observe(&own, at->q_rad, at->phi_rad, at->tau_nm, outside_nm, threshold_nm);
+        @observe(&own, at->q_rad, at->phi_rad, at->tau_nm,%SENSOR_ARGUMENT% outside_nm, threshold_nm);
         sink = outside_nm[0];
     }
     (void)sink;
