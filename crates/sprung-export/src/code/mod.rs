@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 use self::c::Program;
 use self::control::Control;
 use self::observer::Observed;
-use self::trace::Source;
+use self::trace::{Source, Traced};
 use super::controller::{ControlCode, ObserverCode};
 use super::error::ExportError;
 use super::exactness::{How, Said, row};
@@ -63,15 +63,12 @@ pub(super) fn write(
         format: format.name(),
         what,
     };
-    let too_large = |what: String| ExportError::TooLarge {
-        format: format.name(),
-        what,
-    };
     let n = model.joint_count();
     if n > JOINTS {
-        return Err(too_large(format!(
-            "{n} joints, and code has at most {JOINTS}"
-        )));
+        return Err(ExportError::TooLarge {
+            format: format.name(),
+            what: format!("{n} joints, and code has at most {JOINTS}"),
+        });
     }
     if let Some(control) = control {
         control.check(format, n)?;
@@ -109,15 +106,7 @@ pub(super) fn write(
             traced.push(observed);
         }
     }
-    let operations: usize = traced
-        .iter()
-        .map(|function| function.operations.len())
-        .sum();
-    if operations > OPERATIONS {
-        return Err(too_large(format!(
-            "{operations} operations, and code has at most {OPERATIONS}"
-        )));
-    }
+    check_size(format, &traced)?;
     let (proof, vectors) = proof::prove(&source, &traced).map_err(failed)?;
     for (what, difference, limit) in [
         ("the feedforward", of_feedforward, TORQUE_TOLERANCE),
@@ -162,6 +151,20 @@ pub(super) fn write(
         }
     };
     Ok((files.iter().map(|text| sealed(text)).collect(), proof))
+}
+
+/// Refuses functions with too many operations.
+fn check_size(format: Format, traced: &[Traced]) -> Result<(), ExportError> {
+    let operations: usize = (traced.iter())
+        .map(|function| function.operations.len())
+        .sum();
+    if operations <= OPERATIONS {
+        return Ok(());
+    }
+    Err(ExportError::TooLarge {
+        format: format.name(),
+        what: format!("{operations} operations, and code has at most {OPERATIONS}"),
+    })
 }
 
 /// Returns the parameter vector; friction and springs without a value are zero.
