@@ -20,6 +20,8 @@ import pinocchio as pin  # noqa: E402
 from numba import njit  # noqa: E402
 
 GRAVITY, STEP_S, PERIOD_S = 9.81, 1e-4, 1e-3
+# Deflection at which the hysteresis of a spring slides.
+SLIDING_RAD = 3e-4
 DRIVE = ("stiffness", "rotor_inertia", "link_viscous", "link_coulomb", "motor_viscous", "motor_coulomb")
 
 # Nominal drives after the gear, centre of the motion, and gains of the controller; SI units.
@@ -74,6 +76,8 @@ class Robot:
         self.phase = random.uniform(0, 2 * np.pi, self.n)
         # Half widths of the plays of the gears, rad.
         self.play = np.zeros(self.n)
+        # Hysteresis of the springs: stiffness of a part that slides, over the stiffness.
+        self.sliding = np.zeros(self.n)
 
     def chain(self):
         """Rotations a + b sin q + c cos q, origins, axes, masses, centres of mass and inertias about them."""
@@ -210,7 +214,7 @@ def solve(mass, x):
 @njit(cache=True)
 def rates(chain, drive, effects, warm, x, tau, outside, out, bias, mass):
     """Writes the time derivative of x = [q, phi, dq, dphi] with a torque from outside on each link."""
-    stiffness, rotor, link_viscous, link_coulomb, motor_viscous, motor_coulomb, phase, play, numbers = drive
+    stiffness, rotor, link_viscous, link_coulomb, motor_viscous, motor_coulomb, phase, play, sliding, memory, numbers = drive
     sharpness, gear = numbers
     ripple, load, error, _ = effects
     n = len(tau)
@@ -219,6 +223,7 @@ def rates(chain, drive, effects, warm, x, tau, outside, out, bias, mass):
     for k in range(n):
         deflection = phi[k] + error * np.sin(2 * gear * phi[k] + phase[k]) - q[k]
         spring = stiffness[k] * (deflection - min(max(deflection, -play[k]), play[k]))
+        spring += sliding[k] * stiffness[k] * SLIDING_RAD * memory[k]
         out[k], out[n + k] = dq[k], dphi[k]
         out[2 * n + k] = spring - link_viscous[k] * dq[k] - link_coulomb[k] * np.tanh(sharpness * dq[k]) - bias[k]
         out[2 * n + k] += outside[k]
@@ -244,6 +249,8 @@ def simulate(chain, drive, effects, gains, reference, speed, outside, centre, su
     x, y = np.zeros(4 * n), np.empty(4 * n)
     k1, k2, k3, k4 = np.empty(4 * n), np.empty(4 * n), np.empty(4 * n), np.empty(4 * n)
     states, torques, tau = np.empty((samples, 4 * n)), np.empty((samples, n)), np.empty(n)
+    memory = drive[9]
+    memory[:] = 0.0
     equations(chain, centre, zero, bias, mass)
     sag = bias / drive[0]
     x[:n], x[n:2 * n] = centre, centre + sag
@@ -263,8 +270,12 @@ def simulate(chain, drive, effects, gains, reference, speed, outside, centre, su
             rates(chain, drive, effects, warm, y, tau, outside[sample], k3, bias, mass)
             ahead(x, h, k3, y)
             rates(chain, drive, effects, warm, y, tau, outside[sample], k4, bias, mass)
+            for k in range(n):
+                y[k] = x[n + k] - x[k]
             for i in range(4 * n):
                 x[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i])
+            for k in range(n):
+                memory[k] = min(max(memory[k] + (x[n + k] - x[k] - y[k]) / SLIDING_RAD, -1.0), 1.0)
     return states, torques
 
 
@@ -284,7 +295,8 @@ def motion(robot, seed, amplitude, t):
 def states_of(robot, effects, seed, amplitude, samples, substeps=round(PERIOD_S / STEP_S), outside=None):
     """Simulates one motion, with torques from outside on the links [samples × n] if there are any."""
     reference, speed = motion(robot, seed, amplitude, np.arange(samples) * PERIOD_S)
-    drive = (*robot.drive.values(), robot.phase, robot.play, np.array([robot.sharpness, robot.of["gear"]], float))
+    of_joints = (robot.phase, robot.play, robot.sliding, np.zeros(robot.n))
+    drive = (*robot.drive.values(), *of_joints, np.array([robot.sharpness, robot.of["gear"]], float))
     gains = np.array(robot.of["kp"], float), np.array(robot.of["kd"], float)
     outside = np.zeros((samples, robot.n)) if outside is None else outside
     return simulate(robot.chain(), drive, effects, gains, reference, speed, outside, robot.centre, substeps)

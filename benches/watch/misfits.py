@@ -1,7 +1,7 @@
 """A watched arm of an independent simulator (`benches/foreign`), also with effects that the model lacks.
 
 python benches/watch/misfits.py --binary target/release/sprung --out FOLDER [--arms ur5,panda] [--seeds 1-2]
-    [--effects none,ripple,load,error]
+    [--effects none,ripple,load,error,hysteresis]
 
 Each robot is identified by least squares from its log `train` with default settings. Then sprung watches logs that the fit has not
 seen: healthy motion for a minute; contacts of a tenth of the largest motor torque on each joint; and a stiffness that is 5 % lower,
@@ -25,6 +25,7 @@ from simulate import ARMS, PERIOD_S, Robot, states_of  # noqa: E402
 
 LEAST_SQUARES = ["--set", 'identify.estimator=["least-squares"]', "-q"]
 HEALTHY_S, LOG_S, CONTACT_S = 60.0, 30.0, 0.3
+SLIDING = 0.1  # of the stiffness
 RATES = {1.0: "1/s", 0.1: "0.1/s", 1.0 / 3600.0: "1/h"}
 CODES = {"stiffness": "stiffness-changed", "friction": "friction-changed", "play": "play-changed"}
 
@@ -34,6 +35,7 @@ class Watched:
         self.binary, self.effect, self.seed = given.binary, effect, seed
         self.robot = Robot(arm, seed, 100.0)
         self.effects = np.array([size * (name == effect) for name, size in EFFECTS.items()])
+        self.robot.sliding[:] = SLIDING * (effect == "hysteresis")
         self.folder = given.out / f"{arm}-{effect}-{seed}"
         self.folder.mkdir(parents=True, exist_ok=True)
         (self.folder / "experiment.toml").write_text(experiment(self.robot).split("[[validate]]")[0])
@@ -114,7 +116,7 @@ def main():
     parser.add_argument("--out", required=True, type=Path)
     parser.add_argument("--arms", type=names, default=list(ARMS))
     parser.add_argument("--seeds", type=numbers, default=[1, 2])
-    parser.add_argument("--effects", type=names, default=["none", "ripple", "load", "error"])
+    parser.add_argument("--effects", type=names, default=["none", "ripple", "load", "error", "hysteresis"])
     given = parser.parse_args()
     for arm in given.arms:
         for effect in given.effects:
