@@ -186,6 +186,10 @@ impl Db3 {
     fn fill(&mut self) -> Result<()> {
         let waits = Stopwatch::start();
         while self.batch.is_empty() {
+            if self.patience_s > 0.0 {
+                // The length of the bag was another one when it was opened.
+                sqlite::limit(&mut self.base, 0)?;
+            }
             if self.read_batch()? {
                 continue;
             }
@@ -193,7 +197,6 @@ impl Db3 {
                 break;
             }
             std::thread::sleep(PAUSE);
-            sqlite::limit(&mut self.base, 0)?;
         }
         Ok(())
     }
