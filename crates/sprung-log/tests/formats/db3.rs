@@ -81,7 +81,7 @@ fn grows(mode: &str) {
     let path = folder.join("run.db3");
     let mut opener = |_: Option<&Path>| -> std::io::Result<Box<dyn Input>> {
         let file = LogFile::new(std::fs::File::open(&path)?, &path);
-        Ok(Box::new(file.growing(1.0)))
+        Ok(Box::new(file.growing(3.0)))
     };
     let log = experiment(TOPICS).unwrap();
     let channels = Channels::new(&log.robot, log.log.as_ref().unwrap()).unwrap();
