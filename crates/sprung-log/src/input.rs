@@ -3,6 +3,9 @@
 use std::fs::File;
 use std::io::{Chain, Cursor, Read, Result as IoResult, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use sprung_base::stopwatch::Stopwatch;
 
 use super::error::LogError;
 
@@ -26,6 +29,30 @@ pub trait Input: Read + Seek + Send {
 impl Input for File {}
 
 impl<T: AsRef<[u8]> + Send> Input for Cursor<T> {}
+
+/// Time between two looks at a file that is being written.
+const PAUSE: Duration = Duration::from_millis(50);
+
+/// Looks at a file that is being written until there is something new; returns `None` if nothing comes.
+///
+/// - `patience_s`: time without anything new after which the file ends, s; zero for one look.
+///
+/// # Errors
+///
+/// Those of `look`.
+pub fn awaited<T, E>(
+    patience_s: f64,
+    mut look: impl FnMut() -> Result<Option<T>, E>,
+) -> Result<Option<T>, E> {
+    let waits = Stopwatch::start();
+    loop {
+        let new = look()?;
+        if new.is_some() || waits.seconds() >= patience_s {
+            return Ok(new);
+        }
+        std::thread::sleep(PAUSE);
+    }
+}
 
 /// A file together with its path.
 #[derive(Debug)]

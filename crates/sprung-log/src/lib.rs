@@ -49,7 +49,7 @@ pub use figures::{LOOKS_LIKE_DEGREES, LOOKS_LIKE_RADIANS, rounded, slope_remedy}
 pub use figures::{SPIKES, STUCK_SAMPLES, Sizes, check, longer_part};
 pub use formats::panics_are_caught;
 pub use input::{Input, LogFile};
-pub use input::{format_of, is_shared};
+pub use input::{awaited, format_of, is_shared};
 pub use mend::Mended;
 pub use miss::Miss;
 pub use reader::LogReader;

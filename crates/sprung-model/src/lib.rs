@@ -486,6 +486,12 @@ impl Model {
         self.fixed.layout.motor_rows[joint].unwrap_or(joint)
     }
 
+    /// Returns whether a sensor measures the torque of a joint's spring.
+    #[must_use]
+    pub fn has_torque_sensor(&self, joint: usize) -> bool {
+        self.right_hand_side(joint).torques()[1].is_some()
+    }
+
     /// Returns the right-hand side of a row.
     #[must_use]
     pub fn right_hand_side(&self, row: usize) -> description::RightHandSide {

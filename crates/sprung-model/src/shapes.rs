@@ -147,6 +147,15 @@ impl Model {
         (shape.play, shape.play_centre) = (half_width, centre);
     }
 
+    /// Returns a model with the plays of another one.
+    #[must_use]
+    pub fn with_plays_of(mut self, other: &Self) -> Self {
+        for joint in 0..other.joint_count() {
+            self.set_play(joint, other.play(joint).unwrap_or_default());
+        }
+        self
+    }
+
     /// Returns a model with the velocities of the laws that another one has as well.
     #[must_use]
     pub fn with_velocities_of(mut self, other: &Self) -> Self {

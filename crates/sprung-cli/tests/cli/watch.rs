@@ -159,6 +159,62 @@ fn a_frozen_encoder_is_blind_and_no_contact() {
     assert!(watch["logs"][0]["blind_s"].as_f64().unwrap() > 1.9);
 }
 
+#[test]
+fn a_saturated_torque_and_a_gap_are_blind() {
+    let case = identified();
+    record(&case, "whole.csv", &[LONG, "simulate.seed=4"]);
+    let text = std::fs::read_to_string(case.path("whole.csv")).unwrap();
+    let torque = |line: &str| line.split(',').nth(5).unwrap().parse::<f64>().ok();
+    let largest = text.lines().filter_map(torque).fold(0.0, f64::max);
+    let clipped = |line: &str| match torque(line) {
+        Some(value) => {
+            let fields: Vec<&str> = line.split(',').collect();
+            let limited = value.clamp(-0.35 * largest, 0.35 * largest).to_string();
+            [&fields[..5], &[&limited], &fields[6..]].concat().join(",")
+        }
+        None => line.to_owned(),
+    };
+    let saturated: Vec<String> = text.lines().map(clipped).collect();
+    let (before, after) = (text.lines().take(8000), text.lines().skip(9000));
+    let broken: Vec<String> = before.chain(after).map(str::to_owned).collect();
+    for (log, lines, part) in [
+        ("saturated.csv", saturated, "tau1_nm"),
+        ("broken.csv", broken, "no samples from 8.00 to 9.00 s"),
+    ] {
+        std::fs::write(case.path(log), lines.join("\n")).unwrap();
+        let (_, watch) = watched(&case, &[log], &[]);
+        let codes = codes(&watch);
+        assert!(!codes.is_empty(), "{log}");
+        assert!(
+            codes.iter().all(|code| *code == "sensor-shows-nothing"),
+            "{watch:#}"
+        );
+        let text = watch["events"][0]["finding"]["text"].as_str().unwrap();
+        assert!(text.contains(part), "{text}");
+    }
+}
+
+#[test]
+fn unusable_values_are_refused_unless_they_are_accepted_and_the_code_says_so() {
+    let case = identified();
+    let file = case.path("sprung-out/identification.json");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let found: Value = serde_json::from_str(&text).unwrap();
+    let verdict = found["results"][0]["verdict"].as_str().unwrap();
+    let [from, to] = [verdict, "unusable"].map(|verdict| format!("\"verdict\": \"{verdict}\""));
+    std::fs::write(&file, text.replacen(&from, &to, 1)).unwrap();
+    let (output, _) = watched(&case, &["healthy.csv"], &[]);
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    let told = "the verdict on the result of least-squares is unusable";
+    assert!(stderr(&output).contains(told), "{}", stderr(&output));
+    let (output, watch) = watched(&case, &["healthy.csv"], &["--accept-unusable"]);
+    assert_eq!(watch["accepted_unusable"], true, "{}", stderr(&output));
+    let output = exported(&case, "c", &case.path("sprung-out/watch.json"));
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    let header = std::fs::read_to_string(case.path("code/robot.h")).unwrap();
+    assert!(header.contains("unusable"), "{header}");
+}
+
 /// Returns the first block of a language in the page about watching.
 fn block_of_the_page(language: &str) -> String {
     let page = include_str!("../../../../docs/how-to/watch.md");

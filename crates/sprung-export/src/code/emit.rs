@@ -23,8 +23,8 @@ pub(super) struct Language {
     pub(super) sensors: &'static [(&'static str, &'static str)],
     /// The torque that the sensor of joint `i` measures.
     pub(super) spring: &'static str,
-    /// Whether each joint has a sensor.
-    pub(super) truths: fn(&[Option<f64>]) -> String,
+    /// False and true.
+    pub(super) truths: [&'static str; 2],
 }
 
 impl Language {

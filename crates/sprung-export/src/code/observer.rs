@@ -15,7 +15,7 @@ use sprung_method::watch::{ObserverSettings, TorqueObserver};
 
 use super::emit::{Language, comment};
 use super::graph::values;
-use super::trace::{BESIDE_SENSORS, Source, Traced, WITH_MEMORY};
+use super::trace::{Source, Traced};
 use crate::model::{ElementSet, Scratch, Theta};
 use crate::reload::worst;
 
@@ -66,6 +66,8 @@ pub(super) struct Observed<'a> {
     pub(super) settings: &'a ObserverSettings,
     sharpness: Vec<f64>,
     sets: Vec<ElementSet>,
+    /// Name of its dynamics.
+    dynamics: &'static str,
     about: &'a [String],
     /// Reading of the torque sensor of each joint without torque, N·m (N); `None` without a sensor.
     sensors: Vec<Option<f64>>,
@@ -181,6 +183,7 @@ impl<'a> Observed<'a> {
             settings,
             sharpness: (0..n).map(|joint| model.sharpness(joint)).collect(),
             sets: model.elements().sets().collect(),
+            dynamics: source.observer_dynamics(),
             sensors: sensor_offsets(source).map_err(|error| error.to_string())?,
             about,
         })
@@ -256,25 +259,19 @@ impl<'a> Observed<'a> {
         } else {
             language.constant(0.0)
         };
-        let offsets: Vec<f64> = self
-            .sensors
-            .iter()
+        let offsets: Vec<f64> = (self.sensors.iter())
             .map(|of| of.unwrap_or_default())
             .collect();
+        let truths: Vec<&str> = (self.sensors.iter())
+            .map(|of| language.truths[usize::from(of.is_some())])
+            .collect();
         text.replace("%SPRING%", &spring)
-            .replace("%HAS_SENSOR%", &(language.truths)(&self.sensors))
+            .replace("%HAS_SENSOR%", &truths.join(", "))
             .replace("%SENSOR_OFFSET%", &language.constants(&offsets))
     }
 
     /// Returns the statements that move the elements, and the call of the dynamics.
     pub(super) fn memory(&self, language: &Language) -> (String, String) {
-        let name = if self.sensors.iter().any(Option::is_some) {
-            BESIDE_SENSORS
-        } else if self.sets.is_empty() {
-            "inverse_dynamics"
-        } else {
-            WITH_MEMORY
-        };
         let update = (self.sets.iter())
             .map(|set| {
                 (language.move_elements)(
@@ -285,7 +282,10 @@ impl<'a> Observed<'a> {
                 )
             })
             .collect();
-        (update, (language.observed)(name, !self.sets.is_empty()))
+        (
+            update,
+            (language.observed)(self.dynamics, !self.sets.is_empty()),
+        )
     }
 }
 

@@ -64,6 +64,9 @@ pub(super) const MASS: &str = "mass_kgm2";
 pub(super) const REGRESSOR: &str = "regressor";
 pub(super) const ELEMENTS: &str = "elements";
 
+/// Name of inverse dynamics.
+const INVERSE_DYNAMICS: &str = "inverse_dynamics";
+
 /// Name of inverse dynamics with the elements as arguments.
 pub(super) const WITH_MEMORY: &str = "inverse_dynamics_with_memory";
 
@@ -220,7 +223,7 @@ impl Source<'_> {
                 },
             )?,
             self.function(
-                "inverse_dynamics",
+                INVERSE_DYNAMICS,
                 "Torques of a motion: on the links from outside (zero at rigid joints), and of the motors.",
                 &[Q, DQ, DDQ, PHI, DPHI, DDPHI],
                 &[TAU_LINK, TAU_MOTOR],
@@ -243,18 +246,15 @@ impl Source<'_> {
     ///
     /// [`LengthError`] if the parameters do not fit the robot.
     pub(super) fn observed(&self) -> Result<Option<Traced>, LengthError> {
-        let (name, about) = if self.has_sensor().contains(&true) {
-            (
-                BESIDE_SENSORS,
-                "Torques as of inverse_dynamics, without the springs whose torque a sensor measures.",
-            )
-        } else if self.model.elements().is_empty() {
-            return Ok(None);
-        } else {
-            (
-                WITH_MEMORY,
-                "Torques as of inverse_dynamics, with the elements of presliding friction and hysteresis.",
-            )
+        let name = self.observer_dynamics();
+        let about = match name {
+            BESIDE_SENSORS => {
+                "Torques as of inverse_dynamics, without the springs whose torque a sensor measures."
+            }
+            WITH_MEMORY => {
+                "Torques as of inverse_dynamics, with the elements of presliding friction and hysteresis."
+            }
+            _ => return Ok(None),
         };
         let inputs = [Q, DQ, DDQ, PHI, DPHI, DDPHI, ELEMENTS];
         let used = inputs.len() - usize::from(self.model.elements().is_empty());
@@ -271,10 +271,21 @@ impl Source<'_> {
         Ok(Some(traced))
     }
 
+    /// Returns the name of the dynamics of an observer.
+    pub(super) fn observer_dynamics(&self) -> &'static str {
+        if self.has_sensor().contains(&true) {
+            BESIDE_SENSORS
+        } else if self.model.elements().is_empty() {
+            INVERSE_DYNAMICS
+        } else {
+            WITH_MEMORY
+        }
+    }
+
     /// Returns whether each joint has a torque sensor, \[n\].
     pub(super) fn has_sensor(&self) -> Vec<bool> {
         (0..self.robot.joints())
-            .map(|joint| self.model.right_hand_side(joint).torques()[1].is_some())
+            .map(|joint| self.model.has_torque_sensor(joint))
             .collect()
     }
 

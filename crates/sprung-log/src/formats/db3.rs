@@ -1,7 +1,6 @@
 //! Bags of ROS 2 in databases (`.db3`).
 
 use std::collections::VecDeque;
-use std::time::Duration;
 
 use rusqlite::{Connection, Error, OptionalExtension, Result, ffi, params};
 
@@ -10,11 +9,7 @@ use super::definition::Definition;
 use super::sqlite::{self, failed};
 use super::table::{Opened, Request, whole_file};
 use crate::error::LogError;
-use crate::input::Input;
-use sprung_base::stopwatch::Stopwatch;
-
-/// Time between two looks at a bag that is being written.
-const PAUSE: Duration = Duration::from_millis(50);
+use crate::input::{Input, awaited};
 
 /// Rows that one query returns, at most.
 const MAX_BATCH_ROWS: u32 = 1024;
@@ -184,21 +179,18 @@ fn definition(
 impl Db3 {
     /// Reads messages until there is at least one of the topic, or the bag ends.
     fn fill(&mut self) -> Result<()> {
-        let waits = Stopwatch::start();
-        while self.batch.is_empty() {
-            if self.patience_s > 0.0 {
-                // The length of the bag was another one when it was opened.
-                sqlite::limit(&mut self.base, 0)?;
+        awaited(self.patience_s, || {
+            let mut more = true;
+            while more && self.batch.is_empty() {
+                if self.patience_s > 0.0 {
+                    // The length of the bag was another one when it was opened.
+                    sqlite::limit(&mut self.base, 0)?;
+                }
+                more = self.read_batch()?;
             }
-            if self.read_batch()? {
-                continue;
-            }
-            if waits.seconds() >= self.patience_s {
-                break;
-            }
-            std::thread::sleep(PAUSE);
-        }
-        Ok(())
+            Ok((!self.batch.is_empty()).then_some(()))
+        })
+        .map(|_| ())
     }
 
     /// Reads some rows; returns false if there are none.

@@ -75,10 +75,7 @@ impl Beginning<'_> {
         };
         let before = errors(self.excerpt, model, &theta)?;
         let explained = |excerpt: &Excerpt, (loosened, theta): (&Model, &Theta)| {
-            let mut model = model.clone();
-            for joint in 0..model.joint_count() {
-                model.set_play(joint, loosened.play(joint).unwrap_or_default());
-            }
+            let model = model.clone().with_plays_of(loosened);
             let after = errors(excerpt, &model, theta)?;
             let joints = before.iter().zip(&after);
             let left: Vec<Left> = joints

@@ -207,10 +207,7 @@ impl<'a> Windows<'a> {
         let known: Vec<(usize, f64)> = robot.theta.iter().copied().enumerate().collect();
         let reading = robot.reading.with_model(robot.model.with_fixed(&known));
         let explained = |excerpt: &Excerpt, (loosened, theta): (&Model, &Theta)| {
-            let mut model = robot.model.clone();
-            for joint in 0..model.joint_count() {
-                model.set_play(joint, loosened.play(joint).unwrap_or_default());
-            }
+            let model = robot.model.clone().with_plays_of(loosened);
             let (after, contacts) = self.along(excerpt, (&model, theta)).ok()?;
             let explained = (model, theta.clone(), after, contacts);
             before

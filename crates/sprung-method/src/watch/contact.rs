@@ -55,7 +55,7 @@ impl Contacts {
 
     /// Takes the torque of a joint with its standard deviation; returns a contact that has ended.
     ///
-    /// What looked like a contact until the zero of the encoders is known is that zero.
+    /// When the zero of the encoders becomes known, a contact that lasts is forgotten, because the zero was its cause.
     ///
     /// - `is_zero_known`: whether this zero is known.
     pub(super) fn take(

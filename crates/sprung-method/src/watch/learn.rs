@@ -174,10 +174,9 @@ impl<'a> Instants<'a> {
 pub(super) fn zero_deviations(reading: &Reading, theta: &Theta, excerpt: &Excerpt) -> Vec<f64> {
     let model = reading.model();
     let of_joint = |joint: usize| {
-        let is_measured = model.right_hand_side(joint).torques()[1].is_some();
         let stiffness = model
             .index(JointParameter::Stiffness, joint)
-            .filter(|_| !is_measured);
+            .filter(|_| !model.has_torque_sensor(joint));
         let encoders = reading
             .channels()
             .all

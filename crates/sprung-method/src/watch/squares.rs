@@ -7,18 +7,22 @@ use sprung_core::parameters::JointParameter;
 /// Mean squared residual over that of the healthy robot from which a window is searched.
 const UNUSUAL: f64 = 1.4;
 
-/// The same that a healthy window has by chance.
+/// Mean squared residual over that of the healthy robot that a healthy window may have by chance.
 const BY_CHANCE: f64 = 1.2;
 
 /// Part of the excess of the mean squared residuals that changes must explain.
 const EXPLAINED: f64 = 0.7;
 
-/// Change of a stiffness over the stiffness from which a window is searched, and standard errors of that of the identification.
+/// Change of a stiffness from which a window is searched, over the stiffness.
 const OTHER_STIFFNESS: f64 = 0.025;
+
+/// The same in standard errors of the stiffness at the identification.
 const OTHER_ERRORS: f64 = 3.0;
 
-/// Standard errors at which such a change is no chance, and instants that count as one.
+/// The same in standard errors of the change in the window.
 const SIGNIFICANT: f64 = 4.0;
+
+/// Instants of a window that are as good as one independent instant.
 const CORRELATED: f64 = 3.0;
 
 impl Robot<'_> {
@@ -136,8 +140,9 @@ impl Squares {
         }
     }
 
-    /// Returns whether a window has larger residuals than the healthy robot, or another stiffness; and, where no change explained a
-    /// window before, more of it than there.
+    /// Returns whether a window has larger residuals than the healthy robot, or another stiffness.
+    ///
+    /// - `other`: a window that no change explained; this one must then differ more.
     pub(super) fn is_unusual(&self, robot: &Robot<'_>, other: Option<&Self>) -> bool {
         let mut joints = 0..self.sums.len();
         let is_other = |joint: usize| {

@@ -1,6 +1,6 @@
 //! The logs that an experiment names.
 
-use std::io::Read;
+use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
 
 use super::error::SessionError;
@@ -129,9 +129,9 @@ impl Session {
 
 /// Opens a file that is being written.
 fn growing(path: &Path, patience_s: f64) -> std::io::Result<Box<dyn Input>> {
-    let mut start = Vec::new();
-    open_file(path)?.take(START_BYTES).read_to_end(&mut start)?;
-    let file = open_file(path)?;
+    let (mut file, mut start) = (open_file(path)?, Vec::new());
+    (&file).take(START_BYTES).read_to_end(&mut start)?;
+    file.rewind()?;
     if is_shared(&start) {
         return Ok(Box::new(LogFile::new(file, path).growing(patience_s)));
     }

@@ -2,13 +2,8 @@
 
 use std::fs::File;
 use std::io::{Error as IoError, ErrorKind, Read, Result as IoResult, Seek, SeekFrom};
-use std::time::Duration;
 
-use sprung_base::stopwatch::Stopwatch;
-use sprung_log::Input;
-
-/// Time between two looks at a file that may have grown.
-const PAUSE: Duration = Duration::from_millis(50);
+use sprung_log::{Input, awaited};
 
 /// Bytes that come once, in order.
 pub(super) struct Stream<R> {
@@ -62,22 +57,22 @@ impl Growing {
 
 impl Read for Growing {
     fn read(&mut self, bytes: &mut [u8]) -> IoResult<usize> {
-        let waits = Stopwatch::start();
-        loop {
+        let count = awaited(self.patience_s, || -> IoResult<Option<usize>> {
             let count = self.file.read(bytes)?;
-            if count > 0 || bytes.is_empty() || waits.seconds() > self.patience_s {
-                return Ok(count);
-            }
-            std::thread::sleep(PAUSE);
-        }
+            Ok((count > 0 || bytes.is_empty()).then_some(count))
+        })?;
+        Ok(count.unwrap_or_default())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use std::io::Write;
+    use std::time::Duration;
 
     use super::*;
+
+    const PAUSE: Duration = Duration::from_millis(50);
 
     #[test]
     fn a_stream_comes_once_in_order() {
