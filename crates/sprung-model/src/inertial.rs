@@ -51,7 +51,7 @@ pub(super) struct Shared {
 pub(super) struct Inertial {
     joints: Vec<ChainJoint>,
     /// Acceleration of free fall in the base frame, m/s².
-    gravity: [f64; 3],
+    pub(super) gravity: [f64; 3],
     motions: Motions,
     /// Which of the [`BODY`] parameters each parameter is, link by link.
     pub(super) kinds: Vec<usize>,

@@ -389,6 +389,19 @@ impl Model {
         Some(&self.fixed.links.as_ref()?.tree)
     }
 
+    /// Returns the acceleration of free fall in the base frame, m/s²; zero for the paper's arm.
+    #[must_use]
+    pub fn gravity(&self) -> [f64; 3] {
+        self.fixed.inertial.gravity
+    }
+
+    /// Returns the same parameters with another acceleration of free fall, m/s².
+    #[must_use]
+    pub fn with_gravity(mut self, gravity: [f64; 3]) -> Self {
+        Arc::make_mut(&mut self.fixed).inertial.gravity = gravity;
+        self
+    }
+
     /// Returns the number of joints `n`.
     #[must_use]
     pub fn joint_count(&self) -> usize {

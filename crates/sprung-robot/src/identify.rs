@@ -12,7 +12,8 @@ use super::physical::Physical;
 pub struct Identify {
     /// One estimator or several: `"prediction-error"`, `"least-squares"`, `"lsff"`. Without this key
     /// sprung takes `"prediction-error"` if least squares leave less than 20 % of the torque of every motor, or 1.5 % if the
-    /// logs show no spring; else, and with a gyroscope or an accelerometer on a link, `"least-squares"`.
+    /// logs show no spring; else, with a gyroscope or an accelerometer on a link, and where the log shows a wrong gain or time
+    /// scale, `"least-squares"`.
     #[serde(deserialize_with = "one_or_many")]
     #[schemars(with = "OneOrManyEstimators")]
     pub estimator: Vec<Estimator>,

@@ -442,7 +442,7 @@ impl TryFrom<String> for Transmission {
 /// A term of a joint's spring torque.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(try_from = "String")]
-#[schemars(extend("enum" = ["linear", "cubic", "damping"]))]
+#[schemars(extend("enum" = ["linear", "cubic", "damping", "hysteresis", "play"]))]
 pub enum SpringTerm {
     /// Torque proportional to the deflection.
     Linear,

@@ -2,6 +2,7 @@
 
 use serde_json::Value;
 
+use crate::arm::recorded;
 use crate::common::{Case, demo, finding, sprung, stderr, value};
 
 /// The demo with further lines in `[log]`; every `keeps`-th sample of its log.
@@ -129,4 +130,23 @@ fn all_delays_are_opened_by_one_word_and_none_without_a_reference() {
         ],
     );
     case(Case::new(), 1, "delay_s = \"guess\"").fails(2, &["line", "unknown delay \"guess\""]);
+}
+
+#[test]
+fn a_wrong_clock_shows_in_gravity_against_inertia() {
+    for by in [1.0, 0.8, 1.25] {
+        let case = recorded().column_of("run.csv", 0, |time| by * time);
+        let (_, json) = case.results(&[]);
+        let verdict = &json["results"][0]["verdict"];
+        let unknowns = json["unknowns"].as_array().unwrap();
+        let found = unknowns.iter().find(|one| one["kind"] == "time-scale");
+        let Some(found) = found else {
+            assert_eq!((by, verdict.as_str()), (1.0, Some("good")), "{unknowns:?}");
+            continue;
+        };
+        let value = found["value"].as_f64().unwrap();
+        assert!((value + 1.0 - 1.0 / by).abs() < 0.02, "{by}: {found}");
+        assert!(finding(&json, "time-scale").is_some(), "{by}");
+        assert_eq!(verdict, "doubtful", "{by}");
+    }
 }

@@ -30,7 +30,7 @@ pub use result::{
     DelayUsed, EncoderOffsetResult, ErrorParts, EstimateResult, GainUsed, HeldOutResidual,
     IDENTIFICATION_FORMAT, Identification, JointPrediction, LogInfo, ModelDependence,
     MotorRowResult, ParameterEstimate, PayloadParameter, PayloadResult, PhysicalResult,
-    PreslidingPrior, RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation,
+    PreslidingPrior, RefinedDelay, RefinedOffset,
     RefinedSharpness, RefinedVelocity, Refinement, RigidByHoldOut, RigidJoint, RowDisturbance,
     RungResult, SensedSpring, SensorNoise, SettingsUsed, SignUsed, StandardParameter, Verdict,
     parameters_csv,

@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::unknown::Kind;
+
 /// What sprung did with an unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -46,7 +48,8 @@ pub struct UnknownResult {
     /// Stable name, as in `delay q1_rad`.
     pub id: String,
     /// Kind: `delay`, `timing`, `offset`, `gain`, `drift`, `lost-counts`, `eccentricity`,
-    /// `saturation`, `sharpness` or `law`.
+    /// `saturation`, `sharpness`, `time-scale`, `torque-ripple`, `transmission-error`, `friction` (its change during the log) or
+    /// `law`.
     pub kind: String,
     /// Column, or joint of a law or a sharpness; the columns of one signal of all joints are separated by commas.
     pub place: String,
@@ -68,7 +71,8 @@ pub struct UnknownResult {
     /// Other unknowns that explain the log nearly as well.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub competing: Vec<CompetingUnknown>,
-    /// Fall of the squared error of the torques on held-out parts of the log, relative to it.
+    /// Fall of the squared error of the torques on held-out parts of the log, relative to it; of an unknown that only the
+    /// refinement shows, of its squared innovations.
     pub effect: f64,
 }
 
@@ -106,6 +110,12 @@ impl AddedLaw {
 }
 
 impl UnknownResult {
+    /// Returns whether it is a wrong factor of a column or of the time, which the results contain.
+    pub(crate) fn contradicts(&self) -> bool {
+        let is_factor = [Kind::Gain, Kind::TimeScale].map(Kind::name).contains(&self.kind.as_str());
+        is_factor && self.status == UnknownStatus::Found
+    }
+
     /// Returns the law that it adds to the joint of its place, if all results use it.
     #[must_use]
     pub fn used_law(&self) -> Option<&AddedLaw> {

@@ -175,6 +175,8 @@ struct Sampled {
     momentum: Vec<f64>,
     rest: Vec<f64>,
     slopes: Slopes,
+    // Rest of each row by each change of gravity, \[changes × model rows\].
+    by_gravity: Vec<f64>,
 }
 
 /// One row of a segment, as [`Row`] has it.
@@ -200,10 +202,11 @@ impl Rows<'_> {
         let entries = FilterPair::new(cutoff, self.period, Discretization::Tustin).ok()?;
         let scales = self.scales(segments);
         let steps = self.steps(segments);
+        let gravities = self.gravities(unknowns);
         let parts: Vec<Vec<RowOfSegment>> = (segments.iter().enumerate())
             .map(|(s, signals)| {
                 let segment = Sliding::new(self.model, signals);
-                let sampled = self.sampled(&segment, theta, &steps, !directions.is_empty());
+                let sampled = self.sampled(&segment, theta, (&steps, !directions.is_empty()), &gravities);
                 (self.all.par_iter())
                     .map(|row| {
                         self.form_row(
@@ -292,8 +295,8 @@ impl Rows<'_> {
         &self,
         segment: &Sliding<'_>,
         theta: &[f64],
-        steps: &[f64],
-        with_slopes: bool,
+        (steps, with_slopes): (&[f64], bool),
+        gravities: &[Model],
     ) -> Vec<Sampled> {
         let n = self.model.joint_count();
         let count = self.model.entries();
@@ -305,7 +308,7 @@ impl Rows<'_> {
                     let mut state = segment.state_at(k);
                     let rows = self.model.rows();
                     let (mut momentum, mut rest) = (vec![0.0; count], vec![0.0; count]);
-                    self.entries(&state, scratch, &mut momentum, &mut rest);
+                    self.entries(self.model, (&state, scratch), &mut momentum, &mut rest);
                     let mut slopes = Slopes {
                         momentum: Vec::new(),
                         rest: Vec::new(),
@@ -320,7 +323,7 @@ impl Rows<'_> {
                             let kept = state[at];
                             state[at] += steps[at];
                             if at < 2 * n {
-                                self.entries(&state, scratch, moved, moved_rest);
+                                self.entries(self.model, (&state, scratch), moved, moved_rest);
                             } else {
                                 // Motors move only drives.
                                 moved.copy_from_slice(&momentum);
@@ -336,29 +339,50 @@ impl Rows<'_> {
                             }
                         }
                     }
+                    let mut by_gravity = Vec::with_capacity(gravities.len() * rows);
+                    for gravity in gravities {
+                        self.entries(gravity, (&state, scratch), moved, moved_rest);
+                        by_gravity.extend((0..rows).map(|row| {
+                            self.sums(row, theta, &momentum, moved_rest)[1]
+                                - self.sums(row, theta, &momentum, &rest)[1]
+                        }));
+                    }
                     Sampled {
                         momentum,
                         rest,
                         slopes,
+                        by_gravity,
                     }
                 },
             )
             .collect()
     }
 
+    /// Returns the model with each change of gravity that is wanted, in the order of the unknowns.
+    fn gravities(&self, unknowns: &[Unknown]) -> Vec<Model> {
+        let wanted = (unknowns.iter().enumerate()).filter(|(at, _)| self.wanted.contains(*at));
+        let changed = |unknown: &Unknown| match unknown.effect {
+            Effect::Gravity(by) => {
+                let gravity = self.model.gravity();
+                let gravity = std::array::from_fn(|axis| gravity[axis] + by[axis]);
+                Some(self.model.clone().with_gravity(gravity))
+            }
+            _ => None,
+        };
+        wanted.filter_map(|(_, unknown)| changed(unknown)).collect()
+    }
+
     /// Writes the regressor of a state.
     fn entries(
         &self,
-        state: &[f64],
-        scratch: &mut Scratch,
+        model: &Model,
+        (state, scratch): (&[f64], &mut Scratch),
         momentum: &mut [f64],
         rest: &mut [f64],
     ) {
-        let state = state_of(state, self.model.joint_count());
+        let state = state_of(state, model.joint_count());
         let written =
-            self.model
-                .regressor()
-                .regressor(&state, &mut scratch.workspace(), momentum, rest);
+            (model.regressor()).regressor(&state, &mut scratch.workspace(), momentum, rest);
         if written.is_err() {
             momentum.fill(f64::NAN);
         }
@@ -483,7 +507,7 @@ impl Rows<'_> {
                         theta[term.column] * by_log
                     })
                     .sum(),
-                Effect::Channels(..) | Effect::Parameters(_) => 0.0,
+                Effect::Channels(..) | Effect::Parameters(_) | Effect::Gravity(_) => 0.0,
             };
         }
     }
@@ -540,10 +564,18 @@ impl Rows<'_> {
                 let unknowns = laws.iter().map(|(_, unknown)| *unknown);
                 let torques = &mut rest[base + acting.len()..];
                 self.write_torques((row, unknowns), (segment, k), (theta, scales), torques);
+                let mut of_gravity = sample.by_gravity.chunks(self.model.rows());
                 for (i, (_, unknown)) in laws.iter().enumerate() {
-                    if let Effect::Parameters(by) = &unknown.effect {
-                        let at = base + acting.len() + i;
-                        [momentum[at], rest[at]] = self.change_by(row, sample, by);
+                    let at = base + acting.len() + i;
+                    match &unknown.effect {
+                        Effect::Parameters(by) => {
+                            [momentum[at], rest[at]] = self.change_by(row, sample, by);
+                        }
+                        Effect::Gravity(_) => {
+                            let rests = of_gravity.next().unwrap_or_default();
+                            rest[at] = row.of_model.iter().map(|&of| rests[of]).sum();
+                        }
+                        _ => {}
                     }
                 }
             }
@@ -636,6 +668,7 @@ impl Rows<'_> {
     fn is_torque_of(&self, row: &RowOf, unknown: &Unknown) -> bool {
         let (column, added) = match &unknown.effect {
             Effect::Channels(..) => return false,
+            Effect::Gravity(_) => return row.motor.is_some() && row.has_link,
             Effect::Parameters(by) => {
                 let mut columns = (row.of_model.iter()).flat_map(|&of| self.model.row_columns(of));
                 return columns.any(|&column| by[column] != 0.0);

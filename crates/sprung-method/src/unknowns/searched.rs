@@ -221,6 +221,7 @@ fn result(of: &Telling<'_>) -> UnknownResult {
         id: found.id.clone(),
         kind: found.kind.name().to_owned(),
         place: match found.kind {
+            Kind::TimeScale => "time".to_owned(),
             Kind::Law
             | Kind::Sharpness
             | Kind::Friction

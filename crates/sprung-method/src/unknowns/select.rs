@@ -9,7 +9,7 @@ use super::unknown::{Kind, Place, Unknown};
 /// candidates.
 pub(super) const SIGNIFICANT: f64 = 5.0;
 
-/// The same for the factor of a torque, which parameters mimic.
+/// The same for the factor of a torque or of gravity, which parameters mimic.
 const CERTAIN: f64 = 2.0 * SIGNIFICANT;
 
 /// Least size in standard errors of an unknown that is tried in earnest.
@@ -20,6 +20,9 @@ const LEAST_GAIN: f64 = 0.03;
 
 /// The same for a rare fault of a sensor, which an error of the model may resemble.
 const LEAST_GAIN_OF_RARE: f64 = 0.3;
+
+/// The same for a factor that is certain: it acts in a few of the rows only.
+const LEAST_GAIN_OF_TOLD: f64 = 0.01;
 
 /// The same for a law: the smearing of the filters and torques held between samples fake one with up to 13 %.
 const LEAST_GAIN_OF_LAW: f64 = 0.15;
@@ -232,9 +235,12 @@ impl Selection<'_> {
         }
         // A law is a parameter of the model, so it may resemble others.
         let is_law = self.unknowns[unknown].added().is_some();
+        // The factor of a torque or of gravity is one of the parameters but for those that rows share, so these tell it.
+        let is_told = self.unknowns[unknown].is_factor() && significance > CERTAIN;
         let least = match (is_law, self.unknowns[unknown].is_rare) {
             (true, _) => LEAST_GAIN_OF_LAW,
             (false, true) => LEAST_GAIN_OF_RARE,
+            (false, false) if is_told => LEAST_GAIN_OF_TOLD,
             (false, false) => LEAST_GAIN,
         };
         if gain <= least {
@@ -245,8 +251,6 @@ impl Selection<'_> {
         let free: Vec<usize> = columns.iter().copied().filter(used).collect();
         let own = self.evidence.directions(&free).own(self.evidence, column);
         let needed = (least * (CLEAR_OWN / (own + 1e-9)).max(1.0)).min(0.5);
-        // The factor of a torque is one of its joint's parameters but for those that joints share, so these tell it.
-        let is_told = self.unknowns[unknown].scales_torque() && significance > CERTAIN;
         (is_law || is_told || gain > needed).then_some((
             fall,
             Chosen {

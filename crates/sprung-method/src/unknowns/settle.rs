@@ -5,6 +5,7 @@ use sprung_core::parameters::JointParameter;
 use super::evidence::{Evidence, PARTS, mean_and_error};
 use super::found::{Competing, Found};
 use super::jumps::Formed;
+use super::kinds::of_gravity;
 use super::rows::{Rows, Wanted, row_cutoff};
 use super::search::Search;
 use super::select::{Chosen, SIGNIFICANT, Selection};
@@ -399,6 +400,10 @@ impl Search<'_> {
             let size = state.sizes[unknown];
             state.errors[unknown] = (self.unknowns[unknown].after(size, error) - size).max(floor);
             if !self.unknowns[unknown].is_applied() {
+                if let Effect::Gravity(_) = self.unknowns[unknown].effect {
+                    // Its column moves with the parameters.
+                    moved = moved.max((x[column] - size).abs() / error.max(10.0 * floor));
+                }
                 state.sizes[unknown] = x[column];
                 continue;
             }
@@ -569,6 +574,10 @@ impl Search<'_> {
                     Effect::Sharpness(joint) => {
                         let sharpness = self.model.sharpness(joint) * state.sizes[k].exp();
                         (sharpness, sharpness * state.errors[k])
+                    }
+                    Effect::Gravity(_) => {
+                        let scale = of_gravity(state.sizes[k]);
+                        (scale, 0.5 * state.errors[k] / (1.0 + scale))
                     }
                     Effect::Channels(..) | Effect::Law { .. } | Effect::Parameters(_) => {
                         (state.sizes[k], state.errors[k])

@@ -30,6 +30,8 @@ pub(crate) enum Kind {
     Saturation,
     /// Coulomb friction changes its direction over other velocities than assumed.
     Sharpness,
+    /// A second of the log lasts more or less than a second.
+    TimeScale,
     /// The description lacks a law.
     Law,
     /// Friction is not as it was.
@@ -55,6 +57,7 @@ impl Kind {
             Self::Eccentricity => "eccentricity",
             Self::Saturation => "saturation",
             Self::Sharpness => "sharpness",
+            Self::TimeScale => "time-scale",
             Self::Law => "law",
             Self::Friction => "friction",
             Self::Stiffness => "stiffness",
@@ -72,6 +75,7 @@ impl Kind {
             | Self::LostCounts
             | Self::Eccentricity
             | Self::Saturation
+            | Self::TimeScale
             | Self::Law
             | Self::Friction
             | Self::Stiffness
@@ -174,6 +178,8 @@ pub(crate) enum Effect {
     Sharpness(usize),
     /// It changes parameters, \[p\] for a size of one.
     Parameters(Vec<f64>),
+    /// It changes the acceleration of free fall in the base frame, m/s² for a size of one.
+    Gravity([f64; 3]),
 }
 
 /// An unknown.
@@ -224,17 +230,17 @@ impl Unknown {
         }
     }
 
-    /// Returns whether what is applied of it changes the equations; the coefficient of a law and the change of a parameter are
-    /// estimated with them.
+    /// Returns whether what is applied of it changes the equations; the coefficient of a law and the change of a parameter or of
+    /// gravity are estimated with them.
     pub(crate) fn is_applied(&self) -> bool {
-        !matches!(self.effect, Effect::Law { .. } | Effect::Parameters(_))
+        matches!(self.effect, Effect::Channels(..) | Effect::Sharpness(_))
     }
 
     /// Returns the channels that it changes.
     pub(crate) fn channels(&self) -> &[usize] {
         match &self.effect {
             Effect::Channels(channels, _) => channels,
-            Effect::Law { .. } | Effect::Sharpness(_) | Effect::Parameters(_) => &[],
+            _ => &[],
         }
     }
 
@@ -262,7 +268,7 @@ impl Unknown {
     pub(crate) fn has_rate(&self) -> bool {
         match &self.effect {
             Effect::Channels(_, effect) => effect.has_rate(),
-            Effect::Law { .. } | Effect::Sharpness(_) | Effect::Parameters(_) => true,
+            _ => true,
         }
     }
 
@@ -270,7 +276,7 @@ impl Unknown {
     pub(crate) fn begins(&self) -> Option<f64> {
         match &self.effect {
             Effect::Channels(_, effect) => effect.begins(),
-            Effect::Law { .. } | Effect::Sharpness(_) | Effect::Parameters(_) => None,
+            _ => None,
         }
     }
 
@@ -278,15 +284,20 @@ impl Unknown {
     pub(crate) fn scales_torque(&self) -> bool {
         match &self.effect {
             Effect::Channels(_, effect) => effect.scales_torque(),
-            Effect::Law { .. } | Effect::Sharpness(_) | Effect::Parameters(_) => false,
+            _ => false,
         }
+    }
+
+    /// Returns whether it is a factor that parameters mimic but for those that rows share.
+    pub(crate) fn is_factor(&self) -> bool {
+        self.scales_torque() || matches!(self.effect, Effect::Gravity(_))
     }
 
     /// Returns the law that it adds to a description, if it does.
     pub(crate) fn added(&self) -> Option<&AddedLaw> {
         match &self.effect {
-            Effect::Channels(..) | Effect::Sharpness(_) | Effect::Parameters(_) => None,
             Effect::Law { added, .. } => added.as_ref(),
+            _ => None,
         }
     }
 

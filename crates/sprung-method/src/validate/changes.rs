@@ -277,6 +277,7 @@ fn single(set: &OfSet<'_>, change: &FoundChange, errors: &str, logs: &Logs<'_>) 
         | Kind::Eccentricity
         | Kind::Saturation
         | Kind::Sharpness
+        | Kind::TimeScale
         | Kind::Law
         | Kind::Friction
         | Kind::Stiffness

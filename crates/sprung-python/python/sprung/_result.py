@@ -93,10 +93,6 @@ class Result(Report):
         True
         >>> [noise.column for noise in refinement.sensor_noise]
         []
-        >>> [one.column for one in refinement.saturations if abs(one.share) > 4.0 * one.standard_error]
-        []
-        >>> [one.column for one in refinement.eccentricities if abs(one.amplitude_rad) > 4.0 * one.standard_error_rad]
-        []
         >>> refinement.presliding_levels, refinement.stribeck_velocities, refinement.sharpnesses
         ([], [], [])
     """

@@ -4,11 +4,14 @@ use crate::estimate::result::{ErrorParts, Refinement};
 use crate::finding::Finding;
 use crate::fit::Fitted;
 use crate::model::Theta;
+use crate::unknowns::UnknownResult;
 
 /// Result of an estimator with its own findings.
 pub(in crate::estimate) struct Found {
     pub(in crate::estimate) numbers: Numbers,
     pub(in crate::estimate) findings: Vec<Finding>,
+    /// What the logs show beyond the model of this estimator.
+    pub(in crate::estimate) unknowns: Vec<UnknownResult>,
 }
 
 /// Numerical result of an estimator.

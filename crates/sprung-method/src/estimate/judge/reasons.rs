@@ -144,6 +144,7 @@ const REASONS: &[(&str, &str)] = &[
         "a column stands still although its joint moves",
     ),
     ("swapped-joints", "columns of two joints are exchanged"),
+    ("time-scale", "the clock of the log is wrong"),
     ("torque-ripple", "the motor torque has a ripple"),
     ("torque-saturated", "the torque reached a limit"),
     (

@@ -54,12 +54,6 @@ pub struct Refinement {
     /// Common delay of all motor torques, s, and its standard error, if it is an unknown of the refinement.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torques_delay_s: Option<(f64, f64)>,
-    /// Saturations of the torques by likelihood.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub saturations: Vec<RefinedSaturation>,
-    /// Eccentricities of the link encoders by likelihood.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub eccentricities: Vec<RefinedEccentricity>,
     /// Prior levels of presliding friction.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub presliding_levels: Vec<PreslidingPrior>,
@@ -158,35 +152,6 @@ pub struct RefinedDelay {
     pub standard_error_s: Option<f64>,
     /// Delay that the parameter values assume, s.
     pub used_s: f64,
-}
-
-/// Saturation of a torque, by likelihood: the lost part of the torque at its standard deviation. It grows with the
-/// square of the torque.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct RefinedSaturation {
-    /// The column.
-    pub column: String,
-    /// Part of the torque; negative if the acting torque grows more than the logged one.
-    pub share: f64,
-    /// Its standard error; absent if the log does not determine the saturation.
-    pub standard_error: Option<f64>,
-    /// Largest change of a parameter with this saturation, in standard errors of the parameter; absent without a finite
-    /// one.
-    pub largest_move: Option<f64>,
-}
-
-/// Eccentricity of a link encoder, by likelihood: its reading deviates with the sine or the cosine of
-/// the angle.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct RefinedEccentricity {
-    /// The column.
-    pub column: String,
-    /// `sine` or `cosine`.
-    pub shape: String,
-    /// Amplitude of the deviation, rad.
-    pub amplitude_rad: f64,
-    /// Its standard error, rad; absent if the log does not determine the amplitude.
-    pub standard_error_rad: Option<f64>,
 }
 
 /// Stribeck velocity of a joint, by likelihood.

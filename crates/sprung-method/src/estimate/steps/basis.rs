@@ -13,6 +13,7 @@ use crate::estimate::sums::Sums;
 use crate::finding::Finding;
 use crate::fit::relative_residuals;
 use crate::log::LogSource;
+use crate::unknowns::UnknownResult;
 
 /// The logs of a robot.
 pub(in crate::estimate) struct Logs<'a, 's> {
@@ -57,7 +58,7 @@ const EXPLAINED: f64 = 0.015;
 
 impl Basis<'_> {
     /// Returns the estimators that the settings name, or those of this robot: no refinement where least squares leave too
-    /// much of a torque unexplained.
+    /// much of a torque unexplained, or where a factor contradicts the equations, which no disturbance explains.
     pub(in crate::estimate) fn estimators(&self) -> &[Estimator] {
         let reading = self.ready.prepared.reading();
         let (model, theta) = (reading.model(), &self.linear.fitted.theta);
@@ -69,7 +70,8 @@ impl Basis<'_> {
             let share = system.kept().transition_share(row).filter(|_| has_springs);
             relative.is_none_or(|all| beyond_resolution(all, share.unwrap_or(0.0)) <= limit)
         });
-        let refines = reading.can_refine() && is_explained;
+        let is_contradicted = self.ready.unknowns.iter().any(UnknownResult::contradicts);
+        let refines = reading.can_refine() && is_explained && !is_contradicted;
         reading.settings().estimators(refines)
     }
 

@@ -25,6 +25,7 @@ use crate::frequency::SpringFromMotor;
 use crate::prepare::PrepareError;
 use crate::progress::{Listener, Phase};
 use crate::regression::Reading;
+use crate::unknowns::UnknownResult;
 
 /// Judges the estimates, examines doubtful results again, and assembles the identification.
 ///
@@ -138,12 +139,21 @@ fn assemble(
     let robot = estimates.robot;
     let thetas = (robot.iter()).map(|(estimator, found)| (*estimator, &found.numbers.theta));
     let fit = fit_curves(model, thetas, judged.results.first(), &read.system);
+    let by_likelihood: Vec<UnknownResult> = (robot.iter())
+        .flat_map(|(_, found)| found.unknowns.iter().cloned())
+        .collect();
     let traces = (robot.into_iter())
         .filter(|(_, found)| !found.numbers.points.is_empty())
         .map(|(estimator, found)| trace_of(model, estimator, found.numbers.points))
         .collect();
     let refined = judged.results.iter().find_map(EstimateResult::refined);
-    let unknowns = refined_unknowns(&basis.ready.unknowns, refined);
+    let mut unknowns = refined_unknowns(&basis.ready.unknowns, refined);
+    for one in by_likelihood {
+        let same = |other: &UnknownResult| (&other.kind, &other.place) == (&one.kind, &one.place);
+        if !basis.ready.unknowns.iter().any(same) {
+            unknowns.push(one);
+        }
+    }
     let unknowns = with_curves(unknowns, judged.results.first());
     let retiming = match basis.timing {
         Timing::Found(retiming) => Some(retiming),

@@ -11,12 +11,14 @@ pub(super) mod lost_counts;
 mod offset;
 mod saturation;
 mod sharpness;
+mod time_scale;
 mod words;
 
 pub(super) use catalogued::Catalogued;
 pub(super) use changes::CHANGE;
 pub(crate) use laws::LAWS_MISSING;
 pub(crate) use sharpness::LEAST_CHANGE_OF_SHARPNESS;
+pub(super) use time_scale::of_gravity;
 
 use super::found::Telling;
 use super::unknown::{Kind, Unknown};
@@ -33,6 +35,7 @@ pub(super) fn finding(of: &Telling<'_>) -> Option<Finding> {
         Kind::LostCounts => lost_counts::finding(of),
         Kind::Eccentricity => eccentricity::finding(of),
         Kind::Saturation => saturation::finding(of),
+        Kind::TimeScale => time_scale::finding(of),
         Kind::Law => return laws::finding(of),
         // The list of unknowns says it, or the validation.
         Kind::Sharpness | Kind::Friction | Kind::Stiffness | Kind::Play | Kind::Load => {
@@ -52,6 +55,7 @@ pub(super) fn catalogue(of: &Catalogued<'_>) -> Vec<Unknown> {
         eccentricity::list,
         saturation::list,
         sharpness::list,
+        time_scale::list,
         laws::list,
         changes::list,
     ]

@@ -22,5 +22,6 @@ pub(in crate::estimate) fn least_squares(
             ..linear_numbers(&linear.fitted, linear.possible.as_ref())
         },
         findings: Vec::new(),
+        unknowns: Vec::new(),
     }
 }

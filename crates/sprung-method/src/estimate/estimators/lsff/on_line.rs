@@ -83,6 +83,7 @@ pub(in crate::estimate) fn on_line((lsff, elapsed): &(Lsff, f64), fitted: &Fitte
             ..Numbers::of(fitted)
         },
         findings: about_lsff(lsff),
+        unknowns: Vec::new(),
     }
 }
 

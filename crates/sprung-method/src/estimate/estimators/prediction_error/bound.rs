@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::dynamics::Dynamics;
-use super::effects::TorquesTiming;
-use super::effects::of_channels;
+use super::effects::{TorquesTiming, of_delays};
 use super::filter::{Keep, run};
 use super::levels::Levels;
 use super::measurements::{Extent, build, max_samples, read};
@@ -127,7 +126,7 @@ pub fn information_bound(
         .filter(|(_, parameter)| parameter.fixed.is_none())
         .map(|(index, _)| index)
         .collect();
-    let effects = of_channels(
+    let effects = of_delays(
         model,
         &channels,
         &measurements,

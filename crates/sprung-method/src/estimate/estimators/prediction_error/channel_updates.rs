@@ -1,4 +1,4 @@
-//! Estimates of delays, saturations and eccentricities of channels from the normal equations.
+//! Estimates of the delays of channels from the normal equations.
 
 use sprung_core::linear::dot;
 
@@ -9,8 +9,7 @@ use super::solve::covariance as covariance_of;
 use super::unknowns::Unknowns;
 use crate::estimate::statistics::between_parts;
 
-/// Estimate of an effect of a channel: of its delay relative to the other channels, s, of the
-/// saturation of its torque, or of the eccentricity of its encoder, rad.
+/// Estimate of the delay of a channel relative to the other channels, or of all torques, s.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ChannelUpdate {
     /// Index in [`Channels::all`](crate::log::Channels::all).
@@ -22,8 +21,6 @@ pub(super) struct ChannelUpdate {
     pub(super) correction: f64,
     /// Standard error of the value; infinite if the log does not determine it.
     pub(super) standard_error: f64,
-    /// Moves of the refined parameters with this value, \[free\]; empty for an estimated delay.
-    pub(super) moves: Vec<f64>,
     /// Whether the description requests an estimate of this delay.
     pub(super) estimated: bool,
 }
@@ -40,19 +37,17 @@ impl ChannelUpdate {
     }
 }
 
-/// Estimate of an effect by one Gauss-Newton step.
+/// Estimate of a delay by one Gauss-Newton step.
 struct Step {
     correction: f64,
-    // Moves of the other unknowns with the step.
-    moves: Vec<f64>,
     influence: Influence,
 }
 
-/// Returns the estimate of each effect by one Gauss-Newton step, in which the other unknowns follow. Effects without a
+/// Returns the estimate of each delay by one Gauss-Newton step, in which the other unknowns follow. Delays without a
 /// request for an estimate are changed one at a time.
 ///
 /// The standard errors contain the scatter of the score over segments of the log, and the changes
-/// of the effects between folds. The standard errors by the information alone are too small on
+/// of the delays between folds. The standard errors by the information alone are too small on
 /// real machines.
 ///
 /// - `covariance`: covariance of the unknowns with values and the delays to be estimated, \[count ×
@@ -88,24 +83,9 @@ pub(super) fn channel_updates(
             ChannelUpdate {
                 channel,
                 effect,
-                assumed: match effect {
-                    Effect::SensorDelay(_) | Effect::TorqueDelay(_) | Effect::TorquesDelay => {
-                        assumed[channel]
-                    }
-                    Effect::Saturation { .. }
-                    | Effect::Eccentricity { .. }
-                    | Effect::Ripple { .. }
-                    | Effect::TransmissionError { .. }
-                    | Effect::Drift { .. } => 0.0,
-                },
+                assumed: assumed[channel],
                 correction: step.correction,
                 standard_error: widened(step).hypot(between),
-                moves: step
-                    .moves
-                    .iter()
-                    .take(unknowns.free.len())
-                    .copied()
-                    .collect(),
                 estimated: unknowns.values() + i < count,
             }
         })
@@ -121,14 +101,13 @@ fn steps(
     let values = unknowns.values();
     (0..unknowns.effects().count())
         .map(|i| {
-            let (influence, moves) = match values + i {
-                at if at < count => (with_others(covariance, count, at), Vec::new()),
+            let influence = match values + i {
+                at if at < count => with_others(covariance, count, at),
                 at => beside_others(normal, covariance, count, at),
             };
             let correction = -dot(&influence.row, &normal.gradient);
             Step {
                 correction,
-                moves: moves.iter().map(|movement| movement * correction).collect(),
                 influence,
             }
         })
@@ -143,24 +122,22 @@ fn with_others(covariance: &[f64], count: usize, at: usize) -> Influence {
     }
 }
 
-/// Returns the influence on a delay that is not among the unknowns, with the unknowns eliminated,
-/// and the changes of the unknowns per unit of the delay. Its variance is infinite if the log does
-/// not determine the delay.
+/// Returns the influence on a delay that is not among the unknowns, with the unknowns eliminated. Its variance is
+/// infinite if the log does not determine the delay.
 fn beside_others(
     normal: &NormalEquations,
     covariance: &[f64],
     count: usize,
     at: usize,
-) -> (Influence, Vec<f64>) {
+) -> Influence {
     let cross = &normal.information[at * normal.count..at * normal.count + count];
     let mut row: Vec<f64> = (covariance.chunks(count).map(|row| -dot(row, cross))).collect();
     let information = normal.information[at * (normal.count + 1)] + dot(&row, cross);
     let variance = information.max(0.0).recip();
-    let moves = row.clone();
     row.resize(at, 0.0);
     row.push(1.0);
     for entry in &mut row {
         *entry /= information;
     }
-    (Influence { row, variance }, moves)
+    Influence { row, variance }
 }

@@ -2,14 +2,13 @@
 
 use sprung_core::friction::Scale;
 
-use super::findings::{correlations, largest_move};
+use super::findings::correlations;
 use super::hold_out::HeldOut;
 use super::ladder::Tried;
 use super::refined::{FrictionScale, Refined};
 use super::status::{Outcome, Status};
 use crate::estimate::result::{
-    HeldOutResidual, PreslidingPrior, RefinedDelay, RefinedEccentricity, RefinedOffset,
-    RefinedSaturation, RefinedSharpness, RefinedVelocity, Refinement, RowDisturbance, RungResult,
+    HeldOutResidual, PreslidingPrior, RefinedDelay, RefinedOffset, RefinedSharpness, RefinedVelocity, Refinement, RowDisturbance, RungResult,
     SensorNoise,
 };
 use crate::log::Channels;
@@ -78,24 +77,6 @@ pub(super) fn describe(
         torques_delay_s: (refined.channels.torques_delay.as_ref())
             .filter(|delay| delay.estimated)
             .map(|delay| (delay.value(), delay.standard_error)),
-        saturations: (refined.channels.saturations.iter())
-            .map(|saturation| RefinedSaturation {
-                column: column(saturation.channel),
-                share: saturation.value(),
-                standard_error: Some(saturation.standard_error).filter(|e| e.is_finite()),
-                largest_move: (largest_move(refined, &saturation.moves))
-                    .map(|(_, moved)| moved)
-                    .filter(|moved| moved.is_finite()),
-            })
-            .collect(),
-        eccentricities: (refined.channels.eccentricities.iter())
-            .map(|eccentricity| RefinedEccentricity {
-                column: column(eccentricity.channel),
-                shape: eccentricity.effect.shape().to_owned(),
-                amplitude_rad: eccentricity.value(),
-                standard_error_rad: Some(eccentricity.standard_error).filter(|e| e.is_finite()),
-            })
-            .collect(),
         presliding_levels: (refined.noise.presliding.iter())
             .map(|(joint, side, level)| PreslidingPrior {
                 joint: model.joints()[*joint].clone(),

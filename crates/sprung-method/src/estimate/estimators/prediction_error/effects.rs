@@ -85,14 +85,19 @@ impl Wave {
 }
 
 impl Effect {
-    /// Returns the function of the position that an eccentricity adds; other effects have none and
-    /// count as its sine.
-    pub(super) fn shape(self) -> &'static str {
+    pub(super) fn is_delay(self) -> bool {
+        matches!(
+            self,
+            Self::SensorDelay(_) | Self::TorqueDelay(_) | Self::TorquesDelay
+        )
+    }
+
+    /// Returns the unit of its value; empty for ratios.
+    pub(super) fn unit(self) -> &'static str {
         match self {
-            Self::Eccentricity {
-                is_cosine: true, ..
-            } => "cosine",
-            _ => "sine",
+            Self::SensorDelay(_) | Self::TorqueDelay(_) | Self::TorquesDelay => "s",
+            Self::Eccentricity { .. } | Self::TransmissionError { .. } => "rad",
+            Self::Saturation { .. } | Self::Ripple { .. } | Self::Drift { .. } => "",
         }
     }
 
@@ -181,9 +186,9 @@ impl Effect {
     }
 }
 
-/// Returns the delay of each channel and that of all torques, the saturation of each torque and the eccentricity of each
-/// link encoder, each with its channel. The delays to be estimated come first.
-pub(super) fn of_channels(
+/// Returns the delay of each channel and that of all torques, each with its channel. The delays to be estimated come
+/// first.
+pub(super) fn of_delays(
     model: &Model,
     channels: &Channels,
     measurements: &Measurements,
@@ -207,9 +212,18 @@ pub(super) fn of_channels(
         first_torque.is_some() && (0..channels.all.len()).filter(|&i| is_torque(i)).count() == 1;
     let others =
         (0..channels.all.len()).filter(|&i| !(estimated.contains(&i) || is_alone && is_torque(i)));
-    let delays = (estimated.iter().copied().filter_map(delay))
+    (estimated.iter().copied().filter_map(delay))
         .chain(of_all)
-        .chain(others.filter_map(delay));
+        .chain(others.filter_map(delay))
+        .collect()
+}
+
+/// Returns the saturation of each torque and the eccentricity of each link encoder, each with its channel.
+pub(super) fn of_sensors(
+    model: &Model,
+    channels: &Channels,
+    measurements: &Measurements,
+) -> Vec<(usize, Effect)> {
     let torques = (channels.all.iter().enumerate())
         .filter(|(_, channel)| channel.quantity == Quantity::MotorTorque)
         .map(|(i, channel)| {
@@ -233,7 +247,7 @@ pub(super) fn of_channels(
                 (sensor.channel, sensor_effect)
             })
         });
-    delays.chain(torques).chain(encoders).collect()
+    torques.chain(encoders).collect()
 }
 
 /// Returns the ripple of each motor torque, the transmission error of each gear and the drift of each motor's friction,

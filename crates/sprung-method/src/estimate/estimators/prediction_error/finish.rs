@@ -7,7 +7,7 @@ use super::channel_updates::{ChannelUpdate, channel_updates};
 use super::descent::Descent;
 use super::dynamics::Dynamics;
 use super::effects::TorquesTiming;
-use super::effects::{Effect, of_channels};
+use super::effects::{Effect, of_delays};
 use super::filter::{Keep, SegmentRun, Sums, run};
 use super::hold_out::PARTS;
 use super::levels::Levels;
@@ -42,7 +42,7 @@ pub(super) fn finish(
     descent: &Descent,
 ) -> Option<Refined> {
     let (model, measurements) = (problem.model, problem.measurements);
-    let effects = of_channels(model, reading.channels(), measurements, estimated);
+    let effects = of_delays(model, reading.channels(), measurements, estimated);
     let unknowns = problem.unknowns.clone().with_effects(effects);
     let (sums, bias) = last_run(problem, &unknowns, (&descent.z, &descent.levels))?;
     // Estimated delays are unknowns, so they increase the standard errors of the parameters.
@@ -96,7 +96,8 @@ pub(super) fn finish(
         duration,
         reading.delays(),
     );
-    let [delays, torques_delay, saturations, eccentricities] = by_kind(updates);
+    let (torques_delay, delays): (Vec<ChannelUpdate>, _) = (updates.into_iter())
+        .partition(|update| update.effect == Effect::TorquesDelay);
     let (unconstrained, possible_without) =
         apart(problem, &unknowns, descent, &sums, (&folds, &without))?;
     Some(Refined {
@@ -125,8 +126,6 @@ pub(super) fn finish(
             offsets: sensor_offsets(problem, &unknowns, &descent.z, error),
             delays,
             torques_delay: torques_delay.into_iter().next(),
-            saturations,
-            eccentricities,
         },
         by_noise: moves_by_noise(&influence, count, &bias, width),
         unconstrained,
@@ -325,25 +324,6 @@ fn moves_by_noise(influence: &[f64], count: usize, bias: &NoiseBias, free: usize
     let rows = influence.chunks(count).take(free);
     rows.map(|row| dot(&row[..bias.gradient.len()], &bias.gradient))
         .collect()
-}
-
-/// Returns the estimates of the delays of channels, of the delay of all torques, of saturations and eccentricities.
-fn by_kind(updates: Vec<ChannelUpdate>) -> [Vec<ChannelUpdate>; 4] {
-    let mut kinds = [const { Vec::new() }; 4];
-    for update in updates {
-        let kind = match update.effect {
-            Effect::SensorDelay(_) | Effect::TorqueDelay(_) => 0,
-            Effect::TorquesDelay => 1,
-            Effect::Saturation { .. } => 2,
-            Effect::Eccentricity { .. } => 3,
-            // Only the competition of undeclared effects has them.
-            Effect::Ripple { .. } | Effect::TransmissionError { .. } | Effect::Drift { .. } => {
-                continue;
-            }
-        };
-        kinds[kind].push(update);
-    }
-    kinds
 }
 
 /// Returns the standard error of each parameter, \[p\].

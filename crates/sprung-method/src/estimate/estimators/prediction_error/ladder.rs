@@ -97,7 +97,7 @@ pub(super) fn climb(
             end,
             held_out,
         });
-        if is_enough(&tried) {
+        if is_enough(&tried) || refinery.has_run_enough() {
             break;
         }
     }

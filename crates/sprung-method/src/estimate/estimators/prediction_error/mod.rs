@@ -77,7 +77,7 @@ use rung::Rung;
 use start_levels::TorqueNoise;
 use status::Status;
 use undeclared::bias;
-use undeclared_findings::about_undeclared;
+use undeclared_findings::{about_undeclared, listed_unknowns};
 
 /// Least start value of a rotor inertia or stiffness, in its standard errors.
 const INSIDE: f64 = 0.3;
@@ -137,6 +137,7 @@ pub(in crate::estimate) fn prediction_error(
     };
     let shown = (used.or_else(|| nearest(&tried))).map(|index| tried.swap_remove(index));
     let mut findings: Vec<Finding> = status.finding().into_iter().collect();
+    let mut listed = Vec::new();
     if let Some(refined) = shown.as_ref().and_then(Tried::refined) {
         let mut notes = about_undeclared(reading, refined, &missing);
         notes.extend(about(reading, refined));
@@ -144,6 +145,8 @@ pub(in crate::estimate) fn prediction_error(
         if !refined.converged() || contradicted.is_some() {
             // Away from the maximum of the likelihood, or with a wrong timing, every effect seems to be missing.
             notes.iter_mut().for_each(Finding::note);
+        } else if status.is_used() {
+            listed = listed_unknowns(reading, refined, &missing);
         }
         findings.extend(notes);
         findings.extend(contradicted.filter(|_| refined.converged()));
@@ -172,6 +175,7 @@ pub(in crate::estimate) fn prediction_error(
             ..numbers
         },
         findings,
+        unknowns: listed,
     })))
 }
 

@@ -8,6 +8,7 @@
 //! Ljung, System Identification, chapters 7 and 10; Åström, Automatica 1980: "Maximum likelihood
 //! and prediction error methods".
 
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::channel_updates::ChannelUpdate;
@@ -45,6 +46,9 @@ const SETTLED: f64 = 0.1;
 /// Largest change of a delay in a round, in samples or standard errors; its effect is linear only for small moves.
 const MAX_DELAY_MOVE: f64 = 10.0;
 
+/// Runs of the filter after which no further round or rung begins. A refinement of a log that the model explains ends after 6 to 30.
+const MAX_RUNS: usize = 90;
+
 /// Start of a refinement.
 pub(super) struct Start<'a> {
     /// A parameter vector, \[p\].
@@ -73,6 +77,8 @@ pub(super) struct Refinery<'a> {
     left_out: bool,
     /// The measurements that were used last, with the delays of their channels, s.
     made: Mutex<Option<(Vec<f64>, Arc<Measurements>)>>,
+    /// Runs of the filter until now.
+    runs: AtomicUsize,
 }
 
 /// End of the refinement on one rung.
@@ -133,6 +139,7 @@ impl<'a> Refinery<'a> {
             raw,
             left_out,
             made: Mutex::new(None),
+            runs: AtomicUsize::new(0),
         }))
     }
 
@@ -158,6 +165,11 @@ impl<'a> Refinery<'a> {
             .clone()
             .map(|measurements| (delays.to_vec(), measurements));
         Ok(measurements)
+    }
+
+    /// Returns whether no further round or rung may begin.
+    pub(super) fn has_run_enough(&self) -> bool {
+        self.runs.load(Ordering::Relaxed) > MAX_RUNS
     }
 
     /// Adds a comparison with least squares, which ends hopeless descents.
@@ -232,6 +244,7 @@ impl<'a> Refinery<'a> {
             let Some((descent, problem)) = found else {
                 return Ok(None);
             };
+            self.runs.fetch_add(descent.runs, Ordering::Relaxed);
             let Some(refined) =
                 finish(&problem, &reading, (&start.delays, start.torques), &descent)
             else {
@@ -240,7 +253,7 @@ impl<'a> Refinery<'a> {
             let used = delays.clone();
             let moved = self.move_delays(&refined, &mut delays);
             let (levels, settled) = presliding_levels(&unknowns.presliding, &refined);
-            if round == MAX_ROUNDS || !moved && settled {
+            if round == MAX_ROUNDS || self.has_run_enough() || !moved && settled {
                 return Ok(Some(End {
                     refined,
                     z: descent.z,

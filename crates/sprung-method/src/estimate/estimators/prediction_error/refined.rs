@@ -91,10 +91,6 @@ pub(super) struct FoundChannels {
     pub(super) delays: Vec<ChannelUpdate>,
     /// Estimate of the common delay of all torques; `None` if the description gives delays of torques.
     pub(super) torques_delay: Option<ChannelUpdate>,
-    /// Estimates of the saturations, one per torque.
-    pub(super) saturations: Vec<ChannelUpdate>,
-    /// Estimates of the eccentricities, two per link encoder.
-    pub(super) eccentricities: Vec<ChannelUpdate>,
 }
 
 /// Estimates from parts of the logs.

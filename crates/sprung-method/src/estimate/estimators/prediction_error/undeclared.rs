@@ -3,7 +3,7 @@
 
 use super::competition::{Entrant, Evidence, Winner, winners};
 use super::effects::TorquesTiming;
-use super::effects::{Effect, of_channels, of_drives};
+use super::effects::{Effect, of_delays, of_drives, of_sensors};
 use super::findings::largest_move;
 use super::finish::last_run;
 use super::measurements::{Measurements, with_laws};
@@ -54,6 +54,8 @@ pub(super) struct Undeclared {
     pub(super) moves: Vec<f64>,
     /// Gain of the log-likelihood of held-out folds.
     pub(super) gain: f64,
+    /// Of the value; empty for ratios.
+    pub(super) unit: &'static str,
 }
 
 impl Undeclared {
@@ -152,7 +154,8 @@ impl Refinery<'_> {
             .collect();
         let channels = self.reading.channels();
         let estimated = (&*self.start.delays, self.start.torques);
-        let mut effects = of_channels(richer, channels, measurements, estimated);
+        let mut effects = of_delays(richer, channels, measurements, estimated);
+        effects.extend(of_sensors(richer, channels, measurements));
         effects.extend(of_drives(
             experiment,
             richer,
@@ -284,6 +287,10 @@ impl Scales<'_> {
         }
         Undeclared {
             size: self.size(&cause, winner.value.abs()),
+            unit: match &cause {
+                Cause::Law(law) => self.model.parameters()[law.parameter].unit,
+                Cause::Effect(_, effect) => effect.unit(),
+            },
             cause,
             value: winner.value,
             standard_error: winner.standard_error,

@@ -6,10 +6,11 @@ use super::undeclared::{Cause, LEAST_TORQUE_SHARE, Undeclared};
 use crate::estimate::laws::Tested;
 use crate::estimate::statistics::CERTAIN_SIGMAS;
 use crate::finding::{Finding, Severity};
-use crate::log::Channels;
+use crate::log::{Channel, Channels};
 use crate::model::{Model, short};
 use crate::numbers::{in_ms, in_percent};
 use crate::regression::Reading;
+use crate::unknowns::{AddedLaw, Kind, UnknownResult, UnknownStatus};
 
 /// Reports the relevant effects, in the order of their gains.
 pub(super) fn about_undeclared(
@@ -17,18 +18,26 @@ pub(super) fn about_undeclared(
     refined: &Refined,
     undeclared: &[Undeclared],
 ) -> Vec<Finding> {
-    let about = About {
-        model: reading.model(),
-        channels: reading.channels(),
-        delays: reading.delays(),
-        refined,
-    };
+    let about = About::new(reading, refined);
     (undeclared.iter())
-        .filter(|undeclared| {
-            undeclared.significance() > CERTAIN_SIGMAS && undeclared.matters(refined)
-        })
+        .filter(|one| is_relevant(one, refined))
         .filter_map(|undeclared| about.finding(undeclared))
         .collect()
+}
+
+/// Returns the relevant effects for the list of what the logs show.
+pub(super) fn listed_unknowns(
+    reading: &Reading,
+    refined: &Refined,
+    undeclared: &[Undeclared],
+) -> Vec<UnknownResult> {
+    let about = About::new(reading, refined);
+    let relevant = undeclared.iter().filter(|one| is_relevant(one, refined));
+    relevant.map(|one| about.unknown(one)).collect()
+}
+
+fn is_relevant(undeclared: &Undeclared, refined: &Refined) -> bool {
+    undeclared.significance() > CERTAIN_SIGMAS && undeclared.matters(refined)
 }
 
 struct About<'a> {
@@ -39,7 +48,96 @@ struct About<'a> {
     refined: &'a Refined,
 }
 
-impl About<'_> {
+impl<'a> About<'a> {
+    fn new(reading: &'a Reading, refined: &'a Refined) -> Self {
+        Self {
+            model: reading.model(),
+            channels: reading.channels(),
+            delays: reading.delays(),
+            refined,
+        }
+    }
+
+    fn unknown(&self, undeclared: &Undeclared) -> UnknownResult {
+        let mut law = None;
+        let mut value = undeclared.value;
+        let (id, kind, place) = match &undeclared.cause {
+            Cause::Law(tested) => {
+                law = Some(AddedLaw {
+                    of: tested.of.to_owned(),
+                    law: tested.law.to_owned(),
+                    ..AddedLaw::default()
+                });
+                let joint = &self.model.joints()[tested.joint];
+                let id = format!("law {joint}.{}.{}", tested.of, tested.law);
+                (id, Kind::Law.name(), joint)
+            }
+            Cause::Effect(channel, effect) => {
+                if effect.is_delay() {
+                    value += self.delays[*channel];
+                }
+                self.named(&self.channels.all[*channel], *effect)
+            }
+        };
+        let squares = self.refined.search.cost * self.refined.read.measurements as f64;
+        UnknownResult {
+            id,
+            kind: kind.to_owned(),
+            place: place.clone(),
+            value,
+            standard_error: undeclared.standard_error,
+            unit: undeclared.unit.to_owned(),
+            begins_s: None,
+            law,
+            status: UnknownStatus::Found,
+            competing: Vec::new(),
+            effect: 2.0 * undeclared.gain / squares,
+        }
+    }
+
+    /// Returns id, kind and place of an effect.
+    fn named<'c>(
+        &'c self,
+        channel: &'c Channel,
+        effect: Effect,
+    ) -> (String, &'static str, &'c String) {
+        let (column, joint) = (&channel.column, &self.model.joints()[channel.joint]);
+        let per_turn = |name: &str, wave: Wave| format!("{name} {joint} {}", wave.per_turn);
+        match effect {
+            Effect::SensorDelay(_) | Effect::TorqueDelay(_) => {
+                (format!("delay {column}"), Kind::Delay.name(), column)
+            }
+            Effect::TorquesDelay => (
+                "timing of the torques".to_owned(),
+                Kind::Timing.name(),
+                column,
+            ),
+            Effect::Saturation { .. } => (
+                format!("saturation {joint}"),
+                Kind::Saturation.name(),
+                column,
+            ),
+            Effect::Eccentricity { .. } => (
+                format!("eccentricity {column}"),
+                Kind::Eccentricity.name(),
+                column,
+            ),
+            Effect::Ripple { wave, .. } => {
+                (per_turn("torque ripple", wave), "torque-ripple", joint)
+            }
+            Effect::TransmissionError { wave, .. } => (
+                per_turn("transmission error", wave),
+                "transmission-error",
+                joint,
+            ),
+            Effect::Drift { .. } => (
+                format!("friction drift {joint}"),
+                Kind::Friction.name(),
+                joint,
+            ),
+        }
+    }
+
     fn finding(&self, undeclared: &Undeclared) -> Option<Finding> {
         let (index, moved) = undeclared.largest_move(self.refined)?;
         let severity = if moved > CERTAIN_SIGMAS {
@@ -95,7 +193,7 @@ impl About<'_> {
             in_percent(undeclared.value),
             in_percent(undeclared.standard_error),
         );
-        let (code, text, remedy, unit) = match effect {
+        let (code, text, remedy) = match effect {
             Effect::SensorDelay(_) | Effect::TorqueDelay(_) | Effect::TorquesDelay => {
                 return self.late(undeclared, (channel, effect), severity, moves);
             }
@@ -108,7 +206,6 @@ impl About<'_> {
                     percent.abs(),
                 ),
                 "measure the torque constant at several currents, or record a motion with smaller torques",
-                "",
             ),
             Effect::Eccentricity { .. } => (
                 "eccentric-encoder",
@@ -119,7 +216,6 @@ impl About<'_> {
                     in_ms(undeclared.standard_error),
                 ),
                 "calibrate the encoder over a turn and correct its readings, or use two reading heads",
-                "rad",
             ),
             Effect::Ripple { wave, .. } => (
                 "torque-ripple",
@@ -129,7 +225,6 @@ impl About<'_> {
                 ),
                 "nothing in the log; compensate the ripple in the drive, or move faster, so that the spring does not \
                  follow it",
-                "",
             ),
             Effect::TransmissionError { wave, .. } => (
                 "transmission-error",
@@ -140,7 +235,6 @@ impl About<'_> {
                     times(wave)
                 ),
                 "nothing in the log; measure the error of the gear at rest, and correct the motor positions by it",
-                "rad",
             ),
             Effect::Drift { .. } => (
                 "friction-drifts",
@@ -149,11 +243,10 @@ impl About<'_> {
                      to the end of the logs, as it does when a gear warms up"
                 ),
                 "run the robot warm before the log, or log the temperature and name it in [log] as a covariate",
-                "",
             ),
         };
         let text = format!("by likelihood, {text}. {moves}");
-        Finding::new(severity, code, text, remedy).seen("", column, undeclared.value, unit)
+        Finding::new(severity, code, text, remedy).seen("", column, undeclared.value, undeclared.unit)
     }
 
     /// The hold-out that follows completes the name of the log.
