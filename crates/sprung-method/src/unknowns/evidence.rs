@@ -65,8 +65,18 @@ pub(super) struct Evidence {
     pub(super) weights: Vec<f64>,
     ridge: Vec<f64>,
     pull: Vec<f64>,
-    /// Whether a column's value must not be negative.
+    /// Whether a column's value must not be negative, and whether it is a stiffness.
     positive: Vec<bool>,
+    stiff: Vec<bool>,
+}
+
+/// Which values a parameter can have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sign {
+    Any,
+    NotNegative,
+    /// The same, and with the value zero the positions of a joint are not in its equations.
+    Stiffness,
 }
 
 /// Prior of an unknown.
@@ -98,21 +108,24 @@ fn products(row: &Row) -> RowProducts {
 }
 
 impl Evidence {
-    /// - `free`: number of free parameters; `positive`: which of them must not be negative.
+    /// - `signs`: of the free parameters.
     /// - `priors`: of the unknowns.
     /// - `weights`: of the rows; `None` to take them from what remains when everything acts.
     /// - `repeats`: number of neighbouring samples that say the same.
     pub(super) fn new(
         rows: &[Row],
-        (free, positive): (usize, &[bool]),
+        signs: &[Sign],
         priors: &[Prior],
         weights: Option<Vec<f64>>,
         repeats: f64,
     ) -> Self {
         let products: Vec<RowProducts> = rows.iter().map(products).collect();
+        let free = signs.len();
         let columns = free + priors.len();
-        let mut all_positive = positive.to_vec();
-        all_positive.extend(priors.iter().map(|prior| prior.is_positive));
+        let positive = signs.iter().map(|sign| *sign != Sign::Any);
+        let positive = positive.chain(priors.iter().map(|prior| prior.is_positive));
+        let mut stiff: Vec<bool> = signs.iter().map(|sign| *sign == Sign::Stiffness).collect();
+        stiff.resize(columns, false);
         let mut evidence = Self {
             free,
             columns,
@@ -123,7 +136,8 @@ impl Evidence {
             weights: Vec::new(),
             ridge: vec![0.0; columns],
             pull: vec![0.0; columns],
-            positive: all_positive,
+            positive: positive.collect(),
+            stiff,
             rows: products,
         };
         let given = weights.unwrap_or_else(|| {
@@ -243,14 +257,23 @@ impl Evidence {
             let active: Vec<usize> = chosen
                 .iter()
                 .copied()
-                .filter(|&i| x[i] != 0.0 || !self.positive[i])
+                .filter(|&i| x[i] != 0.0 || !self.positive[i] || self.stiff[i])
                 .collect();
             let factors = self.factored(normal, &active, true);
-            Fit {
-                x: active.iter().map(|&i| x[i] * self.lengths[i]).collect(),
-                active,
-                factors,
-            }
+            // A wrong position may have driven a stiffness to zero, so that no error of this position would seem to matter.
+            let is_stuck = active.iter().any(|&i| self.stiff[i] && x[i] == 0.0);
+            let x = match &factors {
+                Some(factors) if is_stuck => {
+                    let mut x = self.against(normal, &active, self.columns);
+                    for (x, &i) in x.iter_mut().zip(&active) {
+                        *x -= self.pull[i] / self.lengths[i];
+                    }
+                    solve(factors, &mut x);
+                    x
+                }
+                _ => active.iter().map(|&i| x[i] * self.lengths[i]).collect(),
+            };
+            Fit { x, active, factors }
         };
         Fits {
             evidence: self,
@@ -318,6 +341,12 @@ impl Evidence {
         (0..self.rows.len())
             .filter(|&row| self.rows[row].joint == joint)
             .collect()
+    }
+
+    /// Returns the column of the stiffness in some rows.
+    pub(super) fn stiffness_of(&self, rows: &[usize]) -> Option<usize> {
+        let mut columns = rows.iter().flat_map(|&row| &self.rows[row].columns);
+        columns.find(|&&column| self.stiff[column]).copied()
     }
 
     /// Returns the weighted squares of a row's torque.

@@ -197,7 +197,7 @@ impl Search<'_> {
         let by_torque = Some(rows.iter().map(|row| row_rms(row).recip()).collect());
         let evidence = Evidence::new(
             &rows,
-            (self.free.len(), &self.positive),
+            &self.signs,
             &[],
             by_torque,
             1.0,

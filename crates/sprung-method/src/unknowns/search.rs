@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use sprung_core::friction::Scale;
 use sprung_core::parameters::JointParameter;
 
-use super::evidence::{Evidence, PARTS, Prior};
+use super::evidence::{Evidence, PARTS, Prior, Sign};
 use super::kinds::{Catalogued, catalogue};
 use super::rows::{Row, RowOf, Rows, Wanted};
 use super::state::State;
@@ -32,7 +32,7 @@ pub(super) struct Search<'a> {
     pub(super) rows: Vec<RowOf>,
     pub(super) free: Vec<usize>,
     pub(super) places: BTreeMap<usize, usize>,
-    pub(super) positive: Vec<bool>,
+    pub(super) signs: Vec<Sign>,
     pub(super) catalogued: Catalogued<'a>,
     /// Signals of a log whose channels are all zero.
     pub(super) zero: OnceLock<Option<Smoothed>>,
@@ -50,13 +50,12 @@ impl<'a> Search<'a> {
         let free: Vec<usize> = (0..model.parameters().len())
             .filter(|&i| model.known(i).is_none())
             .collect();
-        let positive = (free.iter())
-            .map(|&i| {
-                model.parameters()[i]
-                    .joint
-                    .is_some_and(|(kind, _)| kind.is_vital() || kind.is_friction())
-            })
-            .collect();
+        let sign = |&i: &usize| match model.parameters()[i].joint {
+            Some((JointParameter::Stiffness, _)) => Sign::Stiffness,
+            Some((kind, _)) if kind.is_vital() || kind.is_friction() => Sign::NotNegative,
+            _ => Sign::Any,
+        };
+        let signs = free.iter().map(sign).collect();
         let catalogued = Catalogued::new((experiment, reading), channels, model, excerpt);
         let unknowns = catalogue(&catalogued);
         let is_asked = |unknown: &Unknown| {
@@ -84,7 +83,7 @@ impl<'a> Search<'a> {
                 .map(|(place, &column)| (column, place))
                 .collect(),
             free,
-            positive,
+            signs,
             reading: reading.clone(),
             channels,
             model,
@@ -122,7 +121,7 @@ impl<'a> Search<'a> {
             .collect();
         Evidence::new(
             rows,
-            (self.free.len(), &self.positive),
+            &self.signs,
             &priors,
             weights,
             repeats,
@@ -212,7 +211,7 @@ impl<'a> Search<'a> {
     pub(super) fn first_theta(&self, smoothed: &Smoothed, repeats: f64) -> Option<Vec<f64>> {
         let mut theta = self.known();
         let rows = self.plain_rows(smoothed, &theta)?;
-        let evidence = Evidence::new(&rows, (self.free.len(), &self.positive), &[], None, repeats);
+        let evidence = Evidence::new(&rows, &self.signs, &[], None, repeats);
         let chosen: Vec<usize> = (0..self.free.len()).collect();
         for (&column, value) in self.free.iter().zip(evidence.fit(&chosen)) {
             theta[column] = value;

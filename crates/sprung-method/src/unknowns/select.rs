@@ -63,6 +63,8 @@ pub(super) struct Selection<'a> {
     pub(super) scales: &'a [f64],
     /// Part of the log in which each unknown begins, if it does.
     pub(super) begins: &'a [Option<usize>],
+    /// Parameters with which the columns were formed, in the order of the columns.
+    pub(super) theta: &'a [f64],
 }
 
 impl Selection<'_> {
@@ -216,7 +218,9 @@ impl Selection<'_> {
         let with: Vec<usize> = columns.iter().copied().chain([column]).collect();
         let after = self.evidence.held_out(&with, None);
         let (fall, gain) = self.gain(unknown, (before, &after), joint_of)?;
+        let rescale = self.rescale(unknown, &after, joint_of);
         let (mean, error) = after.mean_and_error(column, &self.parts(unknown));
+        let (mean, error) = (rescale * mean, rescale * error);
         let significance = mean.abs() / error.max(1e-3 * scale);
         let is_expected = mean.abs() <= self.unknowns[unknown].expected;
         let is_resolved = mean.abs() >= self.unknowns[unknown].least_size(scale);
@@ -259,6 +263,32 @@ impl Selection<'_> {
                 size: mean,
             },
         ))
+    }
+
+    /// Returns the factor by which a size is wrong because its column used another stiffness than the fit gives.
+    fn rescale(
+        &self,
+        unknown: usize,
+        fits: &HeldOut,
+        joint_of: &dyn Fn(usize) -> usize,
+    ) -> f64 {
+        let stiffness = match self.unknowns[unknown].place {
+            Place::Channel(_) if !self.unknowns[unknown].scales_torque() => {
+                let rows = self.rows(unknown, joint_of);
+                self.evidence.stiffness_of(&rows)
+            }
+            _ => None,
+        };
+        let Some(at) = stiffness else {
+            return 1.0;
+        };
+        let fitted = fits.values.iter().map(|values| values[at]).sum::<f64>();
+        let fitted = fitted / fits.values.len() as f64;
+        if fitted > 0.0 {
+            (self.theta[at] / fitted).min(1.0)
+        } else {
+            1.0
+        }
     }
 
     /// Returns whether an unknown is chosen in another form, or its joint has another rare fault already: a second one is unlikely,

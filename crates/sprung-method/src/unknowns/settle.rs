@@ -50,6 +50,8 @@ pub(super) struct Round {
     pub(super) evidence: Evidence,
     scales: Vec<f64>,
     begins: Vec<Option<usize>>,
+    /// Parameters with which the columns were formed, in the order of the columns.
+    theta: Vec<f64>,
     changed: bool,
 }
 
@@ -174,6 +176,7 @@ impl Search<'_> {
             unknowns: &self.unknowns,
             scales: &round.scales,
             begins: &round.begins,
+            theta: &round.theta,
         }
     }
 
@@ -285,6 +288,7 @@ impl Search<'_> {
             state.theta = self.first_theta(&smoothed, repeats)?;
         }
         let theta = self.floored(&state.theta, smoothed.segments(), period);
+        let formed: Vec<f64> = self.free.iter().map(|&column| theta[column]).collect();
         let zero = self.zero()?.clone();
         let directions = self.directions(&corrected, &zero, Wanted::All)?;
         let model = self.sharpened(&state.sizes);
@@ -308,6 +312,7 @@ impl Search<'_> {
                 unknowns: &self.unknowns,
                 scales: &scales,
                 begins: &begins,
+                theta: &formed,
             };
             if let Some(unknown) = selection
                 .superfluous(&state.chosen, &applied)
@@ -319,6 +324,7 @@ impl Search<'_> {
                     evidence,
                     scales,
                     begins,
+                    theta: formed,
                     changed: true,
                 });
             }
@@ -336,6 +342,7 @@ impl Search<'_> {
                     unknowns: &self.unknowns,
                     scales: &scales,
                     begins: &begins,
+                    theta: &formed,
                 };
                 let next = match grows {
                     Grows::Best => (selection.best(&state.chosen, &joint_of))
@@ -374,6 +381,7 @@ impl Search<'_> {
             evidence,
             scales,
             begins,
+            theta: formed,
             changed: added || moved > MOVED,
         })
     }
