@@ -16,7 +16,9 @@ mod messages;
 mod statistics;
 
 use std::ffi::OsStr;
+use std::fmt::Debug;
 use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 pub use figure::Figure;
@@ -47,6 +49,42 @@ pub fn data(file: &str) -> Option<PathBuf> {
 #[track_caller]
 pub fn golden(file: &str) -> Option<PathBuf> {
     shared(&Path::new("golden").join(file))
+}
+
+/// Most letters of a row in a message.
+const ROW: usize = 200;
+
+/// Runs a test for each row of a table. A failure names its rows, and the rows after it run too.
+///
+/// # Panics
+///
+/// If the test of a row panics.
+#[track_caller]
+pub fn each<R: Debug>(rows: impl IntoIterator<Item = R>, mut test: impl FnMut(R)) {
+    let mut failed: Vec<String> = Vec::new();
+    for row in rows {
+        let name = format!("{row:?}").chars().take(ROW).collect();
+        if catch_unwind(AssertUnwindSafe(|| test(row))).is_err() {
+            failed.push(name);
+        }
+    }
+    assert!(
+        failed.is_empty(),
+        "rows that failed:\n{}",
+        failed.join("\n")
+    );
+}
+
+/// Checks that a text has all parts.
+///
+/// # Panics
+///
+/// If a part is absent.
+#[track_caller]
+pub fn contains(text: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(text.contains(part), "no {part:?} in: {text}");
+    }
 }
 
 /// Reports the calling test as skipped, on a line that libtest does not capture.

@@ -85,7 +85,7 @@ pub(crate) fn recorded() -> Case {
     let log = LOG.get_or_init(|| {
         let case = described();
         case.record("run.csv", &[]);
-        read(&case.path("run.csv"))
+        case.read("run.csv")
     });
     Case::of(&[
         ("experiment.toml", EXPERIMENT),

@@ -1,8 +1,9 @@
 //! Messages about a wrong experiment file: exit code 2, its line, the remedy.
 
-use crate::common::{Case, messages, one_line, sprung, stderr};
+use crate::common::{Case, f64_of, messages, one_line, sprung};
 
 /// Text of the demo's experiment, and what stands there instead.
+#[rustfmt::skip]
 const WRONG_TEXTS: &[(&str, &str)] = &[
     ("format = 1", "format = "),
     ("position_cutoff_hz =", "position_cutof_hz ="),
@@ -17,39 +18,18 @@ const WRONG_TEXTS: &[(&str, &str)] = &[
         "{ joint = \"joint3\", amplitude_deg = 3.0, frequency_hz = 1.0",
     ),
     ("kp_nm_per_rad   = [50.0, 5.0]", "kp_nm_per_rad = [50.0]"),
-    (
-        "position_cutoff_hz = \"auto\"",
-        "position_cutoff_hz = 600.0",
-    ),
+    ("position_cutoff_hz = \"auto\"", "position_cutoff_hz = 600.0"),
     ("name = \"direct\"", "name = \"di,rect\""),
     ("name = \"direct\"", "name = \"prediction\""),
     ("name = \"joint2\"\n", "name = \"joint1\"\n"),
     ("[50.0, 5.0]", "[50.0, nan]"),
-    (
-        "\"link2.coupling\"      = 0.016474",
-        "\"link2.coupling\" = inf",
-    ),
+    ("\"link2.coupling\"      = 0.016474", "\"link2.coupling\" = inf"),
     ("stiffness = 9.0", "stiffness = nan"),
-    (
-        "time_s             = \"t_s\"",
-        "time_s = \"t_s\"\ndelay_s = { q1_rad = 1e300 }",
-    ),
-    (
-        "time_s             = \"t_s\"",
-        "time_s = \"t_s\"\nsign = { q1 = -1 }",
-    ),
-    (
-        "time_s             = \"t_s\"",
-        "time_s = \"t_s\"\ntorque = \"hold\"",
-    ),
-    (
-        "time_s             = \"t_s\"",
-        "time_s = \"t_s\"\ntorque = \"held\"\ncontroller_period_s = -0.001",
-    ),
-    (
-        "time_s             = \"t_s\"",
-        "time_s = \"t_s\"\ncontroller_period_s = 0.001",
-    ),
+    ("time_s             = \"t_s\"", "time_s = \"t_s\"\ndelay_s = { q1_rad = 1e300 }"),
+    ("time_s             = \"t_s\"", "time_s = \"t_s\"\nsign = { q1 = -1 }"),
+    ("time_s             = \"t_s\"", "time_s = \"t_s\"\ntorque = \"hold\""),
+    ("time_s             = \"t_s\"", "time_s = \"t_s\"\ntorque = \"held\"\ncontroller_period_s = -0.001"),
+    ("time_s             = \"t_s\"", "time_s = \"t_s\"\ncontroller_period_s = 0.001"),
 ];
 
 #[test]
@@ -60,8 +40,8 @@ fn wrong_texts_are_named_with_line_and_remedy() {
         messages.note(&one_line(wrong), &message);
     }
     let output = sprung(&["identify", "/nonexistent/experiment.toml"]);
-    assert_eq!(output.status.code(), Some(4));
-    messages.note("no file", &stderr(&output));
+    output.ends(4);
+    messages.note("no file", &output.err);
     // Drives need constants that lie beside them.
     let constant = "torque_constant_nm_per_a = 0.119\n";
     let current =
@@ -99,20 +79,19 @@ fn overrides_are_checked_too() {
         messages.note(&assignment, &case.refused(3, &["--set", &assignment]));
     }
     messages.compare();
-    let output = case.identify(&["--set", "identify.position_cutoff_hz=12", "--quiet"]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    case.identify(&["--set", "identify.position_cutoff_hz=12", "--quiet"])
+        .ends(0);
 }
 
 #[test]
 fn overrides_reach_into_lists_by_name_or_index() {
     let case = Case::new();
     let stiffness = |assignment: &str| {
-        let output = case.identify(&["--json", "--set", assignment]);
-        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-        json["results"][0]["parameters"][13]["value"]
-            .as_f64()
-            .unwrap()
+        let json = case
+            .identify(&["--json", "--set", assignment])
+            .ends(0)
+            .json();
+        f64_of(&json["results"][0]["parameters"][13]["value"])
     };
     let sharp = stiffness("robot.joint.joint1.coulomb_sharpness_s_per_rad=100");
     let blunt = stiffness("robot.joint.joint1.coulomb_sharpness_s_per_rad=20");

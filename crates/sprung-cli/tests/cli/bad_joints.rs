@@ -1,7 +1,7 @@
 //! Messages about wrong joints, columns and names: exit code 2, the line of the file, the remedy.
 
 use crate::arm::{described, recorded, robot, urdf};
-use crate::common::{Case, messages, one_line, replacement, stderr};
+use crate::common::{Case, contains, messages, one_line, replacement};
 
 /// Assignments to keys of `[[robot.joint]]`.
 const WRONG_KEYS: &[&str] = &[
@@ -136,8 +136,8 @@ fn numbers_beyond_reason() {
         "robot.fixed={\"shoulder.stiffness\"=1e300}",
     ] {
         let output = case.identify(&[&motor_side[..], &["--set", more]].concat());
-        let message = stderr(&output);
-        assert_eq!(output.status.code(), Some(3), "{more}: {message}");
-        assert!(message.contains("numbers that are not finite"), "{message}");
+        let message = &output.err;
+        assert_eq!(output.code, Some(3), "{more}: {message}");
+        contains(message, &["numbers that are not finite"]);
     }
 }

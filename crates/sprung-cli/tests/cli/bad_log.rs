@@ -1,7 +1,7 @@
 //! Messages about a wrong log: exit code 3, line and column, the remedy. The corpus contains single cells and
 //! complete files.
 
-use crate::common::{Case, assert_true, messages, sprung, stderr, value};
+use crate::common::{Case, assert_true, contains, f64_of, messages, value};
 
 const TIME: usize = 0;
 const Q1: usize = 1;
@@ -15,29 +15,19 @@ const MOTORS_AND_LINKS: [usize; 4] = [Q1, Q2, PHI1, PHI2];
 
 /// A log with a time at one row that does not follow the time before it.
 fn time_at(row: usize, time: &str) -> Case {
-    Case::new().log(|i, cells| {
-        if i == row {
-            time.clone_into(&mut cells[TIME]);
-        }
-    })
+    Case::new().cell(row, TIME, time)
 }
 
 /// The demo's log with all positions in degrees.
 fn in_degrees() -> Case {
-    (MOTORS_AND_LINKS.into_iter()).fold(Case::new(), |case, column| {
-        case.column(column, f64::to_degrees)
-    })
+    Case::new().columns(&MOTORS_AND_LINKS, f64::to_degrees)
 }
 
 /// Logs that are refused, by their names.
 fn wrong_logs() -> Vec<(&'static str, Case)> {
     let short = (Case::new())
         .replace("position_cutoff_hz = \"auto\"", "position_cutoff_hz = 10.0")
-        .log(|row, cells| {
-            if row > 200 {
-                cells.clear();
-            }
-        });
+        .first_rows(200);
     let swapped = (Case::new())
         .replace("[\"q1_rad\", \"q2_rad\"]", "[\"phi1_rad\", \"q2_rad\"]")
         .replace(
@@ -50,9 +40,7 @@ fn wrong_logs() -> Vec<(&'static str, Case)> {
         "time_s = \"t_s\"\ntorque = \"held\"\ncontroller_period_s = 0.0007",
     );
     // If both encoders have the same factor, the check sees nothing and the regression reports the numbers.
-    let huge = [Q1, PHI1].into_iter().fold(Case::new(), |case, column| {
-        case.column(column, |x| 1e200 * x)
-    });
+    let huge = Case::new().columns(&[Q1, PHI1], |x| 1e200 * x);
     let column = |column: usize, change: fn(f64) -> f64| Case::new().column(column, change);
     vec![
         ("a time before the last one", time_at(50, "0.01")),
@@ -81,7 +69,7 @@ fn wrong_logs_are_named_with_column_and_remedy() {
         messages.note(name, &case.refused(3, &[]));
     }
     let missing = Case::new();
-    std::fs::remove_file(missing.path("identification.csv")).unwrap();
+    missing.remove("identification.csv");
     messages.note("no log", &missing.refused(4, &[]));
     messages.compare();
 }
@@ -89,15 +77,16 @@ fn wrong_logs_are_named_with_column_and_remedy() {
 #[test]
 fn numbers_beyond_reason_are_an_error() {
     let case = (Case::new().column(TAU1, |x| 1e300 * x)).column(Q1, |x| 1e200 * x);
-    let message = stderr(&case.identify(&[]));
+    let message = case.identify(&[]).err;
     assert!(message.starts_with("error: "), "{message}");
 }
 
 #[test]
 fn with_the_remedies_the_logs_are_right() {
     let reversed = Case::new().column(TAU2, |x| -x);
-    let output = reversed.identify(&["--set", "log.sign.tau2_nm=-1", "--quiet"]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    reversed
+        .identify(&["--set", "log.sign.tau2_nm=-1", "--quiet"])
+        .ends(0);
     let value = |case: &Case| {
         let (_, json) = case.results(&[]);
         value(&json, "joint1.stiffness")
@@ -123,12 +112,14 @@ fn late_time_stamps() {
         }
     });
     let output = case.identify(&["--json", "--verbose"]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    output.ends(0);
+    let json = output.json();
     assert_eq!(json["log"]["sampling"], "even");
     assert_eq!(json["log"]["interpolated"], 0);
-    assert!(stderr(&output).contains("Samples are even, and stamps are late"));
-    assert!(stderr(&output).contains("sampling = \"even\" in [log]"));
+    output.tells(&[
+        "Samples are even, and stamps are late",
+        "sampling = \"even\" in [log]",
+    ]);
 }
 
 #[test]
@@ -139,12 +130,14 @@ fn gaps_restart_the_filters_and_are_told() {
         }
     });
     let output = case.identify(&["--json", "--verbose"]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    output.ends(0);
+    let json = output.json();
     assert_eq!(json["log"]["gaps"], 1);
     assert_eq!(json["log"]["dropped"], 1);
-    assert!(stderr(&output).contains("has 1 gap, 0.500 s together"));
-    assert!(stderr(&output).contains("lacks 1 sample, at most three in a row, first at line 3001"));
+    output.tells(&[
+        "has 1 gap, 0.500 s together",
+        "lacks 1 sample, at most three in a row, first at line 3001",
+    ]);
     // Without a restart the filters would see a jump of half a second.
     assert_true(&json, &[("joint1.stiffness", 9.358_73)]);
 }
@@ -157,48 +150,37 @@ fn small_jitter_is_tolerated() {
             cells[TIME] = (time + 0.00003).to_string();
         }
     });
-    let output = case.identify(&["--quiet"]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    case.identify(&["--quiet"]).ends(0);
 }
 
 #[test]
 fn late_link_channel() {
     // The link position is 150 samples late.
-    let mut past = std::collections::VecDeque::new();
-    let case = Case::new().log(|row, cells| {
-        if row > 0 {
-            past.push_back(cells[Q1].clone());
-            if past.len() > 151 {
-                past.pop_front();
-            }
-            cells[Q1] = past[0].clone();
-        }
-    });
+    let case = Case::new().late(Q1, 150);
     // The delay is used, so a note says it.
     let output = case.identify(&["--json", "--verbose"]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    output.ends(0);
+    let json = output.json();
     assert_eq!(json["unknowns"][0]["id"], "delay q1_rad");
     assert_eq!(json["unknowns"][0]["status"], "applied");
-    let delay = json["unknowns"][0]["value"].as_f64().unwrap();
+    let delay = f64_of(&json["unknowns"][0]["value"]);
     assert!((delay - 0.149).abs() < 1e-3, "{delay}");
-    let message = stderr(&output);
-    for part in [
-        "delayed-channel",
-        "\"q1_rad\" was recorded 14",
-        "q1_rad\" = 0.14",
-    ] {
-        assert!(message.contains(part), "no {part:?} in {message}");
-    }
-    let output = case.identify(&["--quiet", "--set", "log.delay_s.q1_rad=estimate"]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let message = &output.err;
+    contains(
+        message,
+        &[
+            "delayed-channel",
+            "\"q1_rad\" was recorded 14",
+            "q1_rad\" = 0.14",
+        ],
+    );
+    case.identify(&["--quiet", "--set", "log.delay_s.q1_rad=estimate"])
+        .ends(0);
 }
 
 #[test]
 fn joint_that_stands_still() {
-    let case = [Q2, PHI2]
-        .into_iter()
-        .fold(Case::new(), |case, column| case.column(column, |_| 0.25));
+    let case = Case::new().columns(&[Q2, PHI2], |_| 0.25);
     case.warns(
         1,
         &[
@@ -228,22 +210,14 @@ fn motion_that_does_not_tell_parameters_apart() {
 #[test]
 fn results_of_a_joint_that_stands_still_can_be_validated() {
     // Without motion and torque there are no relative residuals.
-    let case = [Q2, PHI2, TAU2]
-        .into_iter()
-        .fold(Case::new(), |case, column| case.column(column, |_| 0.0));
-    let output = case.identify(&["--quiet"]);
-    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
-    let experiment = case.path("experiment.toml");
+    let case = Case::new().columns(&[Q2, PHI2, TAU2], |_| 0.0);
+    case.identify(&["--quiet"]).ends(1);
     let log = case.path("identification.csv");
     let set = format!(
         "validate=[{{name=\"own\",log={{file=\"{}\"}}}}]",
         log.display()
     );
-    let output = sprung(&["validate", experiment.to_str().unwrap(), "--set", &set]);
-    let message = stderr(&output);
-    assert_eq!(output.status.code(), Some(1), "{message}");
-    assert!(
-        message.contains("parameters-missing") && message.contains("joint2.stiffness"),
-        "{message}"
-    );
+    case.run("validate", &["--set", &set])
+        .ends(1)
+        .tells(&["parameters-missing", "joint2.stiffness"]);
 }

@@ -120,7 +120,7 @@ fn keys_of_the_log() {
     for text in KEYS_OF_ABSENT_FILES {
         assignment(&mut messages, &case, 4, text);
     }
-    std::fs::write(case.path("results.json"), "{\n  \"format\": 1\n}\n").unwrap();
+    case.write("results.json", "{\n  \"format\": 1\n}\n");
     assignment(&mut messages, &case, 3, "log.file=results.json");
     messages.compare();
 }
@@ -139,12 +139,12 @@ fn keys_of_robot_controller_and_estimation() {
 fn verbs_flags_and_their_files() {
     let mut messages = messages("verbs_flags_and_their_files");
     let case = Case::new();
-    std::fs::write(case.path("empty.toml"), "").unwrap();
+    case.write("empty.toml", "");
     std::fs::create_dir(case.path("empty")).unwrap();
     let run = |words: &str| {
         let words: Vec<String> = (words.split(' '))
             .map(|word| match word.strip_prefix('@') {
-                Some(file) => case.path(file).to_str().unwrap().to_owned(),
+                Some(file) => case.at(file),
                 None => word.to_owned(),
             })
             .collect();
@@ -153,7 +153,7 @@ fn verbs_flags_and_their_files() {
     for (words, code) in WRONG_COMMANDS {
         let output = run(words);
         let message = case.message(&output);
-        assert_eq!(output.status.code(), Some(*code), "{words}: {message}");
+        assert_eq!(output.code, Some(*code), "{words}: {message}");
         messages.note(words, &message);
     }
     assert!(!case.path("arm").exists());

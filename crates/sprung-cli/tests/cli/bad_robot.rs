@@ -1,7 +1,7 @@
 //! Messages about a wrong robot: exit code 2, the line of the file, the remedy.
 
 use crate::arm::{URDF, described, robot, urdf};
-use crate::common::{Case, messages, replacement, sprung, stderr};
+use crate::common::{Case, messages, replacement, sprung};
 
 /// Text of the URDF file, and what stands there instead.
 const WRONG_URDF: &[(&str, &str)] = &[
@@ -59,7 +59,7 @@ fn wrong_urdf_files() {
         messages.note(&case, &urdf(text, wrong).refused(2, &[]));
     }
     let case = described();
-    std::fs::remove_file(case.path("arm.urdf")).unwrap();
+    case.remove("arm.urdf");
     messages.note("no file", &case.refused(4, &[]));
     messages.compare();
 }
@@ -103,6 +103,5 @@ fn joints_in_the_wrong_order_and_no_joints() {
     let empty = none.replace("urdf = \"arm.urdf\"", "dh_modified = []");
     messages.note("no joints and no rows", &case(&empty).refused(2, &[]));
     messages.compare();
-    let output = sprung(&["simulate", case(&empty).path("").to_str().unwrap()]);
-    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    sprung(&["simulate", case(&empty).path("").to_str().unwrap()]).ends(2);
 }

@@ -5,7 +5,7 @@ use std::process::Command;
 
 use tempfile::TempDir;
 
-use crate::common::demo;
+use crate::common::{Ran, demo, str_of};
 
 /// The browser, or `None` and a report that the test is skipped.
 fn browser() -> Option<PathBuf> {
@@ -26,29 +26,26 @@ fn browser() -> Option<PathBuf> {
 /// console; `None` without a browser.
 fn open(page: &Path, fragment: &str, more: &[&str]) -> Option<(String, String)> {
     let profile = TempDir::new().unwrap();
-    let output = Command::new(browser()?)
-        .args([
-            "--headless",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--disable-quic",
-            "--no-first-run",
-            "--disable-background-networking",
-            "--disable-component-update",
-            "--disable-sync",
-            "--enable-logging=stderr",
-            "--virtual-time-budget=10000",
-            "--dump-dom",
-        ])
-        .args(more)
-        .arg(format!("--user-data-dir={}", profile.path().display()))
-        .arg(format!("file://{}{fragment}", page.display()))
-        .output()
-        .unwrap();
-    Some((
-        String::from_utf8_lossy(&output.stdout).into_owned(),
-        String::from_utf8_lossy(&output.stderr).into_owned(),
-    ))
+    let output = Ran::of(
+        Command::new(browser()?)
+            .args([
+                "--headless",
+                "--no-sandbox",
+                "--disable-gpu",
+                "--disable-quic",
+                "--no-first-run",
+                "--disable-background-networking",
+                "--disable-component-update",
+                "--disable-sync",
+                "--enable-logging=stderr",
+                "--virtual-time-budget=10000",
+                "--dump-dom",
+            ])
+            .args(more)
+            .arg(format!("--user-data-dir={}", profile.path().display()))
+            .arg(format!("file://{}{fragment}", page.display())),
+    );
+    Some((output.out, output.err))
 }
 
 /// Returns the numbers of drawn and of expected plots, from the attribute `data-plots-drawn` that the page sets.
@@ -87,9 +84,9 @@ fn every_plot_is_drawn_without_a_word_on_the_console() {
 #[test]
 fn the_report_of_a_check_is_drawn() {
     let case = crate::common::Case::new().column(1, |q| if q > 0.04 { q + 0.3 } else { q });
-    let experiment = case.path("experiment.toml");
-    let output = crate::common::sprung(&["check", "-q", experiment.to_str().unwrap()]);
-    assert!(output.status.code().is_some());
+    let experiment = case.at("experiment.toml");
+    let output = crate::common::sprung(&["check", "-q", &experiment]);
+    assert!(output.code.is_some());
     let page = case.path("sprung-out/check.html");
     let Some((document, log)) = open(&page, "#all", &["--window-size=1280,1024"]) else {
         return;
@@ -209,8 +206,7 @@ fn a_paragraph_that_is_too_wide_is_found() {
 fn no_part_of_other_reports_is_cut_off() {
     let case = crate::common::Case::new();
     let folder = case.path("sprung-out");
-    let experiment = case.path("experiment.toml");
-    let experiment = experiment.to_str().unwrap();
+    let experiment = &*case.at("experiment.toml");
     let of_demo = demo().join("sprung-out");
     let comparison = case.path("comparison");
     let results = of_demo.to_str().unwrap();
@@ -231,7 +227,7 @@ fn no_part_of_other_reports_is_cut_off() {
     ];
     for (command, page) in commands {
         let output = crate::common::sprung(command);
-        assert!(page.exists(), "{}", crate::common::stderr(&output));
+        assert!(page.exists(), "{}", output.err);
         let Some(found) = overflows(&page, "#all", &WIDTHS) else {
             return;
         };
@@ -330,7 +326,7 @@ fn figures_and_tables_can_be_saved() {
     assert!(found["svg"].as_u64() >= Some(9), "{found}");
     assert_eq!(found["png"], found["svg"], "{found}");
     assert!(found["csv"].as_u64() >= Some(8), "{found}");
-    let lines: Vec<&str> = found["lines"].as_str().unwrap().lines().collect();
+    let lines: Vec<&str> = str_of(&found["lines"]).lines().collect();
     assert!(
         lines[0].starts_with("Group,Parameter,prediction-error,s.e.,Unit,"),
         "{lines:?}"

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::arm::read;
-use crate::common::{Case, stderr};
+use crate::common::Case;
 use crate::export::{known, with_values};
 
 /// Turning and sliding joints, flexible and rigid, in a tilted world, with a name that C forbids.
@@ -76,8 +76,7 @@ fn mixed() -> Case {
 
 /// Writes the code of a robot; returns its folder.
 fn exported(case: &Case, format: &str) -> std::path::PathBuf {
-    let output = with_values(case, format, &[]);
-    assert!(output.status.success(), "{}", stderr(&output));
+    with_values(case, format, &[]).ends(0);
     case.path("sprung-out")
 }
 
@@ -128,9 +127,8 @@ fn c_has_the_numbers_of_the_model() {
             assert!(!ok && text.contains("FAIL"), "{text}");
         }
         // An edited file is not replaced.
-        let output = with_values(&case, "c", &[]);
-        assert!(stderr(&output).contains("robot.c was edited"));
-        assert!(with_values(&case, "c", &["--force"]).status.success());
+        with_values(&case, "c", &[]).tells(&["robot.c was edited"]);
+        with_values(&case, "c", &["--force"]).ends(0);
     }
 }
 

@@ -1,14 +1,15 @@
 //! `sprung compare`: results side by side.
 
 use std::path::Path;
-use std::process::Output;
 
 use serde_json::Value;
 
-use crate::common::{Case, demo, messages, sprung, stderr, stdout};
+use crate::common::{
+    Case, Ran, contains, demo, f64_of, finding, list_of, messages, sprung, str_of,
+};
 
 /// Runs `sprung compare` on files, with results in `out`.
-fn compare(files: &[&Path], out: &Path, more: &[&str]) -> Output {
+fn compare(files: &[&Path], out: &Path, more: &[&str]) -> Ran {
     let mut args = vec!["compare", "--out", out.to_str().unwrap()];
     args.extend(files.iter().map(|file| file.to_str().unwrap()));
     args.extend(more);
@@ -21,45 +22,27 @@ fn identified(simulate: &[&str], identify: &[&str]) -> Case {
     case.record("own.csv", simulate);
     let mut args = vec!["-q", "--set", "log.file=own.csv"];
     args.extend(identify);
-    let output = case.identify(&args);
-    assert!(output.status.success(), "{}", stderr(&output));
+    case.identify(&args).ends(0);
     case
-}
-
-fn json(output: &Output) -> Value {
-    let json = serde_json::from_slice(&output.stdout);
-    json.unwrap_or_else(|_| panic!("{}", stderr(output)))
-}
-
-/// The text of a finding.
-fn finding<'a>(json: &'a Value, code: &str) -> Option<&'a str> {
-    let all = json["findings"].as_array().unwrap();
-    let found = all.iter().find(|finding| finding["code"] == code);
-    found.map(|finding| finding["text"].as_str().unwrap())
 }
 
 #[test]
 fn methods_of_one_file_stand_side_by_side() {
     let folder = tempfile::TempDir::new().unwrap();
-    let output = compare(&[demo()], folder.path(), &[]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let text = stdout(&output);
-    for word in [
+    compare(&[demo()], folder.path(), &[]).ends(0).prints(&[
         "least-squares",
         "lsff",
         "joint1.stiffness",
         "in s.e.",
         "report.html",
-    ] {
-        assert!(text.contains(word), "no {word} in {text}");
-    }
+    ]);
     let file = std::fs::read_to_string(folder.path().join("comparison.json")).unwrap();
     let json: Value = serde_json::from_str(&file).unwrap();
     assert_eq!(json["format"], 1);
     let stiffness = &json["parameters"][9];
     assert_eq!(stiffness["name"], "joint1.stiffness");
     let [first, second] = [0, 1].map(|i| &stiffness["values"][i]);
-    let of = |value: &Value, key: &str| value[key].as_f64().unwrap();
+    let of = |value: &Value, key: &str| f64_of(&value[key]);
     let difference = of(second, "value") - of(first, "value");
     let percent = 100.0 * difference / of(first, "value");
     assert!((of(second, "difference_percent") - percent).abs() < 1e-9);
@@ -75,12 +58,10 @@ fn json_is_all_that_is_printed() {
     let folder = tempfile::TempDir::new().unwrap();
     let output = compare(&[demo()], folder.path(), &["--json"]);
     let file = std::fs::read(folder.path().join("comparison.json")).unwrap();
-    assert_eq!(
-        json(&output),
-        serde_json::from_slice::<Value>(&file).unwrap()
-    );
+    let written: Value = serde_json::from_slice(&file).unwrap();
+    assert_eq!(output.json(), written);
     let output = compare(&[demo()], folder.path(), &["-q"]);
-    assert!(output.stdout.is_empty() && output.stderr.is_empty());
+    assert_eq!(output.out + &output.err, "");
 }
 
 #[test]
@@ -95,11 +76,11 @@ fn runs_of_one_robot_agree() {
     let folders = runs.each_ref().map(|run| run.path(""));
     let files = folders.each_ref().map(std::path::PathBuf::as_path);
     let out = runs[0].path("compared");
-    let json = json(&compare(&files, &out, &["--json"]));
-    assert_eq!(json["compared"].as_array().unwrap().len(), 3);
+    let json = compare(&files, &out, &["--json"]).json();
+    assert_eq!(list_of(&json["compared"]).len(), 3);
     assert_eq!(finding(&json, "runs-disagree"), None);
     // The labels of the files are their folders, because the names are equal.
-    let label = json["compared"][1]["label"].as_str().unwrap();
+    let label = str_of(&json["compared"][1]["label"]);
     assert!(files[1].to_str().unwrap().contains(label), "{label}");
 }
 
@@ -117,16 +98,18 @@ fn runs_of_a_robot_that_changed_disagree() {
     changed.record("own.csv", &["--set", "simulate.seed=5"]);
     changed.identify(&[&["-q", "--set", "log.file=own.csv"], &settings[..]].concat());
     let out = before.path("compared");
-    let output = compare(&[&before.path(""), &changed.path("")], &out, &[]);
-    assert_eq!(output.status.code(), Some(0));
-    let message = stderr(&output);
+    let message = compare(&[&before.path(""), &changed.path("")], &out, &[])
+        .ends(0)
+        .err
+        .clone();
     println!("{message}");
-    assert!(message.contains("runs-disagree"), "{message}");
-    assert!(message.contains("joint1.stiffness from 9.3"), "{message}");
-    assert!(message.contains("gains"), "{message}");
+    contains(
+        &message,
+        &["runs-disagree", "joint1.stiffness from 9.3", "gains"],
+    );
     assert!(!message.contains("joint2"), "{message}");
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();
-    assert!(report.contains("runs disagree") && report.contains("class=\"bar c1\""));
+    contains(&report, &["runs disagree", "class=\"bar c1\""]);
 }
 
 #[test]
@@ -140,9 +123,9 @@ fn parameters_that_only_one_has_are_shown_as_such() {
     offset.identify(&["-q"]);
     let out = plain.path("compared");
     let output = compare(&[&plain.path(""), &offset.path("")], &out, &["-v"]);
-    let message = stderr(&output);
-    assert!(message.contains("2 of 17 parameters"), "{message}");
-    assert!(stdout(&output).contains("absent"), "{}", stdout(&output));
+    let message = &output.err;
+    contains(message, &["2 of 17 parameters"]);
+    output.prints(&["absent"]);
 }
 
 #[test]
@@ -156,25 +139,27 @@ fn robots_that_share_nothing_are_refused() {
     let out = case.path("compared");
     let files = [&*case.path(""), &*other.path("")];
     // The names of the links are equal, those of the joints differ.
-    let output = compare(&files, &out, &["-v"]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    assert!(stderr(&output).contains("different-parameters"));
+    compare(&files, &out, &["-v"])
+        .ends(0)
+        .tells(&["different-parameters"]);
 
     let file = "sprung-out/identification.json";
     let other = other
         .replace_in(file, "link1.", "upper.")
         .replace_in(file, "link2.", "lower.");
-    let output = compare(&[&case.path(""), &other.path("")], &out, &[]);
-    assert_eq!(output.status.code(), Some(2));
-    let message = stderr(&output);
-    for word in [
-        "no parameter in common",
-        "upper.inertia_total",
-        "Quanser",
-        "the same names",
-    ] {
-        assert!(message.contains(word), "{message}");
-    }
+    let message = compare(&[&case.path(""), &other.path("")], &out, &[])
+        .ends(2)
+        .err
+        .clone();
+    contains(
+        &message,
+        &[
+            "no parameter in common",
+            "upper.inertia_total",
+            "Quanser",
+            "the same names",
+        ],
+    );
 }
 
 #[test]
@@ -184,9 +169,10 @@ fn different_robots_are_refused_with_their_files() {
     let other = Case::new().replace("name = \"Quanser", "name = \"My Quanser");
     other.identify(&["-q"]);
     let out = case.path("compared");
-    let output = compare(&[&case.path(""), &other.path("")], &out, &[]);
-    assert_eq!(output.status.code(), Some(2));
-    let message = stderr(&output);
+    let message = compare(&[&case.path(""), &other.path("")], &out, &[])
+        .ends(2)
+        .err
+        .clone();
     let [one, two] = [&case, &other].map(|case| case.path("sprung-out/identification.json"));
     for word in [
         "\"Quanser 2-DOF serial flexible joint\"",
@@ -207,7 +193,7 @@ fn files_that_are_no_identification_are_named() {
     case.identify(&["-q"]);
     let good = case.path("sprung-out/identification.json");
     let text = std::fs::read_to_string(&good).unwrap();
-    let write = |name: &str, text: &str| std::fs::write(case.path(name), text).unwrap();
+    let write = |name: &str, text: &str| case.write(name, text);
     write("empty.json", " ");
     let key = "\"results\":";
     let end = text.find(key).unwrap() + key.len();
@@ -217,12 +203,12 @@ fn files_that_are_no_identification_are_named() {
         &text.replacen("\"format\": 3", "\"format\": 7", 1),
     );
     write("list.json", "[1, 2]");
-    write("schema.json", &stdout(&sprung(&["schema"])));
+    write("schema.json", &sprung(&["schema"]).out);
     write(
         "noresults.json",
         r#"{"format": 1, "results": [], "log": {}}"#,
     );
-    std::fs::write(case.path("binary.json"), [0xff, 0xfe, 0x00]).unwrap();
+    case.write("binary.json", [0xff, 0xfe, 0x00]);
     std::fs::create_dir(case.path("folder")).unwrap();
     write("validation.json", r#"{"format": 1, "runs": [{}]}"#);
     for (name, code) in [
@@ -245,7 +231,7 @@ fn files_that_are_no_identification_are_named() {
         let out = case.path("compared");
         let output = compare(&[&good, &case.path(name)], &out, &[]);
         let message = case.message(&output);
-        assert_eq!(output.status.code(), Some(code), "{name}: {message}");
+        assert_eq!(output.code, Some(code), "{name}: {message}");
         assert_eq!(message.trim().lines().count(), 1, "{message}");
         assert!(!out.exists(), "{name}: a failed run left results");
         // Half of a file ends at another place after every change of its content.
@@ -268,9 +254,7 @@ fn kept_promises_are_counted() {
     set["predictions"][1]["torque_ratio"] = 2.3.into();
     std::fs::write(&broken, validation.to_string()).unwrap();
     let out = case.path("compared");
-    let output = compare(&[demo(), &broken], &out, &[]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let text = stdout(&output);
+    let text = compare(&[demo(), &broken], &out, &[]).ends(0).out.clone();
     let last = text.trim_end().lines().next_back().unwrap();
     // Each of two validations has a separate log and three parameter sets.
     let start = "The promises are kept in 5 of 6 validations; the largest error is the torque error \
@@ -280,30 +264,20 @@ fn kept_promises_are_counted() {
         last.ends_with("other.json), 2.3 times the promised one."),
         "{last}"
     );
-    assert!(
-        text.contains("joint1.stiffness") && text.contains("own log"),
-        "{text}"
-    );
+    contains(&text, &["joint1.stiffness", "own log"]);
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();
-    assert!(report.contains("kept in 5 of 6 validations") && report.contains("id=\"promises\""));
+    contains(&report, &["kept in 5 of 6 validations", "id=\"promises\""]);
 
     // Validations alone are compared too.
-    let output = compare(&[&broken], &out, &["--json"]);
-    let json = json(&output);
-    assert_eq!(json["compared"].as_array().unwrap().len(), 0);
-    let promises = json["promises"].as_array().unwrap();
+    let json = compare(&[&broken], &out, &["--json"]).json();
+    assert_eq!(list_of(&json["compared"]).len(), 0);
+    let promises = list_of(&json["promises"]);
     // Sets with changed values have no promise.
     assert_eq!(promises.len(), 6);
     assert_eq!(promises[3]["predictions"][1]["torque_ratio"], 2.3);
     assert_eq!(promises[0]["same_log"], true);
-    let words = json["promises_kept"].as_str().unwrap();
-    assert!(words.contains("in 2 of 3 validations"), "{words}");
-    let output = compare(&[&broken, &broken], &out, &[]);
-    assert!(
-        stderr(&output).contains("given twice"),
-        "{}",
-        stderr(&output)
-    );
+    contains(str_of(&json["promises_kept"]), &["in 2 of 3 validations"]);
+    compare(&[&broken, &broken], &out, &[]).tells(&["given twice"]);
 }
 
 #[test]
@@ -311,25 +285,17 @@ fn one_result_is_not_enough() {
     let case = Case::new();
     case.identify(&["-q", "--set", "identify.estimator=least-squares"]);
     let file = case.path("sprung-out/identification.json");
-    let output = compare(&[&file], &case.path("compared"), &[]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(
-        stderr(&output).contains("only one result"),
-        "{}",
-        stderr(&output)
-    );
-    let output = compare(&[&file, &case.path("")], &case.path("compared"), &[]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(
-        stderr(&output).contains("given twice"),
-        "{}",
-        stderr(&output)
-    );
-    assert_eq!(sprung(&["compare"]).status.code(), Some(2));
+    compare(&[&file], &case.path("compared"), &[])
+        .ends(2)
+        .tells(&["only one result"]);
+    compare(&[&file, &case.path("")], &case.path("compared"), &[])
+        .ends(2)
+        .tells(&["given twice"]);
+    sprung(&["compare"]).ends(2);
 }
 
 #[test]
 fn help_shows_an_example_first() {
-    let text = stdout(&sprung(&["help", "compare"]));
+    let text = sprung(&["help", "compare"]).out;
     assert!(text.starts_with("Example: sprung compare run1/"), "{text}");
 }

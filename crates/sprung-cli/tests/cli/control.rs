@@ -1,11 +1,12 @@
 //! `sprung control`: a designed controller, its files and its refusals.
 
 use std::fs;
-use std::process::Output;
 
 use serde_json::Value;
 
-use crate::common::{Case, demo, messages, sprung, stderr, stdout, without_decimals};
+use crate::common::{
+    Case, Ran, contains, demo, f64_of, list_of, messages, sprung, without_decimals,
+};
 
 /// Settings of a short design.
 const SHORT: [&str; 4] = [
@@ -16,7 +17,7 @@ const SHORT: [&str; 4] = [
 ];
 
 /// Designs a controller for the demo's arm into the folder `design` of a case.
-fn control(case: &Case, set: &[&str], more: &[&str]) -> Output {
+fn control(case: &Case, set: &[&str], more: &[&str]) -> Ran {
     let (experiment, out) = (case.path("experiment.toml"), case.path("design"));
     let identified = demo().join("sprung-out/identification.json");
     let mut args = vec!["control", experiment.to_str().unwrap()];
@@ -33,71 +34,54 @@ fn control(case: &Case, set: &[&str], more: &[&str]) -> Output {
 
 fn designed(case: &Case, set: &[&str], more: &[&str]) -> Value {
     let output = control(case, set, &[&["--json"], more].concat());
-    assert!(output.status.success(), "{}", stderr(&output));
-    serde_json::from_str(&stdout(&output)).unwrap()
+    output.ends(0);
+    output.json()
 }
 
 #[test]
 fn a_designed_controller_runs_as_that_of_an_experiment_and_as_code() {
     let case = Case::new();
     let design = designed(&case, &["control.shaper_modes=1"], &[]);
-    for margins in design["loops"].as_array().unwrap() {
-        assert!(margins["gain_db"]["worst"].as_f64().unwrap() >= 6.0);
-        assert!(margins["phase_deg"]["worst"].as_f64().unwrap() >= 40.0);
+    for margins in list_of(&design["loops"]) {
+        assert!(f64_of(&margins["gain_db"]["worst"]) >= 6.0);
+        assert!(f64_of(&margins["phase_deg"]["worst"]) >= 40.0);
     }
-    for tracking in design["proof"]["tracking"].as_array().unwrap() {
-        let designed = tracking["designed_rad"]["worst"].as_f64().unwrap();
-        assert!(designed < 0.25 * tracking["declared_rad"].as_f64().unwrap());
+    for tracking in list_of(&design["proof"]["tracking"]) {
+        let designed = f64_of(&tracking["designed_rad"]["worst"]);
+        assert!(designed < 0.25 * f64_of(&tracking["declared_rad"]));
     }
-    let text = fs::read_to_string(case.path("design/control.html")).unwrap();
+    let text = case.read("design/control.html");
     for id in ["loops", "vibrations", "moves", "tracking"] {
         assert!(text.contains(&format!("id=\"{id}\"")), "{id}");
     }
     // The controller replaces that of the experiment, without its reference.
-    let written = fs::read_to_string(case.path("design/controller.toml")).unwrap();
-    let experiment = case.path("experiment.toml");
-    let text = fs::read_to_string(&experiment).unwrap();
+    let written = case.read("design/controller.toml");
+    let text = case.read("experiment.toml");
     let (before, rest) = text.split_once("[controller] ").unwrap();
     let (_, after) = rest.split_once("[controller.reference]").unwrap();
     let whole = format!("{before}{written}\n[controller.reference]{after}");
-    fs::write(&experiment, whole).unwrap();
-    let log = case.path("run");
-    let simulated = sprung(&[
+    case.write("experiment.toml", whole);
+    let log = case.at("run");
+    case.run(
         "simulate",
-        experiment.to_str().unwrap(),
-        "--out",
-        log.to_str().unwrap(),
-        "--set",
-        "simulate.duration_s=2",
-    ]);
-    assert!(simulated.status.success(), "{}", stderr(&simulated));
+        &["--out", &log, "--set", "simulate.duration_s=2"],
+    )
+    .ends(0);
 
     let export = |format: &str| {
-        sprung(&[
-            "export",
-            experiment.to_str().unwrap(),
-            "--parameters",
-            demo()
-                .join("sprung-out/identification.json")
-                .to_str()
-                .unwrap(),
-            "--control",
-            case.path("design/control.json").to_str().unwrap(),
-            "--format",
-            format,
-            "--out",
-            case.path("code").to_str().unwrap(),
-        ])
+        let identified = demo().join("sprung-out/identification.json");
+        let parameters = ["--parameters", identified.to_str().unwrap()];
+        let (design, out) = (case.at("design/control.json"), case.at("code"));
+        let of = ["--control", &design, "--format", format, "--out", &out];
+        case.run("export", &[&parameters[..], &of].concat())
     };
     for (format, file) in [("c", "code/robot.c"), ("rust", "code/robot.rs")] {
-        let output = export(format);
-        assert!(output.status.success(), "{}", stderr(&output));
-        let code = fs::read_to_string(case.path(file)).unwrap();
-        assert!(code.contains("control_step") && code.contains("feedforward"));
+        export(format).ends(0);
+        contains(&case.read(file), &["control_step", "feedforward"]);
     }
-    let refused = export("urdf");
-    assert_eq!(refused.status.code(), Some(2));
-    assert!(stderr(&refused).contains("URDF files have no controller"));
+    export("urdf")
+        .ends(2)
+        .tells(&["URDF files have no controller"]);
 }
 
 #[test]
@@ -109,8 +93,7 @@ fn the_same_seed_gives_the_same_files_on_any_number_of_threads() {
             &["control.feedback=declared"],
             &["--threads", threads],
         );
-        ["control.json", "controller.toml"]
-            .map(|file| fs::read_to_string(case.path("design").join(file)).unwrap())
+        ["control.json", "controller.toml"].map(|file| case.read(&format!("design/{file}")))
     };
     let one = files("1");
     assert!(one[1].contains("kind = \"pd\"") && one[1].contains("shaper = [["));
@@ -123,17 +106,12 @@ fn the_controller_of_the_log_gives_the_period_and_gains_and_verdict_are_printed(
     let held = "log.torque=held";
     let set = ["control.feedback=pd", held, "log.controller_period_s=0.002"];
     let output = control(&case, &set, &[]);
-    let text = stdout(&output);
-    assert!(
-        text.contains("pd every 2.000 ms"),
-        "{text}{}",
-        stderr(&output)
-    );
-    assert!(text.contains("\nverdict of the values: good\n"), "{text}");
-    let written = fs::read_to_string(case.path("design/control.json")).unwrap();
-    let design: Value = serde_json::from_str(&written).unwrap();
+    let text = &output.out;
+    assert!(text.contains("pd every 2.000 ms"), "{text}{}", output.err);
+    contains(text, &["\nverdict of the values: good\n"]);
+    let design = case.json("design/control.json");
     assert_eq!(design["controller"]["period_s"], 0.002);
-    let gain = design["controller"]["gain"][0][2].as_f64().unwrap();
+    let gain = f64_of(&design["controller"]["gain"][0][2]);
     let row = text
         .lines()
         .find(|line| line.trim_start().starts_with("joint1"));
@@ -151,14 +129,14 @@ fn the_controller_of_the_log_gives_the_period_and_gains_and_verdict_are_printed(
         held,
         "log.controller_period_s=0.0005",
     ];
-    assert!(stdout(&control(&case, &set, &[])).contains("every 1.000 ms"));
+    assert!(control(&case, &set, &[]).out.contains("every 1.000 ms"));
 }
 
 #[test]
 fn what_cannot_be_designed_is_refused_and_nothing_is_written() {
     let mut messages = messages("what_cannot_be_designed_is_refused_and_nothing_is_written");
     let case = Case::new();
-    fs::write(case.path("path.csv"), "joint1,joint2\n0.1,0.2\n0.3,1.5\n").unwrap();
+    case.write("path.csv", "joint1,joint2\n0.1,0.2\n0.3,1.5\n");
     let limits = "robot.joint.1.limits={position_rad=[-1.0, 1.0]}";
     for set in [
         &["control.bandwidth_hz=[60.0]"][..],
@@ -180,7 +158,7 @@ fn what_cannot_be_designed_is_refused_and_nothing_is_written() {
         &["controller.shaper=[[0.0, 0.5], [0.1, 0.4]]"],
     ] {
         let output = control(&case, set, &[]);
-        assert!(!output.status.success(), "{set:?}");
+        assert_ne!(output.code, Some(0), "{set:?}");
         messages.note(&set.join(" "), &without_decimals(&case.message(&output)));
     }
     assert!(!case.path("design/control.json").exists());
@@ -192,24 +170,15 @@ fn unusable_values_need_a_word_and_given_values_are_exact() {
     let case = Case::new();
     let text = fs::read_to_string(demo().join("sprung-out/identification.json")).unwrap();
     let text = text.replacen("\"verdict\": \"good\"", "\"verdict\": \"unusable\"", 1);
-    fs::write(case.path("unusable.json"), text).unwrap();
+    case.write("unusable.json", text);
     let file = case.path("unusable.json");
     let file = ["--parameters", file.to_str().unwrap()];
-    let refused = control(&case, &[], &file);
-    assert_eq!(refused.status.code(), Some(2));
-    assert!(
-        stderr(&refused).contains("unusable"),
-        "{}",
-        stderr(&refused)
-    );
+    control(&case, &[], &file).ends(2).tells(&["unusable"]);
     let design = designed(&case, &[], &[&file[..], &["--accept-unusable"]].concat());
     assert_eq!(design["verdict"], "unusable");
-    let truth = case.path("truth.toml");
-    let design = designed(&case, &[], &["--parameters", truth.to_str().unwrap()]);
+    let truth = case.at("truth.toml");
+    let design = designed(&case, &[], &["--parameters", &truth]);
     assert_eq!(design["draws"], 0);
     let assumed = design["assumed"].to_string();
-    assert!(
-        assumed.contains("no margin covers their errors"),
-        "{assumed}"
-    );
+    contains(&assumed, &["no margin covers their errors"]);
 }

@@ -1,11 +1,10 @@
 //! `sprung compare` over time: drift of one robot.
 
 use std::path::{Path, PathBuf};
-use std::process::Output;
 
 use serde_json::Value;
 
-use crate::common::{Case, sprung, stderr, stdout};
+use crate::common::{Case, Ran, contains, list_of, sprung, str_of};
 
 /// First second of the first log, since 1970: 2026-01-05 08:00.
 const FROM_S: f64 = 1_767_600_000.0;
@@ -25,21 +24,21 @@ fn runs(count: usize, fall: f64, dated: bool) -> Vec<Case> {
                 cells[0] = format!("{:.3}", FROM_S + SECONDS_PER_WEEK * k as f64 + time);
             }
         });
-        let output = case.identify(&["-q", "--set", "identify.estimator=least-squares"]);
-        assert!(output.status.success(), "{}", stderr(&output));
+        case.identify(&["-q", "--set", "identify.estimator=least-squares"])
+            .ends(0);
         case
     };
     (0..count).map(run).collect()
 }
 
 /// Compares runs in the given order.
-fn compare<'a>(runs: impl Iterator<Item = &'a Case>, out: &Path, more: &[&str]) -> Output {
+fn compare<'a>(runs: impl Iterator<Item = &'a Case>, out: &Path, more: &[&str]) -> Ran {
     let folders: Vec<PathBuf> = runs.map(|run| run.path("")).collect();
     let mut args = vec!["compare", "--out", out.to_str().unwrap()];
     args.extend(folders.iter().map(|folder| folder.to_str().unwrap()));
     args.extend(more);
     let output = sprung(&args);
-    assert!(output.status.success(), "{}", stderr(&output));
+    output.ends(0);
     output
 }
 
@@ -49,9 +48,9 @@ fn read(out: &Path) -> Value {
 
 /// The codes of the findings, with their parameters.
 fn drifting(json: &Value) -> Vec<String> {
-    let all = json["findings"].as_array().unwrap().iter();
+    let all = list_of(&json["findings"]).iter();
     all.filter(|finding| finding["code"] == "parameter-drifts")
-        .flat_map(|finding| finding["parameters"].as_array().unwrap())
+        .flat_map(|finding| list_of(&finding["parameters"]))
         .map(|name| name.as_str().unwrap().to_owned())
         .collect()
 }
@@ -69,32 +68,30 @@ fn a_stiffness_that_falls_is_found_in_the_order_of_the_dates() {
     let times: Vec<f64> = serde_json::from_value(drift["times"].clone()).unwrap();
     assert_eq!(times, [0.0, 7.0, 14.0, 21.0, 28.0, 35.0]);
     // The first result is the oldest, though it was given last.
-    let oldest = json["compared"][0]["file"].as_str().unwrap();
+    let oldest = str_of(&json["compared"][0]["file"]);
     assert!(
         oldest.starts_with(runs[0].path("").to_str().unwrap()),
         "{oldest}"
     );
-    let all = drift["parameters"].as_array().unwrap();
+    let all = list_of(&drift["parameters"]);
     let of = all
         .iter()
         .find(|parameter| parameter["name"] == "joint1.stiffness");
     let percent = of.unwrap()["change_percent"].as_f64().unwrap();
     // Half of the change tells it from none and from twice.
     assert!((-7.5..-2.5).contains(&percent), "{percent}");
-    let (text, message) = (stdout(&output), stderr(&output));
-    for word in [
-        "drift over 6 runs",
-        "1 of 15 parameters of least-squares drifts",
-        "2026-02-09",
-    ] {
-        assert!(text.contains(word), "no {word} in {text}");
-    }
-    assert!(
-        message.contains("joint1.stiffness drifts by -"),
-        "{message}"
+    let (text, message) = (output.out, output.err);
+    contains(
+        &text,
+        &[
+            "drift over 6 runs",
+            "1 of 15 parameters of least-squares drifts",
+            "2026-02-09",
+        ],
     );
+    contains(&message, &["joint1.stiffness drifts by -"]);
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();
-    assert!(report.contains("id=\"drift\"") && report.contains("parameters drift"));
+    contains(&report, &["id=\"drift\"", "parameters drift"]);
 }
 
 #[test]
@@ -107,12 +104,9 @@ fn robots_that_do_not_change_do_not_drift_and_runs_without_dates_keep_their_orde
     let drift = &json["drift"][0];
     assert_eq!(drift["time_unit"], "run");
     assert!(drift["parameters"][0]["change_per_day"].is_null());
-    let text = stdout(&output);
+    let text = &output.out;
     let start = "None of 15 parameters of least-squares drifts over 4 runs in the order given, because the logs of ";
-    assert!(
-        text.contains(start) && text.contains("have no dates"),
-        "{text}"
-    );
+    contains(text, &[start, "have no dates"]);
 
     // Three runs are too few, and results of one log are of one time.
     compare(runs.iter().take(3), &out, &[]);

@@ -1,11 +1,12 @@
 //! `sprung excite`: a designed experiment, its files and its refusals.
 
 use std::fs;
-use std::process::Output;
 
 use serde_json::Value;
 
-use crate::common::{Case, messages, sprung, stderr, stdout, without_decimals};
+use crate::common::{
+    Case, Ran, contains, f64_of, finding, list_of, messages, sprung, values_of, without_decimals,
+};
 
 const TORQUES: [&str; 2] = [
     "robot.joint.0.limits={torque_nm=4.8, deflection_rad=0.17}",
@@ -20,8 +21,13 @@ const SHORT: [&str; 4] = [
     "excite.harmonics=6",
 ];
 
+/// Limits of the torques and settings of a short search.
+fn short() -> Vec<&'static str> {
+    [&TORQUES[..], &SHORT].concat()
+}
+
 /// Designs an experiment for the demo's arm into the folder `design` of a case.
-fn excited(case: &Case, set: &[&str], more: &[&str]) -> Output {
+fn excited(case: &Case, set: &[&str], more: &[&str]) -> Ran {
     let (experiment, out) = (case.path("experiment.toml"), case.path("design"));
     let mut args = vec!["excite", experiment.to_str().unwrap()];
     args.extend(["--out", out.to_str().unwrap()]);
@@ -34,17 +40,16 @@ fn excited(case: &Case, set: &[&str], more: &[&str]) -> Output {
 
 fn designed(case: &Case, set: &[&str], more: &[&str]) -> Value {
     let output = excited(case, set, &[&["--json"], more].concat());
-    assert!(output.status.success(), "{}", stderr(&output));
-    serde_json::from_str(&stdout(&output)).unwrap()
+    output.ends(0);
+    output.json()
 }
 
 /// Makes a designed motion the reference of a case.
 fn follow(case: &Case, toml: &str) {
-    let file = case.path("experiment.toml");
-    let text = fs::read_to_string(&file).unwrap();
+    let text = case.read("experiment.toml");
     let (before, after) = text.split_once("[controller.reference]").unwrap();
     let (_, after) = after.split_once("\n]\n").unwrap();
-    fs::write(file, format!("{before}{toml}{after}")).unwrap();
+    case.write("experiment.toml", format!("{before}{toml}{after}"));
 }
 
 /// Returns the columns of a CSV file of numbers.
@@ -62,7 +67,7 @@ fn the_files_hold_one_motion_from_rest_to_rest() {
     let case = Case::new();
     let start = "excite.start_rad=[0.05, -0.02]";
     let json = designed(&case, &[&TORQUES[..], &SHORT, &[start]].concat(), &[]);
-    let read = |name: &str| fs::read_to_string(case.path("design").join(name)).unwrap();
+    let read = |name: &str| case.read(&format!("design/{name}"));
     let (csv, yaml, toml) = (
         read("trajectory.csv"),
         read("trajectory.yaml"),
@@ -95,12 +100,10 @@ fn the_files_hold_one_motion_from_rest_to_rest() {
             );
         }
         // The reference begins where the motion ends: each period ends at its beginning.
-        let begin = json["motion"]["joints"][joint]["start_rad"]
-            .as_f64()
-            .unwrap();
+        let begin = f64_of(&json["motion"]["joints"][joint]["start_rad"]);
         assert!((position[last] - begin).abs() < 1e-8);
     }
-    assert!(json["motion"]["approach_s"].as_f64().unwrap() > 0.5);
+    assert!(f64_of(&json["motion"]["approach_s"]) > 0.5);
     assert!(yaml.starts_with(
         "joint_names: [\"joint1\", \"joint2\"]\npoints:\n- positions: [0.05, -0.02]\n"
     ));
@@ -119,33 +122,34 @@ fn the_files_hold_one_motion_from_rest_to_rest() {
         "--out",
         out.to_str().unwrap(),
     ];
-    let output = sprung(&[&args[..], &["--set", "simulate.duration_s=5"]].concat());
-    let found: Value = serde_json::from_str(&stdout(&output)).unwrap();
-    let errors = found["expected_errors"].as_array().unwrap();
+    let found = sprung(&[&args[..], &["--set", "simulate.duration_s=5"]].concat()).json();
+    let errors = list_of(&found["expected_errors"]);
     // The twin of the demo has its true values, the design its nominal ones, without Coulomb friction.
-    assert_eq!(errors.len(), json["promise"].as_array().unwrap().len());
+    assert_eq!(errors.len(), list_of(&json["promise"]).len());
     assert!(
         errors
             .iter()
-            .all(|error| error["standard_error"].as_f64().unwrap() > 0.0)
+            .all(|error| f64_of(&error["standard_error"]) > 0.0)
     );
 }
 
 #[test]
 fn every_limit_is_kept_and_some_are_used() {
     let case = Case::new();
-    let json = designed(&case, &[&TORQUES[..], &SHORT].concat(), &[]);
+    let json = designed(&case, &short(), &[]);
     assert_eq!(json["is_certified"], true);
-    let limits = json["limits"].as_array().unwrap();
+    let limits = list_of(&json["limits"]);
     assert_eq!(limits.len(), 6);
-    let used = |limit: &Value| limit["used_percent"].as_f64().unwrap();
+    let used = |limit: &Value| f64_of(&limit["used_percent"]);
     assert!(
         limits.iter().all(|limit| used(limit) <= 100.0),
         "{limits:?}"
     );
     assert!(used(&limits[0]) > 60.0, "{limits:?}");
-    let report = fs::read_to_string(case.path("design").join("excitation.html")).unwrap();
-    assert!(report.contains("Designed experiment"));
+    contains(
+        &case.read("design/excitation.html"),
+        &["Designed experiment"],
+    );
 }
 
 #[test]
@@ -162,7 +166,7 @@ fn the_same_seed_gives_the_same_files_on_any_number_of_threads() {
             ],
         ];
         designed(&case, &set.concat(), &["--threads", threads]);
-        fs::read_to_string(case.path("design").join("trajectory.csv")).unwrap()
+        case.read("design/trajectory.csv")
     };
     assert_eq!(files("1"), files("2"));
 }
@@ -170,22 +174,21 @@ fn the_same_seed_gives_the_same_files_on_any_number_of_threads() {
 #[test]
 fn the_paper_s_reference_is_judged_in_the_same_table() {
     let case = Case::new();
-    let truth = case.path("truth.toml");
-    let more = ["--method", "paper", "--parameters", truth.to_str().unwrap()];
+    let truth = case.at("truth.toml");
+    let more = ["--method", "paper", "--parameters", &truth];
     let json = designed(&case, &TORQUES, &more);
     // Eq. (29) needs 4.82 N·m, a little more than the limit.
     assert_eq!(json["is_certified"], false);
-    assert_eq!(json["promise"].as_array().unwrap().len(), 15);
+    assert_eq!(list_of(&json["promise"]).len(), 15);
     assert!(json["hold_out"].is_null());
     assert!(!case.path("design").join("hold-out.csv").exists());
-    let text = stdout(&excited(&case, &TORQUES, &more));
-    assert!(text.contains("limits are broken"), "{text}");
+    excited(&case, &TORQUES, &more).prints(&["limits are broken"]);
 }
 
 #[test]
 fn a_given_motion_is_judged_as_the_design_that_made_it() {
     let case = Case::new();
-    let set = [&TORQUES[..], &SHORT].concat();
+    let set = short();
     let made = designed(&case, &set, &[]);
     let file = case.path("motion.toml");
     fs::copy(case.path("design").join("reference.toml"), &file).unwrap();
@@ -193,8 +196,8 @@ fn a_given_motion_is_judged_as_the_design_that_made_it() {
     assert_eq!(judged["method"], "reference");
     assert_eq!(judged["is_certified"], true);
     let errors = |excitation: &Value| -> Vec<f64> {
-        let all = excitation["promise"].as_array().unwrap().iter();
-        all.map(|promised| promised["standard_error"].as_f64().unwrap())
+        let all = list_of(&excitation["promise"]).iter();
+        all.map(|promised| f64_of(&promised["standard_error"]))
             .collect()
     };
     for (made, judged) in errors(&made).into_iter().zip(errors(&judged)) {
@@ -231,12 +234,9 @@ fn a_given_motion_is_judged_as_the_design_that_made_it() {
     ] {
         fs::write(&file, text).unwrap();
         let output = excited(&case, &set, &["--reference", file.to_str().unwrap()]);
-        let error = stderr(&output);
-        assert_eq!(output.status.code(), Some(2), "{text}: {error}");
-        assert!(
-            error.contains("motion.toml") && error.contains(expected),
-            "{error}"
-        );
+        let error = &output.err;
+        assert_eq!(output.code, Some(2), "{text}: {error}");
+        contains(error, &["motion.toml", expected]);
     }
 }
 
@@ -246,65 +246,52 @@ fn a_slow_motion_for_friction_is_designed_beside_the_motion() {
     let set = [&TORQUES[..], &SHORT, &["excite.slow_sweep_s=8"]].concat();
     let json = designed(&case, &set, &[]);
     assert_eq!(json["slow"]["harmonics"], serde_json::json!([1, 2, 3]));
-    let more = json["more"].as_array().unwrap().last().unwrap();
+    let more = list_of(&json["more"]).last().unwrap();
     assert_eq!(more["what"], "this motion and the slow one");
-    assert!(more["factor"].as_f64().unwrap() < 1.0, "{more}");
+    assert!(f64_of(&more["factor"]) < 1.0, "{more}");
     let slow = case.path("design").join("slow.csv");
     let columns = columns(&fs::read_to_string(&slow).unwrap());
     assert_eq!(columns[0].last(), Some(&8.0));
-    let report = fs::read_to_string(case.path("design").join("excitation.html")).unwrap();
-    assert!(report.contains("The slow motion"));
+    contains(&case.read("design/excitation.html"), &["The slow motion"]);
     // A design without it removes the file of an earlier design.
-    designed(&case, &[&TORQUES[..], &SHORT].concat(), &[]);
+    designed(&case, &short(), &[]);
     assert!(!slow.exists());
 }
 
 #[test]
 fn a_check_compares_the_recorded_motion_with_the_promise_of_its_design() {
     let case = Case::new();
-    let set = [&TORQUES[..], &SHORT].concat();
-    let truth = case.path("truth.toml");
-    let parameters = ["--parameters", truth.to_str().unwrap()];
+    let set = short();
+    let truth = case.at("truth.toml");
+    let parameters = ["--parameters", &truth];
     designed(&case, &set, &parameters);
-    let toml = fs::read_to_string(case.path("design").join("reference.toml")).unwrap();
+    let toml = case.read("design/reference.toml");
     follow(&case, &toml);
-    let finding = |duration: &str| -> String {
+    let promised = |duration: &str| -> String {
         case.record("identification.csv", &["--set", duration]);
-        let experiment = case.path("experiment.toml");
         let promise = "excite.promise=\"design/excitation.json\"";
-        let args = ["check", experiment.to_str().unwrap(), "--set", promise];
-        let output = sprung(&[&args[..], &["--json"]].concat());
-        let json: Value = serde_json::from_str(&stdout(&output)).unwrap();
-        let findings = json["findings"].as_array().unwrap();
-        let finding = findings
-            .iter()
-            .find(|finding| finding["code"] == "design-promise");
-        finding.expect("a finding")["text"]
-            .as_str()
-            .unwrap()
-            .to_owned()
+        let json = case.run("check", &["--set", promise, "--json"]).json();
+        finding(&json, "design-promise").unwrap().to_owned()
     };
-    let whole = finding("simulate.duration_s=5");
-    assert!(
-        whole.contains("tells as much as its design promised"),
-        "{whole}"
+    contains(
+        &promised("simulate.duration_s=5"),
+        &["tells as much as its design promised"],
     );
-    let part = finding("simulate.duration_s=1.5");
-    assert!(
-        part.contains("tells less than its design promised"),
-        "{part}"
+    contains(
+        &promised("simulate.duration_s=1.5"),
+        &["tells less than its design promised"],
     );
     // Laws that an identification added are no parameters of the declared model.
-    let design = case.path("design").join("excitation.json");
-    let mut json: Value = serde_json::from_str(&fs::read_to_string(&design).unwrap()).unwrap();
+    let design = "design/excitation.json";
+    let mut json = case.json(design);
     let promise = json["promise"].as_array_mut().unwrap();
     let mut law = promise[0].clone();
     law["name"] = "joint1.motor_stribeck".into();
     promise.push(law);
-    fs::write(&design, json.to_string()).unwrap();
-    assert!(finding("simulate.duration_s=5").contains("tells as much"));
+    case.write(design, json.to_string());
+    assert!(promised("simulate.duration_s=5").contains("tells as much"));
     json["promise"].as_array_mut().unwrap().remove(3);
-    fs::write(&design, json.to_string()).unwrap();
+    case.write(design, json.to_string());
     for (promise, expected) in [
         ("truth.toml", "expected value at line 1"),
         (
@@ -312,16 +299,11 @@ fn a_check_compares_the_recorded_motion_with_the_promise_of_its_design() {
             "no value for joint1.rotor_inertia",
         ),
     ] {
-        let experiment = case.path("experiment.toml");
         let set = format!("excite.promise=\"{promise}\"");
-        let output = sprung(&["check", experiment.to_str().unwrap(), "--set", &set]);
-        let error = stderr(&output);
-        assert_eq!(output.status.code(), Some(2), "{error}");
-        assert!(
-            error.contains("is not the excitation.json of a design of this robot")
-                && error.contains(expected),
-            "{error}"
-        );
+        case.run("check", &["--set", &set]).ends(2).tells(&[
+            "is not the excitation.json of a design of this robot",
+            expected,
+        ]);
     }
 }
 
@@ -329,20 +311,18 @@ fn a_check_compares_the_recorded_motion_with_the_promise_of_its_design() {
 fn a_recorded_log_counts_beside_the_new_motion() {
     let case = Case::new();
     case.record("identification.csv", &[]);
-    let log = case.path("identification.csv");
-    let truth = case.path("truth.toml");
-    let parameters = ["--parameters", truth.to_str().unwrap()];
-    let set = [&TORQUES[..], &SHORT].concat();
+    let log = case.at("identification.csv");
+    let truth = case.at("truth.toml");
+    let parameters = ["--parameters", &truth];
+    let set = short();
     let alone = designed(&case, &set, &parameters);
-    let more = [&parameters[..], &["--from-log", log.to_str().unwrap()]].concat();
+    let more = [&parameters[..], &["--from-log", &log]].concat();
     let both = designed(&case, &set, &more);
-    for (alone, both) in alone["promise"]
-        .as_array()
-        .unwrap()
+    for (alone, both) in list_of(&alone["promise"])
         .iter()
-        .zip(both["promise"].as_array().unwrap())
+        .zip(list_of(&both["promise"]))
     {
-        let error = |promised: &Value| promised["standard_error"].as_f64().unwrap();
+        let error = |promised: &Value| f64_of(&promised["standard_error"]);
         assert!(error(both) < error(alone), "{alone} {both}");
     }
 }
@@ -351,30 +331,18 @@ fn a_recorded_log_counts_beside_the_new_motion() {
 /// larger errors than one for the identified robot alone.
 #[test]
 fn a_motion_for_identified_values_keeps_the_limits_for_the_robots_of_the_posterior() {
-    let case = Case::new().log(|row, cells| {
-        if row > 500 {
-            cells.clear();
-        }
-    });
-    let found = case.path("found");
-    let output = case.identify(&["--out", found.to_str().unwrap()]);
-    let file = found.join("identification.json");
-    let json: Value = serde_json::from_str(&fs::read_to_string(&file).expect("a result")).unwrap();
-    assert_eq!(
-        json["results"][0]["estimator"],
-        "least-squares",
-        "{}",
-        stderr(&output)
-    );
-    let lines: Vec<String> = (json["results"][0]["parameters"].as_array().unwrap().iter())
-        .map(|parameter| format!("{} = {}\n", parameter["name"], parameter["value"]))
-        .collect();
-    fs::write(case.path("values.toml"), lines.concat()).unwrap();
-    let with = |parameters: &std::path::Path| {
-        let parameters = ["--parameters", parameters.to_str().unwrap()];
-        designed(&case, &[&TORQUES[..], &SHORT].concat(), &parameters)
+    let case = Case::new().first_rows(500);
+    let found = case.at("found");
+    case.identify(&["--out", &found]);
+    let json = case.json("found/identification.json");
+    let result = &json["results"][0];
+    assert_eq!(result["estimator"], "least-squares");
+    case.write("values.toml", values_of(result, "value"));
+    let with = |parameters: &str| {
+        let parameters = ["--parameters", &case.at(parameters)];
+        designed(&case, &short(), &parameters)
     };
-    let (margins, none) = (with(&file), with(&case.path("values.toml")));
+    let (margins, none) = (with("found/identification.json"), with("values.toml"));
     let names_robots = |json: &Value| {
         json["assumed"]
             .to_string()
@@ -386,8 +354,8 @@ fn a_motion_for_identified_values_keeps_the_limits_for_the_robots_of_the_posteri
         margins["assumed"]
     );
     let errors = |json: &Value| -> f64 {
-        let of = |promise: &Value| promise["standard_error"].as_f64().unwrap().ln();
-        json["promise"].as_array().unwrap().iter().map(of).sum()
+        let of = |promise: &Value| f64_of(&promise["standard_error"]).ln();
+        list_of(&json["promise"]).iter().map(of).sum()
     };
     assert!(
         errors(&margins) > errors(&none),
@@ -400,32 +368,28 @@ fn a_motion_for_identified_values_keeps_the_limits_for_the_robots_of_the_posteri
 #[test]
 fn a_first_motion_of_an_unknown_robot_needs_masses_and_limits_only() {
     let case = Case::new();
-    let text = fs::read_to_string(case.path("experiment.toml")).unwrap();
+    let text = case.read("experiment.toml");
     let unknown = text
         .replace("stiffness = 9.0, rotor_inertia = 0.0628, ", "")
         .replace("stiffness = 4.0, rotor_inertia = 0.002575, ", "");
-    fs::write(case.path("experiment.toml"), unknown).unwrap();
-    let set = [&TORQUES[..], &SHORT].concat();
-    let output = excited(&case, &set, &[]);
-    assert_eq!(output.status.code(), Some(2));
-    let error = stderr(&output);
-    assert!(
-        error.contains("joint1.stiffness") && error.contains("--warm-up"),
-        "{error}"
-    );
+    case.write("experiment.toml", unknown);
+    let set = short();
+    excited(&case, &set, &[])
+        .ends(2)
+        .tells(&["joint1.stiffness", "--warm-up"]);
     let json = designed(&case, &set, &["--warm-up"]);
     assert_eq!(json["is_warm_up"], true);
     let assumed = json["assumed"].to_string();
-    assert!(assumed.contains("usual drives"), "{assumed}");
+    contains(&assumed, &["usual drives"]);
 }
 
 #[test]
 fn faulty_limits_and_values_are_named() {
     let mut messages = messages("faulty_limits_and_values_are_named");
     let case = Case::new();
-    let text = fs::read_to_string(case.path("experiment.toml")).unwrap();
+    let text = case.read("experiment.toml");
     let without: Vec<&str> = (text.lines().filter(|line| !line.starts_with("limits"))).collect();
-    fs::write(case.path("experiment.toml"), without.join("\n")).unwrap();
+    case.write("experiment.toml", without.join("\n"));
     let pd = "controller.kd_nms_per_rad=[-50.0, 0.01]";
     let far = [
         "robot.joint.0.limits={torque_nm=4.8, deflection_rad=0.17, position_rad=[-0.5, 0.5]}",
@@ -447,7 +411,7 @@ fn faulty_limits_and_values_are_named() {
     ] {
         let output = excited(&case, &set, &[]);
         let message = case.message(&output);
-        assert_eq!(output.status.code(), Some(2), "{set:?}: {message}");
+        assert_eq!(output.code, Some(2), "{set:?}: {message}");
         assert!(!case.path("design").join("excitation.json").exists());
         let name = if set.is_empty() {
             "nothing".to_owned()
@@ -472,19 +436,19 @@ fn a_limit_that_leaves_no_room_is_refused_with_one_that_does() {
     let experiment = "format = 1\n[robot]\nname = \"pendulum\"\nurdf = \"arm.urdf\"\n[[robot.joint]]\nname = \"shoulder\"\n\
         transmission = \"rigid\"\nlimits = { acceleration_rad_per_s2 = 5.0 }\n\
         nominal = { rotor_inertia = 0.01, motor_viscous = 0.1, motor_coulomb = 0.05 }\n";
-    fs::write(case.path("experiment.toml"), experiment).unwrap();
+    case.write("experiment.toml", experiment);
     let at = |effort: &str| {
-        fs::write(case.path("arm.urdf"), PENDULUM.replace("EFFORT", effort)).unwrap();
+        case.write("arm.urdf", PENDULUM.replace("EFFORT", effort));
         excited(&case, &SHORT, &[])
     };
     for effort in ["2.0", "5.05"] {
         let output = at(effort);
         let error = case.message(&output);
-        assert_eq!(output.status.code(), Some(2), "{error}");
+        output.ends(2);
         messages.note(&format!("{effort} N·m"), &without_decimals(&error));
         let (_, wider) = error.split_once("raise the limit to ").unwrap();
         let output = at(wider.split_whitespace().next().unwrap());
-        assert!(output.status.success(), "{}", stderr(&output));
+        output.ends(0);
     }
     messages.compare();
 }
@@ -492,16 +456,16 @@ fn a_limit_that_leaves_no_room_is_refused_with_one_that_does() {
 #[test]
 fn a_design_takes_the_identified_values_of_its_folder() {
     let case = Case::new();
-    let experiment = case.path("experiment.toml");
-    let file = experiment.to_str().unwrap();
+    let experiment = case.at("experiment.toml");
+    let file = &experiment;
     let excite = |more: &[&str]| {
         let random = ["excite", file, "--method", "random"];
         let set = SHORT.map(|setting| ["--set", setting]).concat();
-        stdout(&sprung(&[&random, &set[..], more].concat()))
+        sprung(&[&random, &set[..], more].concat()).out
     };
     assert!(!excite(&[]).contains("identification.json"));
     let set = "identify.estimator=least-squares";
-    assert!(sprung(&["identify", file, "--set", set]).status.success());
+    sprung(&["identify", file, "--set", set]).ends(0);
     let report = case.path("sprung-out").join("report.html");
     let before = fs::read_to_string(&report).unwrap();
     assert!(excite(&[]).contains("identification.json are used"));

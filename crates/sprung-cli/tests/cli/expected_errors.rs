@@ -1,14 +1,13 @@
 //! `sprung simulate --expected-errors`: the standard errors of an experiment.
 
 use std::collections::BTreeMap;
-use std::process::Output;
 
 use serde_json::Value;
 
-use crate::common::{Case, sprung, stderr, stdout};
+use crate::common::{Case, Ran, f64_of, list_of, sprung, str_of};
 
 /// Simulates a case into its folder `twin`.
-fn simulated(case: &Case, more: &[&str]) -> Output {
+fn simulated(case: &Case, more: &[&str]) -> Ran {
     let (experiment, out) = (case.path("experiment.toml"), case.path("twin"));
     let mut args = vec![
         "simulate",
@@ -30,13 +29,13 @@ struct Expected {
 
 /// Returns the expected errors of a case.
 fn expected(case: &Case, more: &[&str]) -> BTreeMap<String, Expected> {
-    let output = simulated(case, &[&["--json"], more].concat());
-    assert!(output.status.success(), "{}", stderr(&output));
-    let json: Value = serde_json::from_str(&stdout(&output)).unwrap();
-    let number = |object: &Value, key: &str| object[key].as_f64().unwrap();
-    (json["expected_errors"].as_array().unwrap().iter())
+    let json = simulated(case, &[&["--json"], more].concat())
+        .ends(0)
+        .json();
+    let number = |object: &Value, key: &str| f64_of(&object[key]);
+    (list_of(&json["expected_errors"]).iter())
         .map(|error| {
-            let name = error["name"].as_str().unwrap().to_owned();
+            let name = str_of(&error["name"]).to_owned();
             let expected = Expected {
                 value: number(error, "value"),
                 standard_error: number(error, "standard_error"),
@@ -81,15 +80,13 @@ fn observed_errors_are_those_that_were_expected() {
             "identification.csv",
             &["--set", &format!("simulate.seed={seed}")],
         );
-        let output = case.identify(&["-q", "--set", "identify.estimator=prediction-error"]);
-        assert!(output.status.success(), "{}", stderr(&output));
-        let text = std::fs::read_to_string(case.path("sprung-out/identification.json")).unwrap();
-        let json: Value = serde_json::from_str(&text).unwrap();
-        for parameter in json["results"][0]["parameters"].as_array().unwrap() {
-            let expected = &expected[parameter["name"].as_str().unwrap()];
-            squares += ((parameter["value"].as_f64().unwrap() - expected.value)
-                / expected.standard_error)
-                .powi(2);
+        case.identify(&["-q", "--set", "identify.estimator=prediction-error"])
+            .ends(0);
+        let json = case.json("sprung-out/identification.json");
+        for parameter in list_of(&json["results"][0]["parameters"]) {
+            let expected = &expected[str_of(&parameter["name"])];
+            squares +=
+                ((f64_of(&parameter["value"]) - expected.value) / expected.standard_error).powi(2);
             count += 1.0;
         }
     }
@@ -113,12 +110,8 @@ fn a_robot_that_stands_still_has_parameters_that_no_log_determines() {
     ] {
         assert!(open.contains(&name), "{open:?}");
     }
-    let output = simulated(&case, &["--set", still]);
-    let text = stdout(&output);
-    assert!(
-        text.contains("not determined, because the standard error exceeds the value: "),
-        "{text}"
-    );
+    simulated(&case, &["--set", still])
+        .prints(&["not determined, because the standard error exceeds the value: "]);
 }
 
 #[test]
@@ -131,13 +124,9 @@ fn a_twin_without_errors_has_no_expected_errors() {
             "link_encoder_counts_per_turn",
         ),
     ] {
-        let output = simulated(&case, &["--set", set]);
-        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
-        let text = stderr(&output);
-        assert!(
-            text.contains("the twin measures exactly") && text.contains(missing),
-            "{text}"
-        );
+        simulated(&case, &["--set", set])
+            .ends(2)
+            .tells(&["the twin measures exactly", missing]);
         assert!(!case.path("twin").exists(), "nothing is written");
     }
 }

@@ -1,11 +1,7 @@
 //! Exported robots: the kept parts of a URDF, and refusals.
 
-use std::process::Output;
-
-use serde_json::Value;
-
 use crate::arm::{self, read, recorded};
-use crate::common::{Case, sprung, stderr, stdout};
+use crate::common::{Case, Ran, contains, each, f64_of, list_of, str_of};
 
 /// Values of single links and of joints of the small arm.
 const VALUES: &str = r#"
@@ -80,25 +76,20 @@ pub(crate) fn known() -> Case {
     ])
 }
 
-fn export(case: &Case, format: &str, more: &[&str]) -> Output {
-    let experiment = case.path("experiment.toml");
-    let mut args = vec!["export", experiment.to_str().unwrap(), "--format", format];
-    args.extend(more);
-    sprung(&args)
+fn export(case: &Case, format: &str, more: &[&str]) -> Ran {
+    case.run("export", &[&["--format", format][..], more].concat())
 }
 
-pub(crate) fn with_values(case: &Case, format: &str, more: &[&str]) -> Output {
-    let values = case.path("values.toml");
-    let mut all = vec!["--parameters", values.to_str().unwrap()];
+pub(crate) fn with_values(case: &Case, format: &str, more: &[&str]) -> Ran {
+    let values = case.at("values.toml");
+    let mut all = vec!["--parameters", &values];
     all.extend(more);
     export(case, format, &all)
 }
 
 /// Checks that an export is refused with a message.
 fn refused(case: &Case, format: &str, fragments: &[&str]) {
-    let output = with_values(case, format, &[]);
-    let text = stderr(&output);
-    assert_eq!(output.status.code(), Some(2), "{text}");
+    let text = with_values(case, format, &[]).ends(2).err.clone();
     for fragment in fragments {
         assert!(text.contains(fragment), "{text} lacks {fragment}");
     }
@@ -109,8 +100,8 @@ fn refused(case: &Case, format: &str, fragments: &[&str]) {
 fn a_urdf_stays_as_it_is_but_for_inertials_dynamics_and_transmissions() {
     let case = known();
     let output = with_values(&case, "urdf", &[]);
-    assert!(output.status.success(), "{}", stderr(&output));
-    let text = read(&case.path("sprung-out/robot.urdf"));
+    output.ends(0);
+    let text = case.read("sprung-out/robot.urdf");
     for kept in [
         "<!-- the maker's -->",
         "<link name=\"upper\"> <!-- a comment -->\n    <visual><geometry><mesh filename=\"meshes/upper.stl\"/></geometry></visual>\n    <inertial>",
@@ -128,56 +119,45 @@ fn a_urdf_stays_as_it_is_but_for_inertials_dynamics_and_transmissions() {
         !text.contains("transmission name=\"old\"") && !text.contains("7.5"),
         "{text}"
     );
-    let printed = stdout(&output);
-    for said in [
-        "mesh meshes/upper.stl",
-        "no such file",
-        "shoulder.spring_preload",
-        "read back",
-    ] {
-        assert!(printed.contains(said), "{printed} lacks {said}");
-    }
+    let printed = &output.out;
+    contains(
+        printed,
+        &[
+            "mesh meshes/upper.stl",
+            "no such file",
+            "shoulder.spring_preload",
+            "read back",
+        ],
+    );
 }
 
 #[test]
 fn a_light_link_takes_a_part_of_the_bodies_that_are_fixed_to_it() {
     let case = known().replace_in("values.toml", "\"fore.m\" = 1.4", "\"fore.m\" = 0.15");
     let case = case.replace_in("values.toml", "\"fore.mx\" = 0.2", "\"fore.mx\" = 0.02");
-    let output = with_values(&case, "urdf", &[]);
-    assert!(output.status.success(), "{}", stderr(&output));
-    assert!(
-        stdout(&output).contains("fixed body tool"),
-        "{}",
-        stdout(&output)
-    );
+    with_values(&case, "urdf", &[])
+        .ends(0)
+        .prints(&["fixed body tool"]);
 }
 
 #[test]
 fn every_format_says_the_identified_robot() {
     for case in [recorded(), Case::new()] {
-        assert!(
-            case.identify(&[])
-                .status
-                .code()
-                .is_some_and(|code| code < 2)
-        );
+        assert!(case.identify(&[]).code.is_some_and(|code| code < 2));
         for format in ["urdf", "mjcf", "sdf", "json"] {
             for more in [&[][..], &["--rigid"]] {
                 let mut args = vec!["--json", "--force"];
                 args.extend(more);
                 let output = export(&case, format, &args);
-                let code = output.status.code();
+                let code = output.code;
                 assert!(
                     code.is_some_and(|code| code < 2),
                     "{format}: {}",
-                    stderr(&output)
+                    output.err
                 );
-                let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+                let json = output.json();
                 for what in ["inverse_dynamics", "mass_matrix", "accelerations"] {
-                    assert!(
-                        json["proof"][what].as_f64().unwrap() < 1e-9,
-                        "{format} {json}"
-                    );
+                    assert!(f64_of(&json["proof"][what]) < 1e-9, "{format} {json}");
                 }
             }
         }
@@ -187,14 +167,14 @@ fn every_format_says_the_identified_robot() {
 #[test]
 fn an_edited_file_is_replaced_only_by_force() {
     let case = known();
-    assert!(with_values(&case, "mjcf", &[]).status.success());
-    assert!(with_values(&case, "mjcf", &[]).status.success());
+    with_values(&case, "mjcf", &[]).ends(0);
+    with_values(&case, "mjcf", &[]).ends(0);
     let file = case.path("sprung-out/robot.xml");
     let edited = read(&file).replace("410", "300");
     std::fs::write(&file, &edited).unwrap();
     refused(&case, "mjcf", &["robot.xml was edited", "--force"]);
     assert_eq!(read(&file), edited);
-    assert!(with_values(&case, "mjcf", &["--force"]).status.success());
+    with_values(&case, "mjcf", &["--force"]).ends(0);
     assert!(read(&file).contains("stiffness=\"410\""));
     std::fs::write(&file, "<mujoco/>").unwrap();
     refused(&case, "mjcf", &["was not written by sprung export"]);
@@ -203,7 +183,8 @@ fn an_edited_file_is_replaced_only_by_force() {
 #[test]
 fn values_that_are_not_physical_are_named() {
     let changed = |from: &str, to: &str| known().replace_in("values.toml", from, to);
-    for (case, fragments) in [
+    #[rustfmt::skip]
+    let rows = [
         (
             changed("\"fore.m\" = 1.4", "\"fore.m\" = -0.4"),
             &[
@@ -212,24 +193,13 @@ fn values_that_are_not_physical_are_named() {
                 "standard_parameters",
             ][..],
         ),
-        (
-            changed("\"upper.iyy\" = 0.2", "\"upper.iyy\" = 0.9"),
-            &["density", "upper"],
-        ),
-        (
-            changed(
-                "\"shoulder.stiffness\" = 410.0",
-                "\"shoulder.stiffness\" = -410.0",
-            ),
-            &["stiffness of shoulder is -410"],
-        ),
-        (
-            changed("\"upper.my\" = 0.0\n", ""),
-            &["upper.my", "standard_parameters"],
-        ),
-    ] {
+        (changed("\"upper.iyy\" = 0.2", "\"upper.iyy\" = 0.9"), &["density", "upper"]),
+        (changed("\"shoulder.stiffness\" = 410.0", "\"shoulder.stiffness\" = -410.0"), &["stiffness of shoulder is -410"]),
+        (changed("\"upper.my\" = 0.0\n", ""), &["upper.my", "standard_parameters"]),
+    ];
+    each(rows, |(case, fragments)| {
         refused(&case, "urdf", fragments);
-    }
+    });
 }
 
 #[test]
@@ -247,7 +217,7 @@ fn names_that_a_format_forbids_are_refused() {
         "sdf",
         &["SDF forbids the name \"arm::fore\"", "rename"],
     );
-    assert!(with_values(&nested, "mjcf", &[]).status.success());
+    with_values(&nested, "mjcf", &[]).ends(0);
 }
 
 #[test]
@@ -255,16 +225,11 @@ fn an_identification_of_another_robot_is_refused() {
     let case = recorded();
     case.identify(&[]);
     let other = case.replace("name = \"arm\"", "name = \"leg\"");
-    let output = export(&other, "urdf", &[]);
-    let text = stderr(&output);
-    assert_eq!(output.status.code(), Some(2), "{text}");
-    assert!(
-        text.contains("\"arm\"") && text.contains("\"leg\""),
-        "{text}"
-    );
+    export(&other, "urdf", &[])
+        .ends(2)
+        .tells(&["\"arm\"", "\"leg\""]);
     let fresh = recorded();
-    let output = export(&fresh, "urdf", &[]);
-    assert!(stderr(&output).contains("run sprung identify first"));
+    export(&fresh, "urdf", &[]).tells(&["run sprung identify first"]);
 }
 
 #[test]
@@ -273,12 +238,11 @@ fn an_identification_without_possible_bodies_is_refused() {
     let case = (recorded().replace("[controller]\n", limits))
         .replace("[identify]\n", "[identify]\nconstraints = \"none\"\n");
     case.identify(&[]);
-    let output = export(&case, "mjcf", &[]);
-    let text = stderr(&output);
-    assert_eq!(output.status.code(), Some(2), "{text}");
-    for fragment in ["upper.m", "no-possible-bodies", "[identify.physical]"] {
-        assert!(text.contains(fragment), "{text} lacks {fragment}");
-    }
+    export(&case, "mjcf", &[]).ends(2).tells(&[
+        "upper.m",
+        "no-possible-bodies",
+        "[identify.physical]",
+    ]);
 }
 
 #[test]
@@ -288,18 +252,14 @@ fn the_comment_the_table_and_the_file_show_one_number() {
         (Case::new().replace("name = \"joint1\"\n", laws)).replace(", motor_viscous = 4.5", "");
     let (code, result) = case.results(&["--set", "identify.laws=\"declared\""]);
     assert!(code < 2);
-    let moved: Vec<(&str, f64)> = (result["results"][0]["dependence"]
-        .as_array()
-        .unwrap()
-        .iter())
-    .map(|moved| (moved["name"].as_str().unwrap(), moved))
-    .map(|(name, moved)| (name, moved["projected"].as_f64().unwrap()))
-    .collect();
+    let moved: Vec<(&str, f64)> = (list_of(&result["results"][0]["dependence"]).iter())
+        .map(|moved| (str_of(&moved["name"]), moved))
+        .map(|(name, moved)| (name, f64_of(&moved["projected"])))
+        .collect();
     assert_eq!(moved.len(), 3, "{moved:?}");
-    let output = export(&case, "mjcf", &["--json"]);
-    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let table = json["said"].as_array().unwrap();
-    let text = std::fs::read_to_string(case.path("sprung-out/robot.xml")).unwrap();
+    let json = export(&case, "mjcf", &["--json"]).json();
+    let table = list_of(&json["said"]);
+    let text = case.read("sprung-out/robot.xml");
     for (name, projected) in moved {
         let line = text
             .lines()

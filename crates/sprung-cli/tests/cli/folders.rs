@@ -1,9 +1,8 @@
 //! Folders: places of logs and results, wrong paths of experiments, remaining files.
 
 use std::path::Path;
-use std::process::Output;
 
-use crate::common::{Case, demo, sprung, stderr, stdout};
+use crate::common::{Case, Ran, demo, sprung, str_of};
 
 fn text(path: &Path) -> &str {
     path.to_str().unwrap()
@@ -11,10 +10,10 @@ fn text(path: &Path) -> &str {
 
 /// Checks the exit code and the message of a command that fails.
 #[track_caller]
-fn refused(output: &Output, code: i32, fragments: &[&str]) {
-    let message = stderr(output);
+fn refused(output: &Ran, code: i32, fragments: &[&str]) {
+    let message = &output.err;
     println!("{message}");
-    assert_eq!(output.status.code(), Some(code), "{message}");
+    output.ends(code);
     for fragment in fragments {
         assert!(message.contains(fragment), "no {fragment:?} in: {message}");
     }
@@ -23,11 +22,7 @@ fn refused(output: &Output, code: i32, fragments: &[&str]) {
 #[test]
 fn a_folder_that_cannot_be_written_is_found_before_the_log_is_read() {
     // The fault of the log would be found first if it were read first.
-    let case = Case::new().log(|row, cells| {
-        if row == 5 {
-            "x".clone_into(&mut cells[2]);
-        }
-    });
+    let case = Case::new().cell(5, 2, "x");
     case.fails(3, &["line 6 of"]);
     let experiment = case.path("experiment.toml");
     for (verb, file) in [
@@ -40,7 +35,7 @@ fn a_folder_that_cannot_be_written_is_found_before_the_log_is_read() {
         let output = sprung(&[verb, text(&experiment), "--out", text(&out)]);
         refused(&output, 4, &["cannot write", file, "directory"]);
     }
-    std::fs::write(case.path("file"), "").unwrap();
+    case.write("file", "");
     let out = case.path("file/out");
     let output = sprung(&["check", text(&experiment), "--out", text(&out)]);
     refused(
@@ -52,11 +47,7 @@ fn a_folder_that_cannot_be_written_is_found_before_the_log_is_read() {
 
 #[test]
 fn a_command_that_fails_leaves_no_empty_folders() {
-    let case = Case::new().log(|row, cells| {
-        if row == 5 {
-            "x".clone_into(&mut cells[2]);
-        }
-    });
+    let case = Case::new().cell(5, 2, "x");
     let output = case.identify(&["--out", text(&case.path("new/deep"))]);
     refused(&output, 3, &["line 6 of"]);
     assert!(!case.path("new").exists());
@@ -83,7 +74,7 @@ fn a_missing_experiment_leads_to_new() {
             "writes one to start from",
         ],
     );
-    std::fs::write(case.path("arm.toml"), "").unwrap();
+    case.write("arm.toml", "");
     let output = sprung(&["check", text(&folder)]);
     refused(
         &output,
@@ -123,10 +114,10 @@ fn what_is_given_instead_of_an_experiment_is_named() {
         ("program", b"\x7fELF\0\0\0"),
     ];
     for (file, bytes) in bytes {
-        std::fs::write(case.path(file), bytes).unwrap();
+        case.write(file, bytes);
     }
     std::fs::create_dir(case.path("folder")).unwrap();
-    std::fs::write(case.path("folder/run_0.mcap"), b"\x89MCAP0\r\n").unwrap();
+    case.write("folder/run_0.mcap", b"\x89MCAP0\r\n");
     for (file, what, remedy) in [
         ("arm.urdf", "is a URDF,", "--urdf"),
         ("arm.xacro", "is a xacro file,", "expand it with xacro"),
@@ -171,14 +162,9 @@ fn identify_finds_the_log_that_simulate_writes() {
         sprung(&[&["simulate", text(&experiment)][..], &short, more].concat())
     };
     let output = simulate(&[]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    assert!(
-        !stdout(&output).contains("identify it with"),
-        "{}",
-        stdout(&output)
-    );
-    let output = case.identify(&["-q"]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    output.ends(0);
+    assert!(!output.out.contains("identify it with"), "{}", output.out);
+    case.identify(&["-q"]).ends(0);
 
     // It may be a measured log.
     let before = std::fs::read(&log).unwrap();
@@ -195,23 +181,20 @@ fn identify_finds_the_log_that_simulate_writes() {
     assert_eq!(std::fs::read(&log).unwrap(), before);
 
     let out = case.path("other");
-    let output = simulate(&["--out", text(&out)]);
-    let said = stdout(&output);
+    let said = simulate(&["--out", text(&out)]).out;
     let (_, command) = said
         .split_once("identify it with: sprung ")
         .unwrap_or_else(|| panic!("{said}"));
     let words: Vec<&str> = command.split_whitespace().collect();
-    let output = sprung(&[&words[..], &["--json"][..]].concat());
-    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let json = sprung(&[&words[..], &["--json"][..]].concat()).json();
     assert!(
-        json["log"]["file"].as_str().unwrap().contains("other"),
+        str_of(&json["log"]["file"]).contains("other"),
         "{}",
         json["log"]
     );
 
     // A twin writes CSV, whatever the name of the log.
-    let output = simulate(&["--set", "log.file=run.csv.gz"]);
-    let said = stdout(&output);
+    let said = simulate(&["--set", "log.file=run.csv.gz"]).out;
     assert!(
         case.path("run.csv").exists() && said.contains("--set log.file="),
         "{said}"
@@ -223,11 +206,10 @@ fn experiments_in_one_folder_keep_their_results_apart() {
     let case = Case::new().replace("[\"least-squares\", \"lsff\"]", "\"least-squares\"");
     let twin = case.path("second.toml");
     std::fs::copy(case.path("experiment.toml"), &twin).unwrap();
-    assert_eq!(case.identify(&["-q"]).status.code(), Some(0));
+    case.identify(&["-q"]).ends(0);
     let first = std::fs::read(case.path("sprung-out/identification.json")).unwrap();
     let set = ["--set", "identify.position_cutoff_hz=12"];
-    let output = sprung(&[&["identify", text(&twin), "-q"][..], &set].concat());
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    sprung(&[&["identify", text(&twin), "-q"][..], &set].concat()).ends(0);
     let second = case.path("sprung-out-second/identification.json");
     assert!(second.exists());
     assert_eq!(
@@ -245,17 +227,16 @@ fn experiments_in_one_folder_keep_their_results_apart() {
         &["has several folders of results", "sprung-out-second"],
     );
     let paths = [case.path("sprung-out"), case.path("sprung-out-second")];
-    let output = sprung(&[
+    sprung(&[
         "compare",
         text(&paths[0]),
         text(&paths[1]),
         "--out",
         text(&out),
-    ]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    ])
+    .ends(0);
     std::fs::remove_dir_all(&paths[0]).unwrap();
-    let output = sprung(&["compare", text(&folder), text(demo()), "--out", text(&out)]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    sprung(&["compare", text(&folder), text(demo()), "--out", text(&out)]).ends(0);
 }
 
 #[test]
@@ -273,18 +254,18 @@ fn temporary_files_of_a_killed_run_go_with_the_next_command() {
     refused(&case.identify(&missing), 4, &["gone.csv"]);
     assert!(!left.exists());
     // A command that only reads cleans too.
-    assert_eq!(case.identify(&["-q"]).status.code(), Some(0));
+    case.identify(&["-q"]).ends(0);
     leave();
     let compared = case.path("compared");
-    let output = sprung(&[
+    sprung(&[
         "compare",
         text(&out),
         text(demo()),
         "-q",
         "--out",
         text(&compared),
-    ]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    ])
+    .ends(0);
     assert!(!left.exists());
     // The file of a running command stays.
     leave();

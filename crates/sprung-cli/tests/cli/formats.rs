@@ -1,14 +1,14 @@
 //! Logs in other formats, and messages about logs that cannot be read.
 
-use crate::common::{Case, messages, parameter, stderr};
+use crate::common::{Case, messages, parameter};
 
 #[test]
 fn a_spreadsheet_with_decimal_commas_gives_the_same_results() {
     let plain = Case::new();
-    let text = std::fs::read_to_string(plain.path("identification.csv")).unwrap();
+    let text = plain.read("identification.csv");
     let german = text.replace(',', ";").replace('.', ",");
     let case = Case::new();
-    std::fs::write(case.path("identification.csv"), format!("\u{feff}{german}")).unwrap();
+    case.write("identification.csv", format!("\u{feff}{german}"));
     let ((code, one), (_, other)) = (case.results(&[]), plain.results(&[]));
     assert_eq!(code, 0);
     let name = "joint1.stiffness";
@@ -21,7 +21,7 @@ fn a_spreadsheet_with_decimal_commas_gives_the_same_results() {
 #[test]
 fn one_log_in_two_files() {
     let plain = Case::new();
-    let text = std::fs::read_to_string(plain.path("identification.csv")).unwrap();
+    let text = plain.read("identification.csv");
     let column = |k: usize| {
         let cells = text.lines().map(|line| line.split(',').nth(k).unwrap());
         cells.collect::<Vec<&str>>().join("\n")
@@ -33,7 +33,7 @@ fn one_log_in_two_files() {
         .replace("log = { file = \"validation.csv\" }", "");
     // motor.csv does not exist yet.
     case.fails(4, &["cannot read motor.csv", "No such file"]);
-    std::fs::write(case.path("motor.csv"), column(5)).unwrap();
+    case.write("motor.csv", column(5));
     let ((code, one), (_, other)) = (case.results(&[]), plain.results(&[]));
     assert_eq!(code, 0);
     let name = "joint1.stiffness";
@@ -53,22 +53,22 @@ fn files_that_cannot_be_read() {
         ("ZIP", b"PK\x03\x04"),
     ] {
         let case = Case::new();
-        std::fs::write(case.path("identification.csv"), bytes).unwrap();
+        case.write("identification.csv", bytes);
         messages.note(name, &case.refused(3, &[]));
     }
     // With the feature mat73 the message is another one.
     let case = Case::new();
-    std::fs::write(case.path("identification.csv"), b"\x89HDF\r\n\x1a\n").unwrap();
+    case.write("identification.csv", b"\x89HDF\r\n\x1a\n");
     case.fails(3, &["HDF5"]);
     let case = Case::new();
-    std::fs::remove_file(case.path("identification.csv")).unwrap();
+    case.remove("identification.csv");
     std::fs::create_dir(case.path("identification.csv")).unwrap();
     messages.note("an empty folder", &case.refused(4, &[]));
     for name in ["a_0.mcap", "a_1.mcap"] {
-        std::fs::write(case.path("identification.csv").join(name), "t_s\n").unwrap();
+        case.write(&format!("identification.csv/{name}"), "t_s\n");
     }
     messages.note("a folder with two bags", &case.refused(4, &[]));
-    std::fs::remove_file(case.path("identification.csv/a_1.mcap")).unwrap();
+    case.remove("identification.csv/a_1.mcap");
     messages.note("a folder with text", &case.refused(3, &[]));
     messages.compare();
 }
@@ -81,13 +81,9 @@ fn a_topic_of_a_file_without_topics() {
         3,
         &["is text and has no topics, so there is no \"/states\""],
     );
-    let output = case.identify(&["--set", "log.motor_torque.field=\"tau\""]);
-    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
-    let output = case.identify(&["--set", "log.motor_torque.fild=\"tau\""]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(
-        stderr(&output).contains("did you mean \"field\"?"),
-        "{}",
-        stderr(&output)
-    );
+    case.identify(&["--set", "log.motor_torque.field=\"tau\""])
+        .ends(3);
+    case.identify(&["--set", "log.motor_torque.fild=\"tau\""])
+        .ends(2)
+        .tells(&["did you mean \"field\"?"]);
 }

@@ -1,8 +1,8 @@
 //! `sprung identify --urdf --log` writes the experiment of `sprung new` and identifies, or names the missing input.
 
-use crate::common::{Ran, messages, stderr};
+use crate::common::{Ran, contains, list_of, messages};
 use crate::new::{ARM, Desk};
-use crate::renamed_log::{LEAST_SQUARES, Renamed, column, csv, named, recorded};
+use crate::renamed_log::{LEAST_SQUARES, Renamed, column, csv, named, plain, recorded};
 
 /// A column: its name, its number in the log of the twin, and a factor.
 const RIGID: [Renamed<'static>; 5] = [
@@ -16,7 +16,7 @@ const RIGID: [Renamed<'static>; 5] = [
 /// A desk with the arm, and `run.csv` with these columns of the log of its twin.
 fn desk(columns: &[Renamed<'_>]) -> Desk {
     let (desk, log) = recorded();
-    desk.write("run.csv", &csv(&named(&log, columns)));
+    desk.write("run.csv", csv(&named(&log, columns)));
     desk
 }
 
@@ -24,7 +24,7 @@ const FROM_LOG: [&str; 5] = ["identify", "--urdf", "arm.urdf", "--log", "run.csv
 
 /// Identifies from the robot and the log.
 fn identify(desk: &Desk, more: &[&str]) -> Ran {
-    Ran::of(&desk.run(&[&FROM_LOG[..], &["--set", LEAST_SQUARES], more].concat()))
+    desk.run(&[&FROM_LOG[..], &["--set", LEAST_SQUARES], more].concat())
 }
 
 #[test]
@@ -36,16 +36,17 @@ fn a_rigid_arm_needs_no_file() {
         err: message,
     } = identify(&desk, &[]);
     assert!(matches!(code, Some(0 | 1)), "{message}");
-    for line in [
-        "experiment: sprung-run/experiment.toml;",
-        "joints: shoulder, elbow\n",
-        "  time_s = \"t\"\n",
-        "  motor_position_rad = [\"q1\", \"q2\"]\n",
-        "  motor_torque_nm = [\"tau1\", \"tau2\"]\n",
-        "report: sprung-run/sprung-out/report.html\n",
-    ] {
-        assert!(said.contains(line), "no {line:?} in: {said}");
-    }
+    contains(
+        &said,
+        &[
+            "experiment: sprung-run/experiment.toml;",
+            "joints: shoulder, elbow\n",
+            "  time_s = \"t\"\n",
+            "  motor_position_rad = [\"q1\", \"q2\"]\n",
+            "  motor_torque_nm = [\"tau1\", \"tau2\"]\n",
+            "report: sprung-run/sprung-out/report.html\n",
+        ],
+    );
     // The file is that of `new`.
     desk.succeeds(&["new", "same", "--urdf", "arm.urdf", "--log", "run.csv"]);
     let text = desk.read("sprung-run/experiment.toml");
@@ -58,12 +59,8 @@ fn a_rigid_arm_needs_no_file() {
         &["identify", "sprung-run", "--set", LEAST_SQUARES],
     ] {
         let output = desk.run(command);
-        let code = output.status.code();
-        assert!(
-            matches!(code, Some(0 | 1)),
-            "{command:?}: {}",
-            stderr(&output)
-        );
+        let code = output.code;
+        assert!(matches!(code, Some(0 | 1)), "{command:?}: {}", output.err);
     }
     assert!(!desk.path("sprung-run/sprung-out/sprung-out").exists());
 }
@@ -74,7 +71,7 @@ fn another_experiment_is_replaced_only_by_force() {
     let first = identify(&desk, &[]);
     assert_eq!(identify(&desk, &[]), first);
     let text = desk.read("sprung-run/experiment.toml");
-    desk.write("sprung-run/experiment.toml", &format!("{text}# mine\n"));
+    desk.write("sprung-run/experiment.toml", format!("{text}# mine\n"));
     desk.fails(
         &FROM_LOG,
         2,
@@ -100,15 +97,9 @@ fn another_experiment_is_replaced_only_by_force() {
 
 #[test]
 fn a_flexible_arm_with_all_columns_needs_no_file() {
-    let desk = desk(&[
-        column("t", 0, 1.0),
-        column("link_q1", 1, 1.0),
-        column("link_q2", 2, 1.0),
-        column("motor_q1", 3, 1.0),
-        column("motor_q2", 4, 1.0),
-        column("tau1", 5, 1.0),
-        column("tau2", 6, 1.0),
-    ]);
+    let desk = desk(&plain(
+        "t=0, link_q1=1, link_q2=2, motor_q1=3, motor_q2=4, tau1=5, tau2=6",
+    ));
     let Ran {
         code,
         out: said,
@@ -116,7 +107,7 @@ fn a_flexible_arm_with_all_columns_needs_no_file() {
     } = identify(&desk, &["--out", "my results", "--json"]);
     assert!(matches!(code, Some(0 | 1)), "{message}");
     let result: serde_json::Value = serde_json::from_str(&said).unwrap();
-    let all = result["results"][0]["parameters"].as_array().unwrap();
+    let all = list_of(&result["results"][0]["parameters"]);
     let stiffness = all.iter().find(|one| one["name"] == "shoulder.stiffness");
     let stiffness = stiffness.unwrap()["value"].as_f64().unwrap();
     assert!((stiffness / 900.0 - 1.0).abs() < 0.05, "{stiffness}");
@@ -138,8 +129,7 @@ fn what_the_log_does_not_tell_is_named_with_its_line() {
     ]);
     let command = "sprung new new --urdf arm.urdf --log run.csv";
     let args = [&FROM_LOG[..], &["--out", "new"]].concat();
-    let output = desk.run(&args);
-    let message = stderr(&output);
+    let message = desk.run(&args).err;
     desk.fails(
         &args,
         3,
@@ -165,15 +155,7 @@ fn what_the_log_does_not_tell_is_named_with_its_line() {
 #[test]
 fn a_log_that_contradicts_its_names_is_refused() {
     // The torques are exchanged.
-    let columns = [
-        column("t", 0, 1.0),
-        column("q1", 1, 1.0),
-        column("q2", 2, 1.0),
-        column("phi1", 3, 1.0),
-        column("phi2", 4, 1.0),
-        column("tau1", 6, 1.0),
-        column("tau2", 5, 1.0),
-    ];
+    let columns = plain("t=0, q1=1, q2=2, phi1=3, phi2=4, tau1=6, tau2=5");
     let desk = desk(&columns);
     desk.fails(
         &[&FROM_LOG[..], &["--out", "new"]].concat(),

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::Value;
 
-use crate::common::{Case, finding, sprung, stderr, stdout};
+use crate::common::{Case, f64_of, finding, is_known, list_of};
 
 const GRAVITY: f64 = 9.81;
 
@@ -25,7 +25,7 @@ fn write_logs(case: &Case, motion: impl Fn(f64, f64) -> [f64; 3], weight: f64) {
                 TRUE[0] * a + TRUE[1] * v + TRUE[2] * (100.0 * v).tanh() + TRUE[3] + weight;
             writeln!(text, "{t},{x},{}", torque + noise).unwrap();
         }
-        std::fs::write(case.path(file), text).unwrap();
+        case.write(file, text);
     }
 }
 
@@ -41,36 +41,21 @@ fn described(case: &Case, robot: &str) {
     } else {
         text
     };
-    std::fs::write(case.path("experiment.toml"), text).unwrap();
+    case.write("experiment.toml", text);
 }
 
 /// Asserts that the result is good and its promise is kept on the second log.
 fn is_good_and_proved(case: &Case) -> Value {
     let (_, json) = case.results(&[]);
     assert_eq!(json["results"][0]["verdict"], "good", "{json}");
-    let experiment = case.path("experiment.toml");
-    let output = sprung(&["validate", experiment.to_str().unwrap()]);
+    let output = case.run("validate", &[]);
     assert!(
-        stdout(&output).contains("The promise is kept"),
+        output.out.contains("The promise is kept"),
         "{}{}",
-        stdout(&output),
-        stderr(&output)
+        output.out,
+        output.err
     );
     json
-}
-
-/// Asserts that the interval of a parameter contains its true value, and that it is narrow.
-fn is_known(json: &Value, name: &str, truth: f64) {
-    let parameters = json["results"][0]["parameters"].as_array().unwrap();
-    let found = parameters.iter().find(|one| one["name"] == name);
-    let found = found.unwrap_or_else(|| panic!("no {name} in {parameters:?}"));
-    let number = |key: &str| found[key].as_f64().unwrap();
-    let (value, error) = (number("value"), number("standard_error"));
-    assert!(
-        (value - truth).abs() < 4.0 * error,
-        "{name} = {value} ± {error}, {truth}"
-    );
-    assert!(error < 0.05 * truth.abs(), "{name} = {value} ± {error}");
 }
 
 #[test]
@@ -92,11 +77,12 @@ fn the_rotor_of_a_lift_is_part_of_its_mass_and_of_its_constant_force() {
         "dh_modified = [{ prismatic = true }]\ngravity_m_per_s2 = [0.0, 0.0, -9.81]",
     );
     let json = is_good_and_proved(&case);
-    is_known(&json, "link1.m + lift.rotor_inertia", TRUE[0]);
+    is_known(&json, "link1.m + lift.rotor_inertia", TRUE[0], 0.05);
     is_known(
         &json,
         "lift.motor_offset - 9.81*lift.rotor_inertia",
         TRUE[3] - GRAVITY * (TRUE[0] - mass),
+        0.05,
     );
     // A rotor that the file gives leaves mass and constant force with values of their own.
     let given = case.replace(
@@ -104,8 +90,8 @@ fn the_rotor_of_a_lift_is_part_of_its_mass_and_of_its_constant_force() {
         "[robot]\nfixed = { \"lift.rotor_inertia\" = 1.0 }\n",
     );
     let (_, json) = given.results(&[]);
-    is_known(&json, "link1.m", mass);
-    is_known(&json, "lift.motor_offset", TRUE[3]);
+    is_known(&json, "link1.m", mass, 0.05);
+    is_known(&json, "lift.motor_offset", TRUE[3], 0.05);
 }
 
 #[test]
@@ -124,8 +110,13 @@ fn friction_of_one_direction_is_one_value_with_the_constant_torque() {
         write_logs(&case, motion, 0.0);
         described(&case, "dh_modified = [{}]");
         let json = is_good_and_proved(&case);
-        is_known(&json, "lift.motor_coulomb", TRUE[2] + direction * TRUE[3]);
-        let parameters = json["results"][0]["parameters"].as_array().unwrap();
+        is_known(
+            &json,
+            "lift.motor_coulomb",
+            TRUE[2] + direction * TRUE[3],
+            0.05,
+        );
+        let parameters = list_of(&json["results"][0]["parameters"]);
         let of = |name: &str| parameters.iter().find(|one| one["name"] == name).unwrap();
         let sum = if direction > 0.0 {
             "+ lift.motor_offset"
@@ -143,7 +134,7 @@ fn friction_of_one_direction_is_one_value_with_the_constant_torque() {
 fn a_robot_with_one_open_parameter_gets_its_value() {
     let case = Case::new();
     let (_, json) = case.results(&["--set", "identify.estimator=\"least-squares\""]);
-    let parameters = json["results"][0]["parameters"].as_array().unwrap();
+    let parameters = list_of(&json["results"][0]["parameters"]);
     let (open, given) = parameters.split_last().unwrap();
     let given: Vec<String> = (given.iter())
         .map(|one| format!("{} = {}", one["name"], one["value"]))
@@ -155,12 +146,8 @@ fn a_robot_with_one_open_parameter_gets_its_value() {
         "--set",
         &fixed,
     ]);
-    let found = again["results"][0]["parameters"]
-        .as_array()
-        .unwrap()
-        .last()
-        .unwrap();
-    let number = |of: &Value, key: &str| of[key].as_f64().unwrap();
+    let found = list_of(&again["results"][0]["parameters"]).last().unwrap();
+    let number = |of: &Value, key: &str| f64_of(&of[key]);
     assert!(
         (number(found, "value") - number(open, "value")).abs()
             < 3.0 * number(open, "standard_error")

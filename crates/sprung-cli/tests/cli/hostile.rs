@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
 
-use crate::common::{Case, demo, sprung, stderr};
+use crate::common::{Case, Ran, demo, sprung};
 
 /// A file of a case, and the command that reads it, in which FILE stands for it and OUT for a new folder.
 struct Input {
@@ -93,18 +93,18 @@ fn inputs() -> Vec<Input> {
 }
 
 /// Runs a command of a case with a bounded address space, in KiB.
-fn limited(command: &str, file: &Path, out: &Path) -> std::process::Output {
+fn limited(command: &str, file: &Path, out: &Path) -> Ran {
     let words = command.replace("FILE", &file.display().to_string());
     let words = words.replace("OUT", &out.display().to_string());
-    Command::new("sh")
-        .args([
-            "-c",
-            "ulimit -v 1500000 && exec \"$0\" \"$@\"",
-            env!("CARGO_BIN_EXE_sprung"),
-        ])
-        .args(words.split(' '))
-        .output()
-        .unwrap()
+    Ran::of(
+        Command::new("sh")
+            .args([
+                "-c",
+                "ulimit -v 1500000 && exec \"$0\" \"$@\"",
+                env!("CARGO_BIN_EXE_sprung"),
+            ])
+            .args(words.split(' ')),
+    )
 }
 
 #[test]
@@ -121,8 +121,8 @@ fn no_input_takes_more_than_its_limit() {
         let file = folder.path().join(name);
         std::fs::write(&file, bytes).unwrap();
         let output = limited(command, &file, &folder.path().join("out"));
-        let told = stderr(&output);
-        assert_eq!(output.status.code(), Some(code), "{name}: {told}");
+        let told = &output.err;
+        assert_eq!(output.code, Some(code), "{name}: {told}");
         assert!(told.contains(says), "{name}: {told}");
         assert!(told.len() < 1000, "{name}: {told}");
         assert!(!folder.path().join("out").exists(), "{name}");
@@ -149,14 +149,14 @@ fn pipes_sockets_and_devices_are_no_inputs() {
     ] {
         for command in [NEW, URDF, CHECK, COMPARE] {
             let output = limited(command, file, &folder.path().join("out"));
-            let told = stderr(&output);
-            assert_eq!(output.status.code(), Some(4), "{command} {told}");
+            let told = &output.err;
+            assert_eq!(output.code, Some(4), "{command} {told}");
             assert!(told.contains(kind), "{command} {told}");
         }
     }
     // The log that an experiment names.
     let case = Case::new();
-    std::fs::remove_file(case.path("identification.csv")).unwrap();
+    case.remove("identification.csv");
     let pipe = case.path("identification.csv");
     assert!(
         Command::new("mkfifo")
@@ -165,13 +165,7 @@ fn pipes_sockets_and_devices_are_no_inputs() {
             .unwrap()
             .success()
     );
-    let output = case.identify(&[]);
-    assert_eq!(output.status.code(), Some(4), "{}", stderr(&output));
-    assert!(
-        stderr(&output).contains("it is a pipe"),
-        "{}",
-        stderr(&output)
-    );
+    case.identify(&[]).ends(4).tells(&["it is a pipe"]);
 }
 
 #[test]
@@ -186,35 +180,27 @@ fn control_characters_reach_no_terminal() {
             "<robot name=\"x\"><link name=\"a&#27;[31m\"/></robot>",
         ),
     ]);
-    let path = |file: &str| case.path(file).display().to_string();
-    let out = path("out");
-    for args in [
-        vec!["new", &out, "--joints", "1", "--log", &path("log.csv")],
-        vec![
-            "new",
-            &out,
-            "--joints",
-            "1",
-            "--log",
-            &path("\u{1b}[31mlog.csv"),
-        ],
-        vec![
-            "new",
-            &out,
-            "--joints",
-            "1",
-            "--log",
-            &path("\u{1b}[31mother.csv"),
-        ],
-        vec!["new", &out, "--urdf", &path("robot.urdf")],
-        vec!["check", &path("experiment.toml")],
-        vec!["check", &path("\u{1b}[31mexperiment.toml")],
-        vec!["\u{1b}[31mcheck"],
-        vec!["compare", &path("log.csv"), "--json"],
+    let out = case.at("out");
+    for (command, file) in [
+        (NEW, "log.csv"),
+        (NEW, "\u{1b}[31mlog.csv"),
+        (NEW, "\u{1b}[31mother.csv"),
+        (URDF, "robot.urdf"),
+        (CHECK, "experiment.toml"),
+        (CHECK, "\u{1b}[31mexperiment.toml"),
+        ("\u{1b}[31mcheck", ""),
+        ("compare FILE --json", "log.csv"),
     ] {
+        let file = case.at(file);
+        let args: Vec<&str> = (command.split(' '))
+            .map(|word| match word {
+                "FILE" => &file,
+                "OUT" => &out,
+                word => word,
+            })
+            .collect();
         let output = sprung(&args);
-        let written = [output.stdout, output.stderr].concat();
-        let written = String::from_utf8(written).unwrap();
+        let written = output.out + &output.err;
         let raw = |c: char| (c.is_control() && c != '\n') || c == '\u{202e}';
         assert!(!written.contains(raw), "{args:?}: {written:?}");
         let _ = std::fs::remove_dir_all(&out);
@@ -228,38 +214,23 @@ fn names_with_control_characters_give_an_experiment_that_can_be_read() {
     let log = format!("t,\u{1b}[31mq1\u{1b}[0m,tau1,\"mo\nde\"\n{rows}");
     let case = Case::of(&[("log.csv", &log)]);
     let out = case.path("out").display().to_string();
-    let output = sprung(&[
-        "new",
-        &out,
-        "--joints",
-        "1",
-        "--log",
-        case.path("log.csv").to_str().unwrap(),
-    ]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    sprung(&["new", &out, "--joints", "1", "--log", &case.at("log.csv")]).ends(0);
     // A place to fill in is an error as well, but one of the keys and not of the text.
-    let told = stderr(&sprung(&["check", &out]));
-    assert!(told.contains("FILL IN"), "{told}");
+    sprung(&["check", &out]).tells(&["FILL IN"]);
 }
 
 #[cfg(unix)]
 #[test]
 fn what_cannot_be_written_ends_with_code_4_and_leaves_nothing() {
-    let program = env!("CARGO_BIN_EXE_sprung");
+    let binary = env!("CARGO_BIN_EXE_sprung");
     let experiment = demo().join("experiment.toml").display().to_string();
     let linear = "identify.estimator=least-squares";
     let run = |shell: &str, out: &Path| {
-        Command::new("sh")
-            .args([
-                "-c",
-                shell,
-                program,
-                &experiment,
-                &out.display().to_string(),
-            ])
-            .args(["--set", linear])
-            .output()
-            .unwrap()
+        Ran::of(
+            Command::new("sh")
+                .args(["-c", shell, binary, &experiment, &out.display().to_string()])
+                .args(["--set", linear]),
+        )
     };
     for (name, shell, says) in [
         (
@@ -286,8 +257,8 @@ fn what_cannot_be_written_ends_with_code_4_and_leaves_nothing() {
         let folder = TempDir::new().unwrap();
         let out = folder.path().join("out");
         let output = run(shell, &out);
-        let told = stderr(&output);
-        assert_eq!(output.status.code(), Some(4), "{name}: {told}");
+        let told = &output.err;
+        assert_eq!(output.code, Some(4), "{name}: {told}");
         assert!(told.contains(says), "{name}: {told}");
         let left = std::fs::read_dir(&out).into_iter().flatten();
         let left = left.map(|entry| entry.unwrap().file_name().into_string().unwrap());
@@ -304,9 +275,6 @@ fn a_folder_that_cannot_be_written_is_told_before_the_log_is_read() {
         ["new", "/dev/null/arm", "--log", &log],
         ["new", "/proc/arm", "--log", "no-such.csv"],
     ] {
-        let output = sprung(&args);
-        let told = stderr(&output);
-        assert_eq!(output.status.code(), Some(4), "{told}");
-        assert!(told.contains("cannot create the folder"), "{told}");
+        sprung(&args).ends(4).tells(&["cannot create the folder"]);
     }
 }

@@ -1,6 +1,7 @@
 //! `sprung new --log` finds the joints of columns whose names do not contain them.
 
-use crate::renamed_log::{begun, column, csv, is_identified, named, recorded};
+use crate::common::contains;
+use crate::renamed_log::{begun, column, is_identified, named, plain, recorded};
 
 /// Returns the experiment of a log of the twin with other names: columns of q1, q2, phi1, phi2, tau1, tau2.
 fn of(names: [&str; 6], places: [usize; 6]) -> String {
@@ -12,7 +13,7 @@ fn of(names: [&str; 6], places: [usize; 6]) -> String {
             .zip(places)
             .map(|(name, place)| column(name, place, 1.0)),
     );
-    desk.write("log.csv", &csv(&named(&log, &all)));
+    desk.log(&named(&log, &all));
     let text = begun(&desk, "log.csv");
     is_identified(&desk);
     text
@@ -79,14 +80,8 @@ fn slopes_and_torques_tell_the_joints() {
 #[test]
 fn words_that_mean_nothing_give_no_order() {
     let (desk, log) = recorded();
-    let names = [
-        column("t", 0, 1.0),
-        column("pos red", 3, 1.0),
-        column("pos blue", 4, 1.0),
-        column("tau red", 5, 1.0),
-        column("tau blue", 6, 1.0),
-    ];
-    desk.write("log.csv", &csv(&named(&log, &names)));
+    let names = plain("t=0, pos red=3, pos blue=4, tau red=5, tau blue=6");
+    desk.log(&named(&log, &names));
     desk.fails(
         &["new", "exp", "--urdf", "arm.urdf", "--log", "log.csv"],
         2,
@@ -98,29 +93,12 @@ fn words_that_mean_nothing_give_no_order() {
 fn units_of_headers_that_the_log_contradicts_are_named() {
     let (desk, log) = recorded();
     let degrees = 180.0 / std::f64::consts::PI;
+    #[rustfmt::skip]
     let cases = [
         // Header, time, factor of the positions; what the file says.
-        (
-            ("t_s", "rad"),
-            1.0,
-            degrees,
-            "link_position_deg",
-            "the positions are degrees",
-        ),
-        (
-            ("t_s", "deg"),
-            1.0,
-            1.0,
-            "link_position_rad",
-            "the positions are radians, not degrees",
-        ),
-        (
-            ("t_ms", "rad"),
-            1.0,
-            1.0,
-            "time_s = \"t_ms\"",
-            "\"t_ms\", as declared, gives 500000 samples per second",
-        ),
+        (("t_s", "rad"), 1.0, degrees, "link_position_deg", "the positions are degrees"),
+        (("t_s", "deg"), 1.0, 1.0, "link_position_rad", "the positions are radians, not degrees"),
+        (("t_ms", "rad"), 1.0, 1.0, "time_s = \"t_ms\"", "\"t_ms\", as declared, gives 500000 samples per second"),
     ];
     for (k, ((time, unit), seconds, factor, line, said)) in cases.into_iter().enumerate() {
         let names = ["q1", "q2", "phi1", "phi2"].map(|name| format!("{name}_{unit}"));
@@ -130,15 +108,17 @@ fn units_of_headers_that_the_log_contradicts_are_named() {
             column("tau2_Nm", 6, 1.0),
         ];
         all.extend((names.iter().zip(1..)).map(|(name, place)| column(name, place, factor)));
-        desk.write("log.csv", &csv(&named(&log, &all)));
+        desk.log(&named(&log, &all));
         let folder = format!("units-{k}");
         let text = desk.succeeds(&["new", &folder, "--urdf", "arm.urdf", "--log", "log.csv"]);
         println!("{text}");
         for words in ["corrected: ", line, said] {
             assert!(text.contains(words), "no {words} in {text}");
         }
-        let file = desk.read(&format!("{folder}/experiment.toml"));
-        assert!(file.contains(&format!("\n{line}")), "{file}");
+        contains(
+            &desk.read(&format!("{folder}/experiment.toml")),
+            &[&format!("\n{line}")],
+        );
     }
 }
 

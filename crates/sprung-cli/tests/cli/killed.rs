@@ -2,11 +2,10 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::process::Command;
 
 use sprung::session::{SWITCH_FILE, Switch};
 
-use crate::common::{Case, sprung, stderr};
+use crate::common::{Case, Ran, contains, list_of, program, sprung};
 
 /// Files of a folder by name.
 type Files = BTreeMap<String, Vec<u8>>;
@@ -64,7 +63,7 @@ impl Desk {
     ///
     /// - `point`: 1 is the first.
     fn run(&self, verb: &str, more: &[&str], point: Option<usize>) -> Option<String> {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_sprung"));
+        let mut command = program();
         command
             .arg(verb)
             .arg(self.case.path("experiment.toml"))
@@ -73,15 +72,15 @@ impl Desk {
         if let Some(point) = point {
             command.env("SPRUNG_HALT", point.to_string());
         }
-        let output = command.output().unwrap();
-        if output.status.success() {
+        let output = Ran::of(&mut command);
+        if output.code == Some(0) {
             return None;
         }
-        let message = stderr(&output);
+        let message = &output.err;
         let (_, name) = message
             .split_once("halted at ")
             .unwrap_or_else(|| panic!("{message}"));
-        assert_eq!(output.status.code(), None, "the run ended by itself");
+        assert_eq!(output.code, None, "the run ended by itself");
         Some(name.trim().to_owned())
     }
 
@@ -89,23 +88,22 @@ impl Desk {
     fn read(&self) {
         let paths = ["sprung-out", "kept", "comparison"].map(|name| self.case.path(name));
         let [results, kept, out] = paths.each_ref().map(|path| path.to_str().unwrap());
-        let output = sprung(&["compare", results, kept, "--quiet", "--out", out]);
-        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        sprung(&["compare", results, kept, "--quiet", "--out", out]).ends(0);
     }
 
     /// Runs a command up to the moment before it writes into the folder of the results.
     fn begin_to_write(&self) {
         let [out, kept] = ["sprung-out", "kept"].map(|name| self.case.path(name));
-        let output = Command::new(env!("CARGO_BIN_EXE_sprung"))
-            .args(["compare", "--quiet"])
-            .args([&out, &kept])
-            .arg("--out")
-            .arg(&out)
-            .env("SPRUNG_HALT", "1")
-            .output()
-            .unwrap();
-        let message = stderr(&output);
-        assert!(message.contains("halted at nothing written"), "{message}");
+        let output = Ran::of(
+            program()
+                .args(["compare", "--quiet"])
+                .args([&out, &kept])
+                .arg("--out")
+                .arg(&out)
+                .env("SPRUNG_HALT", "1"),
+        );
+        let message = &output.err;
+        contains(message, &["halted at nothing written"]);
     }
 
     /// Kills a verb at each of its points and checks the results each time. Returns the names of the points.
@@ -247,9 +245,7 @@ fn a_refinement_that_is_killed_leaves_the_result_of_least_squares() {
     let found = files(&folder);
     let json: serde_json::Value = serde_json::from_slice(&found["identification.json"]).unwrap();
     assert_eq!(json["results"][0]["estimator"], "least-squares");
-    let codes: Vec<_> = json["findings"]
-        .as_array()
-        .unwrap()
+    let codes: Vec<_> = list_of(&json["findings"])
         .iter()
         .map(|f| &f["code"])
         .collect();
@@ -262,7 +258,7 @@ fn a_refinement_that_is_killed_leaves_the_result_of_least_squares() {
         assert!(lines.all(|line| line.ends_with(",refining")), "{name}");
     }
     let report = String::from_utf8_lossy(&found["report.html"]).into_owned();
-    assert!(report.contains(", being refined"));
+    contains(&report, &[", being refined"]);
     let path = desk.case.path("experiment.toml");
     for verb in [
         &["validate"][..],
@@ -271,12 +267,8 @@ fn a_refinement_that_is_killed_leaves_the_result_of_least_squares() {
     ] {
         let args = [verb, &[path.to_str().unwrap()]].concat();
         let output = sprung(&args);
-        assert_eq!(output.status.code(), Some(2), "{verb:?}");
-        assert!(
-            stderr(&output).contains("--accept-refining"),
-            "{}",
-            stderr(&output)
-        );
+        assert_eq!(output.code, Some(2), "{verb:?}");
+        output.tells(&["--accept-refining"]);
     }
     assert!(!found.contains_key("validation.json"));
     assert!(desk.run("identify", &refine, None).is_none());

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::common::{Case, finding, stderr, stdout};
+use crate::common::{Case, f64_of, finding, has_lines, is_known, list_of};
 use crate::new::Desk;
 
 const INERTIA: f64 = 1.5;
@@ -40,18 +40,18 @@ fn log(pace: f64) -> String {
 #[test]
 fn links_and_springs_are_identified_without_motor_torques() {
     let desk = Desk::new();
-    desk.write("first.csv", &log(1.0));
-    desk.write("second.csv", &log(0.8));
-    let output = desk.run(&["new", "exp", "--log", "first.csv"]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    desk.write("first.csv", log(1.0));
+    desk.write("second.csv", log(0.8));
+    desk.run(&["new", "exp", "--log", "first.csv"]).ends(0);
     let text = desk.read("exp/experiment.toml");
-    for line in [
-        "link_position_rad = [\"q[0]\"]",
-        "motor_position_rad = [\"theta[0]\"]",
-        "joint_torque_nm = [\"tau_J[0]\"]",
-    ] {
-        assert!(text.contains(&format!("\n{line}\n")), "{line}: {text}");
-    }
+    has_lines(
+        &text,
+        &[
+            "link_position_rad = [\"q[0]\"]",
+            "motor_position_rad = [\"theta[0]\"]",
+            "joint_torque_nm = [\"tau_J[0]\"]",
+        ],
+    );
     assert!(!text.contains("motor_torque_nm = \"FILL IN\""), "{text}");
     let text = text
         .replace("dh_modified = \"FILL IN\"", "dh_modified = [{}]")
@@ -61,27 +61,16 @@ fn links_and_springs_are_identified_without_motor_torques() {
             "name = \"second\"\nlog = { file = \"../second.csv\" }",
         );
     desk.write("exp/experiment.toml", &text);
-    let output = desk.run(&["identify", "exp", "--json"]);
-    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let json = desk.run(&["identify", "exp", "--json"]).json();
     assert_eq!(json["results"][0]["verdict"], "good", "{json}");
     assert!(finding(&json, "links-alone").is_some(), "{json}");
-    let parameters = json["results"][0]["parameters"].as_array().unwrap();
+    let parameters = list_of(&json["results"][0]["parameters"]);
     for (name, truth) in [
         ("link1.izz", INERTIA),
         ("link1.mx", WEIGHT / 9.81),
         ("joint1.link_viscous", VISCOUS),
     ] {
-        let found = parameters.iter().find(|one| one["name"] == name);
-        let found = found.unwrap_or_else(|| panic!("no {name} in {parameters:?}"));
-        let (value, error) = (
-            found["value"].as_f64().unwrap(),
-            found["standard_error"].as_f64().unwrap(),
-        );
-        assert!(
-            (value - truth).abs() < 4.0 * error,
-            "{name} = {value} ± {error}"
-        );
-        assert!(error < 0.02 * truth, "{name} = {value} ± {error}");
+        is_known(&json, name, truth, 0.02);
     }
     assert!(
         !parameters
@@ -90,17 +79,17 @@ fn links_and_springs_are_identified_without_motor_torques() {
     );
     let spring = &json["sensed_springs"][0];
     let (value, error) = (
-        spring["stiffness_nm_per_rad"].as_f64().unwrap(),
-        spring["standard_error_nm_per_rad"].as_f64().unwrap(),
+        f64_of(&spring["stiffness_nm_per_rad"]),
+        f64_of(&spring["standard_error_nm_per_rad"]),
     );
     assert!((value - STIFFNESS).abs() < 4.0 * error, "{spring}");
     assert!(error < 0.01 * STIFFNESS, "{spring}");
     let output = desk.run(&["validate", "exp"]);
     assert!(
-        stdout(&output).contains("The promise is kept"),
+        output.out.contains("The promise is kept"),
         "{}{}",
-        stdout(&output),
-        stderr(&output)
+        output.out,
+        output.err
     );
 }
 
@@ -112,11 +101,5 @@ fn without_link_positions_the_motor_torques_are_still_asked_for() {
             "joint_torque_nm = [\"tau1_nm\", \"tau2_nm\"]",
         )
         .replace("link_position_rad  = [\"q1_rad\", \"q2_rad\"]\n", "");
-    let output = case.identify(&[]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(
-        stderr(&output).contains("motor_torque_nm"),
-        "{}",
-        stderr(&output)
-    );
+    case.identify(&[]).ends(2).tells(&["motor_torque_nm"]);
 }

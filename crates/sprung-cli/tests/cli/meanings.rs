@@ -7,8 +7,7 @@ use std::sync::OnceLock;
 use serde_json::Value;
 
 use crate::arm;
-use crate::arm::read;
-use crate::common::{Case, sprung, stderr, stdout};
+use crate::common::{Case, contains, list_of, str_of};
 
 /// Ranges of the joints: the wrist turns twice.
 const AMPLITUDES_DEG: [f64; 4] = [40.0, 25.0, 35.0, 180.0];
@@ -103,58 +102,51 @@ fn recorded() -> Case {
     let log = LOG.get_or_init(|| {
         let case = described();
         case.record("run.csv", &[]);
-        read(&case.path("run.csv"))
+        case.read("run.csv")
     });
     let case = described();
-    std::fs::write(case.path("run.csv"), log).unwrap();
+    case.write("run.csv", log);
     case
 }
 
 /// Runs a check. Returns the exit code and the findings above notes.
 fn check(case: &Case, more: &[&str]) -> (i32, Vec<Value>) {
-    let experiment = case.path("experiment.toml");
-    let mut args = vec!["check", experiment.to_str().unwrap(), "--json"];
-    args.extend(more);
-    let output = sprung(&args);
-    let json: Value =
-        serde_json::from_str(&stdout(&output)).unwrap_or_else(|_| panic!("{}", stderr(&output)));
-    let findings = json["findings"].as_array().unwrap().iter();
+    let output = case.run("check", &[&["--json"][..], more].concat());
+    let json = output.json();
+    let findings = list_of(&json["findings"]).iter();
     (
-        output.status.code().unwrap(),
+        output.code.unwrap(),
         (findings.filter(|finding| finding["severity"] != "info"))
             .cloned()
             .collect(),
     )
 }
 
-/// Checks that the log has one finding with a severity, code, fragments of its text and a line.
-fn says(case: &Case, (severity, code): (&str, &str), fragments: &[&str], line: Option<&str>) {
+/// Checks that the log has one finding with a severity, a code, words of its text and a line, which may be empty.
+#[track_caller]
+fn says(case: &Case, [severity, code, words]: [&str; 3], line: &str) {
     let (exit, findings) = check(case, &[]);
     let [finding] = &findings[..] else {
         panic!("{findings:#?}")
     };
     assert_eq!(finding["severity"], severity, "{finding:#}");
     assert_eq!(finding["code"], code, "{finding:#}");
-    let text = finding["text"].as_str().unwrap();
-    println!("{text}");
-    for fragment in fragments {
-        assert!(text.contains(fragment), "no {fragment:?} in {text}");
-    }
+    let text = str_of(&finding["text"]);
+    contains(text, &[words]);
     let bare = |setting: &str| {
         let lines = setting.lines();
         let lines = lines.map(|line| line.split("  # in place of").next().unwrap_or_default());
         lines.collect::<Vec<&str>>().join("; ")
     };
     let setting = finding["setting"].as_str().map(bare);
-    assert_eq!(setting.as_deref(), line, "{finding:#}");
+    assert_eq!(setting.unwrap_or_default(), line, "{finding:#}");
     let expected = match severity {
         "error" => 3,
         "serious" => 1,
         _ => 0,
     };
     assert_eq!(exit, expected);
-    let output = case.identify(&["-q"]);
-    assert_eq!(output.status.code(), Some(expected), "{}", stderr(&output));
+    case.identify(&["-q"]).ends(expected);
 }
 
 /// Checks that the log has no finding.
@@ -167,6 +159,13 @@ fn says_nothing(case: &Case, more: &[&str]) {
 fn scaled(case: Case, columns: &[usize], by: f64) -> Case {
     (columns.iter()).fold(case, |case, &column| {
         case.column_of("run.csv", column, |x| by * x)
+    })
+}
+
+/// Multiplies the torques, and divides them by the gear ratios.
+fn before_gears(case: Case, by: f64) -> Case {
+    (TORQUES.iter().zip(GEARS)).fold(case, |case, (&column, gear)| {
+        scaled(case, &[column], by / gear)
     })
 }
 
@@ -187,14 +186,14 @@ fn degrees_are_refused_with_the_line_that_mends_them() {
     let case = scaled(recorded(), &POSITIONS, DEGREES);
     let line = "[log] motor_position_deg = [\"q1\", \"q2\", \"q3\", \"q4\"]";
     let words = "pan, lift, elbow and wrist: the positions are degrees, not radians";
-    says(&case, ("error", "looks-like-degrees"), &[words], Some(line));
+    says(&case, ["error", "looks-like-degrees", words], line);
     let mended = case.replace("motor_position_rad", "motor_position_deg");
     says_nothing(&mended, &[]);
     let one = scaled(recorded(), &[2], DEGREES);
     let line = "[log] motor_position = [{ column = \"q1\", unit = \"rad\" }, { column = \"q2\", unit = \"deg\" }, \
                 { column = \"q3\", unit = \"rad\" }, { column = \"q4\", unit = \"rad\" }]";
     let words = "lift: the positions are degrees";
-    says(&one, ("error", "looks-like-degrees"), &[words], Some(line));
+    says(&one, ["error", "looks-like-degrees", words], line);
 }
 
 #[test]
@@ -202,22 +201,20 @@ fn radians_that_are_said_to_be_degrees_are_refused() {
     let case = recorded().replace("motor_position_rad", "motor_position_deg");
     let line = "[log] motor_position_rad = [\"q1\", \"q2\", \"q3\", \"q4\"]";
     let words = "the positions are radians, not degrees";
-    says(&case, ("error", "looks-like-radians"), &[words], Some(line));
+    says(&case, ["error", "looks-like-radians", words], line);
 }
 
 #[test]
 fn torques_of_the_other_side_are_refused() {
-    let case = (TORQUES.iter().zip(GEARS)).fold(recorded(), |case, (&column, gear)| {
-        scaled(case, &[column], 1.0 / gear)
-    });
+    let case = before_gears(recorded(), 1.0);
     let line = "[log] motor_torque_side = \"motor\"";
     let words = "those of the motors before the gearbox";
-    says(&case, ("error", "torque-scale"), &[words], Some(line));
+    says(&case, ["error", "torque-scale", words], line);
     says_nothing(&case, &["--set", "log.motor_torque_side=motor"]);
     let twice = recorded().replace("time_s", "motor_torque_side = \"motor\"\ntime_s");
     let line = "[log] motor_torque_side = \"output\"";
     let words = "those after the gearbox already";
-    says(&twice, ("error", "torque-scale"), &[words], Some(line));
+    says(&twice, ["error", "torque-scale", words], line);
 }
 
 #[test]
@@ -235,37 +232,20 @@ fn currents_and_other_units_of_torques_are_named() {
         &TORQUES,
         10.0,
     );
-    let case = (TORQUES.iter().zip(GEARS)).fold(case, |case, (&column, gear)| {
-        scaled(case, &[column], 1.0 / gear)
-    });
+    let case = before_gears(case, 1.0);
     let line = "[[robot.joint]] torque_constant_side = \"motor\"";
-    says(
-        &case,
-        ("error", "torque-scale"),
-        &["before the gearbox"],
-        Some(line),
-    );
+    says(&case, ["error", "torque-scale", "before the gearbox"], line);
     let case = scaled(recorded(), &TORQUES, 1e3);
     let line = "[log] motor_torque = { column = [\"tau1\", \"tau2\", \"tau3\", \"tau4\"], unit = \"mN·m\" }";
-    says(
-        &case,
-        ("error", "torque-scale"),
-        &["millinewton metres"],
-        Some(line),
-    );
+    says(&case, ["error", "torque-scale", "millinewton metres"], line);
     let case = scaled(constants("torque_constant_nm_per_a = 8.0"), &TORQUES, 0.125);
     let line =
         "[log] motor_current = { column = [\"tau1\", \"tau2\", \"tau3\", \"tau4\"], unit = \"A\" }";
-    says(
-        &case,
-        ("serious", "torque-scale"),
-        &["currents"],
-        Some(line),
-    );
+    says(&case, ["serious", "torque-scale", "currents"], line);
     // A factor that nothing explains.
     let case = scaled(recorded(), &TORQUES, 0.2);
     let words = "similar in all joints";
-    says(&case, ("warning", "torque-scale"), &[words], None);
+    says(&case, ["warning", "torque-scale", words], "");
 }
 
 #[test]
@@ -276,24 +256,17 @@ fn the_masses_tell_the_side_of_a_torque_constant() {
             .replace("transmission = \"rigid\"", &key)
             .replace("motor_torque_nm", "motor_current_a")
     };
-    let amperes = || {
-        (TORQUES.iter().zip(GEARS)).fold(constant(0.1), |case, (&column, gear)| {
-            scaled(case, &[column], 10.0 / gear)
-        })
-    };
+    let amperes = || before_gears(constant(0.1), 10.0);
     let found = amperes();
     let given = amperes().replace(
         "[log]",
         "[robot.joint_defaults]\ntorque_constant_side = \"motor\"\n[log]",
     );
     for case in [&found, &given, &scaled(constant(8.0), &TORQUES, 0.125)] {
-        let output = case.identify(&[]);
-        let text = stdout(&output) + &stderr(&output);
-        assert_eq!(output.status.code(), Some(0), "{text}");
+        case.identify(&[]).ends(0);
     }
     let side = |case: &Case| {
-        let text = read(&case.path("sprung-out/identification.json"));
-        let json: Value = serde_json::from_str(&text).unwrap();
+        let json = case.json("sprung-out/identification.json");
         (
             json["log"]["torque_constant_side"].clone(),
             json["results"][0]["parameters"].clone(),
@@ -302,64 +275,56 @@ fn the_masses_tell_the_side_of_a_torque_constant() {
     // The motors' constants, found and given, have the same result.
     assert_eq!(side(&found).0, "motor");
     assert_eq!(side(&given), (Value::Null, side(&found).1));
-    let experiment = found.path("experiment.toml");
-    let output = sprung(&["check", experiment.to_str().unwrap()]);
-    let text = stdout(&output);
-    for words in [
-        "torque-side-found",
-        "torque_constant_side = \"motor\"",
-        "hold for the motors",
-    ] {
-        assert!(text.contains(words), "{text}");
-    }
-    // A simulation has no log that could determine the side.
-    let out = found.path("again");
-    let output = sprung(&[
-        "simulate",
-        experiment.to_str().unwrap(),
-        "--out",
-        out.to_str().unwrap(),
-    ]);
-    let text = stderr(&output);
-    assert_eq!(output.status.code(), Some(2), "{text}");
-    assert!(
-        text.contains("pan: the gear ratio is not 1, and the side"),
-        "{text}"
+    let text = found.run("check", &[]).out;
+    contains(
+        &text,
+        &[
+            "torque-side-found",
+            "torque_constant_side = \"motor\"",
+            "hold for the motors",
+        ],
     );
+    // A simulation has no log that could determine the side.
+    let out = found.at("again");
+    found
+        .run("simulate", &["--out", &out])
+        .ends(2)
+        .tells(&["pan: the gear ratio is not 1, and the side"]);
     // Without masses the log does not determine the side.
-    let with_masses = read(&found.path("arm.urdf"));
+    let with_masses = found.read("arm.urdf");
     let parts = with_masses.split("<inertial>").map(|part| {
         part.split_once("</inertial>")
             .map_or(part, |(_, rest)| rest)
     });
-    std::fs::write(found.path("arm.urdf"), parts.collect::<String>()).unwrap();
+    found.write("arm.urdf", parts.collect::<String>());
     let output = found.identify(&[]);
-    let text = stderr(&output);
+    let text = &output.err;
     println!("{text}");
-    assert_eq!(output.status.code(), Some(2), "{text}");
-    for words in [
-        "pan: the side of torque_constant_nm_per_a",
-        "N·m; if",
-        "no nominal masses",
-        "[robot.joint_defaults]",
-    ] {
-        assert!(text.contains(words), "{text}");
-    }
+    output.ends(2);
+    contains(
+        text,
+        &[
+            "pan: the side of torque_constant_nm_per_a",
+            "N·m; if",
+            "no nominal masses",
+            "[robot.joint_defaults]",
+        ],
+    );
 }
 
 #[test]
 fn masses_that_are_twice_too_large_alarm_nobody() {
     let case = recorded();
-    std::fs::write(case.path("arm.urdf"), urdf(2.0, AXES)).unwrap();
+    case.write("arm.urdf", urdf(2.0, AXES));
     says_nothing(&case, &[]);
-    std::fs::write(case.path("arm.urdf"), urdf(6.0, AXES)).unwrap();
+    case.write("arm.urdf", urdf(6.0, AXES));
     let words = "a lighter or heavier robot";
-    says(&case, ("warning", "torque-scale"), &[words], None);
+    says(&case, ["warning", "torque-scale", words], "");
 }
 
 /// Swaps two columns of the log.
 fn swapped(case: Case, pairs: &[(usize, usize)]) -> Case {
-    let text = read(&case.path("run.csv"));
+    let text = case.read("run.csv");
     let mut rows = text.lines();
     let mut changed = format!("{}\n", rows.next().unwrap());
     for row in rows {
@@ -369,7 +334,7 @@ fn swapped(case: Case, pairs: &[(usize, usize)]) -> Case {
         }
         writeln!(changed, "{}", cells.join(",")).unwrap();
     }
-    std::fs::write(case.path("run.csv"), changed).unwrap();
+    case.write("run.csv", changed);
     case
 }
 
@@ -380,7 +345,7 @@ fn joints_in_the_order_of_the_alphabet_are_refused() {
     let line = "[log] motor_position_rad = [\"q3\", \"q2\", \"q1\", \"q4\"]; motor_torque_nm = [\"tau3\", \"tau2\", \
                 \"tau1\", \"tau4\"]";
     let words = "the columns of pan and elbow are swapped";
-    says(&case, ("error", "swapped-joints"), &[words], Some(line));
+    says(&case, ["error", "swapped-joints", words], line);
     let mended = case
         .replace(
             "\"tau1\", \"tau2\", \"tau3\"",
@@ -391,7 +356,7 @@ fn joints_in_the_order_of_the_alphabet_are_refused() {
     let case = swapped(recorded(), &[(6, 7)]);
     let line = "[log] motor_torque_nm = [\"tau1\", \"tau3\", \"tau2\", \"tau4\"]";
     let words = "the torques of lift and elbow are swapped";
-    says(&case, ("error", "swapped-joints"), &[words], Some(line));
+    says(&case, ["error", "swapped-joints", words], line);
 }
 
 #[test]
@@ -418,12 +383,7 @@ fn a_missing_gear_ratio_is_no_degrees() {
     let case = of_gears(GEARS);
     let line = "[log] motor_position_side = \"motor\"";
     let words = "the positions are those of the motors before the gearbox";
-    says(
-        &case,
-        ("error", "motor-side-positions"),
-        &[words],
-        Some(line),
-    );
+    says(&case, ["error", "motor-side-positions", words], line);
     says_nothing(&case, &["--set", "log.motor_position_side=motor"]);
 }
 
@@ -432,22 +392,21 @@ fn joints_that_turn_the_other_way_are_refused() {
     let case = scaled(recorded(), &[3, 7], -1.0);
     let line = "[log] sign = { \"q3\" = -1, \"tau3\" = -1 }";
     let words = "elbow: positive is the other direction";
-    says(&case, ("error", "reversed-joint"), &[words], Some(line));
+    says(&case, ["error", "reversed-joint", words], line);
     says_nothing(&case, &["--set", "log.sign={q3=-1,tau3=-1}"]);
 }
 
 #[test]
 fn the_description_of_another_robot_is_named() {
     let case = recorded();
-    std::fs::write(case.path("arm.urdf"), urdf(1.0, ["0 0 1", "0 1 0"])).unwrap();
+    case.write("arm.urdf", urdf(1.0, ["0 0 1", "0 1 0"]));
     let (exit, findings) = check(&case, &[]);
     let found = (findings.iter()).find(|finding| finding["code"] == "other-robot");
     let found = found.unwrap_or_else(|| panic!("{findings:#?}"));
     println!("{}", found["text"]);
     assert_eq!((exit, &found["severity"]), (1, &Value::from("serious")));
-    let text = found["text"].as_str().unwrap();
-    assert!(text.contains("\"arm.urdf\""), "{text}");
-    assert!(found["remedy"].as_str().unwrap().contains("urdf = "));
+    contains(str_of(&found["text"]), &["\"arm.urdf\""]);
+    contains(str_of(&found["remedy"]), &["urdf = "]);
 }
 
 /// A wheel that turns several times and has no gravity.
@@ -501,12 +460,12 @@ fn nominal_values_tell_the_unit_of_a_wheel() {
     let case = scaled(wheel(""), &[1], DEGREES);
     let line = "[log] motor_position_deg = [\"phi\"]";
     let words = "57.3 is expected for degrees";
-    says(&case, ("error", "looks-like-degrees"), &[words], Some(line));
+    says(&case, ["error", "looks-like-degrees", words], line);
     // Without nominal values and gravity only the speed shows it: a question without a line.
     let case = wheel("# no nominal values");
     says_nothing(&case, &[]);
     let case = scaled(case, &[1], DEGREES);
-    says(&case, ("warning", "looks-like-degrees"), &["rad/s"], None);
+    says(&case, ["warning", "looks-like-degrees", "rad/s"], "");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Samples in which a column has no value.
 
-use crate::common::{Case, assert_true, finding, messages, stderr};
+use crate::common::{Case, assert_true, contains, finding, messages};
 
 const Q2: usize = 2;
 const TAU1: usize = 5;
@@ -27,20 +27,12 @@ fn what_is_no_number_names_line_and_setting() {
     let mut messages = messages("what_is_no_number_names_line_and_setting");
     // Without the setting, every cell without a number is an error.
     for word in ["nan", "N/A", ""] {
-        let case = Case::new().log(|row, cells| {
-            if row == 7 {
-                word.clone_into(&mut cells[TAU1]);
-            }
-        });
+        let case = Case::new().cell(7, TAU1, word);
         messages.note(&format!("{word:?}"), &case.refused(3, &[]));
     }
     // With it, what is no missing value stays an error.
     for word in ["inf", "x7"] {
-        let case = case().log(|row, cells| {
-            if row == 4000 {
-                word.clone_into(&mut cells[Q2]);
-            }
-        });
+        let case = case().cell(4000, Q2, word);
         messages.note(&format!("{word:?}, nan = \"gap\""), &case.refused(3, &GAP));
     }
     let message = case().refused(2, &["--set", "log.nan=gaps"]);
@@ -58,15 +50,17 @@ fn what_is_no_number_names_line_and_setting() {
 #[test]
 fn samples_without_a_value_are_left_out_and_counted() {
     let case = case();
-    let output = case.identify(&[&["--json", "--verbose"][..], &GAP].concat());
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let json = case
+        .identify(&[&["--json", "--verbose"][..], &GAP].concat())
+        .ends(0)
+        .json();
     assert_eq!(json["log"]["without_value"], 8);
     // Single samples are interpolated, five in a row are a gap.
     assert_eq!(json["log"]["dropped"], 3);
     assert_eq!(json["log"]["gaps"], 1);
-    let text = finding(&json, "samples-without-value").unwrap();
-    assert!(text.contains("8 of 10000 samples have no value"), "{text}");
-    assert!(text.contains("first at line 1001"), "{text}");
+    contains(
+        finding(&json, "samples-without-value").unwrap(),
+        &["8 of 10000 samples have no value", "first at line 1001"],
+    );
     assert_true(&json, &[("joint1.stiffness", 9.358_73)]);
 }

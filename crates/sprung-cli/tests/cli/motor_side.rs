@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::common::{Case, finding, sprung, stderr, stdout};
+use crate::common::{Case, contains, finding, list_of};
 
 const MOTORS: &str = r#"format = 1
 [robot]
@@ -25,7 +25,7 @@ springs_from_motor = true
 
 fn motors() -> Case {
     let case = Case::new();
-    std::fs::write(case.path("experiment.toml"), MOTORS).unwrap();
+    case.write("experiment.toml", MOTORS);
     case
 }
 
@@ -34,16 +34,15 @@ fn friction_of_the_demo_hides_the_vibrations() {
     let case = motors();
     let (_, json) = case.results(&[]);
     assert!(finding(&json, "resonance-not-excited").is_some(), "{json}");
-    for spring in json["springs_from_motor"].as_array().unwrap() {
+    for spring in list_of(&json["springs_from_motor"]) {
         assert_eq!(spring["stiffness"], Value::Null);
     }
-    let html = std::fs::read_to_string(case.path("sprung-out/report.html")).unwrap();
-    assert!(html.contains("Springs seen from the motors"));
+    contains(
+        &case.read("sprung-out/report.html"),
+        &["Springs seen from the motors"],
+    );
     // The check reports it before the fit.
-    let experiment = case.path("experiment.toml");
-    let output = sprung(&["check", experiment.to_str().unwrap()]);
-    let text = stdout(&output);
-    assert!(text.contains("resonance-not-excited"), "{text}");
+    case.run("check", &[]).prints(&["resonance-not-excited"]);
 }
 
 #[test]
@@ -52,9 +51,7 @@ fn flexible_joints_are_refused_by_name() {
         "name = \"joint2\"\ntransmission = \"rigid\"",
         "name = \"joint2\"",
     );
-    let output = case.identify(&[]);
-    let message = stderr(&output);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(message.contains("line 16 of"), "{message}");
-    assert!(message.contains("joint2 is flexible"), "{message}");
+    case.identify(&[])
+        .ends(2)
+        .tells(&["line 16 of", "joint2 is flexible"]);
 }

@@ -2,11 +2,11 @@
 //! file.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
+use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::common::{messages, sprung, stderr, stdout};
+use crate::common::{Ran, contains, each, messages, program, sprung};
 
 pub(crate) const ARM: &str = r#"<robot name="two joints">
 <link name="base"/>
@@ -47,29 +47,28 @@ impl Desk {
         self.folder.path().join(file)
     }
 
-    pub(crate) fn write(&self, file: &str, text: &str) {
+    pub(crate) fn write(&self, file: &str, bytes: impl AsRef<[u8]>) {
         let path = self.path(file);
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, text).unwrap();
+        std::fs::write(path, bytes).unwrap();
     }
 
     pub(crate) fn read(&self, file: &str) -> String {
         std::fs::read_to_string(self.path(file)).unwrap()
     }
 
-    /// Runs the program in the folder.
-    pub(crate) fn run(&self, args: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_sprung"))
-            .args(args)
-            .current_dir(self.folder.path())
-            .output()
-            .unwrap()
+    pub(crate) fn json(&self, file: &str) -> Value {
+        serde_json::from_str(&self.read(file)).unwrap()
     }
 
+    /// Runs the program in the folder.
+    pub(crate) fn run(&self, args: &[&str]) -> Ran {
+        Ran::of(program().args(args).current_dir(self.folder.path()))
+    }
+
+    #[track_caller]
     pub(crate) fn succeeds(&self, args: &[&str]) -> String {
-        let output = self.run(args);
-        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-        stdout(&output)
+        self.run(args).ends(0).out.clone()
     }
 
     /// Checks that a command fails with a code and does not create a folder `new`; returns the message, with FOLDER for
@@ -77,8 +76,8 @@ impl Desk {
     #[track_caller]
     pub(crate) fn refused(&self, args: &[&str], code: i32) -> String {
         let output = self.run(args);
-        let message = stderr(&output).replace(self.folder.path().to_str().unwrap(), "FOLDER");
-        assert_eq!(output.status.code(), Some(code), "{args:?}: {message}");
+        output.ends(code);
+        let message = (output.err).replace(self.folder.path().to_str().unwrap(), "FOLDER");
         assert!(message.starts_with("error: "), "{message}");
         assert!(!self.path("new").exists(), "a failed run left a folder");
         message
@@ -87,11 +86,7 @@ impl Desk {
     /// Checks that a command fails with a code and a message.
     #[track_caller]
     pub(crate) fn fails(&self, args: &[&str], code: i32, fragments: &[&str]) {
-        let message = self.refused(args, code);
-        println!("{message}");
-        for fragment in fragments {
-            assert!(message.contains(fragment), "no {fragment:?} in: {message}");
-        }
+        contains(&self.refused(args, code), fragments);
     }
 
     /// Checks that only the file of its log is missing in an experiment.
@@ -123,7 +118,7 @@ impl Desk {
         let (table, rest) = table.split_once("#]\n").unwrap();
         let table: Vec<&str> = table.lines().map(|line| &line[1..]).collect();
         let table = table.join("\n");
-        self.write(&file, &format!("{head}{table}\n]\n{rest}"));
+        self.write(&file, format!("{head}{table}\n]\n{rest}"));
         self.lacks_only_its_log(folder);
     }
 }
@@ -134,18 +129,15 @@ fn tables_are_read_as_they_stand() {
     for joints in ["1", "2", "7"] {
         let folder = format!("arm-{joints}");
         let said = desk.succeeds(&["new", &folder, "--joints", joints]);
-        assert!(
-            said.contains(&format!("{folder}/experiment.toml")),
-            "{said}"
-        );
-        assert!(said.contains("FILL IN, because only you know it"), "{said}");
-        assert!(
-            said.contains(": dh_modified\n") && said.contains(": file\n"),
-            "{said}"
-        );
-        assert!(
-            said.contains(&format!("sprung identify {folder}")),
-            "{said}"
+        contains(
+            &said,
+            &[
+                &format!("{folder}/experiment.toml"),
+                "FILL IN, because only you know it",
+                ": dh_modified\n",
+                ": file\n",
+                &format!("sprung identify {folder}"),
+            ],
         );
         desk.lacks_only_table_and_log(&folder);
         let text = desk.read(&format!("{folder}/experiment.toml"));
@@ -178,9 +170,10 @@ fn golden_robots_are_read_as_they_stand() {
             return;
         };
         desk.succeeds(&["new", name, "--urdf", file.to_str().unwrap()]);
-        let text = desk.read(&format!("{name}/experiment.toml"));
-        assert!(text.contains(&format!("name = \"{name}\"")), "{text}");
-        assert!(text.contains(&format!("name = \"{last}\"")), "{text}");
+        contains(
+            &desk.read(&format!("{name}/experiment.toml")),
+            &[&format!("name = \"{name}\""), &format!("name = \"{last}\"")],
+        );
         desk.lacks_only_its_log(name);
     }
 }
@@ -199,10 +192,9 @@ fn a_urdf_is_named_by_a_relative_path_if_it_lies_near() {
     ] {
         desk.write(file, ARM);
         desk.succeeds(&["new", folder, "--urdf", file]);
-        let text = desk.read(&format!("{folder}/experiment.toml"));
-        assert!(
-            text.contains(&format!("\nurdf = \"{expected}\" ")),
-            "{text}"
+        contains(
+            &desk.read(&format!("{folder}/experiment.toml")),
+            &[&format!("\nurdf = \"{expected}\" ")],
         );
         desk.lacks_only_its_log(folder);
     }
@@ -210,8 +202,10 @@ fn a_urdf_is_named_by_a_relative_path_if_it_lies_near() {
     desk.succeeds(&["new", "five", "--urdf", far.to_str().unwrap()]);
     let absolute = desk.path("arm.urdf").canonicalize().unwrap();
     for (folder, path) in [("four/deep/er", absolute), ("five", far)] {
-        let text = desk.read(&format!("{folder}/experiment.toml"));
-        assert!(text.contains(&format!("\nurdf = {path:?}")), "{text}");
+        contains(
+            &desk.read(&format!("{folder}/experiment.toml")),
+            &[&format!("\nurdf = {path:?}")],
+        );
         desk.lacks_only_its_log(folder);
     }
 }
@@ -239,7 +233,7 @@ fn a_log_with_the_columns_of_the_file_is_identified() {
         let written = desk.read("new-arm/experiment.toml");
         let written = written.replace("file = \"FILL IN\"", "file = \"log.csv\"");
         desk.write("new-arm/experiment.toml", &written);
-        desk.write("twin/experiment.toml", &with_a_twin(&written));
+        desk.write("twin/experiment.toml", with_a_twin(&written));
         desk.succeeds(&["simulate", "twin", "--out", "new-arm"]);
         let log = desk.read("new-arm/log.csv");
         let header = if slides {
@@ -251,17 +245,13 @@ fn a_log_with_the_columns_of_the_file_is_identified() {
         // The experiment is unchanged; only its log was added.
         let least = "identify.estimator=[\"least-squares\"]";
         let output = desk.run(&["identify", "new-arm", "--set", least]);
-        let code = output.status.code();
-        println!("{}{}", stdout(&output), stderr(&output));
-        assert!(matches!(code, Some(0 | 1)), "{}", stderr(&output));
+        let code = output.code;
+        println!("{}{}", output.out, output.err);
+        assert!(matches!(code, Some(0 | 1)), "{}", output.err);
         assert!(desk.path("new-arm/sprung-out/report.html").exists());
-        let output = desk.run(&["validate", "new-arm"]);
-        assert!(
-            matches!(output.status.code(), Some(0 | 1)),
-            "{}",
-            stderr(&output)
-        );
-        assert!(stdout(&output).contains("same log"), "{}", stdout(&output));
+        desk.run(&["validate", "new-arm"])
+            .has_a_result()
+            .prints(&["same log"]);
     }
 }
 
@@ -294,25 +284,18 @@ fn wrong_urdf_files_and_arguments() {
     let mut messages = messages("wrong_urdf_files_and_arguments");
     let desk = Desk::new();
     let fixed = ARM.replace("\"revolute\"", "\"fixed\"");
-    for (name, urdf) in [
-        (
-            "a mass in words",
-            ARM.replace("<mass value=\"0.5\"/>", "<mass value=\"half\"/>"),
-        ),
+    #[rustfmt::skip]
+    let rows = [
+        ("a mass in words", ARM.replace("<mass value=\"0.5\"/>", "<mass value=\"half\"/>")),
         ("no last tag", ARM.replace("</robot>", "")),
-        (
-            "no joint moves",
-            fixed.replace("\"continuous\"", "\"fixed\""),
-        ),
-        (
-            "a name with a slash",
-            ARM.replace("\"elbow\"", "\"arm/elbow\""),
-        ),
-    ] {
+        ("no joint moves", fixed.replace("\"continuous\"", "\"fixed\"")),
+        ("a name with a slash", ARM.replace("\"elbow\"", "\"arm/elbow\"")),
+    ];
+    each(rows, |(name, urdf)| {
         desk.write("arm.urdf", &urdf);
         let message = desk.refused(&["new", "new", "--urdf", "arm.urdf"], 2);
         messages.note(name, &message);
-    }
+    });
     desk.write("arm.urdf", ARM);
     for (words, code) in [
         ("new new --urdf no.urdf", 4),
@@ -330,7 +313,7 @@ fn wrong_urdf_files_and_arguments() {
 
 #[test]
 fn help_shows_an_example_first() {
-    let text = stdout(&sprung(&["help", "new"]));
+    let text = sprung(&["help", "new"]).out;
     assert!(text.starts_with("Example: sprung new my-arm"), "{text}");
     let words: Vec<&str> = text.split_whitespace().collect();
     let words = words.join(" ");

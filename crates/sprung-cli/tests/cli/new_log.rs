@@ -3,10 +3,10 @@
 
 use std::fmt::Write as _;
 
-use crate::common::{messages, stderr, stdout};
+use crate::common::{contains, has_lines, messages};
 use crate::new::{ARM, Desk};
 use crate::renamed_log::{
-    Columns, LEAST_SQUARES, Renamed, begun, column, csv, is_identified, named, recorded,
+    Columns, LEAST_SQUARES, Renamed, begun, column, csv, is_identified, named, plain, recorded,
 };
 
 #[test]
@@ -25,32 +25,29 @@ fn names_decide_and_nothing_is_left_to_fill_in() {
         column("shoulder_vel", 2, 1.0),
         column("elbow_vel", 1, 1.0),
     ];
-    desk.write("log.csv", &csv(&named(&log, &names)));
+    desk.log(&named(&log, &names));
     let text = begun(&desk, "log.csv");
-    for line in [
-        "file = \"../log.csv\"",
-        "time_ms = \"time_ms\"",
-        "link_position_rad = [\"shoulder_pos\", \"elbow_pos\"]",
-        "motor_position_rad = [\"shoulder_motor_pos\", \"elbow_motor_pos\"]",
-        "motor_torque_nm = [\"shoulder_torque\", \"elbow_torque\"]",
-    ] {
-        assert!(text.contains(&format!("\n{line}\n")), "{line}: {text}");
-    }
-    assert!(
-        text.contains("# Not used: shoulder_cmd, elbow_cmd,"),
-        "{text}"
+    has_lines(
+        &text,
+        &[
+            "file = \"../log.csv\"",
+            "time_ms = \"time_ms\"",
+            "link_position_rad = [\"shoulder_pos\", \"elbow_pos\"]",
+            "motor_position_rad = [\"shoulder_motor_pos\", \"elbow_motor_pos\"]",
+            "motor_torque_nm = [\"shoulder_torque\", \"elbow_torque\"]",
+        ],
     );
+    contains(&text, &["# Not used: shoulder_cmd, elbow_cmd,"]);
     is_identified(&desk);
     // Two logs with the same columns; a third with others.
-    desk.write("second.csv", &csv(&named(&log, &names)));
+    desk.write("second.csv", csv(&named(&log, &names)));
     let logs = ["--log", "log.csv", "--log", "second.csv"];
     desk.succeeds(&[&["new", "two", "--urdf", "arm.urdf"][..], &logs].concat());
-    let text = desk.read("two/experiment.toml");
-    assert!(
-        text.contains("file = [\"../log.csv\", \"../second.csv\"]"),
-        "{text}"
+    contains(
+        &desk.read("two/experiment.toml"),
+        &["file = [\"../log.csv\", \"../second.csv\"]"],
     );
-    desk.write("third.csv", &csv(&named(&log, &names[..6])));
+    desk.write("third.csv", csv(&named(&log, &names[..6])));
     let logs = ["--log", "log.csv", "--log", "third.csv"];
     desk.fails(
         &[&["new", "new", "--urdf", "arm.urdf"][..], &logs].concat(),
@@ -72,18 +69,19 @@ fn values_tell_the_side_of_the_gearbox_and_degrees() {
         column("torque_1", 5, 0.01),
         column("torque_2", 6, -1.0 / 120.5),
     ];
-    desk.write("log.csv", &csv(&named(&log, &names)));
+    desk.log(&named(&log, &names));
     let text = begun(&desk, "log.csv");
-    for line in [
-        "link_position_deg = [\"enc_a_1\", \"enc_a_2\"]",
-        "motor_position = { column = [\"enc_b_1\", \"enc_b_2\"], unit = \"rad\", sign = [1, -1] }",
-        "motor_position_side = \"motor\"",
-        "motor_torque_side = \"motor\"",
-        "gear_ratio = 100.0",
-        "gear_ratio = 120.5",
-    ] {
-        assert!(text.contains(&format!("\n{line}\n")), "{line}: {text}");
-    }
+    has_lines(
+        &text,
+        &[
+            "link_position_deg = [\"enc_a_1\", \"enc_a_2\"]",
+            "motor_position = { column = [\"enc_b_1\", \"enc_b_2\"], unit = \"rad\", sign = [1, -1] }",
+            "motor_position_side = \"motor\"",
+            "motor_torque_side = \"motor\"",
+            "gear_ratio = 100.0",
+            "gear_ratio = 120.5",
+        ],
+    );
     let flat = text.replace("\n# ", " ");
     assert!(flat.contains("In degrees by their values"), "{text}");
     assert!(flat.contains("By the equations of the robot"), "{text}");
@@ -99,55 +97,37 @@ fn joints_that_move_only_in_the_middle_of_a_long_log_are_seen() {
         *column = [vec![first; 30_000], column.clone(), vec![last; 60_000]].concat();
     }
     log[0] = (0..log[1].len()).map(|k| 0.002 * k as f64).collect();
-    let names = [
-        column("t", 0, 1.0),
-        column("q1", 3, 1.0),
-        column("q2", 4, 1.0),
-        column("tau1", 5, 1.0),
-        column("tau2", 6, 1.0),
-    ];
-    desk.write("log.csv", &csv(&named(&log, &names)));
+    let names = plain("t=0, q1=3, q2=4, tau1=5, tau2=6");
+    desk.log(&named(&log, &names));
     let text = begun(&desk, "log.csv");
-    for line in [
-        "time_s = \"t\"",
-        "motor_position_rad = [\"q1\", \"q2\"]",
-        "motor_torque_nm = [\"tau1\", \"tau2\"]",
-    ] {
-        assert!(text.contains(&format!("\n{line}\n")), "{line}: {text}");
-    }
+    has_lines(
+        &text,
+        &[
+            "time_s = \"t\"",
+            "motor_position_rad = [\"q1\", \"q2\"]",
+            "motor_torque_nm = [\"tau1\", \"tau2\"]",
+        ],
+    );
 }
 
 #[test]
 fn joints_without_link_encoder_are_rigid() {
     let (desk, log) = recorded();
-    let names = [
-        column("t", 0, 1.0),
-        column("q1", 3, 1.0),
-        column("q2", 4, 1.0),
-        column("tau1", 5, 1.0),
-        column("tau2", 6, 1.0),
-    ];
-    desk.write("log.csv", &csv(&named(&log, &names)));
+    let names = plain("t=0, q1=3, q2=4, tau1=5, tau2=6");
+    desk.log(&named(&log, &names));
     let text = begun(&desk, "log.csv");
     assert_eq!(
         text.matches("\ntransmission = \"rigid\"\n").count(),
         1,
         "{text}"
     );
-    assert!(
-        text.contains("\nmotor_position_rad = [\"q1\", \"q2\"]\n"),
-        "{text}"
-    );
-    let output = desk.run(&["identify", "exp", "--set", LEAST_SQUARES]);
-    assert!(
-        matches!(output.status.code(), Some(0 | 1)),
-        "{}",
-        stderr(&output)
-    );
+    contains(&text, &["\nmotor_position_rad = [\"q1\", \"q2\"]\n"]);
+    desk.run(&["identify", "exp", "--set", LEAST_SQUARES])
+        .has_a_result();
     // A flexible joint without link position names the way out.
     desk.write(
         "exp/experiment.toml",
-        &text.replace("\"rigid\"", "\"flexible\""),
+        text.replace("\"rigid\"", "\"flexible\""),
     );
     desk.fails(
         &["identify", "exp"],
@@ -170,12 +150,9 @@ fn what_only_the_user_knows_is_named_with_its_line() {
         column("i1_A", 5, 0.1),
         column("i2_A", 6, 0.1),
     ];
-    desk.write("log.csv", &csv(&named(&log, &names)));
+    desk.log(&named(&log, &names));
     let text = begun(&desk, "log.csv");
-    assert!(
-        text.contains("\nmotor_current_a = [\"i1_A\", \"i2_A\"]\n"),
-        "{text}"
-    );
+    contains(&text, &["\nmotor_current_a = [\"i1_A\", \"i2_A\"]\n"]);
     let open = "torque_constant_nm_per_a = \"FILL IN\"";
     let line = 1 + text.lines().position(|line| line == open).unwrap();
     desk.fails(
@@ -200,7 +177,7 @@ fn a_table_has_as_many_joints_as_the_log() {
         let names: Vec<Renamed<'_>> = (names.iter())
             .map(|(name, place)| column(name, *place, 1.0))
             .collect();
-        desk.write("log.csv", &csv(&named(&log, &names)));
+        desk.log(&named(&log, &names));
         let folder = format!("table-{joints}");
         desk.succeeds(&["new", &folder, "--log", "log.csv"]);
         let text = desk.read(&format!("{folder}/experiment.toml"));
@@ -217,13 +194,8 @@ fn a_table_has_as_many_joints_as_the_log() {
 fn joints_that_match_nothing_name_the_nearest() {
     let mut messages = messages("joints_that_match_nothing_name_the_nearest");
     let (desk, log) = recorded();
-    let names = [
-        column("t", 0, 1.0),
-        column("sholder pos", 3, 1.0),
-        column("elbw pos", 4, 1.0),
-        column("torque a", 5, 1.0),
-    ];
-    desk.write("log.csv", &csv(&named(&log, &names)));
+    let names = plain("t=0, sholder pos=3, elbw pos=4, torque a=5");
+    desk.log(&named(&log, &names));
     for (log, code) in [("log.csv", 2), ("none.csv", 4)] {
         let args = ["new", "new", "--urdf", "arm.urdf", "--log", log];
         messages.note(log, &desk.refused(&args, code));
@@ -236,15 +208,10 @@ fn two_joints_that_match_one_column_are_named() {
     let (desk, log) = recorded();
     desk.write(
         "arm.urdf",
-        &ARM.replace("name=\"elbow\"", "name=\"Shoulder\""),
+        ARM.replace("name=\"elbow\"", "name=\"Shoulder\""),
     );
-    let names = [
-        column("t", 0, 1.0),
-        column("shoulder_pos", 3, 1.0),
-        column("shoulder_torque", 5, 1.0),
-        column("other_pos", 4, 1.0),
-    ];
-    desk.write("log.csv", &csv(&named(&log, &names)));
+    let names = plain("t=0, shoulder_pos=3, shoulder_torque=5, other_pos=4");
+    desk.log(&named(&log, &names));
     let text = begun(&desk, "log.csv");
     let flat = text.replace("\n# ", " ");
     assert!(
@@ -257,20 +224,19 @@ fn two_joints_that_match_one_column_are_named() {
 #[test]
 fn a_picture_is_no_description() {
     let desk = Desk::new();
-    std::fs::write(desk.path("arm.urdf"), b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR").unwrap();
+    desk.write("arm.urdf", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR");
     desk.fails(
         &["new", "exp", "--urdf", "arm.urdf"],
         4,
         &["cannot read arm.urdf: it is a PNG image, and a text file is needed"],
     );
-    let output = desk.run(&["export", "exp", "--format", "usd"]);
-    let said = stderr(&output);
-    assert!(
-        said.contains("[possible values: urdf, mjcf, sdf, json, c, rust]"),
-        "{said}"
+    let said = desk.run(&["export", "exp", "--format", "usd"]).err;
+    contains(
+        &said,
+        &["[possible values: urdf, mjcf, sdf, json, c, rust]"],
     );
     assert!(!said.contains("similar"), "{said}");
-    let version = stdout(&desk.run(&["--version"]));
+    let version = desk.run(&["--version"]).out;
     let number = version.split_whitespace().nth(1);
     assert_eq!(number, Some(env!("CARGO_PKG_VERSION")), "{version}");
 }
@@ -278,19 +244,13 @@ fn a_picture_is_no_description() {
 #[test]
 fn after_an_error_nothing_is_proposed() {
     let (desk, log) = recorded();
-    let names = [
-        column("t", 0, 1.0),
-        column("q1", 1, 1.0),
-        column("q2", 2, 1.0),
-        column("phi1", 3, 1.0),
-        column("phi2", 4, 1.0),
-        column("tau1", 6, 1.0),
-        column("tau2", 5, 1.0),
-    ];
-    desk.write("log.csv", &csv(&named(&log, &names)));
-    let output = desk.run(&["new", "exp", "--urdf", "arm.urdf", "--log", "log.csv"]);
-    let said = stdout(&output);
-    assert_eq!(output.status.code(), Some(3), "{said}");
+    let names = plain("t=0, q1=1, q2=2, phi1=3, phi2=4, tau1=6, tau2=5");
+    desk.log(&named(&log, &names));
+    let said = desk
+        .run(&["new", "exp", "--urdf", "arm.urdf", "--log", "log.csv"])
+        .ends(3)
+        .out
+        .clone();
     assert!(
         said.contains("error (swapped-joints)") && !said.contains("next:"),
         "{said}"
@@ -302,31 +262,12 @@ fn after_an_error_nothing_is_proposed() {
 fn headers_in_other_languages_are_understood() {
     let (desk, log) = recorded();
     let degree = 180.0 / std::f64::consts::PI;
+    #[rustfmt::skip]
     let languages = [
-        [
-            "Zeit",
-            "Abtriebsposition_N [Grad]",
-            "Motorposition_N [Grad]",
-            "Motordrehmoment_N [Nm]",
-        ],
-        [
-            "temps",
-            "position sortie N (deg)",
-            "position moteur N (deg)",
-            "couple moteur N (Nm)",
-        ],
-        [
-            "tiempo",
-            "posición_salida_N [°]",
-            "posición_motor_N [°]",
-            "par_motor_N [Nm]",
-        ],
-        [
-            "tempo",
-            "posizione_uscita_N_deg",
-            "posizione_motore_N_deg",
-            "coppia_N_Nm",
-        ],
+        ["Zeit", "Abtriebsposition_N [Grad]", "Motorposition_N [Grad]", "Motordrehmoment_N [Nm]"],
+        ["temps", "position sortie N (deg)", "position moteur N (deg)", "couple moteur N (Nm)"],
+        ["tiempo", "posición_salida_N [°]", "posición_motor_N [°]", "par_motor_N [Nm]"],
+        ["tempo", "posizione_uscita_N_deg", "posizione_motore_N_deg", "coppia_N_Nm"],
         ["时间", "关节位置N_deg", "电机位置N_deg", "电机力矩N_Nm"],
     ];
     for (k, [time, link, motor, torque]) in languages.into_iter().enumerate() {
@@ -347,7 +288,7 @@ fn headers_in_other_languages_are_understood() {
         let renamed: Vec<Renamed<'_>> = (names.iter())
             .map(|(name, place, factor)| column(name, *place, *factor))
             .collect();
-        desk.write("log.csv", &csv(&named(&log, &renamed)));
+        desk.log(&named(&log, &renamed));
         let folder = format!("language{k}");
         desk.succeeds(&["new", &folder, "--urdf", "arm.urdf", "--log", "log.csv"]);
         let text = desk.read(&format!("{folder}/experiment.toml"));
@@ -374,12 +315,9 @@ fn lines_to_fill_in_have_the_unit_of_the_header() {
         column("torque_1", 5, 1.0),
         column("torque_2", 6, 1.0),
     ];
-    desk.write("log.csv", &csv(&named(&log, &names)));
+    desk.log(&named(&log, &names));
     let text = begun(&desk, "log.csv");
-    assert!(
-        text.contains("\nmotor_position_deg = \"FILL IN\"\n"),
-        "{text}"
-    );
+    contains(&text, &["\nmotor_position_deg = \"FILL IN\"\n"]);
 }
 
 /// A chain of joints with bodies.
@@ -403,7 +341,7 @@ fn chain(joints: usize) -> String {
 #[test]
 fn six_logged_joints_of_sixty_have_blocks() {
     let desk = Desk::new();
-    desk.write("arm.urdf", &chain(60));
+    desk.write("arm.urdf", chain(60));
     let logged = [3, 10, 20, 30, 40, 60];
     let mut columns: Columns = vec![(
         "t".to_owned(),
@@ -419,7 +357,7 @@ fn six_logged_joints_of_sixty_have_blocks() {
         columns.push((format!("part_{k}_pos"), wave(0.5, 0.0)));
         columns.push((format!("part_{k}_torque"), wave(5.0, 0.4)));
     }
-    desk.write("log.csv", &csv(&columns));
+    desk.log(&columns);
     let text = begun(&desk, "log.csv");
     assert_eq!(text.matches("\n[[robot.joint]]\n").count(), 6, "{text}");
     for k in logged {
@@ -428,12 +366,12 @@ fn six_logged_joints_of_sixty_have_blocks() {
             "{k}: {text}"
         );
     }
-    assert!(
-        text.contains("# Not in the log, so fixed at zero: part_1, part_2, part_4,"),
-        "{text}"
+    contains(
+        &text,
+        &["# Not in the log, so fixed at zero: part_1, part_2, part_4,"],
     );
     assert!(!text.contains("= \"FILL IN\""), "{text}");
     // The numbers are invented, so the check may refuse them, but the file is complete.
     let output = desk.run(&["check", "exp"]);
-    assert_ne!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert_ne!(output.code, Some(2), "{}", output.err);
 }

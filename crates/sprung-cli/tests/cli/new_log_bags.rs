@@ -1,6 +1,6 @@
 //! `sprung new --log` chooses topics and joints of bags by their names.
 
-use crate::common::{messages, stderr, stdout};
+use crate::common::{contains, has_lines, messages};
 use crate::mcap_bytes::{file_of, joint_state, record, text};
 use crate::new::ARM;
 use crate::renamed_log::{
@@ -79,7 +79,7 @@ fn with_gripper() -> String {
 #[test]
 fn grippers_and_joints_that_follow_others_are_left_out() {
     let (desk, log) = recorded();
-    desk.write("arm.urdf", &with_gripper());
+    desk.write("arm.urdf", with_gripper());
     let names = [
         "arm_finger_joint1",
         "arm_finger_joint2",
@@ -100,7 +100,7 @@ fn grippers_and_joints_that_follow_others_are_left_out() {
     };
     let topics = ["/joint_states", "/motor_states"];
     let bytes = bag_of(&topics, &names, &log[0], values);
-    std::fs::write(desk.path("bag.mcap"), bytes).unwrap();
+    desk.write("bag.mcap", bytes);
     // A table with the same names.
     let mut columns = named(&log, &[column("t_s", 0, 1.0)]);
     for (k, quantity) in [(1, "link_pos"), (3, "motor_pos"), (5, "torque")] {
@@ -112,14 +112,10 @@ fn grippers_and_joints_that_follow_others_are_left_out() {
             columns.push((format!("{name}_{quantity}"), values));
         }
     }
-    desk.write("table.csv", &csv(&columns));
+    desk.write("table.csv", csv(&columns));
     for (folder, file) in [("bag", "bag.mcap"), ("table", "table.csv")] {
-        let output = desk.run(&["new", folder, "--urdf", "arm.urdf", "--log", file]);
-        let said = stdout(&output);
-        assert!(
-            said.contains("arm_finger_joint1 is left out as a joint of a gripper, by its name"),
-            "{said}"
-        );
+        desk.run(&["new", folder, "--urdf", "arm.urdf", "--log", file])
+            .prints(&["arm_finger_joint1 is left out as a joint of a gripper, by its name"]);
         let text = desk.read(&format!("{folder}/experiment.toml"));
         let flat = text.replace("\n# ", " ");
         assert!(
@@ -136,19 +132,15 @@ fn grippers_and_joints_that_follow_others_are_left_out() {
             _ => "motor_position_rad = [\"arm_joint1_motor_pos\", \"arm_joint2_motor_pos\"]",
         };
         assert!(keys.clone().any(|line| line == wanted), "{text}");
-        let output = desk.run(&["identify", folder, "--set", LEAST_SQUARES]);
-        assert!(
-            matches!(output.status.code(), Some(0 | 1)),
-            "{}",
-            stderr(&output)
-        );
+        desk.run(&["identify", folder, "--set", LEAST_SQUARES])
+            .has_a_result();
     }
     // A log of the gripper alone.
     let only: Columns = (columns.iter())
         .filter(|(name, _)| name == "t_s" || name.starts_with("arm_finger_joint1"))
         .cloned()
         .collect();
-    desk.write("gripper.csv", &csv(&only));
+    desk.write("gripper.csv", csv(&only));
     desk.fails(
         &["new", "only", "--urdf", "arm.urdf", "--log", "gripper.csv"],
         2,
@@ -166,18 +158,19 @@ fn topics_are_told_apart_by_their_names_or_asked_for() {
     )
     .unwrap();
     let text = begun(&desk, "two.mcap");
-    for line in [
-        "link_position = { topic = \"/joint_states\", field = \"position\", unit = \"rad\" }",
-        "motor_position = { topic = \"/motor_states\", field = \"position\", unit = \"rad\" }",
-        "motor_torque = { topic = \"/motor_states\", field = \"effort\", unit = \"N·m\" }",
-    ] {
-        assert!(text.contains(&format!("\n{line}\n")), "{line}: {text}");
-    }
+    has_lines(
+        &text,
+        &[
+            "link_position = { topic = \"/joint_states\", field = \"position\", unit = \"rad\" }",
+            "motor_position = { topic = \"/motor_states\", field = \"position\", unit = \"rad\" }",
+            "motor_torque = { topic = \"/motor_states\", field = \"effort\", unit = \"N·m\" }",
+        ],
+    );
     is_identified(&desk);
 
     std::fs::remove_dir_all(desk.path("exp")).unwrap();
     let topics = ["/joint_states_1", "/joint_states_2", "/joint_states_3"];
-    std::fs::write(desk.path("three.mcap"), bag(&topics, &log)).unwrap();
+    desk.write("three.mcap", bag(&topics, &log));
     let text = begun(&desk, "three.mcap");
     let flat = text.replace("\n# ", " ");
     for topic in topics {
@@ -198,7 +191,7 @@ fn a_bag_with_two_robots_is_refused_until_one_is_chosen() {
     let mut messages = messages("a_bag_with_two_robots_is_refused_until_one_is_chosen");
     let (desk, log) = recorded();
     let topics = ["/left/joint_states", "/right/joint_states"];
-    std::fs::write(desk.path("two.mcap"), bag(&topics, &log)).unwrap();
+    desk.write("two.mcap", bag(&topics, &log));
     let new = ["new", "exp", "--urdf", "arm.urdf", "--log", "two.mcap"];
     messages.note("two robots", &desk.refused(&new, 2));
     let other = [&new[..], &["--topics", "/lefft"]].concat();
@@ -206,6 +199,6 @@ fn a_bag_with_two_robots_is_refused_until_one_is_chosen() {
     messages.compare();
     desk.succeeds(&[&new[..], &["--topics", "/right"]].concat());
     let text = desk.read("exp/experiment.toml");
-    assert!(text.contains("topic = \"/right/joint_states\""), "{text}");
+    contains(&text, &["topic = \"/right/joint_states\""]);
     assert!(!text.contains("/left"), "{text}");
 }

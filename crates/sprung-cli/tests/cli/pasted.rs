@@ -1,11 +1,11 @@
 //! Lines that findings print are pasted into the file of their log: it can be read, keeps what it says of other joints, and
 //! the finding is gone.
 
+use crate::common::{list_of, str_of};
 use serde_json::Value;
 
-use crate::common::{stderr, stdout};
 use crate::new::Desk;
-use crate::renamed_log::{Columns, csv, recorded};
+use crate::renamed_log::{Columns, recorded};
 
 /// The file of a log: the torque of the shoulder is reversed, and all keys have two joints.
 const FILE: &str = r#"format = 1
@@ -67,15 +67,15 @@ fn paste(text: &str, setting: &str, joint: &str) -> String {
 fn findings(desk: &Desk, text: &str) -> Vec<Value> {
     desk.write("exp.toml", text);
     let output = desk.run(&["check", "exp.toml", "--out", "out"]);
-    let code = output.status.code();
+    let code = output.code;
     assert!(
         matches!(code, Some(0 | 1 | 3)),
         "{text}{}{}",
-        stdout(&output),
-        stderr(&output)
+        output.out,
+        output.err
     );
-    let json: Value = serde_json::from_str(&desk.read("out/check.json")).unwrap();
-    json["findings"].as_array().unwrap().clone()
+    let json = desk.json("out/check.json");
+    list_of(&json["findings"]).to_vec()
 }
 
 fn is_same(one: &Value, two: &Value) -> bool {
@@ -87,6 +87,11 @@ type Damage = fn(&mut Columns);
 fn values(columns: &Columns, name: &str) -> Vec<f64> {
     let (_, values) = columns.iter().find(|(known, _)| known == name).unwrap();
     values.clone()
+}
+
+fn of<'c>(columns: &'c mut Columns, name: &str) -> &'c mut Vec<f64> {
+    let (_, values) = columns.iter_mut().find(|(known, _)| known == name).unwrap();
+    values
 }
 
 /// Adds the torques of sensors in the springs.
@@ -124,7 +129,7 @@ fn scale(columns: &mut Columns, names: &[&str], factor: f64) {
 }
 
 fn late(columns: &mut Columns, name: &str, samples: usize) {
-    let (_, values) = columns.iter_mut().find(|(known, _)| known == name).unwrap();
+    let values = of(columns, name);
     let first = values[0];
     values.truncate(values.len() - samples);
     values.splice(0..0, vec![first; samples]);
@@ -137,7 +142,7 @@ fn heavy(columns: &mut Columns) {
         .map(|(one, two)| [-60.0 * one.cos(), -20.0 * (one + two).cos()])
         .collect();
     let mut add = |name: &str, torque: fn(&[f64; 2]) -> f64| {
-        let (_, values) = columns.iter_mut().find(|(known, _)| known == name).unwrap();
+        let values = of(columns, name);
         for (value, both) in values.iter_mut().zip(&both) {
             *value += torque(both);
         }
@@ -148,7 +153,7 @@ fn heavy(columns: &mut Columns) {
 
 /// Rounds positions to milliradians.
 fn coarse(columns: &mut Columns, name: &str) {
-    let (_, values) = columns.iter_mut().find(|(known, _)| known == name).unwrap();
+    let values = of(columns, name);
     for value in values {
         *value = (*value * 1e3).round() / 1e3;
     }
@@ -165,7 +170,7 @@ fn jump(columns: &mut Columns, name: &str, size: f64) {
 }
 
 fn jump_at(columns: &mut Columns, name: &str, size: f64, begin: usize) {
-    let (_, values) = columns.iter_mut().find(|(known, _)| known == name).unwrap();
+    let values = of(columns, name);
     for value in &mut values[begin..] {
         *value += size;
     }
@@ -178,7 +183,7 @@ fn exchange(columns: &mut Columns, one: &str, two: &str) {
 }
 
 fn wrapped(columns: &mut Columns, name: &str) {
-    let (_, values) = columns.iter_mut().find(|(known, _)| known == name).unwrap();
+    let values = of(columns, name);
     let turn = std::f64::consts::TAU;
     for value in values {
         *value = value.rem_euclid(turn);
@@ -189,216 +194,93 @@ fn wrapped(columns: &mut Columns, name: &str) {
 struct Row {
     name: &'static str,
     damage: Damage,
-    edits: &'static [[&'static str; 2]],
+    edits: &'static [Edit],
     code: &'static str,
 }
 
 const IN_DEGREES: f64 = 180.0 / std::f64::consts::PI;
 
+type Edit = [&'static str; 2];
+
+const fn row(
+    name: &'static str,
+    damage: Damage,
+    edits: &'static [Edit],
+    code: &'static str,
+) -> Row {
+    Row {
+        name,
+        damage,
+        edits,
+        code,
+    }
+}
+
+const LINKS: &str = "link_position_rad = [\"q1\", \"q2\"]";
+const SHOULDER: &str = "\"shoulder\"";
+const ELBOW: &str = "\"elbow\"";
+const LOG: &str = "[log]\n";
+
+#[rustfmt::skip]
+const RIGID: [Edit; 3] = [
+    ["link_position_rad = [\"q1\", \"q2\"]\n", ""],
+    [SHOULDER, "\"shoulder\"\ntransmission = \"rigid\"\ngear_ratio = 100"],
+    [ELBOW, "\"elbow\"\ntransmission = \"rigid\"\ngear_ratio = 100"],
+];
+#[rustfmt::skip]
+const CURRENTS: [Edit; 3] = [
+    ["motor_torque_nm", "motor_current_a"],
+    [SHOULDER, "\"shoulder\"\ntorque_constant_nm_per_a = 0.1\ngear_ratio = 100"],
+    [ELBOW, "\"elbow\"\ntorque_constant_nm_per_a = 0.1\ngear_ratio = 100"],
+];
+const SENSORS: Edit = ["sign =", "joint_torque_nm = [\"s1\", \"s2\"]\nsign ="];
+const GYROSCOPES: Edit = [LINKS, "gyroscope_rad_per_s.y = [\"g1\", \"g2\"]"];
+const FIXED: Edit = [
+    "[robot]\n",
+    "[robot]\nfixed = { \"shoulder.rotor_inertia\" = 0.12 }\n",
+];
+const GAIN: Edit = ["sign =", "gain = { \"tau1\" = \"estimate\" }\nsign ="];
+const ONE_LAW: Edit = [ELBOW, "\"elbow\"\nmotor_friction = [\"viscous\"]"];
+const DECLARED: Edit = [LOG, "[identify]\nlaws = \"declared\"\n[log]\n"];
+const LOW: Edit = [LOG, "[identify]\nposition_cutoff_hz = 1.5\n[log]\n"];
+const HIGH: Edit = [LOG, "[identify]\nposition_cutoff_hz = 200\n[log]\n"];
+const SLOW: Edit = [LOG, "[identify]\nfilter_cutoff_rad_per_s = 0.2\n[log]\n"];
+const NO_OFFSET: Edit = [LOG, "[identify]\nencoder_offset = \"none\"\n[log]\n"];
+
+fn before_the_gear(log: &mut Columns) {
+    heavy(log);
+    scale(log, &["phi1", "phi2"], 100.0);
+}
+
+#[rustfmt::skip]
 const ROWS: [Row; 27] = [
-    Row {
-        name: "reversed",
-        damage: |log| scale(log, &["tau2"], -1.0),
-        edits: &[],
-        code: "reversed-torque",
-    },
-    Row {
-        name: "reversed position",
-        damage: |log| scale(log, &["phi2"], -1.0),
-        edits: &[],
-        code: "opposite-signs",
-    },
-    Row {
-        name: "reversed joint",
-        damage: |log| scale(log, &["q2", "phi2", "tau2"], -1.0),
-        edits: &[],
-        code: "reversed-joint",
-    },
-    Row {
-        name: "degrees of one",
-        damage: |log| scale(log, &["phi2"], IN_DEGREES),
-        edits: &[],
-        code: "units-disagree",
-    },
-    Row {
-        name: "counts of a turn",
-        damage: |log| scale(log, &["phi2"], 1.5),
-        edits: &[],
-        code: "slope-not-one",
-    },
-    Row {
-        name: "degrees of both",
-        damage: |log| scale(log, &NAMES[1..5], IN_DEGREES),
-        edits: &[],
-        code: "looks-like-degrees",
-    },
-    Row {
-        name: "before the gear",
-        damage: |log| {
-            heavy(log);
-            scale(log, &["phi1", "phi2"], 100.0);
-        },
-        edits: &[
-            ["link_position_rad = [\"q1\", \"q2\"]\n", ""],
-            [
-                "\"shoulder\"",
-                "\"shoulder\"\ntransmission = \"rigid\"\ngear_ratio = 100",
-            ],
-            [
-                "\"elbow\"",
-                "\"elbow\"\ntransmission = \"rigid\"\ngear_ratio = 100",
-            ],
-        ],
-        code: "motor-side-positions",
-    },
-    Row {
-        name: "late",
-        damage: |log| late(log, "q2", 4),
-        edits: &[],
-        code: "delayed-channel",
-    },
-    Row {
-        name: "gain",
-        damage: |log| scale(log, &["q2"], 1.03),
-        edits: &[],
-        code: "channel-gain",
-    },
-    Row {
-        name: "milliseconds",
-        damage: |log| scale(log, &["t"], 1000.0),
-        edits: &[],
-        code: "time-unit",
-    },
-    Row {
-        name: "wrapped",
-        damage: |log| wrapped(log, "phi2"),
-        edits: &[],
-        code: "wraps-around",
-    },
-    Row {
-        name: "lost counts",
-        damage: |log| jump(log, "phi2", 0.4),
-        edits: &[],
-        code: "position-jumps",
-    },
-    Row {
-        name: "exchanged",
-        damage: |log| exchange(log, "q2", "phi2"),
-        edits: &[],
-        code: "exchanged-columns",
-    },
-    Row {
-        name: "swapped",
-        damage: |log| exchange(log, "tau1", "tau2"),
-        edits: &[["sign = { \"tau1\" = -1 }", "sign = { \"tau2\" = -1 }"]],
-        code: "swapped-joints",
-    },
-    Row {
-        name: "millinewtons",
-        damage: |log| scale(log, &["tau2"], 1000.0),
-        edits: &[],
-        code: "torque-scale",
-    },
-    Row {
-        name: "offset",
-        damage: |log| add(log, "q2", 0.02),
-        edits: &[["[log]\n", "[identify]\nencoder_offset = \"none\"\n[log]\n"]],
-        code: "encoder-offset",
-    },
-    Row {
-        name: "low cut-off",
-        damage: |_| (),
-        edits: &[["[log]\n", "[identify]\nposition_cutoff_hz = 1.5\n[log]\n"]],
-        code: "position-cutoff-low",
-    },
-    Row {
-        name: "high cut-off",
-        damage: |log| NAMES[1..5].iter().for_each(|name| coarse(log, name)),
-        edits: &[["[log]\n", "[identify]\nposition_cutoff_hz = 200\n[log]\n"]],
-        code: "position-cutoff-high",
-    },
-    Row {
-        name: "slow filter",
-        damage: |_| (),
-        edits: &[[
-            "[log]\n",
-            "[identify]\nfilter_cutoff_rad_per_s = 0.2\n[log]\n",
-        ]],
-        code: "filter-cutoff",
-    },
-    Row {
-        name: "a law less",
-        damage: |_| (),
-        edits: &[
-            ["\"elbow\"", "\"elbow\"\nmotor_friction = [\"viscous\"]"],
-            ["[log]\n", "[identify]\nlaws = \"declared\"\n[log]\n"],
-        ],
-        code: "laws-missing",
-    },
-    Row {
-        name: "sign asked for",
-        damage: |_| (),
-        edits: &[["\"tau1\" = -1", "\"tau1\" = -1, \"tau2\" = \"estimate\""]],
-        code: "sign-estimated",
-    },
-    Row {
-        name: "gain asked for",
-        damage: |log| scale(log, &["tau1"], 2.0),
-        edits: &[
-            [
-                "[robot]\n",
-                "[robot]\nfixed = { \"shoulder.rotor_inertia\" = 0.12 }\n",
-            ],
-            ["sign =", "gain = { \"tau1\" = \"estimate\" }\nsign ="],
-        ],
-        code: "gain-estimated",
-    },
-    Row {
-        name: "currents",
-        damage: |log| scale(log, &["tau1", "tau2"], 0.1),
-        edits: &[
-            ["motor_torque_nm", "motor_current_a"],
-            [
-                "\"shoulder\"",
-                "\"shoulder\"\ntorque_constant_nm_per_a = 0.1\ngear_ratio = 100",
-            ],
-            [
-                "\"elbow\"",
-                "\"elbow\"\ntorque_constant_nm_per_a = 0.1\ngear_ratio = 100",
-            ],
-        ],
-        code: "torque-side-found",
-    },
-    Row {
-        name: "reversed sensor",
-        damage: |log| with_torque_sensors(log, [1.0, -1.0]),
-        edits: &[["sign =", "joint_torque_nm = [\"s1\", \"s2\"]\nsign ="]],
-        code: "joint-torque-sign",
-    },
-    Row {
-        name: "sensor of another unit",
-        damage: |log| with_torque_sensors(log, [1.0, 1000.0]),
-        edits: &[["sign =", "joint_torque_nm = [\"s1\", \"s2\"]\nsign ="]],
-        code: "joint-torque-scale",
-    },
-    Row {
-        name: "reversed gyroscope",
-        damage: |log| with_gyroscopes(log, [1.0, -1.0]),
-        edits: &[[
-            "link_position_rad = [\"q1\", \"q2\"]",
-            "gyroscope_rad_per_s.y = [\"g1\", \"g2\"]",
-        ]],
-        code: "inertial-sensor-sign",
-    },
-    Row {
-        name: "reversed gyroscope of the first",
-        damage: |log| with_gyroscopes(log, [-1.0, 1.0]),
-        edits: &[[
-            "link_position_rad = [\"q1\", \"q2\"]",
-            "gyroscope_rad_per_s.y = [\"g1\", \"g2\"]",
-        ]],
-        code: "inertial-sensor-sign",
-    },
+    row("reversed", |log| scale(log, &["tau2"], -1.0), &[], "reversed-torque"),
+    row("reversed position", |log| scale(log, &["phi2"], -1.0), &[], "opposite-signs"),
+    row("reversed joint", |log| scale(log, &["q2", "phi2", "tau2"], -1.0), &[], "reversed-joint"),
+    row("degrees of one", |log| scale(log, &["phi2"], IN_DEGREES), &[], "units-disagree"),
+    row("counts of a turn", |log| scale(log, &["phi2"], 1.5), &[], "slope-not-one"),
+    row("degrees of both", |log| scale(log, &NAMES[1..5], IN_DEGREES), &[], "looks-like-degrees"),
+    row("before the gear", before_the_gear, &RIGID, "motor-side-positions"),
+    row("late", |log| late(log, "q2", 4), &[], "delayed-channel"),
+    row("gain", |log| scale(log, &["q2"], 1.03), &[], "channel-gain"),
+    row("milliseconds", |log| scale(log, &["t"], 1000.0), &[], "time-unit"),
+    row("wrapped", |log| wrapped(log, "phi2"), &[], "wraps-around"),
+    row("lost counts", |log| jump(log, "phi2", 0.4), &[], "position-jumps"),
+    row("exchanged", |log| exchange(log, "q2", "phi2"), &[], "exchanged-columns"),
+    row("swapped", |log| exchange(log, "tau1", "tau2"), &[["\"tau1\" = -1", "\"tau2\" = -1"]], "swapped-joints"),
+    row("millinewtons", |log| scale(log, &["tau2"], 1000.0), &[], "torque-scale"),
+    row("offset", |log| add(log, "q2", 0.02), &[NO_OFFSET], "encoder-offset"),
+    row("low cut-off", |_| (), &[LOW], "position-cutoff-low"),
+    row("high cut-off", |log| NAMES[1..5].iter().for_each(|name| coarse(log, name)), &[HIGH], "position-cutoff-high"),
+    row("slow filter", |_| (), &[SLOW], "filter-cutoff"),
+    row("a law less", |_| (), &[ONE_LAW, DECLARED], "laws-missing"),
+    row("sign asked for", |_| (), &[["\"tau1\" = -1", "\"tau1\" = -1, \"tau2\" = \"estimate\""]], "sign-estimated"),
+    row("gain asked for", |log| scale(log, &["tau1"], 2.0), &[FIXED, GAIN], "gain-estimated"),
+    row("currents", |log| scale(log, &["tau1", "tau2"], 0.1), &CURRENTS, "torque-side-found"),
+    row("reversed sensor", |log| with_torque_sensors(log, [1.0, -1.0]), &[SENSORS], "joint-torque-sign"),
+    row("sensor of another unit", |log| with_torque_sensors(log, [1.0, 1000.0]), &[SENSORS], "joint-torque-scale"),
+    row("reversed gyroscope", |log| with_gyroscopes(log, [1.0, -1.0]), &[GYROSCOPES], "inertial-sensor-sign"),
+    row("reversed gyroscope of the first", |log| with_gyroscopes(log, [-1.0, 1.0]), &[GYROSCOPES], "inertial-sensor-sign"),
 ];
 
 #[test]
@@ -413,7 +295,7 @@ fn lines_of_findings_can_be_pasted_and_clear_them() {
         let mut damaged = as_recorded.clone();
         (row.damage)(&mut damaged);
         scale(&mut damaged, &["tau1"], -1.0);
-        desk.write("log.csv", &csv(&damaged));
+        desk.log(&damaged);
         let file = (row.edits.iter()).fold(FILE.to_owned(), |file, [from, to]| {
             assert!(file.contains(from), "{from}");
             file.replace(from, to)
@@ -428,9 +310,9 @@ fn lines_of_findings_can_be_pasted_and_clear_them() {
             "{name}: {before:#?}"
         );
         for finding in with_line {
-            let setting = finding["setting"].as_str().unwrap();
+            let setting = str_of(&finding["setting"]);
             println!("{name}: {} {setting}", finding["code"]);
-            let joint = finding["text"].as_str().unwrap().split(':').next().unwrap();
+            let joint = str_of(&finding["text"]).split(':').next().unwrap();
             let text = paste(&file, setting, joint);
             let after = findings(&desk, &text);
             assert!(

@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::common::{finding, parameter, sprung, stderr, value};
+use crate::common::{
+    contains, each, f64_of, finding, list_of, parameter, sprung, value, values_of,
+};
 
 /// A file of a real machine, or `None` and a report that the test is skipped.
 fn data(file: &str) -> Option<String> {
@@ -23,11 +25,7 @@ fn run(verb: &str, example: &str, more: &[&str]) -> (i32, Value) {
     let mut args = vec![verb, &example, "--json", "--out", out];
     args.extend(more);
     let output = sprung(&args);
-    let json = serde_json::from_slice(&output.stdout);
-    (
-        output.status.code().unwrap(),
-        json.unwrap_or_else(|_| panic!("{}", stderr(&output))),
-    )
+    (output.code.unwrap(), output.json())
 }
 
 fn identify(more: &[&str]) -> Option<(i32, Value)> {
@@ -38,10 +36,8 @@ fn identify(more: &[&str]) -> Option<(i32, Value)> {
 
 fn stiffness(json: &Value) -> (f64, f64) {
     let result = &json["results"][0];
-    let stacked = result["parameters"][9]["value"].as_f64().unwrap();
-    let alone = result["motor_rows"][0]["parameters"][2]["value"]
-        .as_f64()
-        .unwrap();
+    let stacked = f64_of(&result["parameters"][9]["value"]);
+    let alone = f64_of(&result["motor_rows"][0]["parameters"][2]["value"]);
     (stacked, alone)
 }
 
@@ -56,10 +52,9 @@ fn known_delay_gives_both_estimates_and_says_why_they_differ() {
     assert_eq!(code, 0);
     assert!((29.0..31.0).contains(&stacked), "{stacked}");
     assert!((39.5..41.5).contains(&alone), "{alone}");
-    let text = finding(&json, "stacked-below-motor-rows").unwrap();
-    assert!(
-        text.contains("The link rows have no right-hand side"),
-        "{text}"
+    contains(
+        finding(&json, "stacked-below-motor-rows").unwrap(),
+        &["The link rows have no right-hand side"],
     );
     // The ranges of the stiffnesses are the values of this log, 30 ± 13 and 40.5 N·m/rad, with a margin of 2 %.
     let error = json["results"][0]["parameters"][9]["standard_error"].as_f64();
@@ -74,9 +69,7 @@ fn ignored_delay_gives_a_negative_stiffness_and_its_cause() {
         return;
     };
     let (stacked, _) = stiffness(&json);
-    let unconstrained = json["results"][0]["parameters"][9]["unconstrained"]
-        .as_f64()
-        .unwrap();
+    let unconstrained = f64_of(&json["results"][0]["parameters"][9]["unconstrained"]);
     println!(
         "stiffness of stage 1 without the delay: {stacked:.2}, by the equations {unconstrained:.2} N·m/rad"
     );
@@ -86,10 +79,9 @@ fn ignored_delay_gives_a_negative_stiffness_and_its_cause() {
     );
     assert_eq!(code, 1);
     assert_eq!(json["results"][0]["verdict"], "unusable");
-    let text = finding(&json, "impossible-robot").unwrap();
-    assert!(
-        text.contains("a channel is delayed against the others, or a sign is wrong"),
-        "{text}"
+    contains(
+        finding(&json, "impossible-robot").unwrap(),
+        &["a channel is delayed against the others, or a sign is wrong"],
     );
 }
 
@@ -103,10 +95,7 @@ fn delay_is_found() {
         return;
     };
     let delay = &json["log"]["delay_s"]["defl1"];
-    let (value, error) = (
-        delay["value"].as_f64().unwrap(),
-        delay["standard_error"].as_f64().unwrap(),
-    );
+    let (value, error) = (f64_of(&delay["value"]), f64_of(&delay["standard_error"]));
     println!("delay of defl1: {value:.4} ± {error:.4} s");
     assert!((value - 0.150).abs() < 4.0 * error, "{value}");
     // The delay is certain.
@@ -130,16 +119,12 @@ fn identify_recorded(example: &str, folder: &str) -> Option<(i32, Value)> {
         std::fs::copy(file.path(), place.path().join(file.file_name())).unwrap();
     }
     let output = sprung(&["identify", place.path().to_str().unwrap(), "--json"]);
-    let json = serde_json::from_slice(&output.stdout);
-    Some((
-        output.status.code().unwrap(),
-        json.unwrap_or_else(|_| panic!("{}", stderr(&output))),
-    ))
+    Some((output.code.unwrap(), output.json()))
 }
 
 /// Checks that all parameters of two runs are equal up to the rounding of the logs.
 fn same_parameters(one: &Value, other: &Value) {
-    let list = |json: &Value| json["results"][0]["parameters"].as_array().unwrap().clone();
+    let list = |json: &Value| list_of(&json["results"][0]["parameters"]).to_vec();
     let (one, other) = (list(one), list(other));
     assert_eq!(one.len(), other.len());
     let mut worst = 0.0_f64;
@@ -270,14 +255,13 @@ fn positioning_system_is_refined_on_a_lower_rung() {
     assert_eq!(code, 0);
     let refinement = &json["results"][0]["refinement"];
     assert_eq!(refinement["used"], true, "{refinement:#}");
-    let text = finding(&json, "refinement-rung").unwrap();
-    assert!(
-        text.contains("free (slow disturbances of any level): it predicts worse"),
-        "{text}"
+    contains(
+        finding(&json, "refinement-rung").unwrap(),
+        &["free (slow disturbances of any level): it predicts worse"],
     );
-    let rungs = refinement["rungs"].as_array().unwrap();
+    let rungs = list_of(&refinement["rungs"]);
     let ratio = |rung: &Value| {
-        let residual = |of: &str| rung["held_out_residual"][of].as_f64().unwrap();
+        let residual = |of: &str| f64_of(&rung["held_out_residual"][of]);
         residual("refined") / residual("linear")
     };
     // Ratios below 1.02 are ties.
@@ -312,10 +296,10 @@ fn positioning_system_on_its_other_log() {
     let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/emps");
     let folder = out.path().to_str().unwrap();
     let set = format!("log.file={first}");
-    let output = sprung(&[
+    sprung(&[
         "identify", example, "-q", "--out", folder, "--set", &set, "--set", DECLARED,
-    ]);
-    assert!(output.status.success(), "{}", stderr(&output));
+    ])
+    .ends(0);
     let parameters = out.path().join("identification.json");
     let (code, json) = run(
         "validate",
@@ -332,9 +316,7 @@ fn positioning_system_on_its_other_log() {
     assert_eq!(code, 0);
     let share = |run: usize| {
         let set = &json["runs"][run]["sets"][0];
-        set["torque_relative_residual"]["carriage"]
-            .as_f64()
-            .unwrap()
+        f64_of(&set["torque_relative_residual"]["carriage"])
     };
     println!(
         "prediction: {:.2} % and {:.2} %",
@@ -366,25 +348,17 @@ fn industrial_arm_with_a_coupled_wrist() {
     let of_motor = |i: usize| error(&format!("joint_{i}.motor_viscous"));
     // Motor 6 turns with joints 5 and 6, so the published values of these joints include it.
     let link = "joint_6.link_viscous";
-    for (what, found, error, published) in [
+    #[rustfmt::skip]
+    let rows = [
         ("joint 1", motor(1), of_motor(1), 8.05),
         ("joint 2", motor(2), of_motor(2), 5.53),
         ("joint 3", motor(3), of_motor(3), 1.97),
         ("joint 4", motor(4), of_motor(4), 1.11),
-        (
-            "joint 5",
-            motor(5) + motor(6),
-            of_motor(5).hypot(of_motor(6)),
-            1.86,
-        ),
-        (
-            "joint 6",
-            value(&json, link) + motor(6),
-            error(link).hypot(of_motor(6)),
-            0.65,
-        ),
+        ("joint 5", motor(5) + motor(6), of_motor(5).hypot(of_motor(6)), 1.86),
+        ("joint 6", value(&json, link) + motor(6), error(link).hypot(of_motor(6)), 0.65),
         ("motor 6", motor(6), of_motor(6), 0.616),
-    ] {
+    ];
+    each(rows, |(what, found, error, published)| {
         let off = found / published - 1.0;
         println!(
             "{what}: {found:.4}, published {published} ({:+.1} %)",
@@ -394,7 +368,7 @@ fn industrial_arm_with_a_coupled_wrist() {
             (found - published).abs() < 4.0 * error,
             "{what}: {found} ± {error}, published {published}"
         );
-    }
+    });
     let result = &json["results"][0];
     let (mut residuals, mut torques) = (0.0, 0.0);
     for (row, rms) in result["residual_rms"].as_object().unwrap() {
@@ -413,16 +387,7 @@ fn industrial_arm_with_a_coupled_wrist() {
 fn errors_on(log: &str, urdf: &str, json: &Value, key: &str) -> f64 {
     let folder = TempDir::new().unwrap();
     let file = folder.path().join("values.toml");
-    let lines: String = (json["results"][0]["parameters"].as_array().unwrap().iter())
-        .filter_map(|parameter| {
-            Some(format!(
-                "{} = {}\n",
-                parameter["name"],
-                parameter[key].as_f64()?
-            ))
-        })
-        .collect();
-    std::fs::write(&file, lines).unwrap();
+    std::fs::write(&file, values_of(&json["results"][0], key)).unwrap();
     let more = [
         "--set",
         log,
@@ -459,14 +424,12 @@ fn possible_bodies_predict_held_out_thirds_of_an_industrial_arm() {
             "staubli-tx40",
             &["--set", &rest, "--set", &urdf, "--set", DECLARED],
         );
-        let standard = json["results"][0]["standard_parameters"]
-            .as_array()
-            .unwrap();
+        let standard = list_of(&json["results"][0]["standard_parameters"]);
         assert_eq!(standard.len(), 66);
         for link in standard[..60].chunks(10) {
             let body: Vec<f64> = link
                 .iter()
-                .map(|parameter| parameter["value"].as_f64().unwrap())
+                .map(|parameter| f64_of(&parameter["value"]))
                 .collect();
             // The triangle inequality of the moments of inertia about the joint's frame.
             let [ixx, iyy, izz] = [body[4], body[6], body[9]];

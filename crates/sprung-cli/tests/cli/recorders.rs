@@ -1,8 +1,9 @@
 //! Logs as recorders write them: counters of rows, torque sensors, commands, robots with a world. Each row is a header or
 //! a file, and lines that `sprung new` must write.
 
+use crate::common::{contains, each};
 use crate::new::{ARM, Desk};
-use crate::renamed_log::{csv, recorded};
+use crate::renamed_log::recorded;
 
 /// Columns of the log of the twin.
 pub(crate) const T: usize = 0;
@@ -54,9 +55,9 @@ fn begun(columns: &[(&str, usize)], first: usize) -> String {
             named.push((name.to_owned(), log[column].clone()));
         }
     }
-    desk.write("log.csv", &csv(&named));
+    desk.log(&named);
     let output = desk.run(&["new", "exp", "--urdf", "arm.urdf", "--log", "log.csv"]);
-    assert!(matches!(output.status.code(), Some(0 | 3)), "{output:?}");
+    assert!(matches!(output.code, Some(0 | 3)), "{output:?}");
     desk.read("exp/experiment.toml")
 }
 
@@ -188,10 +189,7 @@ fn a_counter_of_rows_is_neither_time_nor_torque() {
     }
     // An input without a quantity is asked for.
     let text = begun(&[("t", T), ("n", ROW), ("u*", TAU), ("theta*", PHI)], 1);
-    assert!(
-        text.contains("motor_torque_nm = \"FILL IN\"") && text.contains("motor_current_a"),
-        "{text}"
-    );
+    contains(&text, &["motor_torque_nm = \"FILL IN\"", "motor_current_a"]);
 }
 
 #[test]
@@ -251,35 +249,25 @@ fn bodies_that_cannot_be_are_named_with_link_and_line() {
              <axis xyz=\"0 0 1\"/></joint>\n"
         )
     };
-    for (wrist, izz, said) in [
+    #[rustfmt::skip]
+    let rows = [
         (1.0, 0.02, None),
-        (
-            42.9,
-            0.02,
-            Some("line 4: link \"wrist\" has 42.9 kg, and the heaviest link that carries it 2 kg"),
-        ),
-        (
-            1.0,
-            0.05,
-            Some("line 4: no body has the inertia of link \"wrist\""),
-        ),
-        (
-            1.0,
-            -0.02,
-            Some("line 4: no body has the inertia of link \"wrist\""),
-        ),
-    ] {
+        (42.9, 0.02, Some("line 4: link \"wrist\" has 42.9 kg, and the heaviest link that carries it 2 kg")),
+        (1.0, 0.05, Some("line 4: no body has the inertia of link \"wrist\"")),
+        (1.0, -0.02, Some("line 4: no body has the inertia of link \"wrist\"")),
+    ];
+    each(rows, |(wrist, izz, said)| {
         let desk = Desk::new();
         let links = link("upper", 2.0, 0.02) + &link("wrist", wrist, izz);
         let joints = joint("shoulder", "base", "upper") + &joint("turn", "upper", "wrist");
         desk.write(
             "arm.urdf",
-            &format!("<robot name=\"a\">\n<link name=\"base\"/>\n{links}{joints}</robot>"),
+            format!("<robot name=\"a\">\n<link name=\"base\"/>\n{links}{joints}</robot>"),
         );
         let told = desk.succeeds(&["new", "exp", "--urdf", "arm.urdf"]);
         assert!(told.contains(said.unwrap_or_default()), "{told}");
         assert_eq!(told.contains("arm.urdf, line"), said.is_some(), "{told}");
-    }
+    });
 }
 
 #[test]

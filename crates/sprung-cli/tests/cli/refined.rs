@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use crate::arm;
-use crate::common::{Case, assert_true, demo, finding, sprung, stderr, stdout};
+use crate::common::{Case, assert_true, contains, demo, f64_of, finding, list_of};
 
 /// Column of the first link's position.
 const Q1: usize = 1;
@@ -17,42 +17,34 @@ fn without_choice(case: Case) -> Case {
 fn the_default_is_the_refinement() {
     let case = without_choice(Case::new());
     let output = case.identify(&[]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let text = stdout(&output);
-    assert!(
-        text.contains("prediction-error: good, 15 of 15 parameters"),
-        "{text}"
-    );
-    assert!(
-        text.contains("disturbances relative to the motor torque: joint1.link "),
-        "{text}"
+    output.ends(0);
+    let text = &output.out;
+    contains(text, &["prediction-error: good, 15 of 15 parameters"]);
+    contains(
+        text,
+        &["disturbances relative to the motor torque: joint1.link "],
     );
     // Without a terminal there is no progress bar.
-    assert!(
-        !stderr(&output).contains("filter run"),
-        "{}",
-        stderr(&output)
-    );
-    let file = std::fs::read(case.path("sprung-out/identification.json")).unwrap();
-    let json: Value = serde_json::from_slice(&file).unwrap();
-    let [result] = &json["results"].as_array().unwrap()[..] else {
+    assert!(!output.err.contains("filter run"), "{}", output.err);
+    let json = case.json("sprung-out/identification.json");
+    let [result] = list_of(&json["results"]) else {
         panic!("one result")
     };
     assert_eq!(result["estimator"], "prediction-error");
     let refinement = &result["refinement"];
     assert_eq!(refinement["used"], true);
     assert_eq!(refinement["converged"], true);
-    assert_eq!(refinement["disturbances"].as_array().unwrap().len(), 4);
-    assert_eq!(refinement["delays"].as_array().unwrap().len(), 6);
+    assert_eq!(list_of(&refinement["disturbances"]).len(), 4);
+    assert_eq!(list_of(&refinement["delays"]).len(), 6);
     assert_true(&json, &[("joint1.stiffness", 9.358_73)]);
-    let report = std::fs::read_to_string(case.path("sprung-out/report.html")).unwrap();
-    for text in [
-        "id=\"refinement\"",
-        "class=\"bars\"",
-        "Good: on a new experiment of this kind",
-    ] {
-        assert!(report.contains(text), "no {text}");
-    }
+    contains(
+        &case.read("sprung-out/report.html"),
+        &[
+            "id=\"refinement\"",
+            "class=\"bars\"",
+            "Good: on a new experiment of this kind",
+        ],
+    );
 }
 
 #[test]
@@ -74,13 +66,13 @@ fn an_arm_with_gravity_and_a_rigid_joint_is_refined() {
 fn the_demo_validates_the_refinement_first_and_it_predicts_better() {
     let file = std::fs::read(demo().join("sprung-out/validation.json")).unwrap();
     let json: Value = serde_json::from_slice(&file).unwrap();
-    for run in json["runs"].as_array().unwrap() {
+    for run in list_of(&json["runs"]) {
         let [refined, linear] = [0, 1].map(|i| &run["sets"][i]);
         assert_eq!(refined["parameters"], "prediction-error");
         assert_eq!(linear["parameters"], "least-squares");
         for signal in ["q_rad", "phi_rad", "tau_nm"] {
             for joint in ["joint1", "joint2"] {
-                let error = |set: &Value| set["e_rms"][signal][joint].as_f64().unwrap();
+                let error = |set: &Value| f64_of(&set["e_rms"][signal][joint]);
                 assert!(
                     error(refined) < error(linear),
                     "{signal} of {joint}: {run:#}"
@@ -96,7 +88,7 @@ fn stands_back(json: &Value, why: &str) {
     assert_eq!(first["estimator"], "prediction-error");
     assert_eq!(second["estimator"], "least-squares");
     let text = finding(json, "refinement-failed").unwrap_or_else(|| panic!("{first:#}"));
-    assert!(text.contains(why), "{text}");
+    contains(text, &[why]);
     assert_ne!(first["verdict"], "good");
     for key in ["value", "ci95"] {
         for i in 0..15 {
@@ -113,26 +105,18 @@ const BOTH: [&str; 2] = [
 
 #[test]
 fn the_linear_values_stand_where_the_log_is_wrong() {
-    let short = Case::new().log(|row, cells| {
-        if row > 4000 {
-            cells.clear();
-        }
-    });
-    let case = [1, 2, 3, 4]
-        .into_iter()
-        .fold(short, |case, column| case.column(column, f64::to_degrees));
+    let short = Case::new().first_rows(4000);
+    let case = short.columns(&[1, 2, 3, 4], f64::to_degrees);
     let go_on = ["--set", "identify.on_check_error=go-on"];
     let (_, json) = case.results(&[&BOTH[..], &go_on].concat());
     stands_back(&json, "the log itself is wrong (looks-like-degrees)");
     // A validation takes the first result first.
-    let output = sprung(&[
-        "validate",
-        case.path("experiment.toml").to_str().unwrap(),
-        "--json",
-        "--set",
-        "validate=[{name=\"direct\"}]",
-    ]);
-    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let json = case
+        .run(
+            "validate",
+            &["--json", "--set", "validate=[{name=\"direct\"}]"],
+        )
+        .json();
     assert_eq!(json["runs"][0]["sets"][0]["parameters"], "prediction-error");
 }
 
@@ -152,14 +136,14 @@ fn a_model_that_lacks_something_is_doubted_on_every_rung() {
     assert_ne!(first["verdict"], "good");
     assert!(finding(&json, "not-predicted").is_some(), "{first:#}");
     let refinement = &first["refinement"];
-    let rungs = refinement["rungs"].as_array().unwrap();
+    let rungs = list_of(&refinement["rungs"]);
     assert_eq!(rungs[0]["name"], "free");
     assert_eq!(rungs[0]["used"], false, "{rungs:#?}");
     // A rung is used only if it predicts about as well as least squares; the result contains its
     // values in any case.
     for rung in rungs.iter().filter(|rung| rung["used"] == true) {
-        let held = |key: &str| rung["held_out_residual"][key].as_f64().unwrap();
+        let held = |key: &str| f64_of(&rung["held_out_residual"][key]);
         assert!(held("refined") <= 1.06 * held("linear"), "{rung:#}");
     }
-    assert!(refinement["values"].as_array().unwrap().len() == 15);
+    assert!(list_of(&refinement["values"]).len() == 15);
 }

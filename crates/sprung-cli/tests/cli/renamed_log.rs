@@ -2,7 +2,6 @@
 
 use std::fmt::Write as _;
 
-use crate::common::stderr;
 use crate::new::{ARM, Desk};
 
 pub(crate) const LEAST_SQUARES: &str = "identify.estimator=[\"least-squares\"]";
@@ -79,6 +78,14 @@ pub(crate) const fn column(name: &str, column: usize, factor: f64) -> Renamed<'_
     }
 }
 
+/// Columns of the twin under other names, as `t=0, q1=3`.
+pub(crate) fn plain(names: &str) -> Vec<Renamed<'_>> {
+    (names.split(", "))
+        .map(|one| one.split_once('=').unwrap())
+        .map(|(name, place)| column(name, place.parse().unwrap(), 1.0))
+        .collect()
+}
+
 /// Returns columns of the twin under other names, multiplied by factors.
 pub(crate) fn named(log: &[Vec<f64>], names: &[Renamed<'_>]) -> Columns {
     (names.iter())
@@ -88,6 +95,13 @@ pub(crate) fn named(log: &[Vec<f64>], names: &[Renamed<'_>]) -> Columns {
             (renamed.name.to_owned(), scaled)
         })
         .collect()
+}
+
+impl Desk {
+    /// Writes `log.csv`.
+    pub(crate) fn log(&self, columns: &Columns) {
+        self.write("log.csv", csv(columns));
+    }
 }
 
 pub(crate) fn csv(columns: &Columns) -> String {
@@ -115,8 +129,8 @@ pub(crate) fn begun(desk: &Desk, log: &str) -> String {
 /// Checks that an experiment runs without an edit, and that a stiffness of the shoulder is near 900.
 pub(crate) fn is_identified(desk: &Desk) {
     let output = desk.run(&["identify", "exp", "--set", LEAST_SQUARES]);
-    let code = output.status.code();
-    assert!(matches!(code, Some(0 | 1)), "{}", stderr(&output));
+    let code = output.code;
+    assert!(matches!(code, Some(0 | 1)), "{}", output.err);
     let text = desk.read("exp/sprung-out/parameters.csv");
     let row = text
         .lines()

@@ -3,39 +3,24 @@
 use std::fmt::Write as _;
 
 use serde_json::Value;
+use sprung_core::spatial::BODY_NAMES;
 
 use crate::arm::{EXPERIMENT, URDF, described, read, recorded};
-use crate::common::{Case, assert_true, finding, parameter, sprung, stderr, stdout, value};
+use crate::common::{
+    Case, assert_true, contains, f64_of, finding, found, list_of, parameter, sprung, str_of, value,
+};
 
 /// An arm with one vertical and two horizontal axes, described by a table, with a log.
 fn turret() -> Case {
     let mut nominal = String::new();
-    for (link, given) in [
+    #[rustfmt::skip]
+    let rows = [
         (1, &[("izz", 0.02)][..]),
-        (
-            2,
-            &[
-                ("m", 3.0),
-                ("mx", 0.6),
-                ("ixx", 0.01),
-                ("iyy", 0.17),
-                ("izz", 0.17),
-            ],
-        ),
-        (
-            3,
-            &[
-                ("m", 1.5),
-                ("mx", 0.2),
-                ("ixx", 0.005),
-                ("iyy", 0.05),
-                ("izz", 0.05),
-            ],
-        ),
-    ] {
-        for name in [
-            "m", "mx", "my", "mz", "ixx", "ixy", "iyy", "ixz", "iyz", "izz",
-        ] {
+        (2, &[("m", 3.0), ("mx", 0.6), ("ixx", 0.01), ("iyy", 0.17), ("izz", 0.17)]),
+        (3, &[("m", 1.5), ("mx", 0.2), ("ixx", 0.005), ("iyy", 0.05), ("izz", 0.05)]),
+    ];
+    for (link, given) in rows {
+        for name in BODY_NAMES {
             let entry = given.iter().find(|(known, _)| *known == name);
             let number = entry.map_or(0.0, |(_, number)| *number);
             writeln!(nominal, "\"link{link}.{name}\" = {number:?}").unwrap();
@@ -74,13 +59,6 @@ nominal = {{ rotor_inertia = 0.2, motor_viscous = 1.0, motor_coulomb = 0.5, moto
 
 #[test]
 fn a_zero_that_is_a_right_angle_off_is_named() {
-    let finding_of = |json: &serde_json::Value, code: &str| {
-        let findings = json["findings"].as_array().unwrap();
-        let found = findings.iter().find(|finding| finding["code"] == code);
-        found
-            .unwrap_or_else(|| panic!("no {code} in {findings:#?}"))
-            .clone()
-    };
     let off = [
         "--set",
         "robot.joint.shoulder.position_offset_deg=90.0",
@@ -90,32 +68,26 @@ fn a_zero_that_is_a_right_angle_off_is_named() {
     // The pan turns the arm about the vertical, so no direction of gravity explains the torques.
     let (_, json) = turret().results(&off);
     assert_eq!(finding(&json, "gravity-tilted"), None);
-    let found = finding_of(&json, "zero-off");
-    let text = found["text"].as_str().unwrap();
-    assert!(
-        text.contains("-90° added to the positions of shoulder"),
-        "{text}"
-    );
+    let zero = found(&json, "zero-off").unwrap();
+    let text = str_of(&zero["text"]);
+    contains(text, &["-90° added to the positions of shoulder"]);
     assert_eq!(
-        found["remedy"],
+        zero["remedy"],
         "set position_offset_deg = 0 in the block of shoulder"
     );
 
     // Without the pan, both explanations are the same motion of the robot.
     let (_, json) = recorded().results(&off);
     assert_eq!(finding(&json, "zero-off"), None);
-    let found = finding_of(&json, "gravity-tilted");
-    let (text, remedy) = (
-        found["text"].as_str().unwrap(),
-        found["remedy"].as_str().unwrap(),
+    let tilted = found(&json, "gravity-tilted").unwrap();
+    let (text, remedy) = (str_of(&tilted["text"]), str_of(&tilted["remedy"]));
+    contains(
+        text,
+        &["or the zero of shoulder differs from that of the model by 90°"],
     );
-    assert!(
-        text.contains("or the zero of shoulder differs from that of the model by 90°"),
-        "{text}"
-    );
-    assert!(
-        remedy.contains("set position_offset_deg = 0 in the block of shoulder"),
-        "{remedy}"
+    contains(
+        remedy,
+        &["set position_offset_deg = 0 in the block of shoulder"],
     );
 }
 
@@ -135,13 +107,11 @@ fn gravity_in_a_wrong_frame_is_found_and_named() {
         println!("{text}");
         assert_eq!(code, 0);
         assert!(text.contains(angle), "{gravity}: {text}");
-        assert!(
-            text.contains("the base is mounted differently from what the file says"),
-            "{text}"
+        contains(
+            text,
+            &["the base is mounted differently from what the file says"],
         );
-        let findings = json["findings"].as_array().unwrap();
-        let tilted = findings.iter().find(|f| f["code"] == "gravity-tilted");
-        let remedy = tilted.unwrap()["remedy"].as_str().unwrap();
+        let remedy = str_of(&found(&json, "gravity-tilted").unwrap()["remedy"]);
         let (_, list) = remedy.split_once("gravity_m_per_s2 = [").unwrap();
         let named: Vec<f64> = (list.split(']').next().unwrap().split(','))
             .map(|x| x.trim().parse().unwrap())
@@ -213,17 +183,17 @@ fn stribeck_velocity_is_found() {
     for truth in [0.03, 0.1, 0.3] {
         let case = wheel("\"viscous\", \"coulomb\", \"stribeck\"", truth);
         let (_, json) = case.results(&["-v"]);
-        let found = json["results"][0]["stribeck_velocity"]["wheel"]
-            .as_f64()
-            .unwrap();
+        let found = f64_of(&json["results"][0]["stribeck_velocity"]["wheel"]);
         println!("{truth} rad/s: found {found:.4}");
         // The search tries nine velocities in equal ratios over a factor of 0.5 / 0.003, and then makes eight golden
         // sections of two of these ratios. Each of its two ends may be wrong by what is left.
         let ratio = (0.5_f64 / 0.003).ln() / 8.0;
         let left = 2.0 * ratio * 0.618_f64.powi(8);
         assert!((found / truth).ln().abs() < 2.0 * left, "{found} {truth}");
-        let text = finding(&json, "stribeck-velocity").unwrap();
-        assert!(text.contains("was found by a search"), "{text}");
+        contains(
+            finding(&json, "stribeck-velocity").unwrap(),
+            &["was found by a search"],
+        );
         assert_true(&json, &[("wheel.motor_stribeck", 1.0)]);
         // A given velocity is not searched.
         let set = format!("robot.joint.wheel.stribeck_velocity_rad_per_s={truth}");
@@ -239,17 +209,15 @@ fn validation_uses_the_velocities_of_the_identification() {
     let laws = "robot.joint.wheel.motor_friction=[\"viscous\", \"coulomb\", \"presliding\"]";
     for laws in [&[][..], &["--set", laws]] {
         let (_, json) = case.results(laws);
-        let identified = json["results"][0]["relative_residual"]["wheel.motor_nm"]
-            .as_f64()
-            .unwrap();
-        let experiment = case.path("experiment.toml");
+        let identified = f64_of(&json["results"][0]["relative_residual"]["wheel.motor_nm"]);
+        let experiment = case.at("experiment.toml");
         let run = "validate=[{ name = \"same log\" }]";
-        let mut words = vec!["validate", experiment.to_str().unwrap(), "--json"];
+        let mut words = vec!["validate", &experiment, "--json"];
         words.extend(["--set", run]);
         words.extend(laws);
-        let validation: Value = serde_json::from_str(&stdout(&sprung(&words))).unwrap();
+        let validation: Value = serde_json::from_str(&sprung(&words).out).unwrap();
         let set = &validation["runs"][0]["sets"][0];
-        let again = set["torque_relative_residual"]["wheel"].as_f64().unwrap();
+        let again = f64_of(&set["torque_relative_residual"]["wheel"]);
         // With the velocities before a search the residual is 0.03 and 0.2.
         assert!(
             (again / identified - 1.0).abs() < 0.1,
@@ -299,13 +267,9 @@ fn laws_of_an_earlier_result_give_one_model() {
     let coulomb = |json: &Value| value(json, "wheel.motor_coulomb");
     assert!((coulomb(&first) - coulomb(&second)).abs() < 1e-9);
     // Later commands know the law.
-    let experiment = case.path("experiment.toml");
-    let experiment = experiment.to_str().unwrap();
     let run = "validate=[{ name = \"same log\" }]";
-    let output = sprung(&[
-        "validate", experiment, "--json", "--set", run, "--set", declared,
-    ]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    case.run("validate", &["--json", "--set", run, "--set", declared])
+        .ends(0);
 }
 
 #[test]
@@ -319,16 +283,16 @@ fn urdf_without_inertias() {
         .collect();
     let bare = [&URDF[..start], &bare, &URDF[end..]].concat();
     assert!(!bare.contains("inertial"));
-    std::fs::write(case.path("arm.urdf"), bare).unwrap();
+    case.write("arm.urdf", bare);
     let (code, json) = case.results(&[]);
     assert_eq!(code, 0);
     let mass = "upper.mx + 0.4*fore.m";
     assert_eq!(parameter(&json, mass)["nominal"], Value::Null);
     assert_true(&json, &[(mass, 1.2)]);
     // Without inertias the robot cannot be simulated.
-    let output = sprung(&["simulate", case.path("").to_str().unwrap()]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("no value for upper.mx + 0.4*fore.m"));
+    sprung(&["simulate", &case.at("")])
+        .ends(2)
+        .tells(&["no value for upper.mx + 0.4*fore.m"]);
 }
 
 #[test]
@@ -349,7 +313,7 @@ fn what_is_given_comes_out_as_given() {
     }
     assert_eq!(parameter(&json, "shoulder.rotor_inertia")["fixed"], false);
     let unknowns = json["results"][0]["unknowns"].as_u64().unwrap();
-    let all = json["results"][0]["parameters"].as_array().unwrap().len() as u64;
+    let all = list_of(&json["results"][0]["parameters"]).len() as u64;
     assert_eq!(unknowns, all - 3);
     // A rotor inertia that is lumped with its link becomes a separate parameter if it is given.
     let lumped = "link1.izz + wheel.rotor_inertia";
@@ -381,8 +345,10 @@ fn several_logs_count_together() {
     assert_eq!(json["further_logs"][0]["samples"], 3000);
     assert_eq!(json["further_logs"][0]["file"], "second.csv");
     assert_true(&json, &[("shoulder.stiffness", 400.0)]);
-    let report = read(&case.path("sprung-out/report.html"));
-    assert!(report.contains("run.csv, second.csv (6000 samples, 12.00 s)"));
+    contains(
+        &case.read("sprung-out/report.html"),
+        &["run.csv, second.csv (6000 samples, 12.00 s)"],
+    );
     // In the curves, the second log follows the first.
     for file in ["trace.csv", "fit.csv"] {
         let text = read(&case.path("sprung-out").join(file));
@@ -398,35 +364,31 @@ fn several_logs_count_together() {
         assert!((11.0..=12.0).contains(&last), "{file} ends at {last} s");
     }
     // Each log is checked separately.
-    let broken = read(&case.path("second.csv")).replacen("0.002,", "0.000,", 1);
-    std::fs::write(case.path("second.csv"), broken).unwrap();
-    let output = case.identify(&["--set", both]);
-    assert_eq!(output.status.code(), Some(3));
-    assert!(
-        stderr(&output).contains("second.csv: time goes from"),
-        "{}",
-        stderr(&output)
-    );
+    let broken = case.read("second.csv").replacen("0.002,", "0.000,", 1);
+    case.write("second.csv", broken);
+    case.identify(&["--set", both])
+        .ends(3)
+        .tells(&["second.csv: time goes from"]);
 }
 
 #[test]
 fn a_log_in_two_files_is_the_whole() {
     let case = recorded();
-    let text = read(&case.path("run.csv"));
+    let text = case.read("run.csv");
     let lines: Vec<&str> = text.lines().collect();
     let (head, rows) = lines.split_first().unwrap();
     for (file, part) in [("a.csv", &rows[..1400]), ("b.csv", &rows[1400..])] {
-        std::fs::write(case.path(file), [&[*head], part].concat().join("\n")).unwrap();
+        case.write(file, [&[*head], part].concat().join("\n"));
     }
     // At a low cut-off, the zero-phase filter has a long transient on both sides of the cut.
     let fast = "identify.position_cutoff_hz=100";
     let (_, whole) = case.results(&["--set", fast]);
     let files = "log.file=[\"a.csv\",\"b.csv\"]";
     let (_, parts) = case.results(&["--set", fast, "--set", files]);
-    for p in whole["results"][0]["parameters"].as_array().unwrap() {
-        let name = p["name"].as_str().unwrap();
-        let (a, b) = (p["value"].as_f64().unwrap(), value(&parts, name));
-        let error = p["standard_error"].as_f64().unwrap();
+    for p in list_of(&whole["results"][0]["parameters"]) {
+        let name = str_of(&p["name"]);
+        let (a, b) = (f64_of(&p["value"]), value(&parts, name));
+        let error = f64_of(&p["standard_error"]);
         println!("{name}: {a:.5} ± {error:.5}, in two files {b:.5}");
         // Beside the cut, about 130 of 3000 samples are lost to filters that settle. Without a share of the samples, an
         // estimate moves by the root of this share of its standard error.
@@ -440,13 +402,9 @@ fn lsff_needs_logs_of_one_period() {
     let case = recorded();
     case.record("second.csv", &["--set", "simulate.period_s=0.001"]);
     let both = "log.file=[\"run.csv\",\"second.csv\"]";
-    let output = case.identify(&["--set", both, "--set", "identify.estimator=lsff"]);
-    let message = stderr(&output);
-    assert_eq!(output.status.code(), Some(2), "{message}");
-    assert!(
-        message.contains("runs at one sampling period, the logs have 0.002000 s and 0.001000 s"),
-        "{message}"
-    );
+    case.identify(&["--set", both, "--set", "identify.estimator=lsff"])
+        .ends(2)
+        .tells(&["runs at one sampling period, the logs have 0.002000 s and 0.001000 s"]);
     // Least squares accepts logs with different periods.
     let (code, json) = case.results(&["--set", both]);
     assert_eq!(code, 0);
@@ -465,9 +423,9 @@ fn a_rigid_robot_may_call_its_positions_those_of_its_links() {
         link["results"][0]["parameters"]
     );
     // Positions of the motors must not be given too.
-    let output = case.identify(&["--set", "log.motor_position_rad=[\"phi\"]"]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("wheel is rigid, so motor and link have one position"));
+    case.identify(&["--set", "log.motor_position_rad=[\"phi\"]"])
+        .ends(2)
+        .tells(&["wheel is rigid, so motor and link have one position"]);
 }
 
 #[test]
@@ -483,16 +441,14 @@ fn names_with_dots_and_commas() {
         ("fore, <b>left</b>.mx", 0.225),
     ];
     assert_true(&json, &truth);
-    let table = read(&case.path("sprung-out/parameters.csv"));
-    assert!(table.contains(",\"fore, <b>left</b>.mx\","), "{table}");
-    let report = read(&case.path("sprung-out/report.html"));
-    assert!(!report.contains("<b>left"), "a name became markup");
-    let output = case.identify(&["--set", "robot.joint.\"el.bow 1\".gear_ratio=0"]);
-    assert!(
-        stderr(&output).contains("el.bow 1: gear_ratio = 0"),
-        "{}",
-        stderr(&output)
+    contains(
+        &case.read("sprung-out/parameters.csv"),
+        &[",\"fore, <b>left</b>.mx\","],
     );
+    let report = case.read("sprung-out/report.html");
+    assert!(!report.contains("<b>left"), "a name became markup");
+    case.identify(&["--set", "robot.joint.\"el.bow 1\".gear_ratio=0"])
+        .tells(&["el.bow 1: gear_ratio = 0"]);
     described()
         .replace("\"elbow\"", "\"el,bow\"")
         .replace_in("arm.urdf", "name=\"elbow\"", "name=\"el,bow\"")
@@ -534,7 +490,7 @@ fn many_joints() {
         ])
     };
     let (_, json) = case(8, "").results(&[]);
-    let parameters = json["results"][0]["parameters"].as_array().unwrap();
+    let parameters = list_of(&json["results"][0]["parameters"]);
     assert_eq!(parameters.len(), 80);
     case(40, ", \"one\"").fails(
         2,
@@ -542,6 +498,6 @@ fn many_joints() {
     );
     // A model of forty joints is built; only the log is missing.
     let forty = case(40, "");
-    std::fs::remove_file(forty.path("run.csv")).unwrap();
+    forty.remove("run.csv");
     forty.fails(4, &["cannot read", "run.csv"]);
 }

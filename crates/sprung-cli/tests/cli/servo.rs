@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::Value;
 
-use crate::common::{Case, sprung, stderr, stdout};
+use crate::common::{Case, f64_of, list_of};
 
 const EXPERIMENT: &str = include_str!("../../../../examples/servo-pendulum/experiment.toml");
 const TRUTH: &str = include_str!("../../../../examples/servo-pendulum/truth.toml");
@@ -16,32 +16,25 @@ fn example() -> Case {
 
 /// The example with simulated logs.
 fn recorded(case: Case, more: &[&str]) -> Case {
-    let experiment = case.path("experiment.toml");
-    let mut args = vec!["simulate", experiment.to_str().unwrap(), "--quiet"];
-    args.extend(more);
-    let output = sprung(&args);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    case.run("simulate", &[&["--quiet"][..], more].concat())
+        .ends(0);
     case
 }
 
 /// Runs a verb on the example; returns the exit code, and its JSON or its error.
 fn run(case: &Case, verb: &str, more: &[&str]) -> (i32, Value) {
-    let experiment = case.path("experiment.toml");
-    let mut args = vec![verb, experiment.to_str().unwrap(), "--json"];
-    args.extend(more);
-    let output = sprung(&args);
-    let text = stdout(&output);
-    let text = if text.is_empty() {
-        stderr(&output)
+    let output = case.run(verb, &[&["--json"][..], more].concat());
+    let text = if output.out.is_empty() {
+        output.err
     } else {
-        text
+        output.out
     };
     let json = serde_json::from_str(&text).unwrap_or(Value::String(text));
-    (output.status.code().unwrap(), json)
+    (output.code.unwrap(), json)
 }
 
 fn parameter<'a>(json: &'a Value, name: &str) -> &'a Value {
-    let all = json["parameters"].as_array().unwrap();
+    let all = list_of(&json["parameters"]);
     all.iter()
         .find(|parameter| parameter["name"] == name)
         .unwrap()
@@ -71,15 +64,15 @@ fn friction_under_load_is_identified_from_two_known_masses() {
         let name = format!("servo.{name}");
         let parameter = parameter(&found, &name);
         let (value, error) = (
-            parameter["value"].as_f64().unwrap(),
-            parameter["standard_error"].as_f64().unwrap(),
+            f64_of(&parameter["value"]),
+            f64_of(&parameter["standard_error"]),
         );
         let difference = value - truth[&name];
         // Six seeds have errors of at most 3.4 %.
         assert!(difference.abs() < 0.05 * truth[&name], "{name}: {value}");
         assert!(difference.abs() < 4.0 * error, "{name}: {value} ± {error}");
     }
-    let ratio = found["fit"]["position_rms_over_noise"].as_f64().unwrap();
+    let ratio = f64_of(&found["fit"]["position_rms_over_noise"]);
     assert!((0.8..1.2).contains(&ratio), "{ratio}");
     for file in ["servo.json", "parameters.csv", "report.html"] {
         assert!(case.path("sprung-out").join(file).exists(), "{file}");
@@ -88,13 +81,9 @@ fn friction_under_load_is_identified_from_two_known_masses() {
     let (_, again) = run(&case, "identify", &["--threads", "1"]);
     assert_eq!(found["parameters"], again["parameters"]);
 
-    let output = sprung(&["validate", case.path("experiment.toml").to_str().unwrap()]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(
-        stderr(&output).contains("servo is a position servo, and validate does not work with it"),
-        "{}",
-        stderr(&output)
-    );
+    case.run("validate", &[])
+        .ends(2)
+        .tells(&["servo is a position servo, and validate does not work with it"]);
 }
 
 #[test]

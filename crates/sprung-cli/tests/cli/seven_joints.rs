@@ -4,7 +4,7 @@ use serde_json::Value;
 use sprung_core::linear::factor;
 use tempfile::TempDir;
 
-use crate::common::{sprung, stderr};
+use crate::common::{f64_of, list_of, sprung, values_of};
 
 fn run(verb: &str, more: &[&str]) -> Option<Value> {
     let experiment = sprung_testing::data("franka_panda/experiment.toml")?;
@@ -12,9 +12,7 @@ fn run(verb: &str, more: &[&str]) -> Option<Value> {
     let mut args = vec![verb, experiment.to_str().unwrap(), "--json", "--out"];
     args.push(out.path().to_str().unwrap());
     args.extend(more);
-    let output = sprung(&args);
-    let json = serde_json::from_slice(&output.stdout);
-    Some(json.unwrap_or_else(|_| panic!("{}", stderr(&output))))
+    Some(sprung(&args).json())
 }
 
 /// Returns whether the second moments of a body are positive definite: mass, first moments, moments of inertia xx, xy,
@@ -36,16 +34,7 @@ fn is_possible(body: &[f64]) -> bool {
 fn held_out(result: &Value, key: &str) -> Vec<f64> {
     let folder = TempDir::new().unwrap();
     let file = folder.path().join("values.toml");
-    let lines: String = (result["parameters"].as_array().unwrap().iter())
-        .filter_map(|parameter| {
-            Some(format!(
-                "{} = {}\n",
-                parameter["name"],
-                parameter[key].as_f64()?
-            ))
-        })
-        .collect();
-    std::fs::write(&file, lines).unwrap();
+    std::fs::write(&file, values_of(result, key)).unwrap();
     let json = run("validate", &["--parameters", file.to_str().unwrap()]).unwrap();
     let errors = &json["runs"][0]["sets"][0]["torque_residual_nm"];
     (errors.as_object().unwrap().values())
@@ -67,9 +56,9 @@ fn a_robot_that_can_exist_predicts_the_second_half_as_well() {
     };
     let result = &json["results"][0];
     assert_ne!(result["verdict"], "unusable");
-    let standard = result["standard_parameters"].as_array().unwrap();
+    let standard = list_of(&result["standard_parameters"]);
     let values: Vec<f64> = (standard.iter())
-        .map(|parameter| parameter["value"].as_f64().unwrap())
+        .map(|parameter| f64_of(&parameter["value"]))
         .collect();
     let mut total = 0.0;
     for body in values[..70].chunks(10) {

@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use crate::common::{stderr, stdout};
+use crate::common::{contains, each, f64_of, has_lines};
 use crate::new::{ARM, Desk};
 use crate::recorders::{PHI, Q, RATE, T, TAU, log};
 use crate::renamed_log::{csv, is_identified};
@@ -153,13 +153,13 @@ fn is_read(files: &[(String, String)], lines: &[&str], said: &str) {
         args.extend(["--log", file]);
     }
     let output = desk.run(&args);
-    let told = stdout(&output);
-    assert_eq!(output.status.code(), Some(0), "{args:?}: {told}");
+    let told = &output.out;
+    assert_eq!(output.code, Some(0), "{args:?}: {told}");
     let text = desk.read("exp/experiment.toml");
     for line in lines {
         assert!(text.contains(&format!("\n{line}\n")), "{line}: {told}");
     }
-    assert!(told.contains(said), "{told}");
+    contains(told, &[said]);
     // Joints with one position are rigid and have no stiffness.
     if text.contains("link_position_rad = [") {
         is_identified(&desk);
@@ -182,8 +182,8 @@ fn two_recordings_are_not_joined_and_blocks_need_one_torque() {
         columns(&log, &[("time", T), ("q*", Q)]),
         columns(&later, &[("time", T), ("tau*", TAU)]),
     ];
-    desk.write("one.csv", &csv(&one));
-    desk.write("two.csv", &csv(&two));
+    desk.write("one.csv", csv(&one));
+    desk.write("two.csv", csv(&two));
     let logs = ["--log", "one.csv", "--log", "two.csv"];
     let args = [&["new", "new", "--urdf", "arm.urdf"][..], &logs].concat();
     desk.fails(
@@ -198,9 +198,9 @@ fn two_recordings_are_not_joined_and_blocks_need_one_torque() {
         &log,
         &[("q*", Q), ("dq*", RATE), ("tau*", TAU), ("tau*", TAU)],
     );
-    desk.write("blocks.csv", &without_header(&csv(&two_torques)));
+    desk.write("blocks.csv", without_header(&csv(&two_torques)));
     let output = desk.run(&["new", "blocks", "--urdf", "arm.urdf", "--log", "blocks.csv"]);
-    assert_ne!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert_ne!(output.code, Some(0), "{}", output.err);
 }
 
 #[test]
@@ -227,37 +227,24 @@ fn formats_that_sprung_does_not_read_are_named_with_the_line_that_converts_them(
         .concat();
         [local, entry, end].concat()
     };
-    for (bytes, said) in [
-        (
-            zip("xl/workbook.xml"),
-            "is a spreadsheet; save it as CSV: pandas.read_excel(",
-        ),
-        (
-            zip("run/data.pkl"),
-            "is a file of PyTorch; write its arrays: d = torch.load(",
-        ),
-        (
-            b"\x80\x04\x95\0\0".to_vec(),
-            "is a pickle of Python, which can run code and is not read",
-        ),
-        (
-            b"#ROSBAG V2.0\n\0".to_vec(),
-            "pip install rosbags; rosbags-convert --src run.bag --dst run",
-        ),
+    #[rustfmt::skip]
+    let rows = [
+        (zip("xl/workbook.xml"), "is a spreadsheet; save it as CSV: pandas.read_excel("),
+        (zip("run/data.pkl"), "is a file of PyTorch; write its arrays: d = torch.load("),
+        (b"\x80\x04\x95\0\0".to_vec(), "is a pickle of Python, which can run code and is not read"),
+        (b"#ROSBAG V2.0\n\0".to_vec(), "pip install rosbags; rosbags-convert --src run.bag --dst run"),
         (b"[{\"t\": 0}, {".to_vec(), "is JSON: EOF while parsing"),
-        (
-            b"{\"robot\": \"arm\"}".to_vec(),
-            "is JSON without lists of numbers or of samples",
-        ),
-    ] {
+        (b"{\"robot\": \"arm\"}".to_vec(), "is JSON without lists of numbers or of samples"),
+    ];
+    each(rows, |(bytes, said)| {
         let desk = arm();
-        std::fs::write(desk.path("run"), bytes).unwrap();
+        desk.write("run", bytes);
         desk.fails(
             &["new", "new", "--urdf", "arm.urdf", "--log", "run"],
             3,
             &[said],
         );
-    }
+    });
 }
 
 #[test]
@@ -280,7 +267,7 @@ fn some_joints_have_currents_and_others_forces() {
         joint("slide", "prismatic", "base", "sled") + &joint("turn", "revolute", "sled", "arm");
     desk.write(
         "lift.urdf",
-        &format!("<robot name=\"lift\"><link name=\"base\"/>{links}{joints}</robot>"),
+        format!("<robot name=\"lift\"><link name=\"base\"/>{links}{joints}</robot>"),
     );
     let mut text = "t,slide_position,turn_position,slide_force,turn_current\n".to_owned();
     for k in 0..4000 {
@@ -296,15 +283,16 @@ fn some_joints_have_currents_and_others_forces() {
         .unwrap();
     }
     desk.write("log.csv", &text);
-    let output = desk.run(&["new", "exp", "--urdf", "lift.urdf", "--log", "log.csv"]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    desk.run(&["new", "exp", "--urdf", "lift.urdf", "--log", "log.csv"])
+        .ends(0);
     let text = desk.read("exp/experiment.toml");
-    for line in [
-        "motor_force_n = [\"slide_force\"]",
-        "motor_current_a = [\"turn_current\"]",
-    ] {
-        assert!(text.contains(&format!("\n{line}\n")), "{line}: {text}");
-    }
+    has_lines(
+        &text,
+        &[
+            "motor_force_n = [\"slide_force\"]",
+            "motor_current_a = [\"turn_current\"]",
+        ],
+    );
     assert_eq!(
         text.matches("\ntorque_constant_nm_per_a = \"FILL IN\"")
             .count(),
@@ -314,19 +302,11 @@ fn some_joints_have_currents_and_others_forces() {
     let constant = "\ntorque_constant_nm_per_a = \"FILL IN\"";
     desk.write(
         "exp/experiment.toml",
-        &text.replace(constant, "\ntorque_constant_nm_per_a = 2.0"),
+        text.replace(constant, "\ntorque_constant_nm_per_a = 2.0"),
     );
     let output = desk.run(&["check", "exp"]);
-    assert!(
-        matches!(output.status.code(), Some(0 | 3)),
-        "{}",
-        stderr(&output)
-    );
-    assert!(
-        stdout(&output).contains("turn_current"),
-        "{}",
-        stdout(&output)
-    );
+    assert!(matches!(output.code, Some(0 | 3)), "{}", output.err);
+    output.prints(&["turn_current"]);
 }
 
 #[test]
@@ -337,13 +317,13 @@ fn the_filters_follow_the_rate_from_20_hz() {
         for (_, values) in &mut slow {
             *values = values.iter().copied().step_by(every).collect();
         }
-        desk.write("log.csv", &csv(&slow));
+        desk.log(&slow);
         let folder = format!("at{every}");
         desk.succeeds(&["new", &folder, "--urdf", "arm.urdf", "--log", "log.csv"]);
         for verb in ["check", "identify"] {
             let output = desk.run(&[verb, &folder]);
-            let told = stdout(&output) + &stderr(&output);
-            assert!(matches!(output.status.code(), Some(0 | 1)), "{told}");
+            output.has_a_result();
+            let told = output.out + &output.err;
             assert!(
                 !told.contains("filter-cutoff") && !told.contains("too short"),
                 "{told}"
@@ -351,9 +331,7 @@ fn the_filters_follow_the_rate_from_20_hz() {
         }
         let json = desk.read(&format!("{folder}/sprung-out/identification.json"));
         let json: serde_json::Value = serde_json::from_str(&json).unwrap();
-        let used = json["settings"]["filter_cutoff_rad_per_s"]
-            .as_f64()
-            .unwrap();
+        let used = f64_of(&json["settings"]["filter_cutoff_rad_per_s"]);
         assert!((used / cutoff - 1.0_f64).abs() < 1e-9, "{used}");
     }
 }

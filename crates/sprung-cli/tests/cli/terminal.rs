@@ -1,20 +1,14 @@
 //! Output on the terminal: width, order, errors for scripts, texts for shells.
 
-use std::process::{Command, Output};
-
 use serde_json::Value;
 
-use crate::common::{Case, demo, sprung, stderr, stdout};
+use crate::common::{Case, Ran, contains, demo, program, sprung, str_of};
 
 const PHI1: usize = 3;
 
 /// Runs the program on a terminal of this width.
-fn on_terminal(width: usize, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_sprung"))
-        .args(args)
-        .env("COLUMNS", width.to_string())
-        .output()
-        .unwrap()
+fn on_terminal(width: usize, args: &[&str]) -> Ran {
+    Ran::of(program().args(args).env("COLUMNS", width.to_string()))
 }
 
 fn words(text: &str) -> Vec<String> {
@@ -31,12 +25,12 @@ fn output_fits_the_terminal_and_words_stay_whole() {
     let experiment = path.to_str().unwrap();
     for verb in ["identify", "check"] {
         let wide = on_terminal(1000, &[verb, experiment, "-v"]);
-        assert_eq!(wide.status.code(), Some(0), "{}", stderr(&wide));
+        wide.ends(0);
         for width in [120, 80, 60, 40] {
             let narrow = on_terminal(width, &[verb, experiment, "-v"]);
             let (wide_text, narrow_text) = (
-                [stdout(&wide), stderr(&wide)],
-                [stdout(&narrow), stderr(&narrow)],
+                [wide.out.as_str(), &wide.err],
+                [narrow.out.as_str(), &narrow.err],
             );
             let all = words(&wide_text.concat());
             for (wide, narrow) in wide_text.iter().zip(&narrow_text) {
@@ -59,9 +53,9 @@ fn output_fits_the_terminal_and_words_stay_whole() {
         }
     }
     // Two tables, one per estimator, with the parameters in each.
-    let narrow = stdout(&on_terminal(80, &["identify", experiment]));
+    let narrow = on_terminal(80, &["identify", experiment]).out;
     assert_eq!(narrow.matches("\n joint1.stiffness").count(), 2, "{narrow}");
-    let wide = stdout(&on_terminal(200, &["identify", experiment]));
+    let wide = on_terminal(200, &["identify", experiment]).out;
     assert_eq!(wide.matches("\n joint1.stiffness").count(), 1, "{wide}");
 }
 
@@ -70,7 +64,7 @@ fn the_demo_ends_with_what_was_found() {
     let folder = tempfile::TempDir::new().unwrap();
     let out = folder.path().join("demo");
     let output = sprung(&["demo", "--out", out.to_str().unwrap()]);
-    let (said, notes) = (stdout(&output), stderr(&output));
+    let (said, notes) = (output.out, output.err);
     let last: Vec<&str> = said.lines().rev().take(5).collect();
     assert!(
         last[4].starts_with("prediction-error found 15 of 15 parameters"),
@@ -84,73 +78,52 @@ fn the_demo_ends_with_what_was_found() {
     // LSFF does not decide: its findings take one line per table.
     let about = notes.lines().filter(|line| line.contains("lsff")).count();
     assert!((1..=3).contains(&about), "{notes}");
-    assert!(notes.contains("-v prints its findings"), "{notes}");
+    contains(&notes, &["-v prints its findings"]);
     assert!(!notes.contains("remedy: excite the joint"), "{notes}");
 }
 
 #[test]
 fn errors_are_json_if_results_are() {
-    let error = |output: &Output| -> Value {
-        assert!(output.stdout.is_empty(), "{}", stdout(output));
-        serde_json::from_slice(&output.stderr).unwrap_or_else(|_| panic!("{}", stderr(output)))
+    let error = |output: &Ran, code: &str, exit_code: i32| -> Value {
+        assert_eq!(output.out, "");
+        let error: Value = serde_json::from_str(&output.err).unwrap();
+        let codes = (&error["code"], &error["exit_code"]);
+        assert_eq!(codes, (&code.into(), &exit_code.into()));
+        error
     };
     let case = Case::new();
-    let missing = error(&case.identify(&["--json", "--set", "log.file=gone.csv"]));
-    assert_eq!(
-        (&missing["code"], &missing["exit_code"]),
-        (&"file".into(), &4.into())
-    );
-    let unknown = error(&case.identify(&["--json", "--set", "log.nam=1"]));
-    assert_eq!(
-        (&unknown["code"], &unknown["exit_code"]),
-        (&"usage".into(), &2.into())
-    );
-    assert!(
-        unknown["text"].as_str().unwrap().contains("unknown key"),
-        "{unknown}"
-    );
-    assert!(
-        unknown["remedy"].as_str().unwrap().contains("did you mean"),
-        "{unknown}"
-    );
+    let missing = case.identify(&["--json", "--set", "log.file=gone.csv"]);
+    error(&missing, "file", 4);
+    let unknown = case.identify(&["--json", "--set", "log.nam=1"]);
+    let unknown = error(&unknown, "usage", 2);
+    contains(str_of(&unknown["text"]), &["unknown key"]);
+    contains(str_of(&unknown["remedy"]), &["did you mean"]);
     let degrees = Case::new().column(PHI1, f64::to_degrees);
-    let refused = error(&degrees.identify(&["--json"]));
-    assert_eq!(
-        (&refused["code"], &refused["exit_code"]),
-        (&"units-disagree".into(), &3.into())
-    );
+    let refused = error(&degrees.identify(&["--json"]), "units-disagree", 3);
     let first = &refused["findings"][0];
-    assert_eq!(
-        (&refused["text"], &refused["remedy"]),
-        (&first["text"], &first["remedy"])
-    );
-    let line = error(&sprung(&["identify", "--json", "--thread", "2", "x"]));
-    assert_eq!(
-        (&line["code"], &line["exit_code"]),
-        (&"usage".into(), &2.into())
-    );
-    assert!(
-        line["text"].as_str().unwrap().contains("--thread"),
-        "{line}"
-    );
-    let compared = error(&sprung(&["compare", "--json", "/nonexistent"]));
-    assert_eq!(compared["code"], "file");
+    for key in ["text", "remedy"] {
+        assert_eq!(refused[key], first[key], "{key}");
+    }
+    let line = sprung(&["identify", "--json", "--thread", "2", "x"]);
+    let line = error(&line, "usage", 2);
+    contains(str_of(&line["text"]), &["--thread"]);
+    error(&sprung(&["compare", "--json", "/nonexistent"]), "file", 4);
 }
 
 #[test]
 fn compare_ends_with_its_conclusion() {
     let case = Case::new().replace("[\"least-squares\", \"lsff\"]", "\"least-squares\"");
-    assert_eq!(case.identify(&["-q"]).status.code(), Some(0));
+    case.identify(&["-q"]).ends(0);
     let other = Case::new().replace("[\"least-squares\", \"lsff\"]", "\"least-squares\"");
     let file = "identification.json";
-    assert_eq!(other.identify(&["-q"]).status.code(), Some(0));
-    let out = case.path("compared");
+    other.identify(&["-q"]).ends(0);
+    let out = case.at("compared");
     let paths = [case.path("sprung-out"), other.path("sprung-out")];
     let compare = || {
         let [one, two] = paths.each_ref().map(|path| path.to_str().unwrap());
-        let output = sprung(&["compare", one, two, "--out", out.to_str().unwrap()]);
-        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-        stdout(&output).lines().last().unwrap().to_owned()
+        let output = sprung(&["compare", one, two, "--out", &out]);
+        output.ends(0);
+        output.out.lines().last().unwrap().to_owned()
     };
     let last = compare();
     assert!(last.starts_with("The results agree: in no of "), "{last}");
@@ -169,12 +142,7 @@ fn compare_ends_with_its_conclusion() {
         "{last}"
     );
     let one = demo().to_str().unwrap();
-    let output = sprung(&["compare", one, "--out", out.to_str().unwrap()]);
-    assert!(
-        stdout(&output).contains("does not test them"),
-        "{}",
-        stdout(&output)
-    );
+    sprung(&["compare", one, "--out", &out]).prints(&["does not test them"]);
 }
 
 #[test]
@@ -185,36 +153,18 @@ fn shells_and_man_get_their_texts() {
         ("fish", "complete -c sprung"),
         ("powershell", "Register-ArgumentCompleter"),
     ] {
-        let output = sprung(&["completions", shell]);
-        assert_eq!(output.status.code(), Some(0));
-        let text = stdout(&output);
+        let text = sprung(&["completions", shell]).ends(0).out.clone();
         assert!(
             text.contains(word) && text.contains("identify"),
             "{shell}: {text}"
         );
     }
-    let wrong = sprung(&["completions", "cmd"]);
-    assert_eq!(wrong.status.code(), Some(2));
-    assert!(
-        stderr(&wrong).contains("possible values: bash"),
-        "{}",
-        stderr(&wrong)
-    );
-    let page = stdout(&sprung(&["man"]));
-    assert!(
-        page.contains(".TH sprung 1") && page.contains("sprung\\-identify(1)"),
-        "{page}"
-    );
-    let page = stdout(&sprung(&["man", "identify"]));
-    assert!(
-        page.contains(".TH sprung-identify 1") && page.contains("\\-\\-threads"),
-        "{page}"
-    );
-    let wrong = sprung(&["man", "identfy"]);
-    assert_eq!(wrong.status.code(), Some(2));
-    assert!(
-        stderr(&wrong).contains("the verbs are demo, new,"),
-        "{}",
-        stderr(&wrong)
-    );
+    sprung(&["completions", "cmd"])
+        .ends(2)
+        .tells(&["possible values: bash"]);
+    sprung(&["man"]).prints(&[".TH sprung 1", "sprung\\-identify(1)"]);
+    sprung(&["man", "identify"]).prints(&[".TH sprung-identify 1", "\\-\\-threads"]);
+    sprung(&["man", "identfy"])
+        .ends(2)
+        .tells(&["the verbs are demo, new,"]);
 }

@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use crate::arm::recorded;
-use crate::common::{Case, demo, finding, sprung, stderr, value};
+use crate::common::{Case, contains, demo, f64_of, finding, sprung, value};
 
 /// The demo with further lines in `[log]`; every `keeps`-th sample of its log.
 fn case(case: Case, keeps: usize, lines: &str) -> Case {
@@ -49,14 +49,15 @@ fn a_hold_that_the_log_contradicts_is_a_warning_with_both_likelihoods() {
     let json = refined("torque = \"mean\"");
     let text = finding(&json, CODE).unwrap();
     println!("{text}");
-    for fragment in [
-        "act on average 0.000 ms after their time stamps (torque = \"mean\")",
-        "log-likelihood is",
-        "as declared",
-        "held-out error",
-    ] {
-        assert!(text.contains(fragment), "{text}");
-    }
+    contains(
+        text,
+        &[
+            "act on average 0.000 ms after their time stamps (torque = \"mean\")",
+            "log-likelihood is",
+            "as declared",
+            "held-out error",
+        ],
+    );
 }
 
 /// The demo, whose two logs have each torque one sample late.
@@ -84,18 +85,16 @@ fn a_second_log_has_the_timing_of_the_torques_that_the_first_one_showed() {
     let refined = "identify.estimator=[\"prediction-error\"]";
     let (code, json) = case.results(&["--quiet", "--set", refined]);
     assert_eq!(code, 0);
-    let delay = json["log"]["torques_delay_s"]["value"].as_f64().unwrap();
+    let delay = f64_of(&json["log"]["torques_delay_s"]["value"]);
     assert!((delay / 0.001 - 1.0).abs() < 0.2, "{delay}");
-    let experiment = case.path("experiment.toml");
+    let experiment = case.at("experiment.toml");
     let errors = |setting: &str| -> Vec<f64> {
-        let args = ["validate", experiment.to_str().unwrap(), "--quiet", "--set"];
-        let output = sprung(&[&args[..], &[setting]].concat());
-        assert!(output.status.success(), "{}", stderr(&output));
-        let text = std::fs::read_to_string(case.path("sprung-out/validation.json")).unwrap();
-        let json: Value = serde_json::from_str(&text).unwrap();
+        let args = ["validate", &experiment, "--quiet", "--set"];
+        sprung(&[&args[..], &[setting]].concat()).ends(0);
+        let json = case.json("sprung-out/validation.json");
         let joints = json["runs"][0]["sets"][0]["predictions"].as_array();
         (joints.unwrap().iter())
-            .map(|joint| joint["torque_error_nm"].as_f64().unwrap())
+            .map(|joint| f64_of(&joint["torque_error_nm"]))
             .collect()
     };
     let found = errors(refined);
@@ -144,7 +143,7 @@ fn a_wrong_clock_shows_in_gravity_against_inertia() {
             assert_eq!((by, verdict.as_str()), (1.0, Some("good")), "{unknowns:?}");
             continue;
         };
-        let value = found["value"].as_f64().unwrap();
+        let value = f64_of(&found["value"]);
         assert!((value + 1.0 - 1.0 / by).abs() < 0.02, "{by}: {found}");
         assert!(finding(&json, "time-scale").is_some(), "{by}");
         assert_eq!(verdict, "doubtful", "{by}");

@@ -2,7 +2,9 @@
 
 use serde_json::Value;
 
-use crate::common::{COUNT, Case, demo, messages, sprung, stderr};
+use crate::common::{
+    COUNT, Case, Ran, contains, demo, f64_of, list_of, messages, program, sprung, str_of,
+};
 
 const TIME: usize = 0;
 const Q1: usize = 1;
@@ -19,13 +21,13 @@ struct Validated {
 
 /// Runs `sprung validate` on the case's own log.
 fn validate(case: &Case, parameters: &str, more: &[&str]) -> Validated {
-    let experiment = case.path("experiment.toml");
-    let parameters = case.path(parameters);
+    let experiment = case.at("experiment.toml");
+    let parameters = case.at(parameters);
     let mut args = vec![
         "validate",
-        experiment.to_str().unwrap(),
+        &experiment,
         "--parameters",
-        parameters.to_str().unwrap(),
+        &parameters,
         "--set",
         "validate=[{name=\"direct\"}]",
         "--json",
@@ -33,11 +35,11 @@ fn validate(case: &Case, parameters: &str, more: &[&str]) -> Validated {
     ];
     args.extend(more);
     let output = sprung(&args);
-    let json: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
+    let json: Value = serde_json::from_str(&output.out).unwrap_or_default();
     Validated {
-        code: output.status.code(),
+        code: output.code,
         run: json["runs"][0].clone(),
-        message: stderr(&output),
+        message: output.err,
     }
 }
 
@@ -46,13 +48,12 @@ fn no_command_writes_over_what_it_reads() {
     let case = Case::new();
     std::fs::rename(case.path("identification.csv"), case.path("fit.csv")).unwrap();
     let before = std::fs::read(case.path("fit.csv")).unwrap();
-    let folder = case.path("");
-    let out = folder.to_str().unwrap();
-    let output = case.identify(&["--set", "log.file=fit.csv", "--out", out]);
-    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
-    assert!(stderr(&output).contains("fit.csv is an input and would be overwritten"));
-    let output = sprung(&["simulate", out, "--out", out, "--set", "log.file=fit.csv"]);
-    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    let folder = case.at("");
+    let out = &folder;
+    case.identify(&["--set", "log.file=fit.csv", "--out", out])
+        .ends(2)
+        .tells(&["fit.csv is an input and would be overwritten"]);
+    sprung(&["simulate", out, "--out", out, "--set", "log.file=fit.csv"]).ends(2);
     assert_eq!(std::fs::read(case.path("fit.csv")).unwrap(), before);
     assert!(!case.path("identification.json").exists());
 }
@@ -61,16 +62,17 @@ fn no_command_writes_over_what_it_reads() {
 fn demo_keeps_an_edited_experiment() {
     let case = Case::new().replace("position_cutoff_hz = \"auto\"", "position_cutoff_hz = 12.0");
     let out = case.path("");
-    let output = sprung(&["demo", "-q", "--out", out.to_str().unwrap()]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("holds another experiment.toml"));
-    let text = std::fs::read_to_string(case.path("experiment.toml")).unwrap();
-    assert!(text.contains("position_cutoff_hz = 12.0"));
+    sprung(&["demo", "-q", "--out", out.to_str().unwrap()])
+        .ends(2)
+        .tells(&["holds another experiment.toml"]);
+    contains(
+        &case.read("experiment.toml"),
+        &["position_cutoff_hz = 12.0"],
+    );
     // The demo may overwrite its own files, also with another seed.
     let case = Case::as_shipped();
-    let out = case.path("");
-    let output = sprung(&["demo", "-q", "--seed", "3", "--out", out.to_str().unwrap()]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let out = case.at("");
+    sprung(&["demo", "-q", "--seed", "3", "--out", &out]).ends(0);
 }
 
 #[test]
@@ -97,13 +99,9 @@ fn lost_output_is_an_error() {
         sprung_testing::skipped("full", "no /dev/full on this machine");
         return;
     };
-    let output = std::process::Command::new(env!("CARGO_BIN_EXE_sprung"))
-        .arg("schema")
-        .stdout(full)
-        .output()
-        .unwrap();
-    assert_eq!(output.status.code(), Some(4));
-    assert!(stderr(&output).contains("cannot write to stdout"));
+    Ran::of(program().arg("schema").stdout(full))
+        .ends(4)
+        .tells(&["cannot write to stdout"]);
 }
 
 #[test]
@@ -112,14 +110,8 @@ fn a_saturated_loop_validates_with_its_true_parameters() {
         "amplifier_gain_a_per_v = 0.5\n",
         "amplifier_gain_a_per_v = 0.5\namplifier_limit_v = 40.0\n",
     );
-    let recorded = sprung(&[
-        "simulate",
-        case.path("experiment.toml").to_str().unwrap(),
-        "-q",
-        "--out",
-        case.path("twin").to_str().unwrap(),
-    ]);
-    assert!(recorded.status.success(), "{}", stderr(&recorded));
+    case.run("simulate", &["-q", "--out", &case.at("twin")])
+        .ends(0);
     let log = format!(
         "log.file={}",
         case.path("twin/identification.csv").display()
@@ -129,10 +121,10 @@ fn a_saturated_loop_validates_with_its_true_parameters() {
     let e = &run["sets"][0]["e_rms"];
     // The positions are rounded to counts. The logged torque has noise, and the loop multiplies the rounding by 50
     // N·m/rad; a root mean square of n samples has the relative standard error √(1/2n).
-    assert!(e["q_rad"]["joint1"].as_f64().unwrap() < COUNT, "{e}");
+    assert!(f64_of(&e["q_rad"]["joint1"]) < COUNT, "{e}");
     let expected = f64::hypot(0.02, 50.0 * COUNT / 12_f64.sqrt());
     let limit = expected * (1.0 + 4.0 / 20_000_f64.sqrt());
-    assert!(e["tau_nm"]["joint1"].as_f64().unwrap() < limit, "{e}");
+    assert!(f64_of(&e["tau_nm"]["joint1"]) < limit, "{e}");
     // The limit has an effect: without it the same log does not fit.
     let off = [
         "--set",
@@ -142,7 +134,7 @@ fn a_saturated_loop_validates_with_its_true_parameters() {
     ];
     let run = validate(&case, "truth.toml", &off).run;
     let e = &run["sets"][0]["e_rms"];
-    assert!(e["q_rad"]["joint1"].as_f64().unwrap() > 10.0 * COUNT, "{e}");
+    assert!(f64_of(&e["q_rad"]["joint1"]) > 10.0 * COUNT, "{e}");
 }
 
 #[test]
@@ -150,13 +142,8 @@ fn columns_of_a_validation_log_are_checked() {
     let Validated { code, message, .. } =
         validate(&Case::new().column(Q1, |_| 0.1), "truth.toml", &[]);
     assert_eq!(code, Some(3), "{message}");
-    assert!(
-        message.contains("column \\\"q1_rad\\\" never changes"),
-        "{message}"
-    );
-    let case = [1, 2, 3, 4].into_iter().fold(Case::new(), |case, column| {
-        case.column(column, f64::to_degrees)
-    });
+    contains(&message, &["column \\\"q1_rad\\\" never changes"]);
+    let case = Case::new().columns(&[1, 2, 3, 4], f64::to_degrees);
     let run = validate(&case, "truth.toml", &[]).run;
     assert_eq!(run["findings"][0]["code"], "looks-like-degrees");
 }
@@ -167,14 +154,12 @@ fn a_loop_that_is_not_that_of_the_log_is_said() {
     let run = validate(&late, "truth.toml", &[]).run;
     let finding = &run["sets"][0]["findings"][0];
     assert_eq!(finding["code"], "loop-moves-otherwise", "{finding}");
-    assert!(
-        finding["text"]
-            .as_str()
-            .unwrap()
-            .contains("its clock differs from the reference's")
+    contains(
+        str_of(&finding["text"]),
+        &["its clock differs from the reference's"],
     );
     let run = validate(&Case::new(), "truth.toml", &[]).run;
-    assert_eq!(run["sets"][0]["findings"].as_array().unwrap().len(), 0);
+    assert_eq!(list_of(&run["sets"][0]["findings"]).len(), 0);
 }
 
 #[test]
@@ -182,25 +167,16 @@ fn times_with_few_digits_do_not_bias() {
     // The sampling rate is 960 Hz, and the times have four decimals.
     let case = Case::new().replace("period_s   = 0.001", "period_s = 0.0010416666666666667");
     let out = case.path("twin");
-    let recorded = sprung(&[
-        "simulate",
-        case.path("experiment.toml").to_str().unwrap(),
-        "-q",
-        "--out",
-        out.to_str().unwrap(),
-    ]);
-    assert!(recorded.status.success(), "{}", stderr(&recorded));
+    case.run("simulate", &["-q", "--out", out.to_str().unwrap()])
+        .ends(0);
     std::fs::copy(
         out.join("identification.csv"),
         case.path("identification.csv"),
     )
     .unwrap();
     let inertia = |case: &Case| {
-        let output = case.identify(&["--json"]);
-        let json: Value = serde_json::from_slice(&output.stdout).unwrap();
-        json["results"][0]["parameters"][0]["value"]
-            .as_f64()
-            .unwrap()
+        let json = case.identify(&["--json"]).json();
+        f64_of(&json["results"][0]["parameters"][0]["value"])
     };
     let exact = inertia(&case);
     let rounded = case.column(TIME, |time| (time * 1e4).round() / 1e4);
@@ -216,7 +192,7 @@ fn times_with_few_digits_do_not_bias() {
     // After 10 s the reference is late by this part, at velocities of up to 3° 2π (1 + 0.5 + 0.2) Hz.
     let velocity = 3_f64.to_radians() * std::f64::consts::TAU * 1.7;
     let limit = period_error * 10.0 * velocity;
-    assert!(e["joint1"].as_f64().unwrap() < limit, "{e}");
+    assert!(f64_of(&e["joint1"]) < limit, "{e}");
 }
 
 #[test]
@@ -229,7 +205,7 @@ fn delays_that_the_log_does_not_show_are_zero() {
             still.clone_from(cells);
         }
     });
-    let text = std::fs::read_to_string(case.path("identification.csv")).unwrap();
+    let text = case.read("identification.csv");
     let mut lines = text.lines();
     let mut padded = format!("{}\n", lines.next().unwrap());
     for k in 0..40_000 {
@@ -238,24 +214,22 @@ fn delays_that_the_log_does_not_show_are_zero() {
         padded.push('\n');
     }
     padded.extend(lines.map(|line| format!("{line}\n")));
-    std::fs::write(case.path("identification.csv"), padded).unwrap();
+    case.write("identification.csv", padded);
     let output = case.identify(&estimate);
     let zero = |case: &Case| {
-        let json = std::fs::read_to_string(case.path("sprung-out/identification.json")).unwrap();
-        let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+        let json = case.json("sprung-out/identification.json");
         let delay = &json["log"]["delay_s"]["q1_rad"];
         assert_eq!(delay["value"], 0.0, "{delay}");
         assert!(delay["standard_error"].is_null(), "{delay}");
     };
     zero(&case);
-    assert!(!stderr(&output).contains("NaN"), "{}", stderr(&output));
+    assert!(!output.err.contains("NaN"), "{}", output.err);
     // The torque has the wrong sign. No delay corrects this, and a finding names the cause.
     let go_on = ["--set", "identify.on_check_error=go-on"];
     let case = Case::new().column(TAU1, |x| -x);
-    let output = case.identify(&[&estimate[..], &go_on].concat());
-    let message = stderr(&output);
-    assert_eq!(output.status.code(), Some(1), "{message}");
-    assert!(message.contains("reversed-torque"), "{message}");
+    case.identify(&[&estimate[..], &go_on].concat())
+        .ends(1)
+        .tells(&["reversed-torque"]);
     zero(&case);
 }
 
@@ -267,18 +241,8 @@ fn the_late_channel_is_the_one_that_is_named() {
         (PHI2, "phi2_rad", 20, 1.5),
         (PHI1, "phi1_rad", 20, 3.0),
     ] {
-        let mut past = std::collections::VecDeque::new();
-        let case = Case::new().log(|row, cells| {
-            if row > 0 {
-                past.push_back(cells[column].clone());
-                if past.len() > late + 1 {
-                    past.pop_front();
-                }
-                cells[column] = past[0].clone();
-            }
-        });
-        let output = case.identify(&["-v"]);
-        let message = stderr(&output);
+        let case = Case::new().late(column, late);
+        let message = case.identify(&["-v"]).err;
         let (_, rest) = message
             .split_once(&format!("\"{name}\" was recorded "))
             .unwrap_or_else(|| panic!("{message}"));
@@ -290,7 +254,7 @@ fn the_late_channel_is_the_one_that_is_named() {
 #[test]
 fn damaged_curves_beside_an_identification_are_left_out() {
     let case = Case::new();
-    assert_eq!(case.identify(&["-q"]).status.code(), Some(0));
+    case.identify(&["-q"]).ends(0);
     let fit = case.path("sprung-out/fit.csv");
     let text = std::fs::read_to_string(&fit).unwrap();
     let mut lines: Vec<&str> = text.lines().collect();
@@ -319,11 +283,7 @@ fn settings_and_columns_that_cannot_be_meant() {
         messages.note(assignment, &case.refused(2, &["--set", assignment]));
     }
     let twice = Case::new()
-        .log(|row, cells| {
-            if row == 0 {
-                "q1_rad".clone_into(&mut cells[PHI1]);
-            }
-        })
+        .cell(0, PHI1, "q1_rad")
         .replace("\"phi1_rad\"", "\"q2_rad\"")
         .replace("[\"q1_rad\", \"q2_rad\"]", "[\"q1_rad\", \"phi2_rad\"]")
         .replace("[\"q2_rad\", \"phi2_rad\"]", "[\"q2_rad\", \"tau2_nm\"]")
@@ -335,15 +295,11 @@ fn settings_and_columns_that_cannot_be_meant() {
 #[test]
 fn time_in_milliseconds() {
     let case = Case::new().column(TIME, |time| 1e3 * time);
-    let message = stderr(&case.identify(&[]));
-    assert!(
-        message.contains("(time-unit); in the experiment file: [log] time_ms = \"t_s\""),
-        "{message}"
-    );
+    case.identify(&[])
+        .tells(&["(time-unit); in the experiment file: [log] time_ms = \"t_s\""]);
     let case = case.replace("time_s             = \"t_s\"", "time_ms = \"t_s\"");
-    let output = case.identify(&["--json"]);
-    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let period = json["log"]["period_s"].as_f64().unwrap();
+    let json = case.identify(&["--json"]).json();
+    let period = f64_of(&json["log"]["period_s"]);
     assert!((period - 1e-3).abs() < 1e-12);
     assert_eq!(json["results"][0]["verdict"], "good");
 }
@@ -351,18 +307,16 @@ fn time_in_milliseconds() {
 #[test]
 fn files_that_are_something_else() {
     let case = Case::new();
-    let output = sprung(&[
-        "identify",
-        case.path("identification.csv").to_str().unwrap(),
-    ]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("is a log, not an experiment file; give the experiment file"));
-    let text = std::fs::read_to_string(case.path("identification.csv")).unwrap();
+    sprung(&["identify", &case.at("identification.csv")])
+        .ends(2)
+        .tells(&["is a log, not an experiment file; give the experiment file"]);
+    let text = case.read("identification.csv");
     let glued = text.replace(',', "/");
-    std::fs::write(case.path("identification.csv"), glued).unwrap();
+    case.write("identification.csv", glued);
     case.fails(3, &["has no column \"t_s\"; its columns are t_s/q1_rad"]);
     let fresh = Case::new();
-    let output = sprung(&["validate", fresh.path("experiment.toml").to_str().unwrap()]);
-    assert_eq!(output.status.code(), Some(4));
-    assert!(stderr(&output).contains("run sprung identify first"));
+    fresh
+        .run("validate", &[])
+        .ends(4)
+        .tells(&["run sprung identify first"]);
 }

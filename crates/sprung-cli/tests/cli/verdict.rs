@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use crate::arm;
-use crate::common::{Case, demo, sprung, stderr, stdout};
+use crate::common::{Case, contains, demo, list_of, str_of};
 
 /// The decision on stdout: the last line, or the last but one above the codes of the findings.
 fn last(text: &str) -> &str {
@@ -18,21 +18,21 @@ fn last(text: &str) -> &str {
 #[test]
 fn the_last_line_is_the_decision() {
     let output = Case::new().identify(&["--color=always"]);
-    let text = stdout(&output);
+    let text = &output.out;
     let start = "\u{1b}[1;32mGood\u{1b}[0m: on a new experiment of this kind the model is expected to \
                  predict the motor torques with errors of ";
-    assert!(last(&text).starts_with(start), "{text}");
-    assert!(last(&text).ends_with(" % (root mean squares)."), "{text}");
+    assert!(last(text).starts_with(start), "{text}");
+    assert!(last(text).ends_with(" % (root mean squares)."), "{text}");
     // No other line repeats the reasons.
     assert_eq!(text.matches("least-squares: ").count(), 1, "{text}");
 
     let output = Case::new().identify(&["--set", "identify.estimator=[\"lsff\"]"]);
-    let text = stdout(&output);
+    let text = &output.out;
     assert!(
-        last(&text).starts_with("Doubtful: on a new experiment"),
+        last(text).starts_with("Doubtful: on a new experiment"),
         "{text}"
     );
-    assert!(last(&text).contains(". Do not use "), "{text}");
+    assert!(last(text).contains(". Do not use "), "{text}");
 }
 
 #[test]
@@ -40,12 +40,12 @@ fn the_decision_is_in_the_file_and_begins_the_report() {
     let out = demo().join("sprung-out");
     let text = std::fs::read_to_string(out.join("identification.json")).unwrap();
     let json: Value = serde_json::from_str(&text).unwrap();
-    let results = json["results"].as_array().unwrap();
+    let results = list_of(&json["results"]);
     let decisions: Vec<&Value> = results.iter().map(|result| &result["decision"]).collect();
-    assert_eq!(decisions[0]["findings"].as_array().unwrap().len(), 0);
-    let codes = decisions[2]["findings"].as_array().unwrap();
+    assert_eq!(list_of(&decisions[0]["findings"]).len(), 0);
+    let codes = list_of(&decisions[2]["findings"]);
     assert!(codes.contains(&"impossible-robot".into()), "{codes:?}");
-    let parameters = decisions[2]["parameters"].as_array().unwrap();
+    let parameters = list_of(&decisions[2]["parameters"]);
     assert!(
         parameters.contains(&"joint2.link_viscous".into()),
         "{parameters:?}"
@@ -55,15 +55,12 @@ fn the_decision_is_in_the_file_and_begins_the_report() {
     let (_, after) = report.split_once("<p class=\"summary\">").unwrap();
     let (summary, rest) = after.split_once("</p>").unwrap();
     assert!(
-        summary.starts_with(decisions[0]["sentence"].as_str().unwrap()),
+        summary.starts_with(str_of(&decisions[0]["sentence"])),
         "{summary}"
     );
-    assert!(
-        summary.contains("The promise is kept: in prediction no error"),
-        "{summary}"
-    );
-    assert!(rest.contains("<section id=\"parameters\">"));
-    let other = decisions[2]["sentence"].as_str().unwrap();
+    contains(summary, &["The promise is kept: in prediction no error"]);
+    contains(rest, &["<section id=\"parameters\">"]);
+    let other = str_of(&decisions[2]["sentence"]);
     assert!(rest.contains(&format!("About lsff: {other}")), "{other}");
 }
 
@@ -71,15 +68,15 @@ fn the_decision_is_in_the_file_and_begins_the_report() {
 fn a_serious_finding_is_named_in_the_decision() {
     let case = Case::new().column(5, |torque| -torque);
     let output = case.identify(&["--set", "identify.on_check_error=go-on"]);
-    let text = stdout(&output);
-    println!("{}", stderr(&output));
-    assert_eq!(output.status.code(), Some(1), "{text}");
+    let text = &output.out;
+    println!("{}", output.err);
+    output.ends(1);
     assert!(
-        last(&text).contains(" Do not use the values, because "),
+        last(text).contains(" Do not use the values, because "),
         "{text}"
     );
-    assert!(last(&text).contains("the sign of a torque is reversed"));
-    assert!(text.contains("\ndecided by: reversed-torque"), "{text}");
+    assert!(last(text).contains("the sign of a torque is reversed"));
+    contains(text, &["\ndecided by: reversed-torque"]);
 }
 
 #[test]
@@ -102,19 +99,17 @@ fn a_payload_of_an_arm_is_named_with_its_mass() {
         "[simulate]",
         "[[validate]]\nname = \"second\"\nlog = { file = \"second.csv\" }\n[simulate]",
     );
-    std::fs::write(case.path("heavy.urdf"), heavy).unwrap();
-    let experiment = case.path("experiment.toml");
-    let experiment = experiment.to_str().unwrap();
-    assert!(case.identify(&["-q"]).status.success());
+    case.write("heavy.urdf", heavy);
+    case.identify(&["-q"]).ends(0);
     let mut said = Vec::new();
     for more in [
         &["--set", "simulate.seed=3"][..],
         &["--set", "robot.urdf=heavy.urdf"],
     ] {
         case.record("second.csv", more);
-        let output = sprung(&["validate", experiment]);
-        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-        said.push((last(&stdout(&output)).to_owned(), stderr(&output)));
+        let output = case.run("validate", &[]);
+        output.ends(0);
+        said.push((last(&output.out).to_owned(), output.err));
     }
     let [(kept, nothing), (broken, message)] = &said[..] else {
         panic!("{said:?}");
@@ -140,17 +135,18 @@ fn a_payload_of_an_arm_is_named_with_its_mass() {
 #[test]
 fn parameters_of_a_file_promise_nothing() {
     let case = Case::new();
-    let experiment = case.path("experiment.toml");
-    let truth = case.path("truth.toml");
-    let output = sprung(&[
-        "validate",
-        experiment.to_str().unwrap(),
-        "--parameters",
-        truth.to_str().unwrap(),
-        "--set",
-        "validate=[{name=\"direct\"}]",
-    ]);
-    let text = stdout(&output);
+    let truth = case.at("truth.toml");
+    let text = case
+        .run(
+            "validate",
+            &[
+                "--parameters",
+                &truth,
+                "--set",
+                "validate=[{name=\"direct\"}]",
+            ],
+        )
+        .out;
     assert!(
         last(&text).starts_with("There is no promise to prove"),
         "{text}"

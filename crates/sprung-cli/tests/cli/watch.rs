@@ -1,12 +1,11 @@
 //! `sprung watch`: contacts, changes and blind sensors of the demo.
 
 use std::io::Write;
-use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
-use crate::common::{Case, sprung, stderr, stdout};
+use crate::common::{Case, Ran, contains, each, f64_of, list_of, program, str_of};
 
 /// The demo, identified by least squares.
 fn identified() -> Case {
@@ -20,8 +19,7 @@ fn identified_as(case: Case) -> Case {
         &["simulate.duration_s=20.0", "simulate.seed=3"],
     );
     let case = case.replace("identification.csv", "healthy.csv");
-    let output = case.identify(&["-q"]);
-    assert!(output.status.success(), "{}", stderr(&output));
+    case.identify(&["-q"]).ends(0);
     case
 }
 
@@ -32,28 +30,25 @@ fn record(case: &Case, log: &str, settings: &[&str]) {
 }
 
 /// Watches logs; returns the output and `watch.json`.
-fn watched(case: &Case, logs: &[&str], more: &[&str]) -> (Output, Value) {
-    let mut args = vec![
-        "watch".to_owned(),
-        case.path("experiment.toml").display().to_string(),
-    ];
-    for log in logs {
-        args.extend(["--log".to_owned(), case.path(log).display().to_string()]);
-    }
-    args.extend(more.iter().map(|word| (*word).to_owned()));
-    let output = sprung(&args.iter().map(String::as_str).collect::<Vec<_>>());
+fn watched(case: &Case, logs: &[&str], more: &[&str]) -> (Ran, Value) {
+    let logs: Vec<String> = logs.iter().map(|log| case.at(log)).collect();
+    let mut args: Vec<&str> = logs.iter().flat_map(|log| ["--log", log]).collect();
+    args.extend(more);
+    let output = case.run("watch", &args);
     let text = std::fs::read_to_string(case.path("sprung-out/watch.json"));
     let json = text.map_or(Value::Null, |text| serde_json::from_str(&text).unwrap());
     (output, json)
 }
 
 fn codes(watch: &Value) -> Vec<&str> {
-    let events = watch["events"].as_array().unwrap();
+    let events = list_of(&watch["events"]);
     events
         .iter()
-        .map(|event| event["finding"]["code"].as_str().unwrap())
+        .map(|event| str_of(&event["finding"]["code"]))
         .collect()
 }
+
+const WATCH: &str = "sprung-out/watch.json";
 
 const LONG: &str = "simulate.duration_s=20.0";
 
@@ -69,13 +64,13 @@ fn contacts_have_time_joint_and_torque_and_a_healthy_log_has_none() {
     ];
     record(&case, "touched.csv", &touched);
     let (output, watch) = watched(&case, &["quiet.csv"], &[]);
-    assert_eq!(output.status.code(), Some(0), "{}", stdout(&output));
+    output.ends(0);
     assert_eq!(codes(&watch), <[&str; 0]>::default());
     let (output, watch) = watched(&case, &["touched.csv"], &[]);
-    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    output.ends(1);
     assert_eq!(codes(&watch), ["contact"; 2]);
-    for (event, begin) in watch["events"].as_array().unwrap().iter().zip([5.0, 12.0]) {
-        let number = |key: &str| event[key].as_f64().unwrap();
+    for (event, begin) in list_of(&watch["events"]).iter().zip([5.0, 12.0]) {
+        let number = |key: &str| f64_of(&event[key]);
         assert_eq!(event["joint"], "joint2");
         assert!(
             (0.0..0.08).contains(&(number("begins_s") - begin)),
@@ -83,26 +78,22 @@ fn contacts_have_time_joint_and_torque_and_a_healthy_log_has_none() {
         );
         assert!((-0.07..-0.05).contains(&number("torque_nm")), "{event}");
     }
-    let text = stdout(&output);
-    assert!(
-        text.contains("joint2: from 5.0") && text.contains("(contact)"),
-        "{text}"
-    );
-    let html = std::fs::read_to_string(case.path("sprung-out/watch.html")).unwrap();
-    assert!(html.contains("something happened"));
+    let text = &output.out;
+    contains(text, &["joint2: from 5.0", "(contact)"]);
+    contains(&case.read("sprung-out/watch.html"), &["something happened"]);
 }
 
 #[test]
 fn changes_of_friction_and_stiffness_are_named_with_their_size() {
     let case = identified();
-    let truth = std::fs::read_to_string(case.path("truth.toml")).unwrap();
+    let truth = case.read("truth.toml");
     let changed = |from: &str, to: &str| truth.replace(from, to);
     let friction = changed("8.435283", "9.278811").replace("1.360210", "1.496231");
     for (text, code, parameter) in [
         (friction, "friction-changed", "joint1.motor_viscous"),
         (changed("4.212811", "4.0022"), "stiffness-changed", "→ 4.0"),
     ] {
-        std::fs::write(case.path("worn.toml"), text).unwrap();
+        case.write("worn.toml", text);
         let log = format!("{code}.csv");
         let words = [
             LONG,
@@ -115,10 +106,7 @@ fn changes_of_friction_and_stiffness_are_named_with_their_size() {
         let (_, watch) = watched(&case, &[&log], &[]);
         assert_eq!(codes(&watch), [code], "{watch:#}");
         let finding = &watch["events"][0]["finding"];
-        assert!(
-            finding["text"].as_str().unwrap().contains(parameter),
-            "{finding}"
-        );
+        contains(str_of(&finding["text"]), &[parameter]);
     }
 }
 
@@ -126,7 +114,7 @@ fn changes_of_friction_and_stiffness_are_named_with_their_size() {
 fn a_frozen_encoder_is_blind_and_no_contact() {
     let case = identified();
     record(&case, "frozen.csv", &[LONG, "simulate.seed=4"]);
-    let text = std::fs::read_to_string(case.path("frozen.csv")).unwrap();
+    let text = case.read("frozen.csv");
     let mut kept = String::new();
     let lines: Vec<String> = (text.lines().enumerate())
         .map(|(k, line)| {
@@ -141,29 +129,20 @@ fn a_frozen_encoder_is_blind_and_no_contact() {
             line.to_owned()
         })
         .collect();
-    std::fs::write(case.path("frozen.csv"), lines.join("\n")).unwrap();
+    case.write("frozen.csv", lines.join("\n"));
     let (_, watch) = watched(&case, &["frozen.csv"], &[]);
     assert_eq!(codes(&watch), ["sensor-shows-nothing"], "{watch:#}");
     let event = &watch["events"][0];
-    assert!(
-        event["finding"]["text"]
-            .as_str()
-            .unwrap()
-            .contains("q1_rad"),
-        "{event}"
-    );
-    assert!(
-        (event["begins_s"].as_f64().unwrap() - 8.0).abs() < 0.05,
-        "{event}"
-    );
-    assert!(watch["logs"][0]["blind_s"].as_f64().unwrap() > 1.9);
+    contains(str_of(&event["finding"]["text"]), &["q1_rad"]);
+    assert!((f64_of(&event["begins_s"]) - 8.0).abs() < 0.05, "{event}");
+    assert!(f64_of(&watch["logs"][0]["blind_s"]) > 1.9);
 }
 
 #[test]
 fn a_saturated_torque_and_a_gap_are_blind() {
     let case = identified();
     record(&case, "whole.csv", &[LONG, "simulate.seed=4"]);
-    let text = std::fs::read_to_string(case.path("whole.csv")).unwrap();
+    let text = case.read("whole.csv");
     let torque = |line: &str| line.split(',').nth(5).unwrap().parse::<f64>().ok();
     let largest = text.lines().filter_map(torque).fold(0.0, f64::max);
     let clipped = |line: &str| match torque(line) {
@@ -181,7 +160,7 @@ fn a_saturated_torque_and_a_gap_are_blind() {
         ("saturated.csv", saturated, "tau1_nm"),
         ("broken.csv", broken, "no samples from 8.00 to 9.00 s"),
     ] {
-        std::fs::write(case.path(log), lines.join("\n")).unwrap();
+        case.write(log, lines.join("\n"));
         let (_, watch) = watched(&case, &[log], &[]);
         let codes = codes(&watch);
         assert!(!codes.is_empty(), "{log}");
@@ -189,30 +168,25 @@ fn a_saturated_torque_and_a_gap_are_blind() {
             codes.iter().all(|code| *code == "sensor-shows-nothing"),
             "{watch:#}"
         );
-        let text = watch["events"][0]["finding"]["text"].as_str().unwrap();
-        assert!(text.contains(part), "{text}");
+        contains(str_of(&watch["events"][0]["finding"]["text"]), &[part]);
     }
 }
 
 #[test]
 fn unusable_values_are_refused_unless_they_are_accepted_and_the_code_says_so() {
     let case = identified();
-    let file = case.path("sprung-out/identification.json");
-    let text = std::fs::read_to_string(&file).unwrap();
-    let found: Value = serde_json::from_str(&text).unwrap();
-    let verdict = found["results"][0]["verdict"].as_str().unwrap();
+    let file = "sprung-out/identification.json";
+    let (text, found) = (case.read(file), case.json(file));
+    let verdict = str_of(&found["results"][0]["verdict"]);
     let [from, to] = [verdict, "unusable"].map(|verdict| format!("\"verdict\": \"{verdict}\""));
-    std::fs::write(&file, text.replacen(&from, &to, 1)).unwrap();
+    case.write(file, text.replacen(&from, &to, 1));
     let (output, _) = watched(&case, &["healthy.csv"], &[]);
-    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     let told = "the verdict on the result of least-squares is unusable";
-    assert!(stderr(&output).contains(told), "{}", stderr(&output));
+    output.ends(2).tells(&[told]);
     let (output, watch) = watched(&case, &["healthy.csv"], &["--accept-unusable"]);
-    assert_eq!(watch["accepted_unusable"], true, "{}", stderr(&output));
-    let output = exported(&case, "c", &case.path("sprung-out/watch.json"));
-    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
-    let header = std::fs::read_to_string(case.path("code/robot.h")).unwrap();
-    assert!(header.contains("unusable"), "{header}");
+    assert_eq!(watch["accepted_unusable"], true, "{}", output.err);
+    exported(&case, "c", WATCH).ends(1);
+    contains(&case.read("code/robot.h"), &["unusable"]);
 }
 
 /// Returns the first block of a language in the page about watching.
@@ -227,22 +201,8 @@ fn block_of_the_page(language: &str) -> String {
 fn the_examples_of_the_page_compile_with_the_code() {
     let case = identified();
     watched(&case, &[], &[]);
-    let experiment = case.path("experiment.toml").display().to_string();
-    let (watch, out) = (case.path("sprung-out/watch.json"), case.path("code"));
-    let (watch, out) = (watch.display().to_string(), out.display().to_string());
-    let words = [
-        "export",
-        &experiment,
-        "--format",
-        "c",
-        "--watch",
-        &watch,
-        "--out",
-        &out,
-    ];
-    let output = sprung(&words);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let header = std::fs::read_to_string(case.path("code/robot.h")).unwrap();
+    exported(&case, "c", WATCH).ends(0);
+    let header = case.read("code/robot.h");
     let prefix = header
         .split("struct ")
         .nth(1)
@@ -255,19 +215,18 @@ fn the_examples_of_the_page_compile_with_the_code() {
         let text = block_of_the_page(language)
             .replace("my_arm", &prefix)
             .replace("MY_ARM", &prefix.to_uppercase());
-        std::fs::write(case.path("code").join(file), text).unwrap();
+        case.write(&format!("code/{file}"), text);
         let built = Command::new(compiler)
             .args(["-Wall", "-Wextra", "-Werror", "-c", file, "-o", "example.o"])
             .current_dir(case.path("code"))
-            .output()
-            .unwrap();
-        assert!(built.status.success(), "{}", stderr(&built));
+            .output();
+        Ran::from(&built.unwrap()).ends(0);
     }
 }
 
 /// Watches bytes on standard input.
-fn piped(case: &Case, bytes: &[u8]) -> Output {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_sprung"))
+fn piped(case: &Case, bytes: &[u8]) -> Ran {
+    let mut child = program()
         .args(["watch", "--log", "-"])
         .arg(case.path("experiment.toml"))
         .stdin(Stdio::piped())
@@ -279,7 +238,7 @@ fn piped(case: &Case, bytes: &[u8]) -> Output {
     // A program that refuses its input closes it.
     let _ = input.write_all(bytes);
     drop(input);
-    child.wait_with_output().unwrap()
+    Ran::from(&child.wait_with_output().unwrap())
 }
 
 #[test]
@@ -294,29 +253,18 @@ fn standard_input_folders_and_growing_files_have_the_events_of_the_file() {
     record(&case, "touched.csv", &touched);
     let bytes = std::fs::read(case.path("touched.csv")).unwrap();
     let (output, watch) = watched(&case, &["touched.csv"], &[]);
-    assert_eq!(codes(&watch), ["contact"], "{}", stderr(&output));
-    let line = stdout(&output).lines().next().unwrap().to_owned();
+    assert_eq!(codes(&watch), ["contact"], "{}", output.err);
+    let line = output.out.lines().next().unwrap().to_owned();
     let event = line.split_once("joint1").unwrap().1.to_owned();
-    let piped_output = piped(&case, &bytes);
-    assert_eq!(
-        piped_output.status.code(),
-        Some(1),
-        "{}",
-        stderr(&piped_output)
-    );
-    assert!(
-        stdout(&piped_output).contains(&event),
-        "{}",
-        stdout(&piped_output)
-    );
+    piped(&case, &bytes).ends(1).prints(&[&event]);
 
     std::fs::create_dir(case.path("logs")).unwrap();
     std::fs::copy(case.path("touched.csv"), case.path("logs/b.csv")).unwrap();
     std::fs::copy(case.path("healthy.csv"), case.path("logs/a.csv")).unwrap();
     let (_, watch) = watched(&case, &["logs"], &[]);
     assert_eq!(codes(&watch), ["contact"]);
-    let logs = watch["logs"].as_array().unwrap();
-    assert!(logs[0]["log"].as_str().unwrap().ends_with("a.csv"));
+    let logs = list_of(&watch["logs"]);
+    assert!(str_of(&logs[0]["log"]).ends_with("a.csv"));
 
     let growing = case.path("growing.csv");
     let (first, second) = bytes.split_at(bytes.len() / 3);
@@ -337,8 +285,7 @@ fn what_cannot_be_watched_is_refused() {
     let case = identified();
     let refused = |logs: &[&str], more: &[&str], code: i32, part: &str| {
         let (output, _) = watched(&case, logs, more);
-        assert_eq!(output.status.code(), Some(code), "{}", stderr(&output));
-        assert!(stderr(&output).contains(part), "{}", stderr(&output));
+        output.ends(code).tells(&[part]);
     };
     refused(&["missing.csv"], &[], 4, "missing.csv");
     refused(
@@ -351,30 +298,28 @@ fn what_cannot_be_watched_is_refused() {
     refused(&["slow.csv"], &[], 3, "500 samples per second");
     std::fs::create_dir(case.path("empty")).unwrap();
     refused(&["empty"], &[], 4, "has no files");
-    let output = piped(&case, b"PK\x03\x04 no stream");
-    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+    piped(&case, b"PK\x03\x04 no stream").ends(3);
 }
 
 /// Exports code with a watch.
-fn exported(case: &Case, format: &str, watch: &Path) -> Output {
-    let [experiment, watch, out] = [&case.path("experiment.toml"), watch, &case.path("code")]
-        .map(|path| path.display().to_string());
-    let words = ["export", &experiment, "--format", format, "--watch", &watch];
-    sprung(&[&words[..], &["--out", &out, "--force"]].concat())
+fn exported(case: &Case, format: &str, watch: &str) -> Ran {
+    let (watch, out) = (case.at(watch), case.at("code"));
+    let words = ["--format", format, "--watch", &watch, "--out", &out];
+    case.run("export", &[&words[..], &["--force"]].concat())
 }
 
 /// Compiles exported Rust and runs its test.
 #[track_caller]
 fn assert_self_test(case: &Case) {
-    let built = Command::new("rustc")
-        .args(["--edition", "2024", "--test", "robot.rs", "-o", "robot"])
-        .args(["-D", "warnings"])
-        .current_dir(case.path("code"))
-        .output()
-        .unwrap();
-    assert!(built.status.success(), "{}", stderr(&built));
-    let run = Command::new(case.path("code/robot")).output().unwrap();
-    assert!(run.status.success(), "{}", stdout(&run));
+    let built = Ran::of(
+        Command::new("rustc")
+            .args(["--edition", "2024", "--test", "robot.rs", "-o", "robot"])
+            .args(["-D", "warnings"])
+            .current_dir(case.path("code")),
+    );
+    built.ends(0);
+    let run = Ran::of(&mut Command::new(case.path("code/robot")));
+    run.ends(0);
 }
 
 #[test]
@@ -393,13 +338,10 @@ fn torque_sensors_show_contacts_and_the_code_reads_them() {
     ];
     record(&case, "touched.csv", &touched);
     let (output, watch) = watched(&case, &["touched.csv"], &[]);
-    assert_eq!(codes(&watch), ["contact"], "{}", stderr(&output));
+    assert_eq!(codes(&watch), ["contact"], "{}", output.err);
     assert_eq!(watch["events"][0]["joint"], "joint2");
-    let watch = case.path("sprung-out/watch.json");
-    let output = exported(&case, "rust", &watch);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let code = std::fs::read_to_string(case.path("code/robot.rs")).unwrap();
-    assert!(code.contains("sensor_nm: &Vector"));
+    exported(&case, "rust", WATCH).ends(0);
+    contains(&case.read("code/robot.rs"), &["sensor_nm: &Vector"]);
     assert_self_test(&case);
 }
 
@@ -407,51 +349,22 @@ fn torque_sensors_show_contacts_and_the_code_reads_them() {
 fn the_observer_of_the_code_has_the_torques_of_the_library() {
     let case = identified();
     let (output, _) = watched(&case, &[], &[]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    assert!(
-        stdout(&output).contains("No log was watched"),
-        "{}",
-        stdout(&output)
-    );
-    let export = |format: &str, watch: &Path| exported(&case, format, watch);
-    let watch = case.path("sprung-out/watch.json");
-    let output = export("rust", &watch);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    assert!(stdout(&output).contains("observer"), "{}", stdout(&output));
+    output.ends(0).prints(&["No log was watched"]);
+    let export = |format: &str, watch: &str| exported(&case, format, watch);
+    export("rust", WATCH).ends(0).prints(&["observer"]);
     assert_self_test(&case);
-    let refused = export("urdf", &watch);
-    assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
-    assert!(stderr(&refused).contains("no code"), "{}", stderr(&refused));
-    let text = std::fs::read_to_string(&watch).unwrap();
-    for (from, to, part) in [
-        (
-            "\"period_s\": 0.001",
-            "\"period_s\": 1e-300",
-            "settle in more than",
-        ),
-        (
-            "\"period_s\": 0.001",
-            "\"period_s\": -1.0",
-            "not a positive number",
-        ),
-        (
-            "\"robot\": \"Quanser",
-            "\"robot\": \"Other",
-            "the watch is of",
-        ),
-    ] {
-        assert!(text.contains(from), "{text}");
-        let wrong = case.path("wrong.json");
-        std::fs::write(&wrong, text.replace(from, to)).unwrap();
-        let refused = export("c", &wrong);
-        assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
-        assert!(stderr(&refused).contains(part), "{}", stderr(&refused));
-    }
-    let refused = export("c", &case.path("truth.toml"));
-    assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
-    assert!(
-        stderr(&refused).contains("no watch.json"),
-        "{}",
-        stderr(&refused)
-    );
+    export("urdf", WATCH).ends(2).tells(&["no code"]);
+    let text = case.read(WATCH);
+    #[rustfmt::skip]
+    let rows = [
+        ("\"period_s\": 0.001", "\"period_s\": 1e-300", "settle in more than"),
+        ("\"period_s\": 0.001", "\"period_s\": -1.0", "not a positive number"),
+        ("\"robot\": \"Quanser", "\"robot\": \"Other", "the watch is of"),
+    ];
+    each(rows, |(from, to, part)| {
+        contains(&text, &[from]);
+        case.write("wrong.json", text.replace(from, to));
+        export("c", "wrong.json").ends(2).tells(&[part]);
+    });
+    export("c", "truth.toml").ends(2).tells(&["no watch.json"]);
 }

@@ -4,12 +4,10 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 use sprung_base::finding::Finding;
-use sprung_base::progress::Unheard;
-use sprung_method::estimate::identify;
 use sprung_model::Model;
 use sprung_robot::{Experiment, Laws};
 
-use crate::in_memory::with_source;
+use crate::logs::identify_log;
 use crate::twin::{Demo, Table};
 use crate::{faults, going_on, report};
 
@@ -51,9 +49,7 @@ fn identified(experiment: &Experiment, table: &Table) -> Option<BTreeSet<String>
     experiment.identify.laws = Laws::Declared;
     let experiment = &experiment;
     let model = Model::new(experiment).unwrap();
-    let found = with_source(&table.csv(), |source| {
-        identify(experiment, &model, &mut [source], &mut Unheard)
-    });
+    let found = identify_log(experiment, &model, &table.csv());
     found
         .ok()
         .map(|found| words(&found.identification.findings))

@@ -1,12 +1,11 @@
 //! Estimated delays, accurate to a fraction of a sample.
 
-use sprung_base::progress::Unheard;
-use sprung_method::estimate::{Identification, identify};
+use sprung_method::estimate::Identification;
 use sprung_method::unknowns::UnknownStatus;
 use sprung_model::Model;
 use sprung_robot::{Delay, Estimator};
 
-use super::in_memory::with_source;
+use super::logs::identify_log;
 use super::twin::Demo;
 
 /// A column that is late by a number of samples.
@@ -33,9 +32,7 @@ fn late(late: &[Late<'_>]) -> Identification {
     for column in &mut table.columns {
         column.truncate(5000);
     }
-    let found = with_source(&table.csv(), |source| {
-        identify(&experiment, &model, &mut [source], &mut Unheard)
-    });
+    let found = identify_log(&experiment, &model, &table.csv());
     found.unwrap().identification
 }
 

@@ -1,13 +1,12 @@
 //! Estimated signs and gains.
 
-use sprung_base::progress::Unheard;
-use sprung_method::estimate::identify;
 use sprung_method::prepare::{FactorError, Factors, find_factors};
 use sprung_model::Model;
 use sprung_robot::{Delay, Experiment, Factor};
-use sprung_testing::largest_of_normals;
+use sprung_testing::{contains, largest_of_normals};
 
 use super::in_memory::with_source;
+use super::logs::{identify_log, named};
 use super::twin::{Demo, Table};
 
 const COLUMNS: [&str; 6] = [
@@ -96,17 +95,14 @@ fn signs_that_a_log_does_not_tell_are_refused() {
     let table = demo.table(1, 1.0);
     let all = asked(&demo.experiment, &["q1_rad", "phi1_rad", "tau1_nm"], &[]);
     let error = find(&all, &table).unwrap_err().to_string();
-    assert!(error.contains("reversing all of them"), "{error}");
+    contains(&error, &["reversing all of them"]);
     let mut still = table;
     for column in [0, 2, 4] {
         still.columns[column].fill(0.0);
     }
     let one = asked(&demo.experiment, &["tau1_nm"], &[]);
     let error = find(&one, &still).unwrap_err().to_string();
-    assert!(
-        error.contains("\"tau1_nm\" cannot be determined"),
-        "{error}"
-    );
+    contains(&error, &["\"tau1_nm\" cannot be determined"]);
 }
 
 #[test]
@@ -122,9 +118,7 @@ fn a_log_that_least_squares_leave_unexplained_is_not_refined_by_default() {
     for (k, tau) in torque.iter_mut().enumerate() {
         *tau += 0.5 * rms * (0.031 * k as f64).sin();
     }
-    let found = with_source(&table.csv(), |source| {
-        identify(&experiment, &model, &mut [source], &mut Unheard)
-    });
+    let found = identify_log(&experiment, &model, &table.csv());
     let results = found.unwrap().identification.results;
     let used: Vec<&str> = results.iter().map(|one| one.estimator.as_str()).collect();
     assert_eq!(used, ["least-squares"]);
@@ -136,9 +130,7 @@ fn gain(experiment: &Experiment, table: &Table, column: &str) -> Result<[f64; 2]
     let mut experiment = asked(experiment, &[], &[column]);
     experiment.identify.estimator = vec![sprung_robot::Estimator::LeastSquares];
     let model = Model::new(&experiment).unwrap();
-    let found = with_source(&table.csv(), |source| {
-        identify(&experiment, &model, &mut [source], &mut Unheard)
-    });
+    let found = identify_log(&experiment, &model, &table.csv());
     let found = found.map_err(|error| error.to_string())?.identification;
     let gain = found.log.gain[column];
     Ok([gain.value, gain.standard_error])
@@ -183,7 +175,7 @@ fn gains_of_all_torques_need_something_known() {
     let error = find(&experiment, &demo.table(1, 1.0))
         .unwrap_err()
         .to_string();
-    assert!(error.contains("all parameters of joint1 scale"), "{error}");
+    contains(&error, &["all parameters of joint1 scale"]);
 }
 
 #[test]
@@ -201,7 +193,7 @@ fn a_gain_is_refused_without_link_encoders_and_with_other_meanings_of_columns() 
     let mut exchanged = table;
     exchanged.columns.swap(4, 5);
     let error = gain(&demo.experiment, &exchanged, "q2_rad").unwrap_err();
-    assert!(error.contains("\"q2_rad\" cannot be estimated"), "{error}");
+    contains(&error, &["\"q2_rad\" cannot be estimated"]);
 }
 
 #[test]
@@ -211,7 +203,7 @@ fn two_gains_of_one_joint_are_refused() {
     let error = find(&experiment, &demo.table(1, 1.0))
         .unwrap_err()
         .to_string();
-    assert!(error.contains("one of the two must be known"), "{error}");
+    contains(&error, &["one of the two must be known"]);
 }
 
 #[test]
@@ -221,17 +213,15 @@ fn an_identification_says_what_it_found() {
     experiment.identify.estimator = vec![sprung_robot::Estimator::LeastSquares];
     let model = Model::new(&experiment).unwrap();
     let table = times(&times(&demo.table(1, 1.0), 4, -1.0), 1, 1.1);
-    let found = with_source(&table.csv(), |source| {
-        identify(&experiment, &model, &mut [source], &mut Unheard)
-    });
+    let found = identify_log(&experiment, &model, &table.csv());
     let found = found.unwrap().identification;
     assert_eq!(found.log.signs()["tau1_nm"].to_bits(), (-1.0_f64).to_bits());
     let gain = found.log.gain["q2_rad"];
     let off = 1.1 * gain.value - 1.0;
     assert!(off.abs() < 4.0 * 1.1 * gain.standard_error, "{gain:?}");
     for code in ["sign-estimated", "gain-estimated"] {
-        let finding = found.findings.iter().find(|finding| finding.code == code);
-        let evidence = finding.unwrap().evidence.as_ref().unwrap();
+        let finding = named(&found.findings, code);
+        let evidence = finding.evidence.as_ref().unwrap();
         assert_eq!(evidence.file, "log");
     }
     let stiffness = found.results[0].values()["joint1.stiffness"];

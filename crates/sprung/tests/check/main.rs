@@ -11,6 +11,8 @@ mod unknowns;
 mod faults;
 #[path = "../twin/in_memory.rs"]
 mod in_memory;
+#[path = "../twin/logs.rs"]
+mod logs;
 #[path = "../../benches/faults/twin.rs"]
 mod twin;
 
@@ -18,15 +20,15 @@ use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
 use faults::{Fault, KINDS, Kind};
-use in_memory::with_source;
+use logs::{check_log, identify_log, named};
 use rayon::prelude::*;
 use sprung_base::finding::Severity;
-use sprung_base::progress::Unheard;
-use sprung_method::check::{CheckReport, check};
-use sprung_method::estimate::{IdentifyError, identify};
+use sprung_method::check::CheckReport;
+use sprung_method::estimate::IdentifyError;
 use sprung_method::unknowns::UnknownStatus;
 use sprung_model::Model;
 use sprung_robot::{Estimator, Experiment, OnCheckError};
+use sprung_testing::contains;
 use twin::{Demo, Table};
 
 /// Percent of a torque's variance that a good model explains: all but a fifth, root mean square.
@@ -34,11 +36,7 @@ const EXPLAINED: f64 = 96.0;
 
 fn report(experiment: &Experiment, table: &Table) -> CheckReport {
     let model = Model::new(experiment).unwrap();
-    with_source(&table.csv(), |source| {
-        check(experiment, &model, &mut [source], &mut Unheard)
-    })
-    .unwrap()
-    .report
+    check_log(experiment, &model, &table.csv())
 }
 
 #[test]
@@ -87,8 +85,8 @@ fn an_encoder_that_lost_its_zero_is_noted() {
         *phi2 += 1.5;
     }
     let report = report(&demo.experiment, &table);
-    let found = (report.findings.iter()).find(|finding| finding.code == "zeros-apart");
-    let evidence = found.unwrap().evidence.as_ref().unwrap();
+    let found = named(&report.findings, "zeros-apart");
+    let evidence = found.evidence.as_ref().unwrap();
     assert_eq!(evidence.column.as_deref(), Some("q2_rad"));
     // The inertia beyond the spring at 3° and 1 Hz deflects it by this angle.
     let inertia = 0.013_163 + 0.017_580;
@@ -185,21 +183,15 @@ fn a_time_in_another_unit_is_refused_with_the_line_that_mends_it() {
         let mut table = demo.table(1, 1.0);
         table.time.iter_mut().for_each(|time| *time *= size);
         let report = report(&experiment, &table);
-        let found = (report.findings.iter()).find(|finding| finding.code == "time-unit");
-        let found = found.unwrap_or_else(|| panic!("{size}: {report:#?}"));
+        let found = named(&report.findings, "time-unit");
         assert_eq!(found.severity, Severity::Error);
         let setting = found.setting.as_deref();
         assert_eq!(setting, Some(&*format!("[log] {line} = \"t_s\"")));
         assert!(report.refused);
         let model = Model::new(&experiment).unwrap();
-        let refused = with_source(&table.csv(), |source| {
-            identify(&experiment, &model, &mut [source], &mut Unheard)
-        });
+        let refused = identify_log(&experiment, &model, &table.csv());
         let text = refused.unwrap_err().to_string();
-        assert!(
-            text.contains("(time-unit); in the experiment file"),
-            "{text}"
-        );
+        contains(&text, &["(time-unit); in the experiment file"]);
     }
 }
 
@@ -213,8 +205,7 @@ fn the_only_unknown(report: &CheckReport, code: &str, kind: &str, column: &str) 
     let size = unknown.value.abs();
     assert!(size > 5.0 * unknown.standard_error, "{unknown:?}");
     // A correction needs no warning.
-    let found = (report.findings.iter()).find(|finding| finding.code == code);
-    let found = found.unwrap_or_else(|| panic!("{:#?}", report.findings));
+    let found = named(&report.findings, code);
     assert_eq!(found.severity, Severity::Info);
     let evidence = found.evidence.as_ref().unwrap();
     assert_eq!(evidence.column.as_deref(), Some(column));
@@ -262,16 +253,12 @@ fn identify_refuses_what_the_check_refuses() {
     let mut experiment = demo.experiment.clone();
     experiment.identify.estimator = vec![Estimator::LeastSquares];
     let model = Model::new(&experiment).unwrap();
-    let run = |experiment: &Experiment| {
-        with_source(&table.csv(), |source| {
-            identify(experiment, &model, &mut [source], &mut Unheard)
-        })
-    };
+    let run = |experiment: &Experiment| identify_log(experiment, &model, &table.csv());
     let refused = run(&experiment).unwrap_err();
     assert!(matches!(refused, IdentifyError::Refused(_)), "{refused}");
     let text = refused.to_string();
-    assert!(text.contains("sign = { \"tau1_nm\" = -1 }"), "{text}");
-    assert!(text.contains("on_check_error = \"go-on\""), "{text}");
+    contains(&text, &["sign = { \"tau1_nm\" = -1 }"]);
+    contains(&text, &["on_check_error = \"go-on\""]);
     experiment.identify.on_check_error = OnCheckError::GoOn;
     let gone_on = run(&experiment).unwrap().identification;
     let error = gone_on

@@ -1,16 +1,14 @@
 //! Friction that changes with temperature, time and wear.
 
 use std::collections::BTreeMap;
-use std::io::{Cursor, Error, ErrorKind, Result as IoResult};
-use std::path::Path;
 
 use sprung::session::{Parameters, Session};
 use sprung_base::demo;
 use sprung_base::progress::Unheard;
-use sprung_log::Input;
 use sprung_method::estimate::Identification;
+use sprung_testing::contains;
 
-use crate::support::messages;
+use crate::support::{messages, opener, owned, recorded};
 
 /// Changes of the friction of both motors, per kelvin.
 const CHANGES: &str = "\n\"joint1.motor_viscous_per_k\" = -0.12\n\"joint1.motor_coulomb_per_k\" = -0.015\n\
@@ -65,21 +63,12 @@ fn with_truth(
     let first = logs.first().cloned().unwrap_or_default();
     files.insert("identification.csv".to_owned(), first.clone());
     files.insert("validation.csv".to_owned(), first);
-    let open = move |path: &Path| -> IoResult<Box<dyn Input>> {
-        match path.to_str().and_then(|name| files.get(name)) {
-            Some(bytes) => Ok(Box::new(Cursor::new(bytes.clone()))),
-            None => Err(Error::from(ErrorKind::NotFound)),
-        }
-    };
+    let open = opener(files);
     let usual = [
         "identify.estimator=[\"least-squares\"]",
         "simulate.duration_s=30.0",
     ];
-    let overrides: Vec<String> = usual
-        .iter()
-        .chain(more)
-        .map(|text| (*text).to_owned())
-        .collect();
+    let overrides = owned(&[&usual[..], more].concat());
     Session::read("experiment.toml", &experiment(covariates), &overrides, open)
         .map_err(|error| error.to_string())
 }
@@ -89,11 +78,7 @@ fn log(temperatures: [&str; 2]) -> Vec<u8> {
         format!("simulate.temperature_start_c={}", temperatures[0]),
         format!("simulate.temperature_end_c={}", temperatures[1]),
     ];
-    let twin = session(&[], &[&keys[0], &keys[1]]).unwrap();
-    let mut log = Vec::new();
-    let recording = twin.twin(None, None).unwrap();
-    recording.write(&mut log, &mut Unheard).unwrap();
-    log
+    recorded(&session(&[], &[&keys[0], &keys[1]]).unwrap())
 }
 
 fn identified(log: &[u8]) -> Identification {
@@ -238,11 +223,7 @@ fn logs_at_several_temperatures_and_hours_tell_both_effects() {
             "simulate.duration_s=8".to_owned(),
         ];
         let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
-        let twin = with_truth((WORN, WEAR), &[], &keys).unwrap();
-        let mut log = Vec::new();
-        let recording = twin.twin(None, None).unwrap();
-        recording.write(&mut log, &mut Unheard).unwrap();
-        log
+        recorded(&with_truth((WORN, WEAR), &[], &keys).unwrap())
     };
     let logs = [log([25.0, 45.0], 0.0), log([40.0, 20.0], 500.0)];
     let more = [
@@ -284,11 +265,9 @@ fn time_and_temperature_that_rise_together_are_both_named() {
     let mut notes =
         (found.findings.iter()).filter(|finding| finding.code == "covariates-change-together");
     let note = notes.next().unwrap();
-    assert!(
-        note.text
-            .contains("temperature (\"warm1\") and time change together"),
-        "{}",
-        note.text
+    contains(
+        &note.text,
+        &["temperature (\"warm1\") and time change together"],
     );
     assert!(notes.next().is_none());
     let result = &found.results[0];

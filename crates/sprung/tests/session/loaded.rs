@@ -5,6 +5,7 @@ use sprung_base::progress::Unheard;
 use sprung_method::estimate::EstimateResult;
 use sprung_method::validate::RunResult;
 
+use crate::support::recorded;
 use crate::what_works::{ARM, Files, session};
 
 /// 0.3 kg at 0.2 m on the second link, as a body of the twin.
@@ -21,10 +22,7 @@ fn empty_and_loaded() -> Files {
     let mut files = Files::new();
     for (name, overrides) in [("0.csv", &[][..]), ("1.csv", &loaded)] {
         let session = session(&files, ARM, overrides).unwrap();
-        let mut log = Vec::new();
-        let twin = session.twin(None, None).unwrap();
-        twin.write(&mut log, &mut Unheard).unwrap();
-        files.insert(name.to_owned(), log);
+        files.insert(name.to_owned(), recorded(&session));
     }
     files
 }

@@ -3,6 +3,7 @@
 use sprung_base::progress::Unheard;
 use sprung_method::estimate::Identification;
 
+use crate::support::recorded;
 use crate::what_works::{ARM, Files, session};
 
 /// The arm by a URDF without bodies.
@@ -36,11 +37,7 @@ endsolid link
 
 /// A log of the arm.
 fn log() -> Vec<u8> {
-    let mut log = Vec::new();
-    let twin = session(&Files::new(), ARM, &[]).unwrap();
-    let twin = twin.twin(None, None).unwrap();
-    twin.write(&mut log, &mut Unheard).unwrap();
-    log
+    recorded(&session(&Files::new(), ARM, &[]).unwrap())
 }
 
 fn identified(log: &[u8], urdf: &str, constraints: &str) -> Identification {

@@ -1,5 +1,6 @@
 //! The demo's experiment with short logs.
 
+use std::borrow::Borrow;
 use std::collections::BTreeMap;
 use std::io::{Cursor, Error, ErrorKind, Result as IoResult};
 use std::path::{Path, PathBuf};
@@ -46,14 +47,27 @@ pub(crate) fn of_memory(files: Memory, more: &[&str]) -> Session {
     in_memory(files, &[&SHORT[..], more].concat())
 }
 
+/// Opens files in memory.
+pub(crate) fn opener<K: Borrow<str> + Ord>(
+    files: BTreeMap<K, Vec<u8>>,
+) -> impl Fn(&Path) -> IoResult<Box<dyn Input>> {
+    move |path| match path.to_str().and_then(|name| files.get(name)) {
+        Some(bytes) => Ok(Box::new(Cursor::new(bytes.clone()))),
+        None => Err(Error::from(ErrorKind::NotFound)),
+    }
+}
+
+/// Records the log of a session's twin.
+pub(crate) fn recorded(session: &Session) -> Vec<u8> {
+    let mut log = Vec::new();
+    let twin = session.twin(None, None).unwrap();
+    twin.write(&mut log, &mut Unheard).unwrap();
+    log
+}
+
 /// Returns a session of the demo with files in memory.
 pub(crate) fn in_memory(files: Memory, overrides: &[&str]) -> Session {
-    let open = move |path: &Path| -> IoResult<Box<dyn Input>> {
-        match path.to_str().and_then(|name| files.get(name)) {
-            Some(bytes) => Ok(Box::new(Cursor::new(bytes.clone()))),
-            None => Err(Error::from(ErrorKind::NotFound)),
-        }
-    };
+    let open = opener(files);
     Session::read("experiment.toml", demo::EXPERIMENT, &owned(overrides), open).unwrap()
 }
 

@@ -1,16 +1,13 @@
 //! Voltage drives: the back-EMF is no friction.
 
 use std::collections::BTreeMap;
-use std::io::{Cursor, Error, ErrorKind, Result as IoResult};
-use std::path::Path;
 
 use sprung::session::{Parameters, Session};
 use sprung_base::demo;
 use sprung_base::progress::Unheard;
-use sprung_log::Input;
-use sprung_testing::largest_of_normals;
+use sprung_testing::{each, largest_of_normals};
 
-use crate::support::messages;
+use crate::support::{messages, opener, recorded};
 
 /// Torque constants, N·m/A, equal to the back-EMF in V·s/rad, and resistances, ohm.
 const CONSTANTS: [f64; 2] = [5.0, 1.0];
@@ -47,12 +44,7 @@ fn session(text: &str, log: &[u8], estimators: &str) -> Result<Session, String> 
     let mut files = BTreeMap::from([("truth.toml", demo::TRUTH.as_bytes().to_vec())]);
     files.insert("identification.csv", log.to_vec());
     files.insert("validation.csv", log.to_vec());
-    let open = move |path: &Path| -> IoResult<Box<dyn Input>> {
-        match path.to_str().and_then(|name| files.get(name)) {
-            Some(bytes) => Ok(Box::new(Cursor::new(bytes.clone()))),
-            None => Err(Error::from(ErrorKind::NotFound)),
-        }
-    };
+    let open = opener(files);
     let overrides = [
         "simulate.duration_s=3.0".to_owned(),
         format!("identify.estimator={estimators}"),
@@ -64,10 +56,8 @@ fn session(text: &str, log: &[u8], estimators: &str) -> Result<Session, String> 
 fn the_back_emf_is_not_counted_as_viscous_friction() {
     let with = experiment(voltage_drive);
     let twin = session(&with, &[], "[\"least-squares\"]").unwrap();
-    let mut log = Vec::new();
-    let recording = twin.twin(None, None).unwrap();
-    recording.write(&mut log, &mut Unheard).unwrap();
-    let truth = recording.truth();
+    let log = recorded(&twin);
+    let truth = twin.twin(None, None).unwrap().truth();
     for joint in 0..2 {
         let name = format!("joint{}.back_emf", joint + 1);
         let expected = CONSTANTS[joint].powi(2) / RESISTANCES[joint];
@@ -120,31 +110,18 @@ fn constants_that_do_not_fit_together_are_refused() {
         let both = voltage_drive(constant, resistance);
         format!("{both}\namplifier_gain_a_per_v = 0.5")
     };
-    for (name, text) in [
-        (
-            "no resistance",
-            experiment(|constant, _| format!("back_emf_vs_per_rad = {constant}")),
-        ),
-        (
-            "no back-EMF",
-            experiment(|_, resistance| format!("winding_resistance_ohm = {resistance}")),
-        ),
+    #[rustfmt::skip]
+    let rows = [
+        ("no resistance", experiment(|constant, _| format!("back_emf_vs_per_rad = {constant}"))),
+        ("no back-EMF", experiment(|_, resistance| format!("winding_resistance_ohm = {resistance}"))),
         ("a voltage and a current amplifier", experiment(with_gain)),
-        (
-            "opposite signs",
-            experiment(|constant, resistance| voltage_drive(-constant, resistance)),
-        ),
-        (
-            "a resistance of zero",
-            experiment(|constant, _| voltage_drive(constant, 0.0)),
-        ),
-        (
-            "currents in the log",
-            experiment(voltage_drive).replace("drive_voltage_v", "motor_current_a"),
-        ),
-    ] {
+        ("opposite signs", experiment(|constant, resistance| voltage_drive(-constant, resistance))),
+        ("a resistance of zero", experiment(|constant, _| voltage_drive(constant, 0.0))),
+        ("currents in the log", experiment(voltage_drive).replace("drive_voltage_v", "motor_current_a")),
+    ];
+    each(rows, |(name, text)| {
         let refused = session(&text, &[], "[\"least-squares\"]");
         messages.note(name, &refused.err().unwrap());
-    }
+    });
     messages.compare();
 }

@@ -1,16 +1,16 @@
 //! Tries every cell of the page of what works with what: the library agrees with the table.
 
 use std::collections::BTreeMap;
-use std::io::{Cursor, Error, ErrorKind, Result as IoResult};
 use std::path::Path;
 
 use sprung::session::{ExportRequest, Parameters, Session, SessionError, read_identification};
 use sprung_base::progress::Unheard;
 use sprung_export::{Form, Format};
-use sprung_log::Input;
 use sprung_method::compare::{Compared, compare};
 use sprung_method::estimate::Identification;
 use sprung_robot::what_works;
+
+use crate::support::{opener, recorded};
 
 /// An arm in a horizontal plane, by bodies.
 pub(crate) const ARM: &str = r#"
@@ -148,13 +148,7 @@ pub(crate) fn session(
     text: &str,
     overrides: &[String],
 ) -> Result<Session, SessionError> {
-    let files = files.clone();
-    let open = move |path: &Path| -> IoResult<Box<dyn Input>> {
-        match path.to_str().and_then(|name| files.get(name)) {
-            Some(bytes) => Ok(Box::new(Cursor::new(bytes.clone()))),
-            None => Err(Error::from(ErrorKind::NotFound)),
-        }
-    };
+    let open = opener(files.clone());
     Session::read("experiment.toml", text, overrides, open)
 }
 
@@ -188,12 +182,7 @@ impl Case {
                 files.insert(name.display().to_string(), log);
             }
         } else {
-            let mut log = Vec::new();
-            first
-                .twin(None, None)
-                .unwrap()
-                .write(&mut log, &mut Unheard)
-                .unwrap();
+            let log = recorded(&first);
             files.insert("0.csv".to_owned(), log.clone());
             files.insert("1.csv".to_owned(), log);
             let session = session(&files, &text, &[]).unwrap();

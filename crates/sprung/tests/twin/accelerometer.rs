@@ -5,14 +5,12 @@
 
 use sprung_base::demo;
 use sprung_base::finding::{Finding, Severity};
-use sprung_base::progress::Unheard;
-use sprung_method::check::check;
-use sprung_method::estimate::{EstimateResult, identify};
+use sprung_method::estimate::EstimateResult;
 use sprung_model::{Model, Theta};
 use sprung_robot::{self as description, Simulate, no_files};
-use sprung_testing::{Figure, Messages};
+use sprung_testing::{Figure, Messages, contains};
 
-use crate::in_memory::with_source;
+use crate::logs::{check_log, identify_log, named};
 use crate::support::Twin;
 
 /// Length of the first link, m.
@@ -94,9 +92,7 @@ fn log(twin: &Twin, change: impl FnOnce(&mut Simulate)) -> Vec<u8> {
 }
 
 fn identified(twin: &Twin, log: &[u8]) -> (EstimateResult, Vec<Finding>) {
-    let found = with_source(log, |source| {
-        identify(&twin.experiment, &twin.model, &mut [source], &mut Unheard).unwrap()
-    });
+    let found = identify_log(&twin.experiment, &twin.model, log).unwrap();
     let found = found.identification;
     for change in &found.applied {
         println!("  applied: {}", change.what);
@@ -201,20 +197,15 @@ fn a_mounting_must_be_given() {
         println!("{}", error.text);
         assert_eq!(error.severity, Severity::Error);
     }
-    let open = (found.iter()).find(|finding| finding.code == "link-by-inertial-sensor");
-    let text = &open.unwrap().text;
-    assert!(
-        text.contains("leaves open that of joint1, joint2"),
-        "{text}"
+    contains(
+        &named(&found, "link-by-inertial-sensor").text,
+        &["leaves open that of joint1, joint2"],
     );
 }
 
 fn checked(recorded: &Twin, twin: &Twin, change: impl FnOnce(&mut Simulate)) -> Vec<Finding> {
     let log = log(recorded, change);
-    with_source(&log, |source| {
-        let checked = check(&twin.experiment, &twin.model, &mut [source], &mut Unheard).unwrap();
-        checked.report.findings
-    })
+    check_log(&twin.experiment, &twin.model, &log).findings
 }
 
 #[test]
@@ -247,8 +238,7 @@ fn faulty_accelerometers_are_named() {
         let found = checked(&stiffer(columns, ALONG_LINKS), &true_twin, |settings| {
             settings.accelerometer_limit_m_per_s2 = vec![limit; 2];
         });
-        let named = (found.iter().find(|finding| finding.code == code))
-            .unwrap_or_else(|| panic!("{code}: {found:#?}"));
+        let named = named(&found, code);
         println!("{}", named.text);
         assert_eq!(named.severity, Severity::Error);
     }

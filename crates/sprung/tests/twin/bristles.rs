@@ -3,12 +3,12 @@
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
-use sprung_base::progress::Unheard;
-use sprung_method::estimate::{Identification, identify};
+use sprung_method::estimate::Identification;
 use sprung_model::Model;
 use sprung_robot::{self as description, Experiment, no_files};
+use sprung_testing::contains;
 
-use crate::in_memory::with_source;
+use crate::logs::identify_log;
 
 const JOINT: &str = r#"
 format = 1
@@ -142,10 +142,9 @@ fn identified_by(text: &str, log: &str) -> Identification {
     let experiment: Experiment =
         description::read("experiment.toml", text, &[], &mut no_files).unwrap();
     let model = Model::new(&experiment).unwrap();
-    with_source(log.as_bytes(), |source| {
-        let found = identify(&experiment, &model, &mut [source], &mut Unheard);
-        found.unwrap().identification
-    })
+    identify_log(&experiment, &model, log.as_bytes())
+        .unwrap()
+        .identification
 }
 
 /// Returns the error of a value relative to the true one.
@@ -233,8 +232,5 @@ fn a_declared_play_that_the_log_does_not_show_is_named_with_a_bound() {
     };
     assert_eq!(named(Spring::Play(2e-4, 1e-4)), None);
     let message = named(Spring::Linear).unwrap();
-    assert!(
-        message.contains("or more would explain it clearly worse"),
-        "{message}"
-    );
+    contains(&message, &["or more would explain it clearly worse"]);
 }

@@ -5,14 +5,12 @@
 
 use sprung_base::demo;
 use sprung_base::finding::{Finding, Severity};
-use sprung_base::progress::Unheard;
-use sprung_method::check::check;
-use sprung_method::estimate::{EstimateResult, identify};
+use sprung_method::estimate::EstimateResult;
 use sprung_model::{Model, Theta};
 use sprung_robot::{self as description, Estimator, Simulate, no_files};
 use sprung_testing::{Figure, Messages};
 
-use crate::in_memory::with_source;
+use crate::logs::{check_log, identify_log, named};
 use crate::seven::{Arm, EXPERIMENT};
 use crate::support::Twin;
 
@@ -56,9 +54,7 @@ fn log(twin: &Twin, change: impl FnOnce(&mut Simulate)) -> Vec<u8> {
 }
 
 fn identified(twin: &Twin, log: &[u8]) -> (EstimateResult, Vec<Finding>) {
-    let found = with_source(log, |source| {
-        identify(&twin.experiment, &twin.model, &mut [source], &mut Unheard).unwrap()
-    });
+    let found = identify_log(&twin.experiment, &twin.model, log).unwrap();
     let found = found.identification;
     (found.results[0].clone(), found.findings)
 }
@@ -113,10 +109,7 @@ fn stiffnesses_and_inertias_are_as_accurate_as_with_link_encoders() {
 fn findings(recorded: &str, checked: &str, change: impl FnOnce(&mut Simulate)) -> Vec<Finding> {
     let log = log(&twin(&with_least_squares(recorded)), change);
     let twin = twin(&with_least_squares(checked));
-    with_source(&log, |source| {
-        let checked = check(&twin.experiment, &twin.model, &mut [source], &mut Unheard).unwrap();
-        checked.report.findings
-    })
+    check_log(&twin.experiment, &twin.model, &log).findings
 }
 
 #[test]
@@ -136,6 +129,7 @@ fn good_gyroscopes_cause_notes_only() {
 #[test]
 fn faulty_gyroscopes_are_named() {
     type Case = (&'static str, &'static str, f64, Severity, &'static str);
+    #[rustfmt::skip]
     let cases: [Case; 3] = [
         (
             "inertial-sensor-sign",
@@ -144,27 +138,14 @@ fn faulty_gyroscopes_are_named() {
             Severity::Error,
             "sign = { \"w2\" = -1 }",
         ),
-        (
-            "gyroscope-scale",
-            "gyroscope_deg_per_s.z = [\"w1\", \"w2\"]",
-            f64::INFINITY,
-            Severity::Error,
-            "",
-        ),
-        (
-            "inertial-sensor-saturated",
-            ONE_AXIS,
-            0.25,
-            Severity::Error,
-            "",
-        ),
+        ("gyroscope-scale", "gyroscope_deg_per_s.z = [\"w1\", \"w2\"]", f64::INFINITY, Severity::Error, ""),
+        ("inertial-sensor-saturated", ONE_AXIS, 0.25, Severity::Error, ""),
     ];
     for (code, recorded, limit, severity, line) in cases {
         let found = findings(recorded, ONE_AXIS, |settings| {
             settings.gyroscope_limit_rad_per_s = vec![limit; 2];
         });
-        let finding = (found.iter().find(|finding| finding.code == code))
-            .unwrap_or_else(|| panic!("{code}: {found:#?}"));
+        let finding = named(&found, code);
         println!("{}", finding.text);
         assert_eq!(finding.severity, severity, "{code}");
         let setting = finding.setting.clone().unwrap_or_default();
@@ -232,10 +213,7 @@ fn mountings_are_found_in_space() {
 }
 
 fn checked(arm: &Arm, log: &[u8]) -> Vec<Finding> {
-    with_source(log, |source| {
-        let checked = check(&arm.experiment, &arm.model, &mut [source], &mut Unheard).unwrap();
-        checked.report.findings
-    })
+    check_log(&arm.experiment, &arm.model, log).findings
 }
 
 #[test]

@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 
 use sprung_base::progress::Unheard;
+use sprung_core::spatial::BODY_NAMES;
 use sprung_log::Channels;
-use sprung_method::estimate::identify;
 use sprung_method::simulate::{TwinSetup, record};
 use sprung_model::Model;
 use sprung_robot::{self as description, no_files};
 use sprung_testing::largest_of_normals;
 
-use crate::in_memory::with_source;
+use crate::logs::identify_log;
 
 /// Two flexible joints against gravity and a rigid one that slides.
 const EXPERIMENT: &str = r#"
@@ -114,9 +114,7 @@ fn every_law_is_found_again() {
         .map(|(name, value)| ((*name).to_owned(), *value))
         .collect();
     for link in 1..=3 {
-        for name in [
-            "m", "mx", "my", "mz", "ixx", "ixy", "iyy", "ixz", "iyz", "izz",
-        ] {
+        for name in BODY_NAMES {
             let of_link = values.entry(format!("link{link}.{name}"));
             of_link.or_insert(if name == "ixx" || name == "iyy" {
                 0.05
@@ -135,9 +133,7 @@ fn every_law_is_found_again() {
     let channels = Channels::new(&experiment.robot, experiment.log.as_ref().unwrap()).unwrap();
     let mut log = Vec::new();
     record(&setup, &channels, &mut log, &mut Unheard).unwrap();
-    let found = with_source(&log, |source| {
-        identify(&experiment, &model, &mut [source], &mut Unheard).unwrap()
-    });
+    let found = identify_log(&experiment, &model, &log).unwrap();
     let result = &found.identification.results[0];
     let limit = largest_of_normals(result.parameters.len());
     for (p, truth) in result.parameters.iter().zip(&truth) {

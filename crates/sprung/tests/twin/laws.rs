@@ -2,13 +2,13 @@
 
 use std::fmt::Write;
 
-use sprung_base::progress::Unheard;
-use sprung_method::estimate::{Identification, identify};
+use sprung_method::estimate::Identification;
 use sprung_method::unknowns::UnknownResult;
 use sprung_model::Model;
 use sprung_robot::{self as description, Experiment, no_files};
+use sprung_testing::contains;
 
-use crate::in_memory::with_source;
+use crate::logs::identify_log;
 
 /// A wheel that turns in one direction.
 const WHEEL: &str = r#"
@@ -73,10 +73,9 @@ fn of_file(text: &str, log: &str) -> Identification {
     let experiment: Experiment =
         description::read("experiment.toml", text, &[], &mut no_files).unwrap();
     let model = Model::new(&experiment).unwrap();
-    with_source(log.as_bytes(), |source| {
-        let found = identify(&experiment, &model, &mut [source], &mut Unheard);
-        found.unwrap().identification
-    })
+    identify_log(&experiment, &model, log.as_bytes())
+        .unwrap()
+        .identification
 }
 
 #[test]
@@ -119,7 +118,7 @@ fn viscous_and_quadratic_friction_at_nearly_constant_speed_are_named_together() 
     let others = competing(&found);
     assert!(others.iter().any(|other| other == quadratic), "{others:?}");
     let text = missing(&found);
-    assert!(text.contains("motor_friction \"viscous\""), "{text}");
+    contains(text, &["motor_friction \"viscous\""]);
     assert!(text.contains(quadratic), "{text}");
     // At speeds between 0.05 and 0.45 rad/s the log separates them.
     let others = competing(&identified(r#"["coulomb"]"#, &log(0.4)));

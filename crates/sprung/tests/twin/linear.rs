@@ -3,12 +3,11 @@
 //! `cargo bench -p sprung --bench accuracy -- --methods linear --seeds 20 --cross-checks` prints a table of many logs.
 
 use sprung_base::finding::Severity;
-use sprung_base::progress::Unheard;
-use sprung_method::estimate::{EstimateResult, identify};
-use sprung_robot::{Constraints, Cutoff, EncoderOffset, Estimator, Laws, Weights};
+use sprung_method::estimate::EstimateResult;
+use sprung_robot::{Constraints, Cutoff, EncoderOffset, Estimator, Laws, Simulate, Weights};
 use sprung_testing::least_inside;
 
-use crate::in_memory::with_source;
+use crate::logs::identify_log;
 use crate::support::Twin;
 
 pub(crate) const COUNTS: [u32; 2] = [16384, 4096];
@@ -26,6 +25,11 @@ pub(crate) fn twin(weights: Weights) -> Twin {
     twin
 }
 
+fn result(twin: &Twin, settings: &Simulate) -> EstimateResult {
+    let found = identify_log(&twin.experiment, &twin.model, &twin.log(settings)).unwrap();
+    found.identification.results.into_iter().next().unwrap()
+}
+
 /// Results of some seeds.
 pub(crate) fn runs(
     twin: &Twin,
@@ -37,10 +41,7 @@ pub(crate) fn runs(
         settings.seed = seed;
         settings.link_encoder_counts_per_turn = vec![counts; 2];
         settings.motor_encoder_counts_per_turn = vec![counts; 2];
-        with_source(&twin.log(&settings), |source| {
-            let found = identify(&twin.experiment, &twin.model, &mut [source], &mut Unheard);
-            found.unwrap().identification.results.remove(0)
-        })
+        result(twin, &settings)
     };
     seeds.map(run).collect()
 }
@@ -165,10 +166,7 @@ fn exact_positions_need_no_weights() {
         settings.motor_encoder_counts_per_turn.clear();
         settings.torque_noise_nm.clear();
         let settings = settings.clone();
-        let result = with_source(&twin.log(&settings), |source| {
-            let found = identify(&twin.experiment, &twin.model, &mut [source], &mut Unheard);
-            found.unwrap().identification.results.remove(0)
-        });
+        let result = result(&twin, &settings);
         let values = |p: &sprung_method::estimate::ParameterEstimate| p.value.unwrap();
         result.parameters.iter().map(values).collect::<Vec<f64>>()
     };
@@ -191,10 +189,7 @@ fn encoders_that_disagree_split_stacked_and_motor_row_stiffness() {
     let disagreeing = |offset: f64| -> Vec<String> {
         let mut settings = twin.experiment.simulate.clone().unwrap();
         settings.motor_encoder_offset_rad = vec![0.0, offset];
-        let result = with_source(&twin.log(&settings), |source| {
-            let found = identify(&twin.experiment, &twin.model, &mut [source], &mut Unheard);
-            found.unwrap().identification.results.remove(0)
-        });
+        let result = result(&twin, &settings);
         (result.warnings.iter())
             .filter(|f| f.code == "stiffness-disagrees" && f.severity == Severity::Warning)
             .flat_map(|f| f.parameters.clone())

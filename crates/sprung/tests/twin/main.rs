@@ -14,6 +14,7 @@ mod in_memory;
 mod ladder;
 mod laws;
 mod linear;
+mod logs;
 mod many_logs;
 mod motor_side;
 mod paper;

@@ -4,6 +4,7 @@
 
 use sprung_base::finding::Severity;
 
+use crate::logs::named;
 use crate::springs::{Errors, STIFFNESS, identification, multisine, truth, vibrations};
 
 #[test]
@@ -34,8 +35,8 @@ fn a_slow_motion_gives_no_spring() {
             .iter()
             .all(|spring| spring.stiffness.is_none())
     );
-    let finding = (found.findings.iter()).find(|finding| finding.code == "resonance-not-excited");
-    assert_eq!(finding.unwrap().severity, Severity::Warning);
+    let finding = named(&found.findings, "resonance-not-excited");
+    assert_eq!(finding.severity, Severity::Warning);
 }
 
 #[test]

@@ -4,11 +4,10 @@
 
 use std::sync::OnceLock;
 
-use sprung_base::progress::Unheard;
-use sprung_method::estimate::{EstimateResult, identify};
+use sprung_method::estimate::EstimateResult;
 use sprung_robot::{Cutoff, DiscretizationName, Estimator, Weights};
 
-use crate::in_memory::with_source;
+use crate::logs::identify_log;
 use crate::support::{Twin, step};
 
 /// Errors in percent of least squares on exact states, without noise.
@@ -67,12 +66,10 @@ fn quantised(discretization: DiscretizationName) -> Vec<Vec<EstimateResult>> {
     let run = |seed| {
         let mut settings = twin.experiment.simulate.clone().unwrap();
         settings.seed = seed;
-        with_source(&twin.log(&settings), |source| {
-            identify(&twin.experiment, &twin.model, &mut [source], &mut Unheard)
-                .unwrap()
-                .identification
-                .results
-        })
+        identify_log(&twin.experiment, &twin.model, &twin.log(&settings))
+            .unwrap()
+            .identification
+            .results
     };
     (0..10).map(run).collect()
 }

@@ -13,9 +13,10 @@ use sprung_method::estimate::{
     EstimateResult, IdentifyError, KnownNoise, KnownTruth, Verdict, identify, information_bound,
 };
 use sprung_model::Model;
-use sprung_testing::{largest_of_normals, least_inside};
+use sprung_testing::{contains, largest_of_normals, least_inside};
 
 use crate::in_memory::with_source;
+use crate::logs::named;
 use crate::support::Twin;
 
 /// Disturbances of motors and links, N·m rms.
@@ -208,10 +209,7 @@ fn nominal_start_needs_nominal_values() {
     twin.model = sprung_model::Model::new(&twin.experiment).unwrap();
     let log = twin.log(&settings(16384, CLEAN, 1));
     let error = refined(&twin, &log).unwrap_err().to_string();
-    assert!(
-        error.contains("start = \"nominal\"") && error.contains("stiffness"),
-        "{error}"
-    );
+    contains(&error, &["start = \"nominal\"", "stiffness"]);
 }
 
 #[test]
@@ -255,7 +253,7 @@ fn a_law_that_the_model_lacks_is_named_and_no_other() {
     let finding = found.iter().find(|(_, text)| text.starts_with("joint2: "));
     let (severity, text) = finding.unwrap();
     assert_eq!(*severity, Severity::Warning);
-    assert!(text.contains("spring \"cubic\""), "{text}");
+    contains(text, &["spring \"cubic\""]);
 }
 
 #[test]
@@ -345,9 +343,8 @@ fn an_eccentric_encoder_is_named() {
         }
     });
     let result = refined(&twin, &log).unwrap();
-    let found = (result.warnings.iter()).find(|finding| finding.code == "eccentric-encoder");
-    let found = found.unwrap_or_else(|| panic!("{:#?}", result.warnings));
-    assert!(found.text.contains("\"q2_rad\""), "{}", found.text);
+    let found = named(&result.warnings, "eccentric-encoder");
+    contains(&found.text, &["\"q2_rad\""]);
     let amplitude = found.evidence.as_ref().unwrap().value;
     assert!((0.8e-3..1.2e-3).contains(&amplitude), "{found:?}");
 }

@@ -5,6 +5,7 @@ use sprung_base::progress::Unheard;
 use sprung_method::estimate::{Identified, identify};
 use sprung_method::validate::{ChosenFor, ParameterSet, validate};
 use sprung_report::{Block, Contents, Document, compose, render};
+use sprung_testing::contains;
 
 use crate::in_memory::with_source;
 use crate::support::Twin;
@@ -198,8 +199,11 @@ fn a_refinement_has_its_section() {
     // One per column of the log: four positions and two torques.
     assert_eq!(delays.unwrap().rows.len(), 6);
     let html = render(&document).unwrap();
-    assert!(html.contains("<figure class=\"bars\">"));
-    assert!(html.contains(&format!("after {} runs of the filter", refinement.runs)));
+    contains(&html, &["<figure class=\"bars\">"]);
+    contains(
+        &html,
+        &[&format!("after {} runs of the filter", refinement.runs)],
+    );
 }
 
 #[test]

@@ -17,7 +17,7 @@ use sprung_robot::{
 
 use sprung_testing::Figure;
 
-use crate::in_memory::with_source;
+use crate::logs::identify_log;
 
 pub(crate) const EXPERIMENT: &str =
     include_str!("../../../../examples/seven-joint-twin/experiment.toml");
@@ -100,9 +100,7 @@ impl Arm {
     }
 
     pub(crate) fn identify(&self, log: &[u8]) -> Identified {
-        with_source(log, |source| {
-            identify(&self.experiment, &self.model, &mut [source], &mut Unheard).unwrap()
-        })
+        identify_log(&self.experiment, &self.model, log).unwrap()
     }
 
     /// Returns the errors of the parameters that matter.
@@ -381,9 +379,7 @@ fn wrong_cad(values: &BTreeMap<String, f64>, seed: u64) -> BTreeMap<String, f64>
     let mut all = BTreeMap::new();
     for link in 1..=7 {
         let (mass, radius) = (wrong(), wrong());
-        for name in [
-            "m", "mx", "my", "mz", "ixx", "ixy", "iyy", "ixz", "iyz", "izz",
-        ] {
+        for name in BODY_NAMES {
             let name = format!("link{link}.{name}");
             let length = match name.rsplit('.').next().unwrap().len() {
                 1 => 1.0,

@@ -4,13 +4,11 @@
 //! docs/how-to/torque-sensor.md.
 
 use sprung_base::finding::{Finding, Severity};
-use sprung_base::progress::Unheard;
-use sprung_method::check::check;
 use sprung_method::estimate::EstimateResult;
 use sprung_robot::{Estimator, Factor, OnCheckError, Simulate};
 use sprung_testing::{Figure, largest_of_normals};
 
-use crate::in_memory::with_source;
+use crate::logs::{check_log, named};
 use crate::seven::{Arm, EXPERIMENT};
 
 const LINKS: &str = "link_position_rad  = [\"q1_rad\", \"q2_rad\", \"q3_rad\", \"q4_rad\", \"q5_rad\", \"q6_rad\", \"q7_rad\"]";
@@ -167,10 +165,7 @@ fn findings_of(arm: &Arm, change: impl FnOnce(&mut Simulate)) -> Vec<Finding> {
 }
 
 fn checked(arm: &Arm, log: &[u8]) -> Vec<Finding> {
-    with_source(log, |source| {
-        let checked = check(&arm.experiment, &arm.model, &mut [source], &mut Unheard).unwrap();
-        checked.report.findings
-    })
+    check_log(&arm.experiment, &arm.model, log).findings
 }
 
 /// The identity matrix with another entry.
@@ -192,6 +187,7 @@ fn good_sensors_cause_no_finding() {
 #[test]
 fn faulty_sensors_are_named_with_the_line_that_mends() {
     type Case = (&'static str, fn(&mut Simulate), Severity, &'static str);
+    #[rustfmt::skip]
     let cases: [Case; 4] = [
         (
             "joint-torque-sign",
@@ -199,18 +195,8 @@ fn faulty_sensors_are_named_with_the_line_that_mends() {
             Severity::Error,
             "sign = { \"ts2\" = -1 }",
         ),
-        (
-            "joint-torque-scale",
-            |settings| settings.joint_torque_matrix = matrix(3, 3, 1.1),
-            Severity::Warning,
-            "",
-        ),
-        (
-            "joint-torque-crosstalk",
-            |settings| settings.joint_torque_matrix = matrix(3, 1, 0.05),
-            Severity::Warning,
-            "",
-        ),
+        ("joint-torque-scale", |settings| settings.joint_torque_matrix = matrix(3, 3, 1.1), Severity::Warning, ""),
+        ("joint-torque-crosstalk", |settings| settings.joint_torque_matrix = matrix(3, 1, 0.05), Severity::Warning, ""),
         (
             "torque-saturated",
             |settings| {
@@ -222,8 +208,7 @@ fn faulty_sensors_are_named_with_the_line_that_mends() {
     ];
     for (code, change, severity, line) in cases {
         let found = findings(change);
-        let finding = (found.iter().find(|finding| finding.code == code))
-            .unwrap_or_else(|| panic!("{code}: {found:#?}"));
+        let finding = named(&found, code);
         println!("{}", finding.text);
         assert_eq!(finding.severity, severity, "{code}");
         let setting = finding.setting.clone().unwrap_or_default();

@@ -48,28 +48,13 @@ fn states(name: &str, bytes: Vec<u8>, says: &[&'static str]) -> Faulty {
     Faulty::log(name, bytes, STATES, says)
 }
 
+#[rustfmt::skip]
 fn nothing_in_them() -> Vec<Faulty> {
     vec![
-        states(
-            "a bag without topics",
-            file_of(&[]),
-            &["it has no topics at all"],
-        ),
-        states(
-            "a bag without messages",
-            bag(KIND, "cdr", &[]),
-            &["/states in", "has no messages"],
-        ),
-        states(
-            "a bag with one message",
-            bag(KIND, "cdr", &ordered(1)),
-            &["has 1 samples"],
-        ),
-        states(
-            "a bag of other messages",
-            bag(KIND, "protobuf", &[]),
-            &["encoded as \"protobuf\""],
-        ),
+        states("a bag without topics", file_of(&[]), &["it has no topics at all"]),
+        states("a bag without messages", bag(KIND, "cdr", &[]), &["/states in", "has no messages"]),
+        states("a bag with one message", bag(KIND, "cdr", &ordered(1)), &["has 1 samples"]),
+        states("a bag of other messages", bag(KIND, "protobuf", &[]), &["encoded as \"protobuf\""]),
     ]
 }
 
@@ -115,6 +100,7 @@ fn topics() -> Vec<Faulty> {
     all
 }
 
+#[rustfmt::skip]
 fn of_messages() -> Vec<Faulty> {
     let changed = |change: fn(&mut Vec<(u64, Vec<u8>)>)| {
         let mut all = ordered(30);
@@ -133,11 +119,7 @@ fn of_messages() -> Vec<Faulty> {
             &["/states.effort[joint2]"],
         )
         .code(0),
-        states(
-            "names that change",
-            bag(KIND, "cdr", &stranger),
-            &["message 8 has no joint \"joint2\"; it has joint1, wrist"],
-        ),
+        states("names that change", bag(KIND, "cdr", &stranger), &["message 8 has no joint \"joint2\"; it has joint1, wrist"]),
         states(
             "a message that ends early",
             changed(|all| all[4].1.truncate(30)),
@@ -154,11 +136,7 @@ fn of_messages() -> Vec<Faulty> {
             changed(|all| all[4].1[24..28].fill(0xff)),
             &["message 5 (sensor_msgs/msg/JointState)"],
         ),
-        states(
-            "a stamp that goes back",
-            changed(|all| all.swap(10, 20)),
-            &["message", "time goes from"],
-        ),
+        states("a stamp that goes back", changed(|all| all.swap(10, 20)), &["message", "time goes from"]),
         states(
             "a position that is no number",
             changed(|all| all[4].1 = joint_state(4_000_000, &NAMES, &[0.1, f64::NAN], &[1.0, 2.0])),
@@ -186,6 +164,7 @@ fn chunk(packing: &str, records: &[u8], (size, sum): (usize, u32)) -> Vec<u8> {
     )
 }
 
+#[rustfmt::skip]
 fn chunks() -> Vec<Faulty> {
     let mut records = topic(KIND, JOINT_STATE, "cdr");
     for (time, data) in ordered(30) {
@@ -194,44 +173,21 @@ fn chunks() -> Vec<Faulty> {
     let of = |packing: &str, size: usize| file_of(&chunk(packing, &records, (size, 0)));
     let size = records.len();
     vec![
-        states(
-            "a chunk that is not zstd",
-            of("zstd", size),
-            &["is damaged", "mcap recover"],
-        ),
-        states(
-            "a chunk that is not lz4",
-            of("lz4", size),
-            &["is damaged", "mcap recover"],
-        ),
-        states(
-            "a chunk in xz",
-            of("xz", size),
-            &["chunks compressed with xz"],
-        ),
-        states(
-            "a chunk of another sum",
-            file_of(&chunk("", &records, (size, 7))),
-            &["damaged"],
-        ),
-        states(
-            "a chunk larger than memory",
-            of("zstd", usize::MAX / 2),
-            &["damaged"],
-        ),
+        states("a chunk that is not zstd", of("zstd", size), &["is damaged", "mcap recover"]),
+        states("a chunk that is not lz4", of("lz4", size), &["is damaged", "mcap recover"]),
+        states("a chunk in xz", of("xz", size), &["chunks compressed with xz"]),
+        states("a chunk of another sum", file_of(&chunk("", &records, (size, 7))), &["damaged"]),
+        states("a chunk larger than memory", of("zstd", usize::MAX / 2), &["damaged"]),
         states(
             "a chunk of which most is missing",
             file_of(&[&[6][..], &900_000_000_u64.to_le_bytes(), &[0; 64]].concat()),
             &["exceeds limit"],
         ),
-        states(
-            "a chunk in a chunk",
-            file_of(&chunk("", &chunk("", &records, (size, 0)), (size, 0))),
-            &["run.log"],
-        ),
+        states("a chunk in a chunk", file_of(&chunk("", &chunk("", &records, (size, 0)), (size, 0))), &["run.log"]),
     ]
 }
 
+#[rustfmt::skip]
 fn definitions() -> Vec<Faulty> {
     let of = |name: &str, definition: &str, says: &[&'static str]| {
         let mut records = topic("my_msgs/msg/State", definition, "cdr");
@@ -255,46 +211,18 @@ fn definitions() -> Vec<Faulty> {
     let channel = [&[2, 0, 2, 0][..], &text("/states"), &text("cdr"), &[0; 4]];
     two_types.extend([record(3, &second), record(4, &channel)].concat());
     vec![
-        of(
-            "a type without numbers",
-            "string data\n",
-            &["have no number"],
-        ),
-        of(
-            "a definition that is none",
-            "\u{1}?? ==\n[[]]\n",
-            &["have no number \"position\"; they contain no numbers"],
-        ),
-        of(
-            "a definition that lacks a part",
-            "my_msgs/Part part\n",
-            &["the definition of my_msgs/msg/State"],
-        ),
-        of(
-            "a definition that holds itself",
-            &endless,
-            &["the definition of my_msgs/msg/State"],
-        ),
-        of(
-            "a definition that is very deep",
-            &deep,
-            &["the definition of my_msgs/msg/State"],
-        ),
+        of("a type without numbers", "string data\n", &["have no number"]),
+        of("a definition that is none", "\u{1}?? ==\n[[]]\n", &["have no number \"position\"; they contain no numbers"]),
+        of("a definition that lacks a part", "my_msgs/Part part\n", &["the definition of my_msgs/msg/State"]),
+        of("a definition that holds itself", &endless, &["the definition of my_msgs/msg/State"]),
+        of("a definition that is very deep", &deep, &["the definition of my_msgs/msg/State"]),
         of(
             "messages of no size",
             &format!("my_msgs/None[] position{separator}my_msgs/None\nfloat64[0] x\n"),
             &["the definition of my_msgs/msg/State contains a message of no size"],
         ),
-        of(
-            "an array of a huge length",
-            "float64[99999999999] position\n",
-            &["my_msgs/msg/State"],
-        ),
-        states(
-            "two types on one topic",
-            file_of(&two_types),
-            &["carries two types of messages"],
-        ),
+        of("an array of a huge length", "float64[99999999999] position\n", &["my_msgs/msg/State"]),
+        states("two types on one topic", file_of(&two_types), &["carries two types of messages"]),
     ]
 }
 

@@ -135,6 +135,7 @@ fn header(text: &str, data: &[u8]) -> Vec<u8> {
     [b"\x93NUMPY\x01\x00", &length[..], text.as_bytes(), data].concat()
 }
 
+#[rustfmt::skip]
 fn npy() -> Vec<Faulty> {
     let of = |name: &str, text: &str, data: &[u8], says: &[&'static str]| {
         Faulty::log(name, header(text, data), NUMBERS, says)
@@ -142,24 +143,9 @@ fn npy() -> Vec<Faulty> {
     let shape =
         |shape: &str| format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}\n");
     vec![
-        of(
-            "objects of Python",
-            "{'descr': '|O', 'fortran_order': False, 'shape': (10, 7), }\n",
-            &[0; 560],
-            &["|O"],
-        ),
-        of(
-            "an array larger than memory",
-            &shape("(900000000000000000, 7)"),
-            &[0; 560],
-            &["its shape is absurd"],
-        ),
-        of(
-            "an array whose size overflows",
-            &shape("(18446744073709551615, 7)"),
-            &[0; 560],
-            &["run.log"],
-        ),
+        of("objects of Python", "{'descr': '|O', 'fortran_order': False, 'shape': (10, 7), }\n", &[0; 560], &["|O"]),
+        of("an array larger than memory", &shape("(900000000000000000, 7)"), &[0; 560], &["its shape is absurd"]),
+        of("an array whose size overflows", &shape("(18446744073709551615, 7)"), &[0; 560], &["run.log"]),
         of(
             "an array of three dimensions",
             &shape("(240, 7, 2)"),
@@ -182,12 +168,7 @@ fn npy() -> Vec<Faulty> {
             &[0; 16],
             &["its records are absurdly long"],
         ),
-        of(
-            "an array without a header",
-            "what?\n",
-            &[0; 560],
-            &["run.log"],
-        ),
+        of("an array without a header", "what?\n", &[0; 560], &["run.log"]),
     ]
 }
 
@@ -214,6 +195,7 @@ fn matrix(dimensions: &[u32]) -> Vec<u8> {
 }
 
 /// Files of MATLAB 7.3. Builds without the feature mat73 refuse them.
+#[rustfmt::skip]
 fn mat73() -> Vec<Faulty> {
     let of = |name: &str, bytes: &[u8], keys: &str, says: &'static str| {
         let says = if cfg!(feature = "mat73") {
@@ -226,33 +208,14 @@ fn mat73() -> Vec<Faulty> {
     let (flat, packed) = (fixture("flat73.mat"), fixture("struct73.mat"));
     let no_numbers = |name: &str| NUMBERS.replace("= 1", &format!("= \"{name}\""));
     vec![
-        of(
-            "the beginning of MATLAB 7.3",
-            b"MATLAB 7.3 MAT-file, Platform: GLNXA64",
-            USUAL,
-            "is damaged",
-        ),
-        of(
-            "half of struct73.mat",
-            &packed[..packed.len() / 2],
-            MATLAB,
-            "cut off",
-        ),
-        of(
-            "text in MATLAB 7.3",
-            &flat,
-            &no_numbers("note"),
-            "\"note\" is text",
-        ),
-        of(
-            "three dimensions in MATLAB 7.3",
-            &flat,
-            &no_numbers("cube(:,1)"),
-            "\"cube\" is an array of 40 × 3 × 2",
-        ),
+        of("the beginning of MATLAB 7.3", b"MATLAB 7.3 MAT-file, Platform: GLNXA64", USUAL, "is damaged"),
+        of("half of struct73.mat", &packed[..packed.len() / 2], MATLAB, "cut off"),
+        of("text in MATLAB 7.3", &flat, &no_numbers("note"), "\"note\" is text"),
+        of("three dimensions in MATLAB 7.3", &flat, &no_numbers("cube(:,1)"), "\"cube\" is an array of 40 × 3 × 2"),
     ]
 }
 
+#[rustfmt::skip]
 fn others() -> Vec<Faulty> {
     let usual = |name: &str, bytes: &[u8], says: &[&'static str]| {
         Faulty::log(name, bytes.to_vec(), USUAL, says)
@@ -268,11 +231,7 @@ fn others() -> Vec<Faulty> {
         ),
         usual("a bag of ROS 1", b"#ROSBAG V2.0\n", &["a bag of ROS 1"]),
         usual("a picked-up database", b"SQLite format 3\0", &["run.log"]),
-        usual(
-            "the beginning of Parquet",
-            b"PAR1",
-            &["is damaged or was cut off"],
-        ),
+        usual("the beginning of Parquet", b"PAR1", &["is damaged or was cut off"]),
         usual("the beginning of gzip", b"\x1f\x8b\x08", &["cut off"]),
         Faulty::log(
             "text among numbers",
@@ -280,11 +239,6 @@ fn others() -> Vec<Faulty> {
             &USUAL.replace("phi1_rad", "note"),
             &["column \"note\" is of type", "which is no number"],
         ),
-        Faulty::log(
-            "text in MATLAB",
-            fixture("flat.mat"),
-            &NUMBERS.replace("= 1", "= \"note\""),
-            &["\"note\" is text"],
-        ),
+        Faulty::log("text in MATLAB", fixture("flat.mat"), &NUMBERS.replace("= 1", "= \"note\""), &["\"note\" is text"]),
     ]
 }

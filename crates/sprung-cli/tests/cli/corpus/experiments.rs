@@ -25,6 +25,7 @@ fn with_urdf(name: &str, urdf: &[u8], says: &[&'static str]) -> Faulty {
     faulty
 }
 
+#[rustfmt::skip]
 pub(super) fn all() -> Vec<Faulty> {
     let log = format!("{ROBOT}[log]\nfile = \"plain.csv\"\n{USUAL}");
     let missing = format!("{ROBOT}[log]\nfile = \"plane.csv\"\n{USUAL}");
@@ -36,43 +37,13 @@ pub(super) fn all() -> Vec<Faulty> {
                      \"&a;&a;&a;&a;\">]><robot name=\"&b;\"/>";
     vec![
         of("an empty experiment", "", &["experiment.toml"]),
-        of(
-            "an experiment that was cut off",
-            &log[..log.len() - 30],
-            &["experiment.toml"],
-        ),
-        of(
-            "an experiment in Latin-1",
-            latin,
-            &["experiment.toml", "save it as UTF-8"],
-        ),
-        of(
-            "an experiment of arrays in arrays",
-            deep,
-            &["experiment.toml"],
-        ),
-        of(
-            "a log that is not there",
-            missing,
-            &["cannot read", "plane.csv"],
-        )
-        .code(4),
-        of(
-            "a log that is a folder",
-            folder,
-            &["a folder without .mcap or .db3 file"],
-        )
-        .code(4),
-        with_urdf(
-            "a URDF that was cut off",
-            b"<robot name=\"r\"><link name=\"a\">",
-            &["robot.urdf"],
-        ),
-        with_urdf(
-            "a URDF without links",
-            b"<robot name=\"r\"></robot>",
-            &["robot.urdf"],
-        ),
+        of("an experiment that was cut off", &log[..log.len() - 30], &["experiment.toml"]),
+        of("an experiment in Latin-1", latin, &["experiment.toml", "save it as UTF-8"]),
+        of("an experiment of arrays in arrays", deep, &["experiment.toml"]),
+        of("a log that is not there", missing, &["cannot read", "plane.csv"]).code(4),
+        of("a log that is a folder", folder, &["a folder without .mcap or .db3 file"]).code(4),
+        with_urdf("a URDF that was cut off", b"<robot name=\"r\"><link name=\"a\">", &["robot.urdf"]),
+        with_urdf("a URDF without links", b"<robot name=\"r\"></robot>", &["robot.urdf"]),
         with_urdf("a URDF with entities", entities, &["robot.urdf"]),
         with_urdf("a URDF that is no XML", b"\x89PNG\r\n", &["robot.urdf"]).code(4),
     ]

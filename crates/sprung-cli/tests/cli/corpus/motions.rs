@@ -58,53 +58,25 @@ pub(super) fn all() -> Vec<Faulty> {
         .collect()
 }
 
+#[rustfmt::skip]
 fn units() -> Vec<Faulty> {
     vec![
-        column(
-            "a motor in degrees",
-            PHI1,
-            &["units-disagree", "motor_position_deg"],
-            f64::to_degrees,
-        ),
-        column(
-            "a motor before its gears",
-            PHI1,
-            &["units-disagree", "motor side of the gearbox"],
-            |x| 101.0 * x,
-        ),
-        column("a motor that counts back", PHI2, &["opposite-signs"], |x| {
-            -x
-        }),
-        column(
-            "a torque the wrong way round",
-            TAU2,
-            &["reversed-torque"],
-            |x| -x,
-        ),
+        column("a motor in degrees", PHI1, &["units-disagree", "motor_position_deg"], f64::to_degrees),
+        column("a motor before its gears", PHI1, &["units-disagree", "motor side of the gearbox"], |x| 101.0 * x),
+        column("a motor that counts back", PHI2, &["opposite-signs"], |x| { -x }),
+        column("a torque the wrong way round", TAU2, &["reversed-torque"], |x| -x),
         column("a torque in mN·m", TAU1, &["torque-scale"], |x| 1e3 * x).code(0),
         column("a time in ms", TIME, &["time-unit"], |t| 1e3 * t),
-        faulty(
-            "columns of two encoders exchanged",
-            &["exchanged-columns"],
-            |_, numbers| {
-                numbers.swap(Q1, PHI1);
-            },
-        ),
+        faulty("columns of two encoders exchanged", &["exchanged-columns"], |_, numbers| { numbers.swap(Q1, PHI1); }),
     ]
 }
 
+#[rustfmt::skip]
 fn numbers() -> Vec<Faulty> {
     vec![
-        column(
-            "an encoder that is not connected",
-            PHI2,
-            &["constant-column"],
-            |_| 0.0131,
-        ),
+        column("an encoder that is not connected", PHI2, &["constant-column"], |_| 0.0131),
         column("a torque of zero", TAU1, &["constant-column"], |_| 0.0),
-        column("positions beyond reason", Q1, &["units-disagree"], |x| {
-            1e200 * x
-        }),
+        column("positions beyond reason", Q1, &["units-disagree"], |x| { 1e200 * x }),
         faulty(
             "a joint beyond reason",
             &["position-jumps"],
@@ -114,10 +86,7 @@ fn numbers() -> Vec<Faulty> {
             },
         )
         .code(0),
-        column("positions near nothing", Q1, &["hardly-moves"], |x| {
-            1e-300 * x
-        })
-        .code(0),
+        column("positions near nothing", Q1, &["hardly-moves"], |x| { 1e-300 * x }).code(0),
         faulty(
             "a counter that starts anew",
             &["wraps-around"],
@@ -137,13 +106,11 @@ fn numbers() -> Vec<Faulty> {
             },
         )
         .code(0),
-        faulty("a robot that rests", &["unexcited-joint"], |_, numbers| {
-            numbers[1..5].fill(0.25);
-        })
-        .code(1),
+        faulty("a robot that rests", &["unexcited-joint"], |_, numbers| { numbers[1..5].fill(0.25); }).code(1),
     ]
 }
 
+#[rustfmt::skip]
 fn samples() -> Vec<Faulty> {
     vec![
         faulty("every second sample twice", &["repeated-samples"], {
@@ -162,21 +129,8 @@ fn samples() -> Vec<Faulty> {
             }
         })
         .code(0),
-        faulty("two samples", &["unexcited-joint"], |row, numbers| {
-            if row > 1 {
-                numbers.clear();
-            }
-        })
-        .code(1),
-        faulty(
-            "ten samples",
-            &["constant-column", "too-short-to-examine"],
-            |row, numbers| {
-                if row > 9 {
-                    numbers.clear();
-                }
-            },
-        ),
+        faulty("two samples", &["unexcited-joint"], |row, numbers| { if row > 1 { numbers.clear(); } }).code(1),
+        faulty("ten samples", &["constant-column", "too-short-to-examine"], |row, numbers| { if row > 9 { numbers.clear(); } }),
         faulty(
             "a last sample a million years later",
             &["gaps"],

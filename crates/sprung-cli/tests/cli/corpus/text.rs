@@ -57,6 +57,7 @@ pub(super) fn all() -> Vec<Faulty> {
         .collect()
 }
 
+#[rustfmt::skip]
 fn cells() -> Vec<Faulty> {
     let usual = |name: &str, bytes, says: &[&'static str]| Faulty::log(name, bytes, USUAL, says);
     let line = ["line 101 of", "column \"q2_rad\""];
@@ -67,26 +68,14 @@ fn cells() -> Vec<Faulty> {
         usual("not a number", cell(2, "NaN"), &with("the value is NaN")),
         usual("infinity", cell(2, "-inf"), &with("the value is -inf")),
         usual("beyond floats", cell(2, "1e400"), &with("the value is inf")),
-        usual(
-            "thousands in quotes",
-            cell(2, "\"1,234.5\""),
-            &with("no thousands separators"),
-        ),
-        usual(
-            "thousands",
-            cell(2, "1,234.5"),
-            &["line 101 of", "has 8 cells, the header has 7"],
-        ),
+        usual("thousands in quotes", cell(2, "\"1,234.5\""), &with("no thousands separators")),
+        usual("thousands", cell(2, "1,234.5"), &["line 101 of", "has 8 cells, the header has 7"]),
         usual(
             "thousands with points",
             format!("{GERMAN_HEADER}\n0,0;1;2;3;4;5;6\n0,1;1;1.234,5;3;4;5;6\n").into_bytes(),
             &["line 3 of", "\"1.234,5\"", "no thousands separators"],
         ),
-        usual(
-            "a cell of a megabyte",
-            cell(2, &"x".repeat(1 << 20)),
-            &["line 102 has more than 1 MiB"],
-        ),
+        usual("a cell of a megabyte", cell(2, &"x".repeat(1 << 20)), &["line 102 has more than 1 MiB"]),
         usual(
             "bytes that are no text",
             changed(|_, _| {})
@@ -100,6 +89,7 @@ fn cells() -> Vec<Faulty> {
     ]
 }
 
+#[rustfmt::skip]
 fn rows() -> Vec<Faulty> {
     let usual = |name: &str, bytes, says: &[&'static str]| Faulty::log(name, bytes, USUAL, says);
     let mut cut = fixture("plain.csv");
@@ -107,22 +97,10 @@ fn rows() -> Vec<Faulty> {
     let end = cut.iter().rposition(|&byte| byte == b',').unwrap();
     cut.truncate(end);
     vec![
-        usual(
-            "an empty text",
-            Vec::new(),
-            &["has 0 samples", "not even a header line"],
-        ),
+        usual("an empty text", Vec::new(), &["has 0 samples", "not even a header line"]),
         usual("blank lines", b"\n\n  \n".to_vec(), &["has "]),
-        usual(
-            "a header alone",
-            first_lines(1),
-            &["has 0 samples, at least 2 are needed"],
-        ),
-        usual(
-            "one row",
-            first_lines(2),
-            &["has 1 samples, at least 2 are needed"],
-        ),
+        usual("a header alone", first_lines(1), &["has 0 samples, at least 2 are needed"]),
+        usual("one row", first_lines(2), &["has 1 samples, at least 2 are needed"]),
         usual("a text that was cut off", cut, &["log-cut-off"]).code(0),
         usual(
             "a short row",
@@ -133,11 +111,7 @@ fn rows() -> Vec<Faulty> {
             }),
             &["line 8 of", "has 6 cells, the header has 7"],
         ),
-        usual(
-            "a quote that is not closed",
-            cell(2, "\"0.1"),
-            &["line 101 of", "cells"],
-        ),
+        usual("a quote that is not closed", cell(2, "\"0.1"), &["line 101 of", "cells"]),
         usual(
             "two logs in one file",
             [fixture("plain.csv"), fixture("plain.csv")].concat(),
@@ -146,6 +120,7 @@ fn rows() -> Vec<Faulty> {
     ]
 }
 
+#[rustfmt::skip]
 fn times() -> Vec<Faulty> {
     let usual = |name: &str, bytes, says: &[&'static str]| Faulty::log(name, bytes, USUAL, says);
     let dates = |date: fn(usize) -> String| {
@@ -160,16 +135,8 @@ fn times() -> Vec<Faulty> {
         "time = { column = \"t_s\", unit = \"date\" }",
     );
     vec![
-        usual(
-            "time goes back",
-            cell(0, "0.05"),
-            &["line 101 of", "time goes from 0.098 s to 0.05 s"],
-        ),
-        usual(
-            "one time with two values",
-            cell(0, "0.098"),
-            &["line 101 of", "sampling = \"even\""],
-        ),
+        usual("time goes back", cell(0, "0.05"), &["line 101 of", "time goes from 0.098 s to 0.05 s"]),
+        usual("one time with two values", cell(0, "0.098"), &["line 101 of", "sampling = \"even\""]),
         usual(
             "time stands still",
             changed(|row, cells| {
@@ -200,6 +167,7 @@ fn times() -> Vec<Faulty> {
     ]
 }
 
+#[rustfmt::skip]
 fn columns() -> Vec<Faulty> {
     let said = |name: &str, from: &str, to: &str, says: &[&'static str]| {
         assert!(USUAL.contains(from));
@@ -211,30 +179,10 @@ fn columns() -> Vec<Faulty> {
         [before.as_bytes(), to, after.as_bytes()].concat()
     };
     vec![
-        said(
-            "a column of another name",
-            "phi2_rad",
-            "phi_2_rad",
-            &["has no column \"phi_2_rad\"; did you mean \"phi2_rad\"?"],
-        ),
-        said(
-            "a pattern for too many",
-            "q*_rad",
-            "*_rad",
-            &["\"*_rad\" matches 4 columns", "list those that are meant"],
-        ),
-        said(
-            "a pattern for none",
-            "q*_rad",
-            "link*_rad",
-            &["has no column \"link*_rad\""],
-        ),
-        said(
-            "a number too large",
-            "\"t_s\"",
-            "8",
-            &["has no column \"8\""],
-        ),
+        said("a column of another name", "phi2_rad", "phi_2_rad", &["has no column \"phi_2_rad\"; did you mean \"phi2_rad\"?"]),
+        said("a pattern for too many", "q*_rad", "*_rad", &["\"*_rad\" matches 4 columns", "list those that are meant"]),
+        said("a pattern for none", "q*_rad", "link*_rad", &["has no column \"link*_rad\""]),
+        said("a number too large", "\"t_s\"", "8", &["has no column \"8\""]),
         Faulty::log(
             "a column twice",
             header("q2_rad", b"q1_rad"),
@@ -255,13 +203,7 @@ fn columns() -> Vec<Faulty> {
             &USUAL.replace("\"t_s\"", "\"seconds since the start\""),
             &["has no column \"seconds since the start\"", "c0, c1"],
         ),
-        Faulty::log(
-            "ten thousand columns",
-            ten_thousand_columns(),
-            USUAL,
-            &["\"samples\": 240"],
-        )
-        .code(0),
+        Faulty::log("ten thousand columns", ten_thousand_columns(), USUAL, &["\"samples\": 240"]).code(0),
         Faulty::log(
             "more lines to skip than there are",
             fixture("plain.csv"),
@@ -277,6 +219,7 @@ fn columns() -> Vec<Faulty> {
     ]
 }
 
+#[rustfmt::skip]
 fn whole_files() -> Vec<Faulty> {
     let usual = |name: &str, bytes, says: &[&'static str]| Faulty::log(name, bytes, USUAL, says);
     let mut zeros = fixture("plain.csv");
@@ -297,20 +240,8 @@ fn whole_files() -> Vec<Faulty> {
                 .to_vec(),
             &["has no column \"t_s\""],
         ),
-        usual(
-            "a picture",
-            b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR".to_vec(),
-            &["is a binary file in an unknown format"],
-        ),
-        usual(
-            "a text with a hole",
-            zeros,
-            &["is a binary file in an unknown format"],
-        ),
-        usual(
-            "text in UTF-16",
-            utf_16("t_s,q1_rad\n0,1\n"),
-            &["is UTF-16 text; save it as UTF-8"],
-        ),
+        usual("a picture", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR".to_vec(), &["is a binary file in an unknown format"]),
+        usual("a text with a hole", zeros, &["is a binary file in an unknown format"]),
+        usual("text in UTF-16", utf_16("t_s,q1_rad\n0,1\n"), &["is UTF-16 text; save it as UTF-8"]),
     ]
 }

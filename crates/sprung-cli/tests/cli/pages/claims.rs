@@ -1,7 +1,7 @@
 //! The table of claims: its cheap commands show what it says.
 
 use super::{beside_the_demo, of_repository};
-use std::process::Command;
+use crate::common::{Ran, program};
 
 /// Returns the cells of each row of the table.
 fn rows(page: &str) -> Vec<Vec<&str>> {
@@ -25,13 +25,9 @@ fn cheap_claims_are_shown() {
         let Some(words) = command.trim_matches('`').strip_prefix("sprung ") else {
             continue;
         };
-        let output = Command::new(env!("CARGO_BIN_EXE_sprung"))
-            .args(words.split(' '))
-            .current_dir(folder.path())
-            .output()
-            .unwrap();
-        let text = String::from_utf8_lossy(&output.stdout);
-        assert!(output.status.success(), "{claim}: {output:?}");
+        let output = Ran::of(program().args(words.split(' ')).current_dir(folder.path()));
+        let text = &output.out;
+        assert!(output.code == Some(0), "{claim}: {output:?}");
         assert!(text.contains(shows.trim_matches('`')), "{claim}: {text}");
         count += 1;
     }

@@ -1,7 +1,7 @@
 //! The page of the commands, and the commands of the questions.
 
 use super::{beside_the_demo, of_repository, run_commands};
-use crate::common::{sprung, stdout};
+use crate::common::sprung;
 
 const PAGE: &str = "docs/reference/commands.md";
 
@@ -24,7 +24,7 @@ fn commands_of_the_questions_run() {
 
 #[test]
 fn it_names_the_exit_codes_of_the_help() {
-    let help = stdout(&sprung(&["--help"]));
+    let help = sprung(&["--help"]).out;
     let listed = help.split("Exit codes:").nth(1).unwrap();
     let codes: Vec<&str> = (listed.lines())
         .filter_map(|line| line.split_whitespace().next())
@@ -41,7 +41,7 @@ fn it_names_the_exit_codes_of_the_help() {
 
 #[test]
 fn it_names_all_verbs() {
-    let help = stdout(&sprung(&["--help"]));
+    let help = sprung(&["--help"]).out;
     let verbs = help.split("Commands:").nth(1).unwrap();
     let verbs = verbs.split("Options:").next().unwrap();
     let page = of_repository(PAGE);

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use serde_json::{Map, Value};
 
 use super::{blocks, of_repository, path_in_repository};
-use crate::common::{sprung, stdout};
+use crate::common::sprung;
 
 const PAGE: &str = "docs/reference/experiment.md";
 
@@ -76,7 +76,7 @@ struct Schema {
 
 impl Schema {
     fn of_program() -> Self {
-        let text = stdout(&sprung(&["schema"]));
+        let text = sprung(&["schema"]).out;
         Self {
             root: serde_json::from_str(&text).unwrap(),
         }

@@ -1,14 +1,13 @@
 //! The page of the findings, written from their explanations; `sprung explain`.
 
 use std::fmt::Write;
-use std::process::Command;
 
 use serde_json::{Value, json};
 use sprung::description::refusals;
 use sprung::finding::Explanation;
 
 use super::experiment::same_or_written;
-use crate::common::{stderr, stdout};
+use crate::common::{Ran, contains, program};
 
 const HEAD: &str = "# Findings
 
@@ -69,17 +68,13 @@ fn the_page_is_that_of_the_explanations() {
     same_or_written("docs/reference/findings.md", page());
 }
 
-fn explain(words: &[&str]) -> std::process::Output {
-    Command::new(env!("CARGO_BIN_EXE_sprung"))
-        .arg("explain")
-        .args(words)
-        .output()
-        .unwrap()
+fn explain(words: &[&str]) -> Ran {
+    Ran::of(program().arg("explain").args(words))
 }
 
 #[test]
 fn a_finding_is_explained_and_all_are_listed() {
-    let list = stdout(&explain(&["--list"]));
+    let list = explain(&["--list"]).out;
     let codes: Vec<&str> = list.lines().collect();
     let refusals = refusals();
     let all = Explanation::all().iter().chain(&refusals);
@@ -93,15 +88,12 @@ fn a_finding_is_explained_and_all_are_listed() {
     ] {
         assert!(codes.contains(&code));
         let output = explain(&[code]);
-        let text = stdout(&output);
+        let text = &output.out;
         assert!(
-            output.status.success() && text.lines().next().unwrap().contains(code),
+            output.code == Some(0) && text.lines().next().unwrap().contains(code),
             "{text}"
         );
-        assert!(
-            text.contains("\ncause ") && text.contains("\nremedy ") && text.contains("\nexample "),
-            "{text}"
-        );
+        contains(text, &["\ncause ", "\nremedy ", "\nexample "]);
         assert!(
             !text.contains("](") && text.lines().all(|line| line.chars().count() < 110),
             "{text}"
@@ -111,33 +103,23 @@ fn a_finding_is_explained_and_all_are_listed() {
 
 #[test]
 fn an_unknown_code_names_the_nearest() {
-    let output = explain(&["weakly-exited"]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(
-        stderr(&output).contains("did you mean \"weakly-excited\"?"),
-        "{}",
-        stderr(&output)
-    );
-    let output = explain(&["zzz"]);
-    assert!(
-        stderr(&output).contains("sprung explain --list"),
-        "{}",
-        stderr(&output)
-    );
-    assert_eq!(explain(&[]).status.code(), Some(2));
+    explain(&["weakly-exited"])
+        .ends(2)
+        .tells(&["did you mean \"weakly-excited\"?"]);
+    explain(&["zzz"]).tells(&["sprung explain --list"]);
+    explain(&[]).ends(2);
 }
 
 #[test]
 fn an_earlier_code_has_the_explanation_of_its_successor() {
-    let earlier = stdout(&explain(&["noisy-torque"]));
-    assert_eq!(earlier, stdout(&explain(&["noisy-signal"])));
-    assert!(earlier.contains("\nearlier "), "{earlier}");
+    let earlier = explain(&["noisy-torque"]).out;
+    assert_eq!(earlier, explain(&["noisy-signal"]).out);
+    contains(&earlier, &["\nearlier "]);
 }
 
 #[test]
 fn explanations_as_json_have_plain_texts() {
-    let read =
-        |words: &[&str]| -> Value { serde_json::from_str(&stdout(&explain(words))).unwrap() };
+    let read = |words: &[&str]| explain(words).json();
     let table = read(&["--list", "--json"]);
     let table = table.as_array().unwrap();
     assert_eq!(table.len(), Explanation::all().len() + refusals().len());
@@ -152,7 +134,7 @@ fn explanations_as_json_have_plain_texts() {
         }
     }
     let output = explain(&["weakly-exited", "--json"]);
-    let error: Value = serde_json::from_str(&stderr(&output)).unwrap();
+    let error: Value = serde_json::from_str(&output.err).unwrap();
     assert_eq!(error["code"], "usage");
-    assert_eq!(output.status.code(), Some(2));
+    output.ends(2);
 }

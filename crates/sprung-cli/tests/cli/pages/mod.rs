@@ -11,12 +11,11 @@ mod tutorial;
 mod what_works;
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::common::{demo, stderr};
+use crate::common::{Ran, demo, program};
 
 /// Returns the path of a file of the repository.
 fn path_in_repository(file: &str) -> PathBuf {
@@ -73,14 +72,10 @@ fn run_commands(page: &str, folder: &Path) -> Vec<String> {
         .collect();
     let printed = commands.iter().map(|words| {
         println!("{}", words.join(" "));
-        let output = Command::new(env!("CARGO_BIN_EXE_sprung"))
-            .args(&words[1..])
-            .current_dir(folder)
-            .output()
-            .unwrap();
-        let code = output.status.code();
-        assert!(code == Some(0), "{words:?}: {code:?} {}", stderr(&output));
-        String::from_utf8(output.stdout).unwrap()
+        let output = Ran::of(program().args(&words[1..]).current_dir(folder));
+        let code = output.code;
+        assert!(code == Some(0), "{words:?}: {code:?} {}", output.err);
+        output.out
     });
     printed.collect()
 }

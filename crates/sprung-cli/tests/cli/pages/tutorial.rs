@@ -5,8 +5,7 @@ use std::fs;
 use tempfile::TempDir;
 
 use super::{blocks, first_result, of_repository, path_in_repository};
-use crate::common::sprung;
-use std::process::Command;
+use crate::common::{Ran, contains, program, sprung};
 
 /// Joins the lines of the quotations of a page.
 fn quotations(page: &str) -> Vec<String> {
@@ -41,13 +40,9 @@ fn it_leads_to_the_report() {
     let run = |k: usize| {
         let words: Vec<&str> = commands[k].split_whitespace().collect();
         assert_eq!(words[0], "sprung");
-        let output = Command::new(env!("CARGO_BIN_EXE_sprung"))
-            .args(&words[1..])
-            .current_dir(folder.path())
-            .output()
-            .unwrap();
-        assert!(output.status.success(), "{words:?}: {output:?}");
-        String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap()
+        let output = Ran::of(program().args(&words[1..]).current_dir(folder.path()));
+        assert!(output.code == Some(0), "{words:?}: {output:?}");
+        output.out + &output.err
     };
     run(0);
 
@@ -60,7 +55,7 @@ fn it_leads_to_the_report() {
 
     let last_line = blocks(&page, "text")[1].clone();
     let printed = run(1);
-    assert!(printed.contains(&last_line), "{printed}");
+    contains(&printed, &[&last_line]);
     let printed = run(2);
     for line in blocks(&page, "text")[2].lines() {
         let stiffness: Vec<&str> = line.split_whitespace().collect();
@@ -89,7 +84,7 @@ fn its_arm_can_be_simulated_again() {
     let twin = twin.to_str().unwrap();
     for run in [&[][..], &["--run", "second motion"]] {
         let output = sprung(&[&["simulate", twin, "--out", out][..], run].concat());
-        assert!(output.status.success(), "{output:?}");
+        assert!(output.code == Some(0), "{output:?}");
     }
     for log in ["run.csv", "second.csv"] {
         let text = fs::read_to_string(folder.path().join(log)).unwrap();
