@@ -30,10 +30,9 @@ pub use result::{
     DelayUsed, EncoderOffsetResult, ErrorParts, EstimateResult, GainUsed, HeldOutResidual,
     IDENTIFICATION_FORMAT, Identification, JointPrediction, LogInfo, ModelDependence,
     MotorRowResult, ParameterEstimate, PayloadParameter, PayloadResult, PhysicalResult,
-    PreslidingPrior, RefinedDelay, RefinedOffset,
-    RefinedSharpness, RefinedVelocity, Refinement, RigidByHoldOut, RigidJoint, RowDisturbance,
-    RungResult, SensedSpring, SensorNoise, SettingsUsed, SignUsed, StandardParameter, Verdict,
-    parameters_csv,
+    PreslidingPrior, RefinedDelay, RefinedOffset, RefinedSharpness, RefinedVelocity, Refinement,
+    RigidByHoldOut, RigidJoint, RowDisturbance, RungResult, SensedSpring, SensorNoise,
+    SettingsUsed, SignUsed, StandardParameter, Verdict, parameters_csv,
 };
 pub use springs::with_rigid_joints;
 pub use statistics::NORMAL_95;

@@ -195,13 +195,7 @@ impl Search<'_> {
         let theta = self.known();
         let rows = self.plain_rows(&smoothed, &theta)?;
         let by_torque = Some(rows.iter().map(|row| row_rms(row).recip()).collect());
-        let evidence = Evidence::new(
-            &rows,
-            &self.signs,
-            &[],
-            by_torque,
-            1.0,
-        );
+        let evidence = Evidence::new(&rows, &self.signs, &[], by_torque, 1.0);
         let held_out = evidence.held_out(&(0..self.free.len()).collect::<Vec<usize>>(), None);
         let all: Vec<usize> = (0..PARTS).collect();
         Some(

@@ -112,7 +112,9 @@ impl AddedLaw {
 impl UnknownResult {
     /// Returns whether it is a wrong factor of a column or of the time, which the results contain.
     pub(crate) fn contradicts(&self) -> bool {
-        let is_factor = [Kind::Gain, Kind::TimeScale].map(Kind::name).contains(&self.kind.as_str());
+        let is_factor = [Kind::Gain, Kind::TimeScale]
+            .map(Kind::name)
+            .contains(&self.kind.as_str());
         is_factor && self.status == UnknownStatus::Found
     }
 

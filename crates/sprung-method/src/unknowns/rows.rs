@@ -206,7 +206,12 @@ impl Rows<'_> {
         let parts: Vec<Vec<RowOfSegment>> = (segments.iter().enumerate())
             .map(|(s, signals)| {
                 let segment = Sliding::new(self.model, signals);
-                let sampled = self.sampled(&segment, theta, (&steps, !directions.is_empty()), &gravities);
+                let sampled = self.sampled(
+                    &segment,
+                    theta,
+                    (&steps, !directions.is_empty()),
+                    &gravities,
+                );
                 (self.all.par_iter())
                     .map(|row| {
                         self.form_row(

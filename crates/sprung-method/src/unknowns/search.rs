@@ -119,13 +119,7 @@ impl<'a> Search<'a> {
                 is_positive: unknown.is_positive,
             })
             .collect();
-        Evidence::new(
-            rows,
-            &self.signs,
-            &priors,
-            weights,
-            repeats,
-        )
+        Evidence::new(rows, &self.signs, &priors, weights, repeats)
     }
 
     /// Returns the excerpt with the corrections of some sizes.

@@ -266,12 +266,7 @@ impl Selection<'_> {
     }
 
     /// Returns the factor by which a size is wrong because its column used another stiffness than the fit gives.
-    fn rescale(
-        &self,
-        unknown: usize,
-        fits: &HeldOut,
-        joint_of: &dyn Fn(usize) -> usize,
-    ) -> f64 {
+    fn rescale(&self, unknown: usize, fits: &HeldOut, joint_of: &dyn Fn(usize) -> usize) -> f64 {
         let stiffness = match self.unknowns[unknown].place {
             Place::Channel(_) if !self.unknowns[unknown].scales_torque() => {
                 let rows = self.rows(unknown, joint_of);

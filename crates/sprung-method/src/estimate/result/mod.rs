@@ -24,8 +24,8 @@ pub use payload::{PayloadParameter, PayloadResult};
 pub use physical::{CovarianceOfErrors, Decided, PhysicalResult, StandardParameter};
 pub use promise::JointPrediction;
 pub use refinement::{
-    HeldOutResidual, PreslidingPrior, RefinedDelay, RefinedOffset, RefinedSharpness, RefinedVelocity, Refinement, RowDisturbance, RungResult,
-    SensorNoise,
+    HeldOutResidual, PreslidingPrior, RefinedDelay, RefinedOffset, RefinedSharpness,
+    RefinedVelocity, Refinement, RowDisturbance, RungResult, SensorNoise,
 };
 pub use springs::{RigidByHoldOut, RigidJoint, SensedSpring};
 pub use verdict::{Decision, Verdict};

@@ -8,8 +8,8 @@ use super::ladder::Tried;
 use super::refined::{FrictionScale, Refined};
 use super::status::{Outcome, Status};
 use crate::estimate::result::{
-    HeldOutResidual, PreslidingPrior, RefinedDelay, RefinedOffset, RefinedSharpness, RefinedVelocity, Refinement, RowDisturbance, RungResult,
-    SensorNoise,
+    HeldOutResidual, PreslidingPrior, RefinedDelay, RefinedOffset, RefinedSharpness,
+    RefinedVelocity, Refinement, RowDisturbance, RungResult, SensorNoise,
 };
 use crate::log::Channels;
 use crate::model::Model;

@@ -96,8 +96,8 @@ pub(super) fn finish(
         duration,
         reading.delays(),
     );
-    let (torques_delay, delays): (Vec<ChannelUpdate>, _) = (updates.into_iter())
-        .partition(|update| update.effect == Effect::TorquesDelay);
+    let (torques_delay, delays): (Vec<ChannelUpdate>, _) =
+        (updates.into_iter()).partition(|update| update.effect == Effect::TorquesDelay);
     let (unconstrained, possible_without) =
         apart(problem, &unknowns, descent, &sums, (&folds, &without))?;
     Some(Refined {

@@ -246,7 +246,12 @@ impl<'a> About<'a> {
             ),
         };
         let text = format!("by likelihood, {text}. {moves}");
-        Finding::new(severity, code, text, remedy).seen("", column, undeclared.value, undeclared.unit)
+        Finding::new(severity, code, text, remedy).seen(
+            "",
+            column,
+            undeclared.value,
+            undeclared.unit,
+        )
     }
 
     /// The hold-out that follows completes the name of the log.
