@@ -499,3 +499,45 @@ fn quadratic(products: &Mat<f64>, columns: &[usize], x: &[f64]) -> f64 {
     }
     sum
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A spring of 2 N·m/rad whose deflection is logged with a drift that drives the fitted stiffness to zero.
+    #[test]
+    fn the_screening_shows_a_drift_that_hides_a_stiffness() {
+        const SAMPLES: usize = 800;
+        let row = Row {
+            joint: 0,
+            columns: vec![0, 1],
+            values: Mat::from_fn(SAMPLES, 3, |k, column| {
+                let time = 2.0 * k as f64 / SAMPLES as f64 - 1.0;
+                let deflection = (40.0 * time).sin() - 0.5 * time;
+                [deflection + 5.0 * time, time, 2.0 * deflection][column]
+            }),
+            reliable: vec![1.0; SAMPLES],
+        };
+        let prior = Prior {
+            scale: 10.0,
+            applied: 0.0,
+            is_positive: false,
+        };
+        let of = |sign: Sign| {
+            let evidence = Evidence::new(
+                std::slice::from_ref(&row),
+                &[sign],
+                &[prior],
+                Some(vec![1.0]),
+                1.0,
+            );
+            assert_eq!(evidence.fit(&[0]), [0.0, 0.0]);
+            let parts: Vec<usize> = (0..PARTS).collect();
+            let without = evidence.held_out(&[0], None).sum(&[0], &parts);
+            let with = evidence.fits(&[0]).with(1).unwrap().sum(&[0], &parts);
+            with / without
+        };
+        assert!(of(Sign::Stiffness) < 0.01);
+        assert!(of(Sign::NotNegative) > 0.5);
+    }
+}
