@@ -302,9 +302,8 @@ fn intervals(comparison: &Comparison) -> Intervals {
             .iter()
             .map(|result| result.label.clone())
             .collect(),
-        ticks: Vec::new(),
         rows: rows.collect(),
-        folded: false,
+        ..Intervals::default()
     }
 }
 

@@ -83,7 +83,7 @@ fn errors(joints: &Joints, promise: &[&Promised]) -> Option<Intervals> {
         names: vec!["relative standard error".to_owned()],
         ticks: [low, i32::midpoint(low, high), high].map(tick).to_vec(),
         rows: promise.iter().map(row).collect(),
-        folded: false,
+        ..Intervals::default()
     })
 }
 

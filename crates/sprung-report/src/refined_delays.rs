@@ -39,9 +39,8 @@ pub(super) fn delay_intervals(delays: &[RefinedDelay]) -> Option<Intervals> {
                   at the right is half the width of the row."
             .to_owned(),
         names: vec!["delay by likelihood".to_owned()],
-        ticks: Vec::new(),
         rows,
-folded: false,
+..Intervals::default()
 })
 }
 

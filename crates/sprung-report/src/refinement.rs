@@ -233,9 +233,8 @@ fn logs(
              overlap indicate an effect that the model lacks, or another robot."
                 .to_owned(),
         names,
-        ticks: Vec::new(),
         rows: rows.collect(),
-        folded: false,
+        ..Intervals::default()
     })
 }
 

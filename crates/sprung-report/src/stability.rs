@@ -66,9 +66,8 @@ pub(super) fn parts(identification: &Identification) -> Option<Section> {
                   the result. The number at the right is half the width of the row."
                 .to_owned(),
         names: names(identification, result),
-        ticks: Vec::new(),
         rows: rows.collect(),
-        folded: false,
+        ..Intervals::default()
     };
     Some(folded(
         Fold::Screen,
