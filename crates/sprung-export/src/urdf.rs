@@ -11,7 +11,7 @@ use super::error::ExportError;
 use super::mjcf::rotor_body;
 use super::names::{escaped, free};
 use super::robot::{
-    Form, Inertial, MOTOR, ROTOR, SPRING, StandardJoint, StandardRobot, number, numbers,
+    Form, Inertial, MOTOR, ROTOR, SPRING, StandardJoint, StandardRobot, level, number, numbers,
     roll_pitch_yaw,
 };
 use crate::description::Urdf;
@@ -329,16 +329,6 @@ fn rotor(root: &str, joint: &StandardJoint, robot: &StandardRobot) -> String {
         number(drive.motor.viscous),
         number(drive.motor.coulomb)
     )
-}
-
-/// Returns a direction in which gravity does no work.
-pub(super) fn level([x, y, z]: &[f64; 3]) -> [f64; 3] {
-    let length = x.hypot(*y);
-    if length > 1e-12 * z.abs() && length > 0.0 {
-        [-y / length, x / length, 0.0]
-    } else {
-        [1.0, 0.0, 0.0]
-    }
 }
 
 fn transmission(joint: &str, ratio: f64, more: &str) -> String {
