@@ -6,7 +6,7 @@ use crate::figures;
 use crate::install::hdf5;
 use crate::publication;
 use crate::root;
-use crate::steps::succeeds;
+use crate::steps::{exit_code, succeeds};
 use crate::test::features;
 
 /// Writes `docs/reference/experiment.md` from the JSON schema, `docs/reference/what-works.md` from the table of what
@@ -27,13 +27,6 @@ pub(crate) fn write() -> ExitCode {
         .env("SPRUNG_WRITE_DOCS", "1")
         .current_dir(root());
     let written = succeeds(&mut command);
-    if publication::write()
-        .and(figures::write_pages())
-        .and(written)
-        .is_some()
-    {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::FAILURE
-    }
+    let pages = publication::write().and(figures::write_pages());
+    exit_code(pages.and(written).is_some())
 }

@@ -1,7 +1,11 @@
-//! The files of the project by their endings.
+//! The files of the project: by their endings, read and written.
 
 use std::fs;
 use std::path::{Path, PathBuf};
+
+use serde::de::DeserializeOwned;
+
+use crate::steps::said;
 
 /// Folders without files of the project.
 const FOREIGN: [&str; 4] = ["target", ".git", "fuzz", "node_modules"];
@@ -21,4 +25,16 @@ pub(crate) fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
     }
     all.sort();
     all
+}
+
+/// Returns the contents of a JSON file; `None`, and prints why, if it cannot be read.
+pub(crate) fn json<T: DeserializeOwned>(path: &Path) -> Option<T> {
+    let text = said(path.display(), fs::read_to_string(path))?;
+    said(path.display(), serde_json::from_str(&text))
+}
+
+/// Writes a file; returns `None`, and prints why, if this fails.
+pub(crate) fn write(path: &Path, text: &str) -> Option<()> {
+    let folder = path.parent().map_or(Ok(()), fs::create_dir_all);
+    said(path.display(), folder.and_then(|()| fs::write(path, text)))
 }

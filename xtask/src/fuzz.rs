@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, ExitCode, Stdio};
 
 use crate::install::{hdf5, tool};
-use crate::steps::{cargo, succeeds};
+use crate::steps::{cargo, exit_code, succeeds};
 use crate::{root, target};
 
 /// The version of cargo-fuzz that is installed where none is.
@@ -49,19 +49,10 @@ pub(crate) fn run(seconds: &str, chosen: &[&str]) -> ExitCode {
         eprintln!("── the seeds could not be written");
         return ExitCode::FAILURE;
     }
-    let has_nightly = has_nightly();
-    if !has_nightly {
-        eprintln!(
-            "── no nightly toolchain: the stable one compiles the targets, with RUSTC_BOOTSTRAP=1"
-        );
-    }
     let has_hdf5 = hdf5();
-    let cargo_fuzz = Cargo {
-        has_nightly,
-        has_hdf5,
-    };
+    let cargo_fuzz = Cargo { has_hdf5 };
     let targets = if chosen.is_empty() {
-        cargo_fuzz.targets()
+        Cargo::targets()
     } else {
         chosen.iter().map(|name| (*name).to_owned()).collect()
     };
@@ -94,39 +85,27 @@ pub(crate) fn run(seconds: &str, chosen: &[&str]) -> ExitCode {
     for target in &skipped {
         println!("     SKIPPED because libhdf5 is absent: {target}");
     }
-    if outcomes.iter().any(|outcome| outcome.found) {
-        ExitCode::FAILURE
-    } else {
-        ExitCode::SUCCESS
-    }
+    exit_code(!outcomes.iter().any(|outcome| outcome.found))
 }
 
 /// How cargo-fuzz is called.
 struct Cargo {
-    has_nightly: bool,
     has_hdf5: bool,
 }
 
 impl Cargo {
     /// Returns a command of cargo-fuzz.
-    fn command(&self, word: &str) -> Command {
-        let mut command = if self.has_nightly {
-            let mut command = Command::new("rustup");
-            command.args(["run", "nightly", "cargo"]);
-            command
-        } else {
-            // libFuzzer needs flags of the compiler that stable admits only with this variable.
-            let mut command = Command::new(env!("CARGO"));
-            command.env("RUSTC_BOOTSTRAP", "1");
-            command
-        };
+    fn command(word: &str) -> Command {
+        let mut command = Command::new(env!("CARGO"));
+        // libFuzzer needs flags of the compiler that stable admits only with this variable.
+        command.env("RUSTC_BOOTSTRAP", "1");
         command.args(["fuzz", word]).current_dir(root());
         command
     }
 
     /// Returns a command that compiles targets.
     fn compiler(&self, word: &str) -> Command {
-        let mut command = self.command(word);
+        let mut command = Self::command(word);
         // Without the address sanitizer, which takes half of the time: none of our code is unsafe.
         command.args(["--sanitizer", "none"]);
         if self.has_hdf5 {
@@ -136,8 +115,8 @@ impl Cargo {
     }
 
     /// Returns the names of all targets.
-    fn targets(&self) -> Vec<String> {
-        let list = self.command("list").output();
+    fn targets() -> Vec<String> {
+        let list = Self::command("list").output();
         list.map_or_else(
             |_| Vec::new(),
             |list| {
@@ -180,13 +159,6 @@ impl Cargo {
 /// Returns the number of inputs on a line of libFuzzer's statistics.
 fn executions_in(line: &str) -> Option<u64> {
     line.strip_prefix(EXECUTIONS)?.trim().parse().ok()
-}
-
-fn has_nightly() -> bool {
-    let version = Command::new("rustup")
-        .args(["run", "nightly", "rustc", "--version"])
-        .output();
-    version.is_ok_and(|version| version.status.success())
 }
 
 /// Writes the corpus of faulty logs, and undamaged files, as seeds.

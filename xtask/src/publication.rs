@@ -3,6 +3,7 @@
 use std::fs;
 
 use crate::root;
+use crate::steps::said;
 
 /// File of the values, relative to the root of the repository.
 const FILE: &str = "publication.toml";
@@ -144,8 +145,7 @@ pub(crate) fn write() -> Option<()> {
         let (_, new) = file(name, lines)?;
         fs::write(root().join(name), new).map_err(|error| format!("{name}: {error}"))
     };
-    let done = LINES.iter().try_for_each(each);
-    done.map_err(|why| eprintln!("── {why}")).ok()
+    said("publication", LINES.iter().try_for_each(each))
 }
 
 #[cfg(test)]

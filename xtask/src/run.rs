@@ -192,16 +192,19 @@ fn read(from: Option<impl Read>) -> Vec<String> {
 mod tests {
     use super::*;
 
-    #[test]
-    fn all_programs_run_also_after_one_that_fails() {
-        let program = |name: &str| Binary {
+    fn binary(name: &str) -> Binary {
+        Binary {
             name: name.to_owned(),
             kind: Kind::Tests,
             path: ["/bin/", name].concat().into(),
             package: "/".into(),
-        };
+        }
+    }
+
+    #[test]
+    fn all_programs_run_also_after_one_that_fails() {
         let names = ["false", "true", "no such program", "echo"];
-        let (outcome, value) = Outcome::beside(&names.map(program), || 7);
+        let (outcome, value) = Outcome::beside(&names.map(binary), || 7);
         let mut failed = outcome.failed;
         failed.sort();
         assert_eq!(failed, ["false", "no such program"]);
@@ -210,13 +213,7 @@ mod tests {
 
     #[test]
     fn programs_that_take_minutes_begin_first() {
-        let program = |name: &str| Binary {
-            name: name.to_owned(),
-            kind: Kind::Tests,
-            path: name.into(),
-            package: "/".into(),
-        };
-        let all = ["a", LONGEST[1], "b", LONGEST[0]].map(program);
+        let all = ["a", LONGEST[1], "b", LONGEST[0]].map(binary);
         let names: Vec<&str> = (longest_first(&all).iter())
             .map(|binary| binary.name.as_str())
             .collect();

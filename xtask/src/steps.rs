@@ -1,6 +1,7 @@
 //! Named steps and their times.
 
-use std::process::Command;
+use std::fmt::Display;
+use std::process::{Command, ExitCode};
 use std::time::{Duration, Instant};
 
 /// Steps that ran. A failed step does not stop the others: one run shows all faults.
@@ -89,6 +90,21 @@ pub(crate) fn cargo() -> Command {
     let mut command = Command::new(env!("CARGO"));
     command.env("CARGO_INCREMENTAL", "0");
     command
+}
+
+/// Returns a value; `None`, and prints what failed and why, without one.
+pub(crate) fn said<T>(what: impl Display, done: Result<T, impl Display>) -> Option<T> {
+    done.inspect_err(|error| eprintln!("── {what}: {error}"))
+        .ok()
+}
+
+/// Returns the exit code of a task.
+pub(crate) fn exit_code(is_done: bool) -> ExitCode {
+    if is_done {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
 }
 
 /// Runs a command; returns `None`, and prints why, if it does not succeed.

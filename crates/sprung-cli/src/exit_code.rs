@@ -76,7 +76,22 @@ pub(crate) struct Described<'a> {
 }
 
 impl Failure {
-    pub(crate) fn new(code: ExitCode, message: impl std::fmt::Display) -> Self {
+    /// Returns the error of a wrong command line or experiment file.
+    pub(crate) fn usage(message: impl std::fmt::Display) -> Self {
+        Self::new(ExitCode::Usage, message)
+    }
+
+    /// Returns the error of a wrong log.
+    pub(crate) fn log(message: impl std::fmt::Display) -> Self {
+        Self::new(ExitCode::Log, message)
+    }
+
+    /// Returns the error of a file that cannot be read or written.
+    pub(crate) fn file(message: impl std::fmt::Display) -> Self {
+        Self::new(ExitCode::File, message)
+    }
+
+    fn new(code: ExitCode, message: impl std::fmt::Display) -> Self {
         Self {
             code,
             message: format!("{message}"),

@@ -9,7 +9,7 @@ use sprung::session::{Session, Switch, TEMPORARY_NAME, finish};
 use tempfile::NamedTempFile;
 
 use crate::args::Common;
-use crate::exit_code::{ExitCode, Failure};
+use crate::exit_code::Failure;
 use crate::halt;
 use crate::switch::decide;
 
@@ -58,10 +58,9 @@ impl Folder {
         }
         temporary(path).map_err(|error| {
             let path = path.display();
-            Failure::new(
-                ExitCode::File,
-                format!("cannot write into the folder {path}: {error}; choose another folder"),
-            )
+            Failure::file(format!(
+                "cannot write into the folder {path}: {error}; choose another folder"
+            ))
         })?;
         Ok(folder)
     }
@@ -81,10 +80,9 @@ impl Folder {
     fn create(&self) -> Result<(), Failure> {
         std::fs::create_dir_all(&self.path).map_err(|error| {
             let folder = self.path.display();
-            Failure::new(
-                ExitCode::File,
-                format!("cannot create the folder {folder}: {error}; choose another folder"),
-            )
+            Failure::file(format!(
+                "cannot create the folder {folder}: {error}; choose another folder"
+            ))
         })?;
         finish(&self.path)?;
         Ok(())
@@ -95,10 +93,9 @@ impl Folder {
         let path = self.path.join(name);
         if (path.canonicalize()).is_ok_and(|path| self.inputs.contains(&path)) {
             let path = path.display();
-            return Err(Failure::new(
-                ExitCode::Usage,
-                format!("{path} is an input and would be overwritten; choose a folder with --out"),
-            ));
+            return Err(Failure::usage(format!(
+                "{path} is an input and would be overwritten; choose a folder with --out"
+            )));
         }
         if path.is_dir() {
             let error = std::io::Error::from(std::io::ErrorKind::IsADirectory);
@@ -148,10 +145,7 @@ impl Output<'_> {
             "results of earlier runs are unchanged"
         };
         let failed = |error: &dyn std::fmt::Display| {
-            Failure::new(
-                ExitCode::File,
-                format!("cannot write {}: {error}; {kept}", path.display()),
-            )
+            Failure::file(format!("cannot write {}: {error}; {kept}", path.display()))
         };
         let mut file = temporary(&self.folder.path).map_err(|error| failed(&error))?;
         let mut writer = std::io::BufWriter::with_capacity(1 << 16, file.as_file_mut());
@@ -230,10 +224,7 @@ impl Output<'_> {
 }
 
 fn cannot_write(path: &Path, error: &dyn std::fmt::Display) -> Failure {
-    Failure::new(
-        ExitCode::File,
-        format!("cannot write {}: {error}", path.display()),
-    )
+    Failure::file(format!("cannot write {}: {error}", path.display()))
 }
 
 /// Creates a locked temporary file.

@@ -9,7 +9,7 @@ use sprung::report::{Contents, Document, compose, render};
 use sprung::session::{Disk, Files, IDENTIFICATION_FILE};
 use sprung::validate::{Validated, Validation};
 
-use crate::exit_code::{ExitCode, Failure};
+use crate::exit_code::Failure;
 use crate::output::Output;
 
 /// Names of the other files of an identification.
@@ -70,7 +70,7 @@ pub(crate) fn write_identified(output: &mut Output<'_>, found: &Identified) -> R
     ];
     if is_refining(&found.identification) {
         let mut json = serde_json::to_value(&found.identification)
-            .map_err(|error| Failure::new(ExitCode::File, error.to_string()))?;
+            .map_err(|error| Failure::file(error.to_string()))?;
         json["status"] = REFINING.into();
         write_json(output, IDENTIFICATION_FILE, &json)?;
         for (_, table) in &mut tables {
@@ -114,9 +114,8 @@ pub(crate) fn write_html(
     name: &str,
     document: &Document,
 ) -> Result<PathBuf, Failure> {
-    let html = render(document).map_err(|error| {
-        Failure::new(ExitCode::File, format!("cannot make the report: {error}"))
-    })?;
+    let html = render(document)
+        .map_err(|error| Failure::file(format!("cannot make the report: {error}")))?;
     output.text(name, &html)
 }
 

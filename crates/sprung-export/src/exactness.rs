@@ -1,5 +1,7 @@
 //! Exact, approximated and dropped properties of a file.
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 use sprung_core::friction::Law;
 use sprung_core::parameters::{JointParameter, Side};
@@ -95,63 +97,55 @@ fn rotors(format: Format, form: Form, robot: &StandardRobot) -> Said {
     let one_joint = |joint: &StandardJoint| !joint.has_spring(form);
     let in_joints = robot.joints.iter().any(one_joint);
     let what = "rotor inertias";
-    match format {
-        Format::Urdf if in_joints => row(
-            what,
+    let (how, note) = match format {
+        Format::Urdf if in_joints => (
             How::Approximated,
             "drake:rotor_inertia of the <transmission>, which only Drake reads; elsewhere set the armature \
              of the joint",
         ),
-        Format::Urdf => row(
-            what,
+        Format::Urdf => (
             How::Exact,
             "rotor links that turn on the root link, so they have no gyroscopic coupling",
         ),
-        Format::Mjcf if in_joints => row(what, How::Exact, "armature of the joint"),
-        Format::Mjcf => row(
-            what,
+        Format::Mjcf if in_joints => (How::Exact, "armature of the joint"),
+        Format::Mjcf => (
             How::Exact,
             "bodies that turn beside the base, so they have no gyroscopic coupling",
         ),
-        Format::Sdf => row(
-            what,
+        Format::Sdf => (
             How::Exact,
             "drake:rotor_inertia of the joint; Gazebo has no rotor inertia and ignores it",
         ),
-        Format::Json | Format::C | Format::Rust => {
-            row(what, How::Exact, "reflected inertia of each joint")
-        }
-    }
+        Format::Json | Format::C | Format::Rust => (How::Exact, "reflected inertia of each joint"),
+    };
+    row(what, how, note)
 }
 
 fn stiffness(format: Format, form: Form) -> Said {
     let what = "springs";
-    match (format, form) {
+    let (how, note) = match (format, form) {
         (Format::Json | Format::C | Format::Rust, _) => {
-            row(what, How::Exact, "stiffness and damping of each joint")
+            (How::Exact, "stiffness and damping of each joint")
         }
-        (_, Form::Rigid) => row(
-            what,
+        (_, Form::Rigid) => (
             How::Dropped,
             "--rigid: motor and link move together, which hides resonances",
         ),
-        (Format::Urdf, _) => row(
-            what,
+        (Format::Urdf, _) => (
             How::Dropped,
             "URDF has no spring between two joints: a <transmission> of type sprung/Spring holds the \
              values, and no simulator reads it",
         ),
-        (Format::Mjcf, _) => row(
-            what,
+        (Format::Mjcf, _) => (
             How::Exact,
             "stiffness and damping of a fixed tendon from the motor's joint to the link's joint",
         ),
-        (Format::Sdf, _) => row(
-            what,
+        (Format::Sdf, _) => (
             How::Exact,
             "spring_stiffness and damping of the joint between rotor and link",
         ),
-    }
+    };
+    row(what, how, note)
 }
 
 fn viscous(format: Format, form: Form, robot: &StandardRobot) -> Option<Said> {
@@ -250,35 +244,34 @@ fn short(value: f64) -> String {
     format!("{value:.digits$}")
 }
 
-fn reason(kind: JointParameter) -> (How, String) {
+fn reason(kind: JointParameter) -> (How, Cow<'static, str>) {
     match kind {
-        JointParameter::CubicStiffness => (
-            How::Dropped,
-            "the format has only linear springs".to_owned(),
-        ),
+        JointParameter::CubicStiffness => {
+            (How::Dropped, "the format has only linear springs".into())
+        }
         JointParameter::Hysteresis(_) => (
             How::Dropped,
             "the format has no spring with hysteresis; after a reversal the robot is stiffer"
-                .to_owned(),
+                .into(),
         ),
         JointParameter::Preload => (
             How::Dropped,
-            "it is the zero of the link's encoder, not a property of the robot".to_owned(),
+            "it is the zero of the link's encoder, not a property of the robot".into(),
         ),
         JointParameter::Change(..) => (
             How::Dropped,
-            "the file holds the friction at the references of the covariates".to_owned(),
+            "the file holds the friction at the references of the covariates".into(),
         ),
         JointParameter::Friction(side, law) => of_law(side, law),
         JointParameter::RotorInertia
         | JointParameter::Stiffness
         | JointParameter::Damping
         | JointParameter::BackEmf
-        | JointParameter::TorqueOffset => (How::Dropped, "the format has no such law".to_owned()),
+        | JointParameter::TorqueOffset => (How::Dropped, "the format has no such law".into()),
     }
 }
 
-fn of_law(side: Side, law: Law) -> (How, String) {
+fn of_law(side: Side, law: Law) -> (How, Cow<'static, str>) {
     let side = side.name();
     match law {
         Law::ViscousPositive
@@ -286,19 +279,19 @@ fn of_law(side: Side, law: Law) -> (How, String) {
         | Law::CoulombPositive
         | Law::CoulombNegative => (
             How::Approximated,
-            "the file holds the mean of both directions".to_owned(),
+            "the file holds the mean of both directions".into(),
         ),
         Law::Offset => (
             How::Dropped,
-            "a constant torque; subtract it from the command if it is real".to_owned(),
+            "a constant torque; subtract it from the command if it is real".into(),
         ),
         Law::Stribeck => (
             How::Dropped,
-            format!("the {side} has more friction than the file says at low velocity"),
+            format!("the {side} has more friction than the file says at low velocity").into(),
         ),
         Law::Load => (
             How::Dropped,
-            format!("the {side} has more friction than the file says under load"),
+            format!("the {side} has more friction than the file says under load").into(),
         ),
         Law::Viscous
         | Law::Coulomb
@@ -308,6 +301,6 @@ fn of_law(side: Side, law: Law) -> (How, String) {
         | Law::Presliding3
         | Law::Presliding4
         | Law::Presliding5
-        | Law::Presliding6 => (How::Dropped, "the format has no such law".to_owned()),
+        | Law::Presliding6 => (How::Dropped, "the format has no such law".into()),
     }
 }

@@ -9,6 +9,8 @@ use std::array::from_fn;
 type Vector = [f64; 3];
 type Matrix = [Vector; 3];
 
+const UNTURNED: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
 /// A mechanism that was read from a file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Mechanism {
@@ -39,6 +41,26 @@ pub(super) struct MechanismJoint {
     pub(super) armature: f64,
     pub(super) damping: f64,
     pub(super) coulomb: f64,
+}
+
+impl Default for MechanismJoint {
+    /// A joint on the base without mass, about the z axis.
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            parent: None,
+            rotation: UNTURNED,
+            origin: [0.0; 3],
+            axis: [0.0, 0.0, 1.0],
+            slides: false,
+            mass: 0.0,
+            centre: [0.0; 3],
+            inertia: [[0.0; 3]; 3],
+            armature: 0.0,
+            damping: 0.0,
+            coulomb: 0.0,
+        }
+    }
 }
 
 /// A spring and damper on a linear combination of coordinates.
@@ -160,7 +182,7 @@ impl Mechanism {
     /// Returns the motion of all bodies; the base accelerates against gravity.
     fn moving(&self, motion: &Motion<'_>, gravity: Vector) -> Vec<Moving> {
         let base = Moving {
-            axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            axes: UNTURNED,
             acceleration: gravity.map(|g| -g),
             ..Moving::default()
         };

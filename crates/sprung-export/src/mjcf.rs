@@ -10,9 +10,9 @@ use sprung_core::chain::JointKind;
 
 use super::names::escaped;
 use super::robot::{
-    Form, Friction, MOTOR, ROTOR, SPRING, StandardJoint, StandardRobot, number, numbers, quaternion,
+    Form, Friction, MOTOR, ROTOR, SPRING, StandardJoint, StandardRobot, level, number, numbers,
+    quaternion,
 };
-use super::urdf::level;
 
 /// Mass of a rotor that turns. The mass of the real rotor is a part of its link.
 const ROTOR_MASS: f64 = 1e-3;

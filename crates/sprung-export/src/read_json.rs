@@ -84,17 +84,10 @@ pub(super) fn read(text: &str) -> Result<Mechanism, String> {
         });
         mechanism.joints.push(MechanismJoint {
             name: format!("{name}_motor"),
-            parent: None,
-            rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            origin: [0.0; 3],
-            axis: [0.0, 0.0, 1.0],
-            slides: false,
-            mass: 0.0,
-            centre: [0.0; 3],
-            inertia: [[0.0; 3]; 3],
             armature: value_of(actuator, "reflected_inertia_")?,
             damping: value_of(actuator, "motor_viscous_")?,
             coulomb: value_of(actuator, "motor_coulomb_")?,
+            ..MechanismJoint::default()
         });
     }
     Ok(mechanism)

@@ -93,12 +93,8 @@ fn body(link: Node<'_, '_>, parent: Option<&str>) -> Result<MechanismJoint, Stri
     let of = |key: &str| number(text_of(inertia, key)?);
     let [xy, xz, yz] = [of("ixy")?, of("ixz")?, of("iyz")?];
     Ok(MechanismJoint {
-        name: String::new(),
-        parent: None,
         rotation: rotation_of([w, x, y, z]),
         origin: [px, py, pz],
-        axis: [0.0; 3],
-        slides: false,
         mass: number(text_of(inertial, "mass")?)?,
         centre: [cx, cy, cz],
         inertia: [
@@ -106,9 +102,7 @@ fn body(link: Node<'_, '_>, parent: Option<&str>) -> Result<MechanismJoint, Stri
             [xy, of("iyy")?, yz],
             [xz, yz, of("izz")?],
         ],
-        armature: 0.0,
-        damping: 0.0,
-        coulomb: 0.0,
+        ..MechanismJoint::default()
     })
 }
 

@@ -7,7 +7,7 @@ use sprung_core::chain::JointKind;
 use sprung_core::drives::State;
 use sprung_core::linear::{dot, factor, solve};
 use sprung_core::links::{LengthError, Step};
-use sprung_core::robot::Values;
+use sprung_core::robot::{Robot, Values};
 
 use super::error::ExportError;
 use super::format::Format;
@@ -229,30 +229,8 @@ impl Reference<'_> {
             theta: self.theta,
             bodies: &bodies,
         };
-        let mut torques = vec![0.0; x.len()];
-        let mut steps = vec![Step::default(); n];
-        robot.link_torque(
-            &values,
-            &x[..n],
-            &dx[..n],
-            &ddx[..n],
-            &mut steps,
-            &mut torques[..n],
-        )?;
-        let state = State {
-            q: &x[..n],
-            dq: &dx[..n],
-            phi: &phi,
-            dphi: &dphi,
-            excess: &[],
-            elements: &[],
-        };
-        for term in robot.terms {
-            let drive = robot.drive(&state, term.joint);
-            let column = term.rest(&drive, &robot.shapes[term.joint]);
-            let column = column + term.momentum(ddphi[term.joint]);
-            torques[term.row] += self.theta[term.column] * column;
-        }
+        let motion = [&x[..n], &dx[..n], &ddx[..n], &phi, &dphi, &ddphi];
+        let mut torques = required(&robot, &values, motion)?;
         if self.format == Format::Sdf {
             // The exactness table states that the bearing's friction acts on the motor.
             for (i, joint) in self.robot.joints.iter().enumerate() {
@@ -295,6 +273,44 @@ impl Reference<'_> {
             .map(|at| columns[at % count][at / count])
             .collect())
     }
+}
+
+/// Returns a state without memory of the motion, at the references of all covariates.
+pub(super) fn state([q, dq, phi, dphi]: [&[f64]; 4]) -> State<'_> {
+    State {
+        q,
+        dq,
+        phi,
+        dphi,
+        excess: &[],
+        elements: &[],
+    }
+}
+
+/// Returns the torques that a motion requires in all coordinates of the model, row by row.
+///
+/// - `q`, `dq`, `ddq`, then those of the motors, each \[n\].
+///
+/// # Errors
+///
+/// [`LengthError`] if the parameters do not fit the robot.
+pub(super) fn required(
+    robot: &Robot<'_>,
+    values: &Values<'_>,
+    [q, dq, ddq, phi, dphi, ddphi]: [&[f64]; 6],
+) -> Result<Vec<f64>, LengthError> {
+    let n = robot.joints();
+    let mut torques = vec![0.0; robot.rows()];
+    let mut steps = vec![Step::default(); n];
+    robot.link_torque(values, q, dq, ddq, &mut steps, &mut torques[..n])?;
+    let state = state([q, dq, phi, dphi]);
+    for term in robot.terms {
+        let drive = robot.drive(&state, term.joint);
+        let rest = term.rest(&drive, &robot.shapes[term.joint]);
+        let column = rest + term.momentum(ddphi[term.joint]);
+        torques[term.row] += values.theta[term.column] * column;
+    }
+    Ok(torques)
 }
 
 /// Multiplies by the transposed map.

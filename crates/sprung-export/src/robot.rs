@@ -171,6 +171,16 @@ pub(super) fn roll_pitch_yaw(r: &[[f64; 3]; 3]) -> [f64; 3] {
     [(-r[1][2]).atan2(r[1][1]), pitch, 0.0]
 }
 
+/// Returns a direction in which gravity does no work.
+pub(super) fn level([x, y, z]: &[f64; 3]) -> [f64; 3] {
+    let length = x.hypot(*y);
+    if length > 1e-12 * z.abs() && length > 0.0 {
+        [-y / length, x / length, 0.0]
+    } else {
+        [1.0, 0.0, 0.0]
+    }
+}
+
 /// Returns numbers with a space between them, each with all its digits.
 pub(super) fn numbers(values: &[f64]) -> String {
     let words: Vec<String> = values.iter().map(|value| number(*value)).collect();

@@ -8,16 +8,14 @@ use sprung_core::chain::JointKind;
 use sprung_core::spatial::BODY;
 
 use super::error::ExportError;
+use super::mjcf::rotor_body;
 use super::names::{escaped, free};
 use super::robot::{
-    Form, Inertial, MOTOR, ROTOR, SPRING, StandardJoint, StandardRobot, number, numbers,
+    Form, Inertial, MOTOR, ROTOR, SPRING, StandardJoint, StandardRobot, level, number, numbers,
     roll_pitch_yaw,
 };
 use crate::description::Urdf;
 use crate::model::is_possible;
-
-/// Mass of a rotor that turns. The mass of the real rotor is a part of its link.
-const ROTOR_MASS: f64 = 1e-3;
 
 /// Limits of a sliding joint whose limits are unknown; URDF has no sliding joint without limits.
 const FAR_M: f64 = 1e3;
@@ -62,13 +60,7 @@ pub(super) fn minimal(robot: &StandardRobot) -> String {
             .map_or_else(|| base(robot), |parent| robot.joints[parent].link.clone());
         let (kind, limit) = match place.kind {
             JointKind::Revolute => ("continuous", String::new()),
-            JointKind::Prismatic => (
-                "prismatic",
-                format!(
-                    "\n    <limit lower=\"-{FAR_M}\" upper=\"{FAR_M}\" effort=\"{}\" velocity=\"{FAST_M_PER_S}\"/>",
-                    joint.limits.effort.unwrap_or(STRONG_N)
-                ),
-            ),
+            JointKind::Prismatic => ("prismatic", far_limit(joint)),
         };
         let _ = write!(
             text,
@@ -84,6 +76,14 @@ pub(super) fn minimal(robot: &StandardRobot) -> String {
     }
     text.push_str("</robot>\n");
     text
+}
+
+/// Returns the limit of a sliding joint whose positions and velocities have none.
+fn far_limit(joint: &StandardJoint) -> String {
+    format!(
+        "\n    <limit lower=\"-{FAR_M}\" upper=\"{FAR_M}\" effort=\"{}\" velocity=\"{FAST_M_PER_S}\"/>",
+        joint.limits.effort.unwrap_or(STRONG_N)
+    )
 }
 
 /// Returns a name of the base that no link has.
@@ -309,25 +309,10 @@ fn additions(root: &str, robot: &StandardRobot, form: Form) -> String {
 /// Returns a rotor that moves on the root link.
 fn rotor(root: &str, joint: &StandardJoint, robot: &StandardRobot) -> String {
     let (name, drive) = (escaped(&joint.name), &joint.drive);
-    let size = drive.rotor_inertia;
-    let (kind, axis, mass, inertia, limit) = match joint.place.kind {
-        JointKind::Revolute => (
-            "continuous",
-            [0.0, 0.0, 1.0],
-            ROTOR_MASS,
-            size,
-            String::new(),
-        ),
-        JointKind::Prismatic => (
-            "prismatic",
-            level(&robot.gravity),
-            size,
-            0.01 * size,
-            format!(
-                "\n    <limit lower=\"-{FAR_M}\" upper=\"{FAR_M}\" effort=\"{}\" velocity=\"{FAST_M_PER_S}\"/>",
-                joint.limits.effort.unwrap_or(STRONG_N)
-            ),
-        ),
+    let (mass, inertia) = rotor_body(joint);
+    let (kind, axis, limit) = match joint.place.kind {
+        JointKind::Revolute => ("continuous", [0.0, 0.0, 1.0], String::new()),
+        JointKind::Prismatic => ("prismatic", level(&robot.gravity), far_limit(joint)),
     };
     let body = Inertial {
         mass,
@@ -344,16 +329,6 @@ fn rotor(root: &str, joint: &StandardJoint, robot: &StandardRobot) -> String {
         number(drive.motor.viscous),
         number(drive.motor.coulomb)
     )
-}
-
-/// Returns a direction in which gravity does no work.
-pub(super) fn level([x, y, z]: &[f64; 3]) -> [f64; 3] {
-    let length = x.hypot(*y);
-    if length > 1e-12 * z.abs() && length > 0.0 {
-        [-y / length, x / length, 0.0]
-    } else {
-        [1.0, 0.0, 0.0]
-    }
 }
 
 fn transmission(joint: &str, ratio: f64, more: &str) -> String {

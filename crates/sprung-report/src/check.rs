@@ -1,15 +1,16 @@
 //! Composes the report of a check: the findings about a log and their evidence.
 
 use super::document::{
-    Badge, Block, Column, Document, Figure, Fold, Layout, Panel, Row, Series, Style, Table, Tone,
+    Badge, Block, Document, Figure, Fold, Layout, Panel, Series, Style, Table, Tone,
 };
 use super::numbers::{or_dash, significant};
-use super::section::{folded, section, shown};
+use super::rows::rows;
+use super::section::{folded, origin, section, shown};
 use super::unknowns::unknowns;
 use super::verdict::{as_sentence, first_sentence};
 use crate::curves::Curves;
 use crate::finding::{Finding, Severity};
-use sprung_method::check::{CheckReport, Checked, CheckedLog, FindingSamples};
+use sprung_method::check::{CheckReport, Checked, CheckedLog, ColumnFigures, FindingSamples};
 
 /// Composes the report of a check.
 ///
@@ -61,16 +62,7 @@ pub fn compose_check(checked: &Checked, command: &str, experiment: &str) -> Docu
         "Smallest and largest value of each part of the log.",
         vec![Block::Figure(overview(report, &checked.overview))],
     ));
-    sections.push(folded(
-        Fold::Detail,
-        "settings",
-        "Settings",
-        "The command that made this report, and the experiment file.",
-        vec![
-            Block::Code(command.to_owned()),
-            Block::Code(experiment.to_owned()),
-        ],
-    ));
+    sections.push(origin(Fold::Detail, command, Some(experiment)));
     let above_notes = |finding: &&Finding| finding.severity > Severity::Info;
     let worst = (report.findings.iter().filter(above_notes)).max_by_key(|one| one.severity);
     Document {
@@ -111,15 +103,11 @@ fn summary(report: &CheckReport) -> String {
 }
 
 fn badge(report: &CheckReport) -> Badge {
-    let (tone, text) = match report.worst() {
-        None | Some(Severity::Info) => (Tone::Good, "nothing wrong was found"),
-        Some(Severity::Warning) => (Tone::Doubtful, "warnings"),
-        Some(Severity::Serious) => (Tone::Bad, "serious findings"),
-        Some(Severity::Error) => (Tone::Bad, "errors: identify refuses this log"),
-    };
-    Badge {
-        tone,
-        text: text.to_owned(),
+    match report.worst() {
+        None | Some(Severity::Info) => Badge::new(Tone::Good, "nothing wrong was found"),
+        Some(Severity::Warning) => Badge::new(Tone::Doubtful, "warnings"),
+        Some(Severity::Serious) => Badge::new(Tone::Bad, "serious findings"),
+        Some(Severity::Error) => Badge::new(Tone::Bad, "errors: identify refuses this log"),
     }
 }
 
@@ -142,93 +130,50 @@ fn findings(checked: &Checked) -> Vec<Block> {
 }
 
 fn of_place(finding: &Finding, place: &FindingSamples) -> Figure {
-    Figure {
-        id: format!("place-{}", place.finding),
-        caption: format!("\"{}\" around the place of {}.", place.column, finding.code),
-        x_label: "time [s]".to_owned(),
-        logarithmic: false,
-        layout: Layout::Stack,
-        panels: vec![Panel {
-            y_label: format!("{} [{}]", place.column, place.unit),
-            x: place.time.clone(),
-            series: vec![Series {
-                name: place.column.clone(),
-                values: place.values.iter().map(|value| Some(*value)).collect(),
-                style: Style::Measured,
-                clipped: false,
-            }],
-            ..Panel::default()
-        }],
-    }
-}
-
-fn heads(names: &[(&str, bool)]) -> Vec<Column> {
-    (names.iter())
-        .map(|(heading, numeric)| Column {
-            heading: (*heading).to_owned(),
-            numeric: *numeric,
-        })
-        .collect()
+    let values = place.values.iter().map(|value| Some(*value)).collect();
+    let panel = Panel {
+        y_label: format!("{} [{}]", place.column, place.unit),
+        x: place.time.clone(),
+        series: vec![Series::new(&place.column, Style::Measured, values)],
+        ..Panel::default()
+    };
+    Figure::over_time(
+        format!("place-{}", place.finding),
+        format!("\"{}\" around the place of {}.", place.column, finding.code),
+        Layout::Stack,
+        [panel],
+    )
 }
 
 fn joints(report: &CheckReport) -> Table {
-    let rows = report.joints.iter().map(|joint| Row {
-        cells: vec![
-            joint.joint.clone(),
-            significant(joint.explained_percent, 4),
-            or_dash(joint.slope, 4),
-            or_dash(joint.stiffness, 4),
-        ],
-        tone: Tone::Neutral,
-    });
-    Table {
-        caption: String::new(),
-        columns: heads(&[
-            ("joint", false),
-            ("torque explained [%]", true),
-            ("motor over link", true),
-            ("stiffness, motor row alone [N·m/rad]", true),
-        ]),
-        rows: rows.collect(),
-        ..Table::default()
-    }
+    rows(&report.joints)
+        .text("joint", |joint| &joint.joint)
+        .number("torque explained [%]", |joint| {
+            significant(joint.explained_percent, 4)
+        })
+        .number("motor over link", |joint| or_dash(joint.slope, 4))
+        .number("stiffness, motor row alone [N·m/rad]", |joint| {
+            or_dash(joint.stiffness, 4)
+        })
+        .table("")
 }
 
 fn columns(log: &CheckedLog) -> Table {
-    let rows = log.columns.iter().map(|column| Row {
-        cells: vec![
-            column.label(),
-            column.joint.clone(),
-            column.quantity.replace('_', " "),
-            column.unit.clone(),
-            significant(column.min, 4),
-            significant(column.max, 4),
-            significant(column.deviation, 3),
-            or_dash(column.noise, 2),
-            or_dash(column.step, 3),
-            or_dash(column.effective_bits, 3),
-            significant(column.longest_still_s, 3),
-        ],
-        tone: Tone::Neutral,
-    });
-    Table {
-        caption: String::new(),
-        columns: heads(&[
-            ("column", false),
-            ("joint", false),
-            ("quantity", false),
-            ("unit", false),
-            ("smallest", true),
-            ("largest", true),
-            ("deviation", true),
-            ("noise", true),
-            ("step", true),
-            ("effective bits", true),
-            ("longest standstill [s]", true),
-        ]),
-        rows: rows.collect(),
-        ..Table::default()
-    }
+    rows(&log.columns)
+        .text("column", ColumnFigures::label)
+        .text("joint", |column| &column.joint)
+        .text("quantity", |column| column.quantity.replace('_', " "))
+        .text("unit", |column| &column.unit)
+        .number("smallest", |column| significant(column.min, 4))
+        .number("largest", |column| significant(column.max, 4))
+        .number("deviation", |column| significant(column.deviation, 3))
+        .number("noise", |column| or_dash(column.noise, 2))
+        .number("step", |column| or_dash(column.step, 3))
+        .number("effective bits", |column| or_dash(column.effective_bits, 3))
+        .number("longest standstill [s]", |column| {
+            significant(column.longest_still_s, 3)
+        })
+        .table("")
 }
 
 fn overview(report: &CheckReport, curves: &Curves) -> Figure {
@@ -240,12 +185,7 @@ fn overview(report: &CheckReport, curves: &Curves) -> Figure {
     let panels = curves.columns.iter().enumerate().map(|(i, column)| {
         let series = (curves.sets.iter())
             .zip([Style::Measured, Style::First])
-            .map(|(set, style)| Series {
-                name: set.label.clone(),
-                values: set.values[i].clone(),
-                style,
-                clipped: false,
-            });
+            .map(|(set, style)| Series::new(&set.label, style, set.values[i].clone()));
         Panel {
             y_label: format!("{column} [{}]", unit(column)),
             x: curves
@@ -256,12 +196,10 @@ fn overview(report: &CheckReport, curves: &Curves) -> Figure {
             ..Panel::default()
         }
     });
-    Figure {
-        id: "overview".to_owned(),
-        caption: "All columns; drag to zoom.".to_owned(),
-        x_label: "time [s]".to_owned(),
-        logarithmic: false,
-        layout: Layout::Grid,
-        panels: panels.collect(),
-    }
+    Figure::over_time(
+        "overview",
+        "All columns; drag to zoom.",
+        Layout::Grid,
+        panels,
+    )
 }

@@ -1,18 +1,17 @@
 //! Composes the report of a comparison.
 
-use super::document::{
-    Badge, Block, Document, Fold, IntervalRow, Intervals, Row, Section, Table, Tone,
-};
+use super::document::{Badge, Block, Document, Fold, IntervalRow, Intervals, Section, Table, Tone};
 use super::drift::drift;
 use super::groups::Joints;
 use super::intervals::{self, Ranged};
-use super::numbers::{or_dash, significant};
-use super::section::{folded, section, shown};
-use super::tables::{number, text};
+use super::numbers::{dash_if_none, or_dash, percent_or_dash, significant, with_error};
+use super::rows::rows;
+use super::section::{findings, folded, origin, section};
+use super::tables::{row_name, symbol_and_name};
 use super::verdict;
 use crate::compare::{
-    CombinedParameter, CombinedResult, ComparedParameter, ComparedPromise, ComparedResult,
-    ComparedValue, Comparison, PARAMETER_DRIFTS, RUNS_DISAGREE, SIGNIFICANCE,
+    CombinedResult, ComparedParameter, ComparedPromise, ComparedResult, ComparedValue, Comparison,
+    PARAMETER_DRIFTS, RUNS_DISAGREE, SIGNIFICANCE,
 };
 use crate::finding::{Finding, Severity};
 use crate::validate::{JointProof, QuantityProof};
@@ -37,8 +36,7 @@ pub fn compose_comparison(comparison: &Comparison, command: &str) -> Document {
             vec![Block::Table(promises(&comparison.promises))],
         ));
     }
-    if !comparison.findings.is_empty() {
-        let findings = comparison.findings.iter().map(shown).collect();
+    if let Some(found) = findings(&comparison.findings) {
         sections.insert(
             sections.len().min(1),
             section(
@@ -49,7 +47,7 @@ pub fn compose_comparison(comparison: &Comparison, command: &str) -> Document {
                      differences in less than {} % of all comparisons.",
                     100.0 * SIGNIFICANCE
                 ),
-                vec![Block::Findings(findings)],
+                vec![found],
             ),
         );
     }
@@ -62,13 +60,7 @@ pub fn compose_comparison(comparison: &Comparison, command: &str) -> Document {
             vec![Block::Table(residuals(compared))],
         ));
     }
-    sections.push(folded(
-        Fold::Screen,
-        "settings",
-        "Settings",
-        "The command that made this report.",
-        vec![Block::Code(command.to_owned())],
-    ));
+    sections.push(origin(Fold::Screen, command, None));
     let above_notes = |finding: &&Finding| finding.severity > Severity::Info;
     let deciding = comparison.findings.iter().find(above_notes);
     Document {
@@ -140,154 +132,106 @@ fn of_results(comparison: &Comparison) -> Vec<Section> {
 
 /// Returns a table of combined results.
 fn combined(combined: &CombinedResult) -> Table {
-    let row = |parameter: &CombinedParameter| Row {
-        cells: vec![
-            parameter.name.clone(),
-            parameter.unit.clone(),
-            format!(
-                "{} ± {}",
-                significant(parameter.value, 5),
-                significant(parameter.standard_error, 2)
-            ),
-            parameter.results.to_string(),
-            significant(parameter.chi_square, 3),
-            significant(parameter.probability, 2),
-            format!("{:.0}", parameter.i_squared_percent),
-        ],
-        tone: Tone::Neutral,
-    };
-    Table {
-        caption: format!("{}: {}", combined.estimator, combined.results.join(", ")),
-        columns: vec![
-            text("Parameter"),
-            text("Unit"),
-            number("Mean ± s.e."),
-            number("Results"),
-            number("χ²"),
-            number("p"),
-            number("I² [%]"),
-        ],
-        rows: combined.parameters.iter().map(row).collect(),
-        ..Table::default()
-    }
+    rows(&combined.parameters)
+        .text("Parameter", |parameter| &parameter.name)
+        .text("Unit", |parameter| &parameter.unit)
+        .number("Mean ± s.e.", |parameter| {
+            with_error(parameter.value, 5, parameter.standard_error)
+        })
+        .number("Results", |parameter| parameter.results)
+        .number("χ²", |parameter| significant(parameter.chi_square, 3))
+        .number("p", |parameter| significant(parameter.probability, 2))
+        .number("I² [%]", |parameter| {
+            format!("{:.0}", parameter.i_squared_percent)
+        })
+        .table(format!(
+            "{}: {}",
+            combined.estimator,
+            combined.results.join(", ")
+        ))
 }
 
 /// Returns a table with one row per run, parameter set and joint.
 fn promises(promises: &[ComparedPromise]) -> Table {
-    let row = |promise: &ComparedPromise, quantity: &QuantityProof<'_>| Row {
-        cells: vec![
-            promise.run.clone(),
-            promise.parameters.clone(),
-            format!("{} {}", quantity.joint, quantity.name),
-            or_dash(quantity.promised, 3),
-            significant(quantity.error, 3),
-            quantity
-                .ratio
-                .map_or_else(|| "–".to_owned(), |ratio| format!("{ratio:.1}")),
-            if promise.same_log {
-                format!("{} (of the identification)", promise.log)
+    let proofs: Vec<(&ComparedPromise, QuantityProof<'_>)> = (promises.iter())
+        .flat_map(|promise| {
+            let quantities = promise.predictions.iter().flat_map(JointProof::quantities);
+            quantities.map(move |quantity| (promise, quantity))
+        })
+        .collect();
+    rows(&proofs)
+        .text("Run", |(promise, _)| &promise.run)
+        .text("Parameters", |(promise, _)| &promise.parameters)
+        .text("Quantity", |(_, of)| format!("{} {}", of.joint, of.name))
+        .number("promised", |(_, of)| or_dash(of.promised, 3))
+        .number("measured", |(_, of)| significant(of.error, 3))
+        .number("times", |(_, of)| {
+            dash_if_none(of.ratio.map(|ratio| format!("{ratio:.1}")))
+        })
+        .text("Log", |(promise, _)| {
+            let of = if promise.same_log {
+                " (of the identification)"
             } else {
-                promise.log.clone()
-            },
-            promise.file.clone(),
-        ],
-        tone: if quantity.is_broken() {
-            Tone::Doubtful
-        } else {
-            Tone::Neutral
-        },
-    };
-    let rows = promises.iter().flat_map(|promise| {
-        let quantities = promise.predictions.iter().flat_map(JointProof::quantities);
-        quantities.map(move |quantity| row(promise, &quantity))
-    });
-    Table {
-        caption:
-            "Root mean square errors of filtered torques [N·m or N] and of deflections [rad or \
-                  m]. Marked rows break the promise."
-                .to_owned(),
-        rows: rows.collect(),
-        columns: vec![
-            text("Run"),
-            text("Parameters"),
-            text("Quantity"),
-            number("promised"),
-            number("measured"),
-            number("times"),
-            text("Log"),
-            text("File"),
-        ],
-        ..Table::default()
-    }
+                ""
+            };
+            format!("{}{of}", promise.log)
+        })
+        .text("File", |(promise, _)| &promise.file)
+        .marked(|(_, of)| of.is_broken())
+        .table(
+            "Root mean square errors of filtered torques [N·m or N] and of deflections [rad or m]. Marked rows break the \
+             promise.",
+        )
 }
 
 fn badge(comparison: &Comparison) -> Option<Badge> {
-    if (comparison.findings.iter()).any(|finding| finding.code == PARAMETER_DRIFTS) {
-        return Some(Badge {
-            tone: Tone::Doubtful,
-            text: "parameters drift".to_owned(),
-        });
+    let has = |code: &str| (comparison.findings.iter()).any(|finding| finding.code == code);
+    if has(PARAMETER_DRIFTS) {
+        return Some(Badge::new(Tone::Doubtful, "parameters drift"));
     }
-    let disagree = (comparison.findings.iter()).any(|f| f.code == RUNS_DISAGREE);
-    (comparison.tested > 0).then(|| Badge {
-        tone: if disagree { Tone::Doubtful } else { Tone::Good },
-        text: if disagree {
-            "repeated results disagree".to_owned()
+    (comparison.tested > 0).then(|| {
+        if has(RUNS_DISAGREE) {
+            Badge::new(Tone::Doubtful, "repeated results disagree")
         } else {
-            "repeated results agree".to_owned()
-        },
+            Badge::new(Tone::Good, "repeated results agree")
+        }
     })
 }
 
 fn headers(compared: &[ComparedResult]) -> Table {
-    let row = |result: &ComparedResult| {
-        let settings = &result.settings;
-        Row {
-            cells: vec![
-                result.label.clone(),
-                result.estimator.clone(),
-                result.verdict.word().to_owned(),
-                result.file.clone(),
-                format!(
-                    "{}{} ({} samples, {} s)",
-                    result.log,
-                    result
-                        .date()
-                        .map_or_else(String::new, |date| format!(", {date}")),
-                    result.samples,
-                    significant(result.duration_s, 4)
-                ),
-                format!(
-                    "λ = {} rad/s, {}, {} Hz",
-                    significant(settings.filter_cutoff_rad_per_s, 3),
-                    settings.discretization,
-                    significant(settings.position_cutoff_hz, 3)
-                ),
-                or_dash(result.condition_number_scaled, 3),
-                if result.findings.is_empty() {
-                    "none".to_owned()
-                } else {
-                    result.findings.join(", ")
-                },
-            ],
-            tone: verdict::tone(result.verdict),
-        }
-    };
-    Table {
-        caption: String::new(),
-        columns: vec![
-            text("Result"),
-            text("Estimator"),
-            text("Verdict"),
-            text("File"),
-            text("Log"),
-            text("Settings"),
-            number("Condition, scaled"),
-            text("Warnings"),
-        ],
-        rows: compared.iter().map(row).collect(),
-        ..Table::default()
-    }
+    rows(compared)
+        .text("Result", |result| &result.label)
+        .text("Estimator", |result| &result.estimator)
+        .text("Verdict", |result| result.verdict.word())
+        .text("File", |result| &result.file)
+        .text("Log", |result| {
+            let date = result.date();
+            let date = date.map_or_else(String::new, |date| format!(", {date}"));
+            format!(
+                "{}{date} ({} samples, {} s)",
+                result.log,
+                result.samples,
+                significant(result.duration_s, 4)
+            )
+        })
+        .text("Settings", |result| {
+            let settings = &result.settings;
+            format!(
+                "λ = {} rad/s, {}, {} Hz",
+                significant(settings.filter_cutoff_rad_per_s, 3),
+                settings.discretization,
+                significant(settings.position_cutoff_hz, 3)
+            )
+        })
+        .number("Condition, scaled", |result| {
+            or_dash(result.condition_number_scaled, 3)
+        })
+        .text("Warnings", |result| match result.findings.as_slice() {
+            [] => "none".to_owned(),
+            findings => findings.join(", "),
+        })
+        .toned(|result| verdict::tone(result.verdict))
+        .table("")
 }
 
 fn cell(value: Option<&ComparedValue>) -> String {
@@ -298,55 +242,44 @@ fn cell(value: Option<&ComparedValue>) -> String {
         (None, _) => "not determined".to_owned(),
         (Some(v), _) if value.fixed => format!("{} given", significant(v, 5)),
         (Some(v), None) => significant(v, 5),
-        (Some(v), Some(error)) => format!("{} ± {}", significant(v, 5), significant(error, 2)),
+        (Some(v), Some(error)) => with_error(v, 5, error),
     }
 }
 
 fn parameters(comparison: &Comparison) -> Table {
-    let mut columns = vec![text("Parameter"), text("Unit")];
-    for (i, result) in comparison.compared.iter().enumerate() {
-        columns.push(number(format!("{} ± s.e.", result.label)));
-        if i > 0 {
-            columns.push(number("%"));
-            columns.push(number("in s.e."));
-        }
-    }
     let disagreeing = |name: &String| {
         (comparison.findings.iter())
             .any(|f| f.severity != Severity::Info && f.parameters.contains(name))
     };
-    let rows = comparison.parameters.iter().map(|parameter| {
-        let symbol = parameter.symbol.replace("theta", "θ");
-        let mut cells = vec![
-            format!("{symbol}\u{a0}{}", parameter.name),
-            parameter.unit.clone(),
-        ];
-        for (i, value) in parameter.values.iter().enumerate() {
-            cells.push(cell(value.as_ref()));
-            if i > 0 {
-                let of = |of: fn(&ComparedValue) -> Option<f64>, digits: usize| {
-                    let value = value.as_ref().and_then(of);
-                    value.map_or_else(|| "–".to_owned(), |x| format!("{x:+.digits$}"))
-                };
-                cells.push(of(|v| v.difference_percent, 2));
-                cells.push(of(|v| v.difference_standard_errors, 1));
-            }
+    let mut table = rows(&comparison.parameters)
+        .text("Parameter", |parameter| {
+            symbol_and_name(&parameter.symbol, &parameter.name)
+        })
+        .text("Unit", |parameter| &parameter.unit)
+        .marked(|parameter| disagreeing(&parameter.name));
+    for (i, result) in comparison.compared.iter().enumerate() {
+        table = table.number(format!("{} ± s.e.", result.label), |parameter| {
+            cell(parameter.values.get(i).and_then(Option::as_ref))
+        });
+        if i > 0 {
+            let of = |parameter: &ComparedParameter,
+                      of: fn(&ComparedValue) -> Option<f64>,
+                      digits: usize| {
+                let value = parameter
+                    .values
+                    .get(i)
+                    .and_then(Option::as_ref)
+                    .and_then(of);
+                dash_if_none(value.map(|x| format!("{x:+.digits$}")))
+            };
+            table = table
+                .number("%", |parameter| of(parameter, |v| v.difference_percent, 2))
+                .number("in s.e.", |parameter| {
+                    of(parameter, |v| v.difference_standard_errors, 1)
+                });
         }
-        Row {
-            cells,
-            tone: if disagreeing(&parameter.name) {
-                Tone::Doubtful
-            } else {
-                Tone::Neutral
-            },
-        }
-    });
-    Table {
-        caption: "Marked rows disagree.".to_owned(),
-        rows: rows.collect(),
-        columns,
-        ..Table::default()
     }
+    table.table("Marked rows disagree.")
 }
 
 /// Returns the values of each parameter relative to the first value, scaled by the largest
@@ -369,9 +302,8 @@ fn intervals(comparison: &Comparison) -> Intervals {
             .iter()
             .map(|result| result.label.clone())
             .collect(),
-        ticks: Vec::new(),
         rows: rows.collect(),
-        folded: false,
+        ..Intervals::default()
     }
 }
 
@@ -399,27 +331,15 @@ fn residuals(compared: &[ComparedResult]) -> Table {
             }
         }
     }
-    let mut columns = vec![text("Row")];
+    let mut table = rows(names).text("Row", row_name);
     for result in compared {
-        columns.push(number(format!("{} [N·m or N]", result.label)));
-        columns.push(number("% of torque"));
+        table = table
+            .number(format!("{} [N·m or N]", result.label), |name| {
+                or_dash(result.residual_rms.get(name), 3)
+            })
+            .number("% of torque", |name| {
+                percent_or_dash(result.relative_residual.get(name))
+            });
     }
-    let rows = names.iter().map(|name| {
-        let mut cells = vec![(name.trim_end_matches("_nm").trim_end_matches("_n")).to_owned()];
-        for result in compared {
-            cells.push(or_dash(result.residual_rms.get(name), 3));
-            let share = result.relative_residual.get(name);
-            cells.push(share.map_or_else(|| "–".to_owned(), |r| format!("{:.1}", 100.0 * r)));
-        }
-        Row {
-            cells,
-            tone: Tone::Neutral,
-        }
-    });
-    Table {
-        caption: "Root mean square residuals of the filtered regression.".to_owned(),
-        rows: rows.collect(),
-        columns,
-        ..Table::default()
-    }
+    table.table("Root mean square residuals of the filtered regression.")
 }

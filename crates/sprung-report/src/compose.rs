@@ -4,7 +4,7 @@ use super::contents::Contents;
 use super::document::{Block, Document, Fold, Section};
 use super::numbers::{or_dash, significant};
 use super::overview::overview;
-use super::section::{folded, section, shown};
+use super::section::{findings, folded, section};
 use super::verdict::Head;
 use super::{
     glossary, joints, laws, payload, plots, refinement, robot_tables, settings, springs, stability,
@@ -149,11 +149,9 @@ fn cross_checks(identification: &Identification) -> Option<Section> {
 
 fn warnings(identification: &Identification) -> Section {
     let mut blocks = Vec::new();
-    if !identification.findings.is_empty() {
+    if let Some(found) = findings(&identification.findings) {
         blocks.push(Block::Paragraph("About the log:".to_owned()));
-        blocks.push(Block::Findings(
-            identification.findings.iter().map(shown).collect(),
-        ));
+        blocks.push(found);
     }
     for (at, result) in identification.results.iter().enumerate() {
         // The report begins with the sentence about the first result.
@@ -169,9 +167,7 @@ fn warnings(identification: &Identification) -> Section {
                 .trim_end()
                 .to_owned(),
         ));
-        if !result.warnings.is_empty() {
-            blocks.push(Block::Findings(result.warnings.iter().map(shown).collect()));
-        }
+        blocks.extend(findings(&result.warnings));
     }
     if blocks.is_empty() {
         blocks.push(Block::Paragraph("There are no findings.".to_owned()));
@@ -180,12 +176,12 @@ fn warnings(identification: &Identification) -> Section {
     let deciding = first
         .flat_map(|result| &result.warnings)
         .chain(&identification.findings);
-    let counts = Counts::of(deciding);
+    let (counts, is_above_notes) = counted(deciding);
     Section {
-        fold: if counts.above_notes() == 0 {
-            Fold::Detail
-        } else {
+        fold: if is_above_notes {
             Fold::Open
+        } else {
+            Fold::Detail
         },
         ..section(
             "warnings",
@@ -199,46 +195,26 @@ fn warnings(identification: &Identification) -> Section {
     }
 }
 
-/// Numbers of findings by severity.
-#[derive(Clone, Copy, Debug, Default)]
-struct Counts {
-    serious: usize,
-    warnings: usize,
-    notes: usize,
-}
-
-impl Counts {
-    fn of<'a>(findings: impl IntoIterator<Item = &'a Finding>) -> Self {
-        let mut counts = Self::default();
-        for finding in findings {
-            match finding.severity {
-                Severity::Info => counts.notes += 1,
-                Severity::Warning => counts.warnings += 1,
-                Severity::Serious | Severity::Error => counts.serious += 1,
-            }
+/// Returns the numbers of findings by severity in words, and whether any is more than a note.
+fn counted<'a>(findings: impl IntoIterator<Item = &'a Finding>) -> (String, bool) {
+    let [mut serious, mut warnings, mut notes] = [0, 0, 0];
+    for finding in findings {
+        match finding.severity {
+            Severity::Info => notes += 1,
+            Severity::Warning => warnings += 1,
+            Severity::Serious | Severity::Error => serious += 1,
         }
-        counts
     }
-
-    fn above_notes(self) -> usize {
-        self.serious + self.warnings
-    }
-}
-
-impl std::fmt::Display for Counts {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let plural = |count: usize| if count == 1 { "" } else { "s" };
-        write!(
-            f,
-            "{} serious finding{}, {} warning{}, {} note{}",
-            self.serious,
-            plural(self.serious),
-            self.warnings,
-            plural(self.warnings),
-            self.notes,
-            plural(self.notes)
-        )
-    }
+    let parts = [
+        (serious, "serious finding"),
+        (warnings, "warning"),
+        (notes, "note"),
+    ];
+    let words = parts.map(|(count, word)| {
+        let plural = if count == 1 { "" } else { "s" };
+        format!("{count} {word}{plural}")
+    });
+    (words.join(", "), serious + warnings > 0)
 }
 
 fn traces(identification: &Identification, trace: &Curves, contents: &Contents<'_>) -> Section {
@@ -264,10 +240,7 @@ fn validation_section(validation: &Validation, fold: Fold) -> Section {
             blocks.push(Block::Table(validation_tables::errors(run)));
         }
         let of_sets = run.sets.iter().flat_map(|set| &set.findings);
-        let findings: Vec<_> = run.findings.iter().chain(of_sets).map(shown).collect();
-        if !findings.is_empty() {
-            blocks.push(Block::Findings(findings));
-        }
+        blocks.extend(findings(run.findings.iter().chain(of_sets)));
     }
     folded(
         fold,
@@ -310,23 +283,17 @@ fn fit_section(identification: &Identification, fit: &Curves) -> Section {
 fn conditioning(identification: &Identification) -> Section {
     let mut pairs = Vec::new();
     if let Some(result) = identification.results.first() {
-        pairs.push((
-            "Rank of the regressor".to_owned(),
-            format!("{} of {}", result.rank, result.parameters.len()),
-        ));
-        pairs.push((
-            "Condition number".to_owned(),
-            or_dash(result.condition_number, 4),
-        ));
-        pairs.push((
-            "Condition number, columns scaled".to_owned(),
-            or_dash(result.condition_number_scaled, 4),
-        ));
+        let rank = format!("{} of {}", result.rank, result.parameters.len());
+        pairs.push(("Rank of the regressor".to_owned(), rank));
+        let mut add = |name: &str, number| pairs.push((name.to_owned(), or_dash(number, 4)));
+        add("Condition number", result.condition_number);
+        add(
+            "Condition number, columns scaled",
+            result.condition_number_scaled,
+        );
         for row in &result.motor_rows {
-            pairs.push((
-                format!("Condition number of {}'s motor row", row.joint),
-                or_dash(row.condition_number, 4),
-            ));
+            let name = format!("Condition number of {}'s motor row", row.joint);
+            add(&name, row.condition_number);
         }
     }
     let mut blocks = vec![

@@ -8,13 +8,11 @@ use sprung_method::control::{
 };
 
 use super::document::{
-    Badge, Block, Document, Figure, Fold, Layout, Line, Panel, Row, Section, Series, Style, Table,
-    Tone,
+    Badge, Block, Document, Figure, Layout, Line, Panel, Section, Series, Style, Tone,
 };
 use super::numbers::{or_dash, short, significant};
-use super::section::{folded, section};
-use super::tables::{number, text};
-use super::verdict::as_sentence;
+use super::rows::rows;
+use super::section::{origin_of_design, section};
 
 /// Styles of the curves of one panel.
 const STYLES: [Style; 2] = [Style::First, Style::Second];
@@ -29,7 +27,13 @@ pub fn compose_control(controlled: &Controlled, command: &str, experiment: &str)
     sections.extend(design.shaper.as_ref().map(shaper));
     sections.push(moves(design, pictures));
     sections.extend(tracking(design, pictures));
-    sections.push(settings(design, command, experiment));
+    sections.push(origin_of_design(
+        "gains",
+        &design.assumed,
+        Block::Code(gains(design)),
+        command,
+        experiment,
+    ));
     Document {
         title: design.robot.clone(),
         subtitle: subtitle(design),
@@ -81,14 +85,10 @@ fn subtitle(design: &ControlDesign) -> String {
 
 fn badge(design: &ControlDesign) -> Badge {
     let unusable = design.verdict.as_deref() == Some("unusable");
-    let (tone, text) = match (unusable, design.proof.moves.limit_cycles) {
-        (true, _) => (Tone::Bad, "From unusable values"),
-        (false, 0) => (Tone::Good, "Stable for every robot of the posterior"),
-        (false, _) => (Tone::Doubtful, "Stable, with limit cycles"),
-    };
-    Badge {
-        tone,
-        text: text.to_owned(),
+    match (unusable, design.proof.moves.limit_cycles) {
+        (true, _) => Badge::new(Tone::Bad, "From unusable values"),
+        (false, 0) => Badge::new(Tone::Good, "Stable for every robot of the posterior"),
+        (false, _) => Badge::new(Tone::Doubtful, "Stable, with limit cycles"),
     }
 }
 
@@ -140,33 +140,24 @@ fn pair(value: &WithDraws, digits: usize) -> [String; 2] {
 
 /// Composes the section about margins with Bode plots.
 fn loops(design: &ControlDesign, pictures: &ControlPictures) -> Section {
-    let row = |margins: &sprung_method::control::LoopMargins| {
-        let [phase, worst_phase] = pair(&margins.phase_deg, 3);
-        let gain = margins.gain_db;
-        Row {
-            cells: vec![
-                margins.joint.clone(),
-                or_dash(gain.map(|gain| gain.identified), 3),
-                or_dash(gain.map(|gain| gain.worst), 3),
-                phase,
-                worst_phase,
-                or_dash(Some(margins.crossover_hz).filter(|hz| *hz > 0.0), 3),
-            ],
-            tone: Tone::Neutral,
-        }
-    };
-    let table = Table {
-        columns: vec![
-            text("Loop of"),
-            number("gain margin [dB]"),
-            number("worst robot [dB]"),
-            number("phase margin [°]"),
-            number("worst robot [°]"),
-            number("crossover [Hz]"),
-        ],
-        rows: design.loops.iter().map(row).collect(),
-        ..Table::default()
-    };
+    let table = rows(&design.loops)
+        .text("Loop of", |margins| &margins.joint)
+        .number("gain margin [dB]", |margins| {
+            or_dash(margins.gain_db.map(|gain| gain.identified), 3)
+        })
+        .number("worst robot [dB]", |margins| {
+            or_dash(margins.gain_db.map(|gain| gain.worst), 3)
+        })
+        .number("phase margin [°]", |margins| {
+            significant(margins.phase_deg.identified, 3)
+        })
+        .number("worst robot [°]", |margins| {
+            significant(margins.phase_deg.worst, 3)
+        })
+        .number("crossover [Hz]", |margins| {
+            or_dash(Some(margins.crossover_hz).filter(|hz| *hz > 0.0), 3)
+        })
+        .table("");
     let mut blocks = vec![Block::Table(table)];
     blocks.extend(pictures.loops.iter().map(bode).map(Block::Figure));
     section(
@@ -182,7 +173,8 @@ fn loops(design: &ControlDesign, pictures: &ControlPictures) -> Section {
 fn bode(curve: &LoopCurve) -> Figure {
     let panel = |band: &Banded, y_label: String, line: f64, marks: Vec<Line>| {
         let mut series = banded(band, "identified robot", Style::First);
-        series.insert(0, constant(line, curve.hz.len()));
+        let limit = vec![Some(line); curve.hz.len()];
+        series.insert(0, Series::new("limit of stability", Style::Error, limit));
         Panel {
             y_label,
             x: curve.hz.clone(),
@@ -248,39 +240,19 @@ fn crossings<'a>(
     })
 }
 
-fn constant(value: f64, length: usize) -> Series {
-    Series {
-        name: "limit of stability".to_owned(),
-        values: vec![Some(value); length],
-        style: Style::Error,
-        clipped: false,
-    }
-}
-
 /// Returns a curve and the two ends of its band.
 fn banded(band: &Banded, name: &str, style: Style) -> Vec<Series> {
-    let series = |name: String, values: &[f64], style| Series {
-        name,
-        values: values
+    let series = |name: String, values: &[f64], style| {
+        let values = values
             .iter()
-            .map(|value| value.is_finite().then_some(*value))
-            .collect(),
-        style,
-        clipped: false,
+            .map(|value| value.is_finite().then_some(*value));
+        Series::new(name, style, values.collect())
     };
-    let has_band = band.low != band.high;
     let mut all = Vec::new();
-    if has_band {
-        all.push(series(
-            format!("{name}, lowest"),
-            &band.low,
-            Style::Reference,
-        ));
-        all.push(series(
-            format!("{name}, highest"),
-            &band.high,
-            Style::Reference,
-        ));
+    if band.low != band.high {
+        for (end, values) in [("lowest", &band.low), ("highest", &band.high)] {
+            all.push(series(format!("{name}, {end}"), values, Style::Reference));
+        }
     }
     all.push(series(name.to_owned(), &band.identified, style));
     all
@@ -290,36 +262,20 @@ fn banded(band: &Banded, name: &str, style: Style) -> Vec<Series> {
 fn vibrations(design: &ControlDesign, pictures: &ControlPictures) -> Section {
     let ends =
         |[low, high]: [f64; 2]| format!("{} – {}", significant(low, 3), significant(high, 3));
-    let rows = design.vibrations.iter().map(|vibration| Row {
-        cells: vec![
-            vibration.name.clone(),
-            vibration.motors.words().to_owned(),
-            significant(vibration.all.hz, 4),
-            ends(vibration.all.hz_95),
-            significant(vibration.all.damping, 2),
-            ends(vibration.all.damping_95),
-        ],
-        tone: if vibration.motors == Motors::Controlled && vibration.all.damping < 0.1 {
-            Tone::Doubtful
-        } else {
-            Tone::Neutral
-        },
-    });
-    let table = Table {
-        caption: "Natural frequency and damping ratio: the median over the poses, and the interval that holds 95 % of all robots \
-                  in all poses. control.json has them for each pose."
-            .to_owned(),
-        columns: vec![
-            text("Vibration"),
-            text("motors"),
-            number("Hz"),
-            number("95 %"),
-            number("damping"),
-            number("95 %"),
-        ],
-        rows: rows.collect(),
-        ..Table::default()
-    };
+    let table = rows(&design.vibrations)
+        .text("Vibration", |vibration| &vibration.name)
+        .text("motors", |vibration| vibration.motors.words())
+        .number("Hz", |vibration| significant(vibration.all.hz, 4))
+        .number("95 %", |vibration| ends(vibration.all.hz_95))
+        .number("damping", |vibration| significant(vibration.all.damping, 2))
+        .number("95 %", |vibration| ends(vibration.all.damping_95))
+        .marked(|vibration| {
+            vibration.motors == Motors::Controlled && vibration.all.damping < 0.1
+        })
+        .table(
+            "Natural frequency and damping ratio: the median over the poses, and the interval that holds 95 % of all robots \
+             in all poses. control.json has them for each pose.",
+        );
     let mut blocks = vec![Block::Table(table)];
     if !pictures.poles.is_empty() {
         blocks.push(Block::Figure(poles(&pictures.poles)));
@@ -373,23 +329,15 @@ fn poles(all: &[PoleInPose]) -> Figure {
         points.extend(line(damping).map(|(x, y)| (x, y, k + 2)));
     }
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let series = |name: String, which: usize, style| Series {
-        name,
-        values: (points.iter())
-            .map(|(_, y, curve)| (*curve == which).then_some(*y))
-            .collect(),
-        style,
-        clipped: false,
+    let series = |name: &str, which: usize, style| {
+        let of_curve = |(_, y, curve): &(f64, f64, usize)| (*curve == which).then_some(*y);
+        Series::new(name, style, points.iter().map(of_curve).collect())
     };
     let mut curves: Vec<Series> = (DAMPINGS.iter().enumerate())
-        .map(|(k, damping)| series(format!("damping ratio {damping}"), k + 2, Style::Reference))
+        .map(|(k, damping)| series(&format!("damping ratio {damping}"), k + 2, Style::Reference))
         .collect();
-    curves.push(series(
-        "robots of the posterior".to_owned(),
-        0,
-        Style::Cloud,
-    ));
-    curves.push(series("identified robot".to_owned(), 1, Style::Cloud));
+    curves.push(series("robots of the posterior", 0, Style::Cloud));
+    curves.push(series("identified robot", 1, Style::Cloud));
     Figure {
         id: "poles".to_owned(),
         caption: "Poles of the closed loop in all poses, divided by 2π; a point is a pole of one robot in one pose. Lines from the \
@@ -408,20 +356,12 @@ fn poles(all: &[PoleInPose]) -> Figure {
 }
 
 fn shaper(design: &ShaperDesign) -> Section {
-    let impulses = Table {
-        caption: "Impulses of the whole shaper.".to_owned(),
-        columns: vec![number("time [s]"), number("part of the command")],
-        rows: (design.impulses.iter())
-            .map(|impulse| Row {
-                cells: vec![
-                    significant(impulse.time_s, 4),
-                    significant(impulse.amplitude, 4),
-                ],
-                tone: Tone::Neutral,
-            })
-            .collect(),
-        ..Table::default()
-    };
+    let impulses = rows(&design.impulses)
+        .number("time [s]", |impulse| significant(impulse.time_s, 4))
+        .number("part of the command", |impulse| {
+            significant(impulse.amplitude, 4)
+        })
+        .table("Impulses of the whole shaper.");
     let modes: Vec<String> = (design.modes.iter())
         .map(|mode| {
             format!(
@@ -462,14 +402,7 @@ fn figure(id: &str, caption: &str, timed: &Timed, what: &str) -> Figure {
             ..Panel::default()
         }
     };
-    Figure {
-        id: id.to_owned(),
-        caption: caption.to_owned(),
-        x_label: "time [s]".to_owned(),
-        logarithmic: false,
-        layout: Layout::Grid,
-        panels: timed.joints.iter().map(panel).collect(),
-    }
+    Figure::over_time(id, caption, Layout::Grid, timed.joints.iter().map(panel))
 }
 
 /// Returns a curve with as many values as the time.
@@ -527,28 +460,18 @@ fn tracking(design: &ControlDesign, pictures: &ControlPictures) -> Option<Sectio
     if all.is_empty() {
         return None;
     }
-    let rows = all.iter().map(|tracking| {
-        let [identified, worst] = pair(&tracking.designed_rad, 3);
-        Row {
-            cells: vec![
-                tracking.joint.clone(),
-                or_dash(tracking.declared_rad, 3),
-                identified,
-                worst,
-            ],
-            tone: Tone::Neutral,
-        }
-    });
-    let table = Table {
-        columns: vec![
-            text("Link"),
-            number("[controller] [rad]"),
-            number("designed [rad]"),
-            number("worst robot [rad]"),
-        ],
-        rows: rows.collect(),
-        ..Table::default()
-    };
+    let table = rows(all)
+        .text("Link", |tracking| &tracking.joint)
+        .number("[controller] [rad]", |tracking| {
+            or_dash(tracking.declared_rad, 3)
+        })
+        .number("designed [rad]", |tracking| {
+            significant(tracking.designed_rad.identified, 3)
+        })
+        .number("worst robot [rad]", |tracking| {
+            significant(tracking.designed_rad.worst, 3)
+        })
+        .table("");
     let caption = "Errors of the links on the reference after the first second.";
     Some(section(
         "tracking",
@@ -562,27 +485,15 @@ fn tracking(design: &ControlDesign, pictures: &ControlPictures) -> Option<Sectio
     ))
 }
 
-fn settings(design: &ControlDesign, command: &str, experiment: &str) -> Section {
-    let assumed = design.assumed.iter();
-    let mut blocks: Vec<Block> = assumed
-        .map(|sentence| Block::Paragraph(as_sentence(sentence)))
-        .collect();
-    let gains: Vec<String> = (design.controller.gain.iter())
+fn gains(design: &ControlDesign) -> String {
+    let rows: Vec<String> = (design.controller.gain.iter())
         .map(|row| {
             let row: Vec<String> = row.iter().map(|gain| significant(*gain, 5)).collect();
             format!("[{}]", row.join(", "))
         })
         .collect();
-    blocks.push(Block::Code(format!(
+    format!(
         "gain on the errors of link positions, motor positions, link velocities and motor velocities\n{}",
-        gains.join("\n")
-    )));
-    blocks.extend([command, experiment].map(|text| Block::Code(text.to_owned())));
-    folded(
-        Fold::Screen,
-        "settings",
-        "Assumptions and settings",
-        "The assumptions of the design, its gains, the command that made this report, and the experiment file.",
-        blocks,
+        rows.join("\n")
     )
 }

@@ -34,6 +34,13 @@ pub struct Badge {
     pub text: String,
 }
 
+impl Badge {
+    pub(crate) fn new(tone: Tone, text: impl Into<String>) -> Self {
+        let text = text.into();
+        Self { tone, text }
+    }
+}
+
 /// Rating of a piece of information, shown as a colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -101,6 +108,33 @@ pub enum Block {
     Drawing(Drawing),
     /// An arm that moves.
     Skeleton(Skeleton),
+}
+
+#[cfg(test)]
+impl Block {
+    pub(crate) fn table(&self) -> Option<&Table> {
+        if let Self::Table(table) = self {
+            Some(table)
+        } else {
+            None
+        }
+    }
+
+    pub(crate) fn figure(&self) -> Option<&Figure> {
+        if let Self::Figure(figure) = self {
+            Some(figure)
+        } else {
+            None
+        }
+    }
+
+    pub(crate) fn intervals(&self) -> Option<&Intervals> {
+        if let Self::Intervals(intervals) = self {
+            Some(intervals)
+        } else {
+            None
+        }
+    }
 }
 
 /// An arm that moves: points, and lines between them. The base is the origin.
@@ -275,6 +309,25 @@ pub struct Figure {
     pub panels: Vec<Panel>,
 }
 
+impl Figure {
+    /// Returns a figure over time.
+    pub(crate) fn over_time(
+        id: impl Into<String>,
+        caption: impl Into<String>,
+        layout: Layout,
+        panels: impl IntoIterator<Item = Panel>,
+    ) -> Self {
+        Self {
+            id: id.into(),
+            caption: caption.into(),
+            x_label: "time [s]".to_owned(),
+            logarithmic: false,
+            layout,
+            panels: panels.into_iter().collect(),
+        }
+    }
+}
+
 /// The arrangement of the panels of a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -329,6 +382,18 @@ pub struct Series {
     /// Whether the scale of the panel ignores the curve. Marks at the edge show where it lies
     /// outside.
     pub clipped: bool,
+}
+
+impl Series {
+    /// Returns a curve that decides on the scale of its panel.
+    pub(crate) fn new(name: impl Into<String>, style: Style, values: Vec<Option<f64>>) -> Self {
+        Self {
+            name: name.into(),
+            values,
+            style,
+            clipped: false,
+        }
+    }
 }
 
 /// The role of a curve in its panel.

@@ -1,9 +1,9 @@
 //! Composes the drift of a robot: a table, and its parameters over time.
 
-use super::document::{Block, Figure, Layout, Panel, Row, Section, Series, Style, Table, Tone};
-use super::numbers::{or_dash, significant};
+use super::document::{Block, Figure, Layout, Panel, Section, Series, Style, Table};
+use super::numbers::{or_dash, significant, with_error};
+use super::rows::rows;
 use super::section::section;
-use super::tables::{number, text};
 use crate::compare::{ComparedValue, Comparison, Drift, ParameterDrift, SIGNIFICANCE};
 use crate::model::short;
 
@@ -31,46 +31,27 @@ pub(super) fn drift(comparison: &Comparison) -> Option<Section> {
 }
 
 fn table(drift: &Drift) -> Table {
-    let row = |parameter: &ParameterDrift| Row {
-        cells: vec![
-            parameter.name.clone(),
-            parameter.unit.clone(),
-            parameter.results.to_string(),
-            significant(parameter.first, 5),
-            format!(
-                "{} ± {}",
-                significant(parameter.change, 3),
-                significant(parameter.standard_error, 2)
-            ),
-            or_dash(parameter.change_percent, 3),
-            or_dash(parameter.standard_error_percent, 2),
-            or_dash(parameter.change_per_day, 3),
-            significant(parameter.between_runs, 2),
-            significant(parameter.adjusted_probability, 2),
-        ],
-        tone: if parameter.drifts {
-            Tone::Doubtful
-        } else {
-            Tone::Neutral
-        },
-    };
-    Table {
-        caption: drift.conclusion(),
-        columns: vec![
-            text("Parameter"),
-            text("Unit"),
-            number("Runs"),
-            number("First"),
-            number("Change ± s.e."),
-            number("%"),
-            number("± %"),
-            number("per day"),
-            number("Scatter"),
-            number("p, adjusted"),
-        ],
-        rows: drift.parameters.iter().map(row).collect(),
-        ..Table::default()
-    }
+    rows(&drift.parameters)
+        .text("Parameter", |parameter| &parameter.name)
+        .text("Unit", |parameter| &parameter.unit)
+        .number("Runs", |parameter| parameter.results)
+        .number("First", |parameter| significant(parameter.first, 5))
+        .number("Change ± s.e.", |parameter| {
+            with_error(parameter.change, 3, parameter.standard_error)
+        })
+        .number("%", |parameter| or_dash(parameter.change_percent, 3))
+        .number("± %", |parameter| {
+            or_dash(parameter.standard_error_percent, 2)
+        })
+        .number("per day", |parameter| or_dash(parameter.change_per_day, 3))
+        .number("Scatter", |parameter| {
+            significant(parameter.between_runs, 2)
+        })
+        .number("p, adjusted", |parameter| {
+            significant(parameter.adjusted_probability, 2)
+        })
+        .marked(|parameter| parameter.drifts)
+        .table(drift.conclusion())
 }
 
 /// - `at`: index of the drift in the comparison.
@@ -121,11 +102,9 @@ fn panel(comparison: &Comparison, drift: &Drift, parameter_drift: &ParameterDrif
             .map(|label| parameter?.values[same(label)?].as_ref())
             .collect()
     };
-    let curve = |name: &str, style: Style, of: &dyn Fn(&ComparedValue) -> Option<f64>| Series {
-        name: name.to_owned(),
-        values: values.iter().map(|value| of((*value)?)).collect(),
-        style,
-        clipped: false,
+    let curve = |name: &str, style: Style, of: &dyn Fn(&ComparedValue) -> Option<f64>| {
+        let values = values.iter().map(|value| of((*value)?));
+        Series::new(name, style, values.collect())
     };
     let [from, to] = parameter_drift.span;
     let line = |time: &f64| {
@@ -152,14 +131,8 @@ fn panel(comparison: &Comparison, drift: &Drift, parameter_drift: &ParameterDrif
                 value.ci95.map(|[_, high]| high)
             }),
             curve("value", Style::Measured, &|value| value.value),
-            Series {
-                name: "line".to_owned(),
-                values: drift.times.iter().map(line).collect(),
-                style: Style::First,
-                clipped: false,
-            },
+            Series::new("line", Style::First, drift.times.iter().map(line).collect()),
         ],
-        errors: None,
-        marks: Vec::new(),
+        ..Panel::default()
     }
 }

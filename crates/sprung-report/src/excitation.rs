@@ -2,12 +2,12 @@
 
 use sprung_method::excite::{Excitation, Excited, LimitUsed, Limited, Promised};
 
-use super::document::{Badge, Block, Document, Fold, Row, Section, Table, Tone};
+use super::document::{Badge, Block, Document, Section, Tone};
 use super::motion;
-use super::numbers::{finite_or_dash, short, significant};
+use super::numbers::{dash_if_none, finite_or_dash, short, significant};
 use super::promise;
-use super::section::{folded, section};
-use super::tables::{number, text};
+use super::rows::rows;
+use super::section::{origin_of_design, section};
 use super::verdict::as_sentence;
 
 /// Composes the report of a designed experiment.
@@ -24,7 +24,13 @@ pub fn compose_excitation(excited: &Excited, command: &str, experiment: &str) ->
     sections.extend(motion::arm(excited));
     sections.extend(motion::hold_out(excited));
     sections.extend(motion::slow(excited));
-    sections.push(settings(excitation, command, experiment));
+    sections.push(origin_of_design(
+        "search",
+        &excitation.assumed,
+        Block::KeyValues(search(excitation)),
+        command,
+        experiment,
+    ));
     Document {
         title: excitation.robot.clone(),
         subtitle: subtitle(excitation),
@@ -57,14 +63,10 @@ fn plural(count: usize) -> &'static str {
 }
 
 fn badge(excitation: &Excitation) -> Badge {
-    let (tone, text) = if excitation.is_certified {
-        (Tone::Good, "Every limit holds")
+    if excitation.is_certified {
+        Badge::new(Tone::Good, "Every limit holds")
     } else {
-        (Tone::Bad, "Not certified")
-    };
-    Badge {
-        tone,
-        text: text.to_owned(),
+        Badge::new(Tone::Bad, "Not certified")
     }
 }
 
@@ -158,44 +160,25 @@ fn owner(limit: &LimitUsed) -> &str {
 fn limits(limits: &[LimitUsed]) -> Section {
     let mut sorted: Vec<&LimitUsed> = limits.iter().collect();
     sorted.sort_by(|a, b| b.used_percent.total_cmp(&a.used_percent));
-    let limit = |at: Option<f64>| match at.filter(|at| at.is_finite()) {
-        Some(at) => short(at, 4),
-        None => "–".to_owned(),
-    };
-    let row = |limit_used: &&LimitUsed| Row {
-        cells: vec![
-            limit_used
-                .joint
-                .clone()
-                .unwrap_or_else(|| "tool".to_owned()),
-            limit_used.quantity.clone(),
-            limit_used.unit.clone(),
-            limit(limit_used.lowest),
-            limit(limit_used.highest),
-            significant(limit_used.used_percent, 3),
-            significant(limit_used.time_s, 4),
-            limit_used.shown.clone(),
-        ],
-        tone: if limit_used.used_percent > 100.0 {
-            Tone::Bad
-        } else {
-            Tone::Neutral
-        },
-    };
-    let table = Table {
-        columns: vec![
-            text("Joint"),
-            text("quantity"),
-            text("unit"),
-            number("lowest"),
-            number("highest"),
-            number("used [%]"),
-            number("at [s]"),
-            text("shown"),
-        ],
-        rows: sorted.iter().map(row).collect(),
-        ..Table::default()
-    };
+    let limit =
+        |at: Option<f64>| dash_if_none(at.filter(|at| at.is_finite()).map(|at| short(at, 4)));
+    let table = rows(sorted)
+        .text("Joint", |used| used.joint.as_deref().unwrap_or("tool"))
+        .text("quantity", |used| &used.quantity)
+        .text("unit", |used| &used.unit)
+        .number("lowest", |used| limit(used.lowest))
+        .number("highest", |used| limit(used.highest))
+        .number("used [%]", |used| significant(used.used_percent, 3))
+        .number("at [s]", |used| significant(used.time_s, 4))
+        .text("shown", |used| &used.shown)
+        .toned(|used| {
+            if used.used_percent > 100.0 {
+                Tone::Bad
+            } else {
+                Tone::Neutral
+            }
+        })
+        .table("");
     let height = if limits
         .iter()
         .any(|limit_used| limit_used.quantity == Limited::Height.word())
@@ -217,23 +200,6 @@ fn limits(limits: &[LimitUsed]) -> Section {
         } else {
             vec![Block::Table(table)]
         },
-    )
-}
-
-fn settings(excitation: &Excitation, command: &str, experiment: &str) -> Section {
-    let assumed = excitation.assumed.iter();
-    let mut blocks: Vec<Block> = assumed
-        .map(|sentence| Block::Paragraph(as_sentence(sentence)))
-        .collect();
-    blocks.push(Block::KeyValues(search(excitation)));
-    blocks.extend([command, experiment].map(|text| Block::Code(text.to_owned())));
-    folded(
-        Fold::Screen,
-        "settings",
-        "Assumptions and settings",
-        "The assumptions of the design, its search, the command that made this report, and the \
-         experiment file.",
-        blocks,
     )
 }
 
@@ -415,28 +381,12 @@ mod tests {
     fn tables(document: &Document, id: &str) -> Vec<Table> {
         let blocks = document.sections.iter().filter(|section| section.id == id);
         let blocks = blocks.flat_map(|block| &block.blocks);
-        blocks
-            .filter_map(|block| {
-                if let Block::Table(table) = block {
-                    Some(table.clone())
-                } else {
-                    None
-                }
-            })
-            .collect()
+        blocks.filter_map(Block::table).cloned().collect()
     }
 
     fn figures(document: &Document) -> Vec<&Figure> {
         let blocks = document.sections.iter().flat_map(|section| &section.blocks);
-        blocks
-            .filter_map(|block| {
-                if let Block::Figure(figure) = block {
-                    Some(figure)
-                } else {
-                    None
-                }
-            })
-            .collect()
+        blocks.filter_map(Block::figure).collect()
     }
 
     #[test]

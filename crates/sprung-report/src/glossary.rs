@@ -80,16 +80,14 @@ pub(super) fn glossary(identification: &Identification) -> Option<Section> {
     let is_flexible =
         (parameters.iter()).any(|p| p.name.ends_with(JointParameter::Stiffness.name()));
     pairs.extend(WORDS.map(|(word, text)| (word.to_owned(), text.to_owned())));
-    let drawing = if is_flexible {
-        Drawing {
-            svg: FLEXIBLE,
-            caption: "A flexible joint. All values hold after the gear.".to_owned(),
-        }
+    let (svg, kind) = if is_flexible {
+        (FLEXIBLE, "flexible")
     } else {
-        Drawing {
-            svg: RIGID,
-            caption: "A rigid joint. All values hold after the gear.".to_owned(),
-        }
+        (RIGID, "rigid")
+    };
+    let drawing = Drawing {
+        svg,
+        caption: format!("A {kind} joint. All values hold after the gear."),
     };
     Some(folded(
         Fold::Screen,

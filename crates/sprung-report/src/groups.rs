@@ -89,6 +89,21 @@ impl Joints {
         items
     }
 
+    /// Returns the headings above parameters that are sorted by their groups, each with the index of the first one of its group.
+    pub(super) fn headings<'a>(
+        &self,
+        sorted: impl Iterator<Item = &'a str>,
+    ) -> Vec<(usize, String)> {
+        let mut headings: Vec<(usize, String)> = Vec::new();
+        for (i, name) in sorted.enumerate() {
+            let group = self.group(name);
+            if headings.last().is_none_or(|(_, last)| last != group) {
+                headings.push((i, group.to_owned()));
+            }
+        }
+        headings
+    }
+
     /// Returns the name of a parameter within its group: without the joint, but with the link.
     pub(super) fn within<'a>(&self, parameter: &'a str) -> &'a str {
         let mut parts = self

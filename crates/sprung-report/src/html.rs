@@ -111,6 +111,7 @@ mod tests {
         Badge, Block, Column, Figure, Finding, Fold, IntervalRow, Intervals, Line, Mark, Panel,
         Row, Section, Series, Style, Table, Tone,
     };
+    use crate::rows::rows;
 
     const HOSTILE: &str = "<b>x</b></script><script>alert(1)</script>";
 
@@ -204,6 +205,19 @@ mod tests {
         }
     }
 
+    /// Returns the page of a document with one block.
+    fn page_of(block: Block) -> String {
+        let section = Section {
+            blocks: vec![block],
+            ..Section::default()
+        };
+        let document = Document {
+            sections: vec![section],
+            ..Document::default()
+        };
+        render(&document).unwrap()
+    }
+
     #[test]
     fn no_text_becomes_markup() {
         let page = render(&hostile()).unwrap();
@@ -246,14 +260,7 @@ mod tests {
             }],
             ..Intervals::default()
         };
-        let document = Document {
-            sections: vec![Section {
-                blocks: vec![Block::Intervals(intervals)],
-                ..Section::default()
-            }],
-            ..Document::default()
-        };
-        let page = render(&document).unwrap();
+        let page = page_of(Block::Intervals(intervals));
         // CSS measures the left end from the left side and the right end from the right side.
         assert!(page.contains("class=\"bar c0\" style=\"left:62.50%;right:12.50%\""));
         assert!(page.contains("class=\"mark c0 m0\" style=\"left:75.00%\""));
@@ -270,27 +277,8 @@ mod tests {
 
     #[test]
     fn decimals_line_up_in_numeric_columns() {
-        let cell = |text: &str| Row {
-            cells: vec![text.into()],
-            tone: Tone::Neutral,
-        };
-        let table = Table {
-            caption: String::new(),
-            columns: vec![Column {
-                heading: "value".into(),
-                numeric: true,
-            }],
-            rows: ["1.25", "3", "fixed"].map(cell).into(),
-            ..Table::default()
-        };
-        let document = Document {
-            sections: vec![Section {
-                blocks: vec![Block::Table(table)],
-                ..Section::default()
-            }],
-            ..Document::default()
-        };
-        let page = render(&document).unwrap();
+        let table = rows(["1.25", "3", "fixed"]).number("value", str::to_owned);
+        let page = page_of(Block::Table(table.table("")));
         assert!(page.contains("<td class=\"num\">1.25</td>"));
         assert!(page.contains("<td class=\"num whole\" style=\"--pad:2\">3</td>"));
         assert!(page.contains("<td class=\"num\">fixed</td>"));

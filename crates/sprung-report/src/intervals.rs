@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 use super::document::{IntervalRow, Intervals, Mark, Tone};
 use super::groups::Joints;
-use super::numbers::significant;
-use crate::estimate::{EstimateResult, Identification, ParameterEstimate};
+use super::numbers::{percent, significant};
+use crate::estimate::{EstimateResult, Identification, NORMAL_95, ParameterEstimate};
 
 /// The common scale shows at least this fraction of the intervals whole.
 const SHOWN_WHOLE: f64 = 0.8;
@@ -82,6 +82,26 @@ pub(super) fn of_parameter(
     row(name, centre, values, percent_of(centre, unit))
 }
 
+/// Returns the row of the estimate of a parameter with those from parts of the logs alone; `None` without an estimate or
+/// without any of a part.
+///
+/// - `parts`: values with their standard errors.
+pub(super) fn around(
+    parameter: &ParameterEstimate,
+    parts: Vec<Option<(f64, f64)>>,
+) -> Option<IntervalRow> {
+    let centre = parameter.value?;
+    parts.iter().any(Option::is_some).then_some(())?;
+    let with_interval = |(value, error): (f64, f64)| {
+        let half = NORMAL_95 * error;
+        (value, Some([value - half, value + half]))
+    };
+    let mut values: Vec<Option<Ranged>> = vec![Some((centre, parameter.ci95))];
+    values.extend(parts.into_iter().map(|part| part.map(with_interval)));
+    let named = (parameter.name.as_str(), parameter.unit.as_str());
+    Some(of_parameter(named, centre, &values))
+}
+
 /// Returns a text for half the width: in percent of the centre, or in the unit if the centre is
 /// zero.
 fn percent_of(centre: f64, unit: &str) -> impl FnOnce(f64) -> String {
@@ -89,7 +109,7 @@ fn percent_of(centre: f64, unit: &str) -> impl FnOnce(f64) -> String {
         if centre == 0.0 {
             format!("± {} {unit}", significant(half, 2))
         } else {
-            format!("± {} %", significant(100.0 * half / centre.abs(), 2))
+            format!("± {}", percent(half / centre.abs(), 2))
         }
     }
 }
@@ -142,7 +162,7 @@ pub(super) fn relative(
     }
     let mut names = vec![format!("{} with its 95 % interval", result.estimator)];
     names.extend(truth.map(|_| "true value".to_owned()));
-    let percent = significant(100.0 * half, 1);
+    let end = percent(half, 1);
     Some(Intervals {
         caption: format!(
             "Each interval relative to its value, on one scale; the number is half its width. Arrows \
@@ -155,9 +175,9 @@ pub(super) fn relative(
         ),
         names,
         ticks: vec![
-            (-1.0, format!("−{percent} %")),
+            (-1.0, format!("−{end}")),
             (0.0, "0".to_owned()),
-            (1.0, format!("+{percent} %")),
+            (1.0, format!("+{end}")),
         ],
         rows: sorted.into_iter().map(row).collect(),
         folded,
@@ -243,8 +263,8 @@ fn size(parameter: &ParameterEstimate) -> String {
         return format!("< {}", significant(most, 2));
     }
     match half_width(parameter) {
-        Some(half) if half <= MAX_RELATIVE => format!("± {} %", significant(100.0 * half, 2)),
-        Some(_) => format!("> {} %", significant(100.0 * MAX_RELATIVE, 1)),
+        Some(half) if half <= MAX_RELATIVE => format!("± {}", percent(half, 2)),
+        Some(_) => format!("> {}", percent(MAX_RELATIVE, 1)),
         None => format!(
             "± {} {}",
             significant(0.5 * (high - low), 2),

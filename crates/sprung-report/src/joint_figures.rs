@@ -83,12 +83,13 @@ impl JointCurves<'_> {
 
     fn figure(&self, what: &str, caption: String, x_label: String, panel: Panel) -> Figure {
         Figure {
-            id: format!("{what}-{}", slug(self.joint)),
-            caption,
             x_label,
-            logarithmic: false,
-            layout: Layout::Half,
-            panels: vec![panel],
+            ..Figure::over_time(
+                format!("{what}-{}", slug(self.joint)),
+                caption,
+                Layout::Half,
+                [panel],
+            )
         }
     }
 
@@ -194,12 +195,7 @@ impl JointCurves<'_> {
 }
 
 fn line(name: &str, values: Vec<Option<f64>>) -> Series {
-    Series {
-        name: name.to_owned(),
-        values,
-        style: Style::First,
-        clipped: false,
-    }
+    Series::new(name, Style::First, values)
 }
 
 /// Points in ascending order of their abscissa, with curves of the model.
@@ -233,12 +229,7 @@ impl Cloud {
     }
 
     fn points(&self) -> Series {
-        Series {
-            name: "measured".to_owned(),
-            values: self.measured.clone(),
-            style: Style::Cloud,
-            clipped: false,
-        }
+        Series::new("measured", Style::Cloud, self.measured.clone())
     }
 
     /// Returns a curve whose values are medians over neighbouring points, at the middle of them: they lie on a rising
@@ -264,11 +255,7 @@ impl Cloud {
     fn bounds(&self) -> Vec<Series> {
         let bound = |name: &str, sign: f64| {
             let of = |k: usize| Some(self.model[k] + sign * self.half_width[k]?);
-            Some(Series {
-                name: name.to_owned(),
-                style: Style::Reference,
-                ..line("", self.curve(of)?)
-            })
+            Some(Series::new(name, Style::Reference, self.curve(of)?))
         };
         [bound("95 %, low", -1.0), bound("95 %, high", 1.0)]
             .into_iter()

@@ -1,13 +1,14 @@
 //! Composes the summary of all joints, and one page per joint.
 
 use super::contents::Contents;
-use super::document::{Block, Column, Fold, Row, Section, Table, Tone};
+use super::document::{Block, Fold, Section, Tone};
 use super::groups::Joints;
 use super::intervals::half_width;
 use super::joint_figures::JointFigures;
-use super::numbers::significant;
+use super::numbers::{dash_if_none, percent, significant};
 use super::plots::slug;
-use super::section::{folded, section, shown};
+use super::rows::rows;
+use super::section::{findings, folded, section};
 use super::tables;
 use crate::estimate::{EstimateResult, Identification, Verdict};
 use crate::finding::Finding;
@@ -19,45 +20,26 @@ const HARDLY_MOVES: [&str; 2] = ["hardly-moves", "at-rest"];
 pub(super) fn summary(identification: &Identification) -> Option<Section> {
     let result = identification.results.first()?;
     let joints = Joints::of(identification);
-    let column = |heading: &str| Column {
-        heading: heading.to_owned(),
-        numeric: false,
-    };
-    let rows: Vec<Row> = (joints.names().iter())
-        .map(|joint| {
-            let (tone, word) = rating(identification, result, &joints, joint);
-            let value = |parameter: &str| with_interval(result, &format!("{joint}.{parameter}"));
-            let torque = result
-                .promise
-                .iter()
-                .find(|promise| promise.joint == *joint);
-            let error = torque.map(|promise| 100.0 * promise.torque_error_nm / promise.torque_nm);
-            Row {
-                cells: vec![
-                    joint.clone(),
-                    word.to_owned(),
-                    value("stiffness"),
-                    value("motor_coulomb"),
-                    value("motor_viscous"),
-                    error.map_or_else(dash, |error| format!("{} %", significant(error, 2))),
-                ],
-                tone,
-            }
+    let value =
+        |joint: &str, name: &str| dash_if_none(with_interval(result, &format!("{joint}.{name}")));
+    let rating = |joint: &String| rating(identification, result, &joints, joint);
+    let table = rows(joints.names())
+        .text("Joint", |joint| joint)
+        .text("Verdict", |joint| rating(joint).1)
+        .text("Stiffness", |joint| value(joint, "stiffness"))
+        .text("Coulomb friction, motor", |joint| value(joint, "motor_coulomb"))
+        .text("Viscous friction, motor", |joint| value(joint, "motor_viscous"))
+        .text("Torque error", |joint| {
+            let mut promises = result.promise.iter();
+            let torque = promises.find(|promise| promise.joint == *joint);
+            let share = torque.map(|promise| promise.torque_error_nm / promise.torque_nm);
+            dash_if_none(share.map(|share| percent(share, 2)))
         })
-        .collect();
-    let table = Table {
-        caption: "One row per joint, with 95 % intervals. The last column is the promised error of the motor torque."
-            .to_owned(),
-        columns: [
-            "Joint", "Verdict", "Stiffness", "Coulomb friction, motor", "Viscous friction, motor",
-            "Torque error",
-        ]
-        .map(column)
-        .to_vec(),
-        rows,
-        headings: Vec::new(),
-    };
-    (!table.rows.is_empty()).then(|| section("joints", "Joints", "", vec![Block::Table(table)]))
+        .toned(|joint| rating(joint).0)
+        .table_if_any(
+            "One row per joint, with 95 % intervals. The last column is the promised error of the motor torque.",
+        )?;
+    Some(section("joints", "Joints", "", vec![Block::Table(table)]))
 }
 
 /// Returns the colour and the word of a joint.
@@ -84,23 +66,13 @@ fn rating(
 }
 
 /// Returns a parameter with its unit and interval.
-fn with_interval(result: &EstimateResult, name: &str) -> String {
-    let found = result
-        .parameters
-        .iter()
-        .find(|parameter| parameter.name == name);
-    let Some((parameter, value)) = found.and_then(|parameter| Some((parameter, parameter.value?)))
-    else {
-        return dash();
-    };
-    let half = half_width(parameter).map_or_else(String::new, |half| {
-        format!(" ± {} %", significant(100.0 * half, 2))
-    });
-    format!("{} {}{half}", significant(value, 3), parameter.unit)
-}
-
-fn dash() -> String {
-    "–".to_owned()
+fn with_interval(result: &EstimateResult, name: &str) -> Option<String> {
+    let mut parameters = result.parameters.iter();
+    let parameter = parameters.find(|parameter| parameter.name == name)?;
+    let value = significant(parameter.value?, 3);
+    let half =
+        half_width(parameter).map_or_else(String::new, |half| format!(" ± {}", percent(half, 2)));
+    Some(format!("{value} {}{half}", parameter.unit))
 }
 
 /// Composes a page per joint: friction, spring, residual and its spectrum, parameters and findings.
@@ -124,13 +96,10 @@ pub(super) fn pages(identification: &Identification, contents: &Contents<'_>) ->
         blocks.extend(
             tables::parameters(identification, contents.truth, Some(joint)).map(Block::Table),
         );
-        let findings: Vec<_> = (identification.findings.iter().chain(&result.warnings))
-            .filter(|finding| is_about(finding, &joints, joint))
-            .map(shown)
-            .collect();
-        if !findings.is_empty() {
-            blocks.push(Block::Findings(findings));
-        }
+        let all = identification.findings.iter().chain(&result.warnings);
+        blocks.extend(findings(
+            all.filter(|finding| is_about(finding, &joints, joint)),
+        ));
         let (_, word) = rating(identification, result, &joints, joint);
         folded(
             Fold::Screen,

@@ -1,10 +1,10 @@
 //! Composes the sections about applied changes and about friction beside further laws.
 
-use super::document::{Block, Fold, Row, Section, Table, Tone};
-use super::numbers::significant;
+use super::document::{Block, Fold, Section};
+use super::numbers::{dash_if_none, significant};
+use super::rows::rows;
 use super::section::{folded, section};
-use super::tables::{number, text};
-use crate::estimate::{Applied, EstimateResult, Identification, ModelDependence};
+use crate::estimate::{EstimateResult, Identification};
 
 /// Composes the section; `None` if no result has friction parameters beside laws that simulators lack.
 pub(super) fn laws(identification: &Identification) -> Option<Section> {
@@ -24,48 +24,26 @@ pub(super) fn laws(identification: &Identification) -> Option<Section> {
 
 /// Composes the list of changes beyond the experiment file; `None` if there is none.
 pub(super) fn applied(identification: &Identification) -> Option<Section> {
-    let row = |change: &Applied| Row {
-        cells: vec![
-            change.what.clone(),
-            change.held_out.map_or_else(
-                || "–".to_owned(),
-                |[without, with]| format!("{:.2} → {:.2}", 100.0 * without, 100.0 * with),
-            ),
-            change.forbidden_by.clone(),
-        ],
-        tone: Tone::Neutral,
-    };
-    let table = Table {
-        columns: vec![
-            text("Change"),
-            text("held-out error of the torque %"),
-            text("forbidden by"),
-        ],
-        rows: identification.applied.iter().map(row).collect(),
-        ..Table::default()
-    };
-    (!identification.applied.is_empty()).then(|| {
-        section(
-            "applied",
-            "Applied",
-            "Changes beyond the experiment file that the log asked for. All estimators use them.",
-            vec![Block::Table(table)],
-        )
-    })
+    let table = rows(&identification.applied)
+        .text("Change", |change| &change.what)
+        .text("held-out error of the torque %", |change| {
+            let errors = change
+                .held_out
+                .map(|errors| errors.map(|error| 100.0 * error));
+            dash_if_none(errors.map(|[without, with]| format!("{without:.2} → {with:.2}")))
+        })
+        .text("forbidden by", |change| &change.forbidden_by)
+        .table_if_any("")?;
+    Some(section(
+        "applied",
+        "Applied",
+        "Changes beyond the experiment file that the log asked for. All estimators use them.",
+        vec![Block::Table(table)],
+    ))
 }
 
 /// Composes the table of friction parameters beside laws that simulators lack; `None` if a result has none.
 fn of_further_laws(result: &EstimateResult) -> Option<Block> {
-    let row = |dependence: &ModelDependence| Row {
-        cells: vec![
-            dependence.name.clone(),
-            dependence.unit.clone(),
-            significant(dependence.raw, 4),
-            significant(dependence.projected, 4),
-            significant(dependence.difference, 2),
-        ],
-        tone: Tone::Neutral,
-    };
     let priors = result
         .refined()
         .map_or(&[][..], |found| &found.presliding_levels);
@@ -86,24 +64,18 @@ fn of_further_laws(result: &EstimateResult) -> Option<Block> {
             priors.join(", ")
         )
     };
-    (!result.dependence.is_empty()).then(|| {
-        Block::Table(Table {
-            caption: format!(
-                "Viscous and Coulomb friction beside further laws, {}. The raw values hold only together with \
-                 these laws. The projected values are those of the model without them \
-                 that fit the same friction along the motion. The difference is the dependence on the \
-                 model.{prior}",
-                result.estimator
-            ),
-            columns: vec![
-                text("Parameter"),
-                text("unit"),
-                number("raw"),
-                number("projected"),
-                number("difference"),
-            ],
-            rows: result.dependence.iter().map(row).collect(),
-            ..Table::default()
-        })
-    })
+    let table = rows(&result.dependence)
+        .text("Parameter", |dependence| &dependence.name)
+        .text("unit", |dependence| &dependence.unit)
+        .number("raw", |dependence| significant(dependence.raw, 4))
+        .number("projected", |dependence| significant(dependence.projected, 4))
+        .number("difference", |dependence| significant(dependence.difference, 2))
+        .table_if_any(format!(
+            "Viscous and Coulomb friction beside further laws, {}. The raw values hold only together with \
+             these laws. The projected values are those of the model without them \
+             that fit the same friction along the motion. The difference is the dependence on the \
+             model.{prior}",
+            result.estimator
+        ));
+    table.map(Block::Table)
 }

@@ -32,6 +32,7 @@ mod promise;
 mod refined_delays;
 mod refinement;
 mod robot_tables;
+mod rows;
 mod section;
 mod servo;
 mod settings;

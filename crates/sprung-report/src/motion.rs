@@ -68,14 +68,7 @@ impl<'a> Motion<'a> {
         } else {
             " The motion begins at the dashed line, after the approach."
         };
-        Figure {
-            id: id.to_owned(),
-            caption: format!("{caption}{approach}"),
-            x_label: "time [s]".to_owned(),
-            logarithmic: false,
-            layout: Layout::Grid,
-            panels: panels.collect(),
-        }
+        Figure::over_time(id, format!("{caption}{approach}"), Layout::Grid, panels)
     }
 
     fn panel(&self, what: Limited, (joint, slides): (&str, bool), values: &[f64]) -> Panel {
@@ -86,18 +79,11 @@ impl<'a> Motion<'a> {
         } else {
             what.unit().to_owned()
         };
-        let line = |name: &str, at: Option<f64>| Series {
-            name: name.to_owned(),
-            values: vec![at.filter(|at| is_near(*at, values)); values.len()],
-            style: Style::Reference,
-            clipped: false,
+        let line = |name: &str, at: Option<f64>| {
+            let at = at.filter(|at| is_near(*at, values));
+            Series::new(name, Style::Reference, vec![at; values.len()])
         };
-        let motion = Series {
-            name: what.word().to_owned(),
-            values: values.iter().copied().map(Some).collect(),
-            style: Style::First,
-            clipped: false,
-        };
+        let of_motion = values.iter().copied().map(Some).collect();
         Panel {
             y_label: format!("{joint} {} [{unit}]", what.word()),
             note: limit.map_or_else(String::new, |limit| {
@@ -107,7 +93,7 @@ impl<'a> Motion<'a> {
             series: vec![
                 line("lowest allowed", limit.and_then(|limit| limit.lowest)),
                 line("highest allowed", limit.and_then(|limit| limit.highest)),
-                motion,
+                Series::new(what.word(), Style::First, of_motion),
             ],
             errors: None,
             marks: self.marks.clone(),
@@ -207,40 +193,28 @@ pub(super) fn section_of(excited: &Excited) -> Section {
 
 /// Composes the section about the motion for validation; `None` without one.
 pub(super) fn hold_out(excited: &Excited) -> Option<Section> {
-    let motion = excited.excitation.hold_out.as_ref()?;
-    let intro = format!(
-        "This motion ({}) keeps the same limits and has other frequencies. Its log shows whether \
-         the identified parameters predict a motion that they have not seen.",
-        length_and_band(motion)
-    );
-    let samples = excited.hold_out.as_ref()?;
-    Some(beside(
+    let section = beside(
         excited,
-        samples,
-        motion,
-        "hold-out",
-        "The validation motion",
-        &intro,
-    ))
+        excited.hold_out.as_ref()?,
+        excited.excitation.hold_out.as_ref()?,
+        ["hold-out", "The validation motion"],
+        "keeps the same limits and has other frequencies. Its log shows whether the identified parameters predict a \
+         motion that they have not seen",
+    );
+    Some(section)
 }
 
 /// Composes the section about the slow motion; `None` without one.
 pub(super) fn slow(excited: &Excited) -> Option<Section> {
-    let motion = excited.excitation.slow.as_ref()?;
-    let intro = format!(
-        "This motion ({}) keeps the same limits and is slow. Its log separates the friction at low \
-         velocity from that at high velocity; sprung identify takes it beside the first log.",
-        length_and_band(motion)
-    );
-    let samples = excited.slow.as_ref()?;
-    Some(beside(
+    let section = beside(
         excited,
-        samples,
-        motion,
-        "slow",
-        "The slow motion",
-        &intro,
-    ))
+        excited.slow.as_ref()?,
+        excited.excitation.slow.as_ref()?,
+        ["slow", "The slow motion"],
+        "keeps the same limits and is slow. Its log separates the friction at low velocity from that at high velocity; \
+         sprung identify takes it beside the first log",
+    );
+    Some(section)
 }
 
 /// Composes the section about a motion beside the designed one.
@@ -248,9 +222,8 @@ fn beside(
     excited: &Excited,
     samples: &Trajectory,
     motion: &MotionResult,
-    id: &str,
-    title: &str,
-    intro: &str,
+    [id, title]: [&str; 2],
+    what: &str,
 ) -> Section {
     let drawn = Motion::of(samples, &excited.excitation.limits, motion.duration_s);
     let mut figure = drawn.figure(
@@ -263,7 +236,8 @@ fn beside(
         // The used parts of the limits are those of the other motion.
         panel.note.clear();
     }
-    section(id, title, intro, vec![Block::Figure(figure)])
+    let intro = format!("This motion ({}) {what}.", length_and_band(motion));
+    section(id, title, &intro, vec![Block::Figure(figure)])
 }
 
 /// Composes the section with the moving arm; `None` without places.

@@ -32,9 +32,29 @@ pub(super) fn short(value: f64, digits: usize) -> String {
     rounded.to_string()
 }
 
+/// Returns a text, or a dash if there is none.
+pub(super) fn dash_if_none(text: Option<String>) -> String {
+    text.unwrap_or_else(|| "–".to_owned())
+}
+
 /// Returns a rounded value, or a dash if there is no value.
 pub(super) fn or_dash(value: Option<f64>, digits: usize) -> String {
-    value.map_or_else(|| "–".to_owned(), |value| significant(value, digits))
+    dash_if_none(value.map(|value| significant(value, digits)))
+}
+
+/// Returns a rounded value with its standard error.
+pub(super) fn with_error(value: f64, digits: usize, error: f64) -> String {
+    format!("{} ± {}", significant(value, digits), significant(error, 2))
+}
+
+/// Returns a share in percent.
+pub(super) fn percent(share: f64, digits: usize) -> String {
+    format!("{} %", significant(100.0 * share, digits))
+}
+
+/// Returns a share in percent with one decimal and without unit, or a dash.
+pub(super) fn percent_or_dash(share: Option<f64>) -> String {
+    dash_if_none(share.map(|share| format!("{:.1}", 100.0 * share)))
 }
 
 /// Returns a rounded value, or a dash if there is no finite value.
@@ -59,7 +79,7 @@ pub(super) fn deviation(value: Option<f64>, reference: Option<f64>) -> String {
             let decimals = usize::from(percent.abs() < 100.0);
             format!("{percent:+.decimals$}")
         }
-        _ => "–".to_owned(),
+        _ => dash_if_none(None),
     }
 }
 

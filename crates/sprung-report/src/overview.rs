@@ -115,29 +115,18 @@ fn figure(shown: &Compared<'_>) -> Figure {
             x: shown.measured.time.clone(),
             series: vec![
                 measured_series(truth),
-                Series {
-                    name: "predicted".to_owned(),
-                    values: values.clone(),
-                    style: Style::First,
-                    clipped: false,
-                },
+                Series::new("predicted", Style::First, values.clone()),
             ],
             errors: Some(difference),
-            marks: Vec::new(),
+            ..Panel::default()
         })
     });
-    Figure {
-        id: "measured-and-predicted".to_owned(),
-        caption: format!(
-            "{} The strip below shows their difference. Explained is 1 minus the mean square of the difference over the \
-             variance of the measured curve.",
-            shown.caption
-        ),
-        x_label: "time [s]".to_owned(),
-        logarithmic: false,
-        layout: Layout::Overview,
-        panels: panels.collect(),
-    }
+    let caption = format!(
+        "{} The strip below shows their difference. Explained is 1 minus the mean square of the difference over the \
+         variance of the measured curve.",
+        shown.caption
+    );
+    Figure::over_time("measured-and-predicted", caption, Layout::Overview, panels)
 }
 
 /// Returns the fraction of a curve's variance that a prediction explains; `None` if the curve is

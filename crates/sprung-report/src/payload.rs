@@ -1,9 +1,9 @@
 //! Composes the section about payloads.
 
-use super::document::{Block, Fold, Row, Section, Table, Tone};
-use super::numbers::{or_dash, significant};
+use super::document::{Block, Fold, Section, Table};
+use super::numbers::{or_dash, with_error};
+use super::rows::rows;
 use super::section::folded;
-use super::tables::{number, text};
 use crate::estimate::{Identification, PayloadResult};
 
 /// Returns the section; `None` without payloads.
@@ -30,33 +30,19 @@ pub(super) fn payloads(identification: &Identification) -> Option<Section> {
 }
 
 fn table(payload: &PayloadResult) -> Table {
-    Table {
-        caption:
+    rows(&payload.parameters)
+        .text("Parameter", |parameter| &parameter.name)
+        .number("Value ± s.e.", |parameter| {
+            let known = parameter.value.zip(parameter.standard_error);
+            known.map_or_else(
+                || "-".to_owned(),
+                |(value, error)| with_error(value, 5, error),
+            )
+        })
+        .text("Unit", |parameter| &parameter.unit)
+        .number("Possible", |parameter| or_dash(parameter.physical, 5))
+        .table(
             "Inertial parameters about the origin of the joint's frame, in its axes. The possible \
-                  values are those of the nearest body that can exist."
-                .to_owned(),
-        columns: vec![
-            text("Parameter"),
-            number("Value ± s.e."),
-            text("Unit"),
-            number("Possible"),
-        ],
-        rows: (payload.parameters.iter())
-            .map(|parameter| Row {
-                cells: vec![
-                    parameter.name.clone(),
-                    parameter.value.zip(parameter.standard_error).map_or_else(
-                        || "-".to_owned(),
-                        |(value, error)| {
-                            format!("{} ± {}", significant(value, 5), significant(error, 2))
-                        },
-                    ),
-                    parameter.unit.clone(),
-                    or_dash(parameter.physical, 5),
-                ],
-                tone: Tone::Neutral,
-            })
-            .collect(),
-        ..Table::default()
-    }
+             values are those of the nearest body that can exist.",
+        )
 }

@@ -28,53 +28,35 @@ pub(super) fn traces(
         .first()
         .map(|set| set.time.clone())
         .unwrap_or_default();
-    let panels = first
-        .parameters
-        .iter()
-        .enumerate()
-        .map(|(i, parameter)| {
-            let mut series: Vec<Series> = trace
-                .sets
-                .iter()
-                .zip(STYLES)
-                .map(|(set, style)| Series {
-                    name: set.label.clone(),
-                    values: sampled(set, i, &time),
-                    style,
-                    clipped: false,
-                })
-                .collect();
-            let reference = match truth {
-                Some(truth) => truth.get(&parameter.name).map(|v| ("true", *v)),
-                None => parameter.nominal.map(|v| ("nominal", v)),
-            };
-            if let Some((name, value)) = reference {
-                series.push(Series {
-                    name: name.to_owned(),
-                    values: vec![Some(value); time.len()],
-                    style: Style::Reference,
-                    clipped: false,
-                });
-            }
-            drop_start(&mut series);
-            Panel {
-                y_label: format!("{} [{}]", short(&parameter.name), parameter.unit),
-                x: time.clone(),
-                series,
-                ..Panel::default()
-            }
-        })
-        .collect();
-    Figure {
-        id: "traces".to_owned(),
-        caption: "Estimates over time. Values at the start are omitted if they would dominate the \
-                  scale."
-            .to_owned(),
-        x_label: "time [s]".to_owned(),
-        logarithmic: false,
-        layout: Layout::Grid,
+    let panels = first.parameters.iter().enumerate().map(|(i, parameter)| {
+        let mut series: Vec<Series> = trace
+            .sets
+            .iter()
+            .zip(STYLES)
+            .map(|(set, style)| Series::new(&set.label, style, sampled(set, i, &time)))
+            .collect();
+        let reference = match truth {
+            Some(truth) => truth.get(&parameter.name).map(|v| ("true", *v)),
+            None => parameter.nominal.map(|v| ("nominal", v)),
+        };
+        if let Some((name, value)) = reference {
+            let values = vec![Some(value); time.len()];
+            series.push(Series::new(name, Style::Reference, values));
+        }
+        drop_start(&mut series);
+        Panel {
+            y_label: format!("{} [{}]", short(&parameter.name), parameter.unit),
+            x: time.clone(),
+            series,
+            ..Panel::default()
+        }
+    });
+    Figure::over_time(
+        "traces",
+        "Estimates over time. Values at the start are omitted if they would dominate the scale.",
+        Layout::Grid,
         panels,
-    }
+    )
 }
 
 /// Returns a column of a set at the samples nearest to the given times.
@@ -130,16 +112,9 @@ pub(super) fn validation(run: &RunResult, curves: &Curves) -> Vec<Figure> {
             .iter()
             .enumerate()
             .filter(|(_, column)| wanted.iter().any(|suffix| column.ends_with(suffix)))
-            .map(|(i, column)| with_errors(measured, simulated, i, column, &prefix))
-            .collect();
-        Figure {
-            id: format!("{id}-{}", slug(&run.name)),
-            caption,
-            x_label: "time [s]".to_owned(),
-            logarithmic: false,
-            layout: Layout::Stack,
-            panels,
-        }
+            .map(|(i, column)| with_errors(measured, simulated, i, column, &prefix));
+        let id = format!("{id}-{}", slug(&run.name));
+        Figure::over_time(id, caption, Layout::Stack, panels)
     };
     vec![
         figure(
@@ -178,17 +153,11 @@ pub(super) fn fit(identification: &Identification, fit: &Curves) -> Figure {
                 .collect()
         }
     };
-    Figure {
-        id: "fit".to_owned(),
-        caption: format!(
-            "Filtered motor torques and deflections of {}, and their differences. {SCALE}",
-            identification.files()
-        ),
-        x_label: "time [s]".to_owned(),
-        logarithmic: false,
-        layout: Layout::Stack,
-        panels,
-    }
+    let caption = format!(
+        "Filtered motor torques and deflections of {}, and their differences. {SCALE}",
+        identification.files()
+    );
+    Figure::over_time("fit", caption, Layout::Stack, panels)
 }
 
 /// Explanation of the scale of panels with errors.
@@ -264,12 +233,7 @@ fn with_errors(
 
 /// Returns the series of measured values.
 pub(super) fn measured_series(values: &[Option<f64>]) -> Series {
-    Series {
-        name: "measured".to_owned(),
-        values: values.to_vec(),
-        style: Style::Measured,
-        clipped: false,
-    }
+    Series::new("measured", Style::Measured, values.to_vec())
 }
 
 /// Replaces all characters except letters and digits by hyphens, for use as an anchor.

@@ -2,11 +2,11 @@
 
 use sprung_method::excite::{Excitation, Promised};
 
-use super::document::{Block, IntervalRow, Intervals, Mark, Row, Section, Table, Tone};
+use super::document::{Block, IntervalRow, Intervals, Mark, Section, Table, Tone};
 use super::groups::Joints;
-use super::numbers::{finite_or_dash, short, significant};
+use super::numbers::{dash_if_none, finite_or_dash, short, significant};
+use super::rows::rows;
 use super::section::section;
-use super::tables::{number, text};
 use super::verdict::as_sentence;
 
 /// Smallest and largest power of ten of the scale of standard errors, percent. Above 100 % a
@@ -83,7 +83,7 @@ fn errors(joints: &Joints, promise: &[&Promised]) -> Option<Intervals> {
         names: vec!["relative standard error".to_owned()],
         ticks: [low, i32::midpoint(low, high), high].map(tick).to_vec(),
         rows: promise.iter().map(row).collect(),
-        folded: false,
+        ..Intervals::default()
     })
 }
 
@@ -100,7 +100,7 @@ fn relative(promised: &Promised) -> String {
                 promised.unit
             )
         }
-        None => "–".to_owned(),
+        None => dash_if_none(None),
     }
 }
 
@@ -113,75 +113,46 @@ fn tone(promised: &Promised) -> Tone {
 }
 
 fn undetermined(excitation: &Excitation) -> Table {
-    let row = |promised: &Promised| Row {
-        cells: vec![
-            promised.name.clone(),
-            relative(promised),
-            (promised.cure.as_deref()).map_or_else(|| "–".to_owned(), as_sentence),
-        ],
-        tone: tone(promised),
-    };
-    Table {
-        caption: "Parameters that the motion does not determine, and the change that determines \
-                  each of them best."
-            .to_owned(),
-        columns: vec![text("Parameter"), text("relative s.e."), text("what to do")],
-        rows: excitation.undetermined().map(row).collect(),
-        ..Table::default()
-    }
+    rows(excitation.undetermined())
+        .text("Parameter", |promised| &promised.name)
+        .text("relative s.e.", relative)
+        .text("what to do", |promised| {
+            dash_if_none(promised.cure.as_deref().map(as_sentence))
+        })
+        .toned(tone)
+        .table(
+            "Parameters that the motion does not determine, and the change that determines \
+             each of them best.",
+        )
 }
 
 fn more(excitation: &Excitation) -> Table {
-    let rows = excitation.more.iter().map(|addition| Row {
-        cells: vec![
-            addition.what.clone(),
-            significant(addition.factor, 3),
-            addition.undetermined.to_string(),
-        ],
-        tone: Tone::Neutral,
-    });
-    Table {
-        caption: "What more experiments buy: their standard errors over those of this motion \
-                  (geometric mean), and the number of parameters that stay undetermined."
-            .to_owned(),
-        columns: vec![
-            text("Experiments"),
-            number("standard errors ×"),
-            number("undetermined"),
-        ],
-        rows: rows.collect(),
-        ..Table::default()
-    }
+    rows(&excitation.more)
+        .text("Experiments", |addition| &addition.what)
+        .number("standard errors ×", |addition| {
+            significant(addition.factor, 3)
+        })
+        .number("undetermined", |addition| addition.undetermined)
+        .table(
+            "What more experiments buy: their standard errors over those of this motion \
+             (geometric mean), and the number of parameters that stay undetermined.",
+        )
 }
 
 fn parameters(joints: &Joints, promise: &[&Promised]) -> Table {
-    let mut headings: Vec<(usize, String)> = Vec::new();
-    for (i, promised) in promise.iter().enumerate() {
-        let group = joints.group(&promised.name);
-        if headings.last().is_none_or(|(_, last)| last != group) {
-            headings.push((i, group.to_owned()));
-        }
-    }
-    let row = |promised: &&Promised| Row {
-        cells: vec![
-            promised.name.clone(),
-            promised.unit.clone(),
-            significant(promised.value, 4),
-            finite_or_dash(Some(promised.standard_error), 2),
-            finite_or_dash(promised.relative_percent, 2),
-        ],
-        tone: tone(promised),
-    };
+    let table = rows(promise.iter().copied())
+        .text("Parameter", |promised| &promised.name)
+        .text("Unit", |promised| &promised.unit)
+        .number("value", |promised| significant(promised.value, 4))
+        .number("standard error", |promised| {
+            finite_or_dash(Some(promised.standard_error), 2)
+        })
+        .number("standard error [%]", |promised| {
+            finite_or_dash(promised.relative_percent, 2)
+        })
+        .toned(tone);
     Table {
-        caption: "Parameters, with the values for which the motion was designed.".to_owned(),
-        columns: vec![
-            text("Parameter"),
-            text("Unit"),
-            number("value"),
-            number("standard error"),
-            number("standard error [%]"),
-        ],
-        rows: promise.iter().map(row).collect(),
-        headings,
+        headings: joints.headings(promise.iter().map(|promised| promised.name.as_str())),
+        ..table.table("Parameters, with the values for which the motion was designed.")
     }
 }

@@ -1,16 +1,16 @@
 //! Delays by likelihood: intervals and table.
 
-use super::document::{Intervals, Row, Table, Tone};
+use super::document::{Intervals, Table};
 use super::intervals;
-use super::numbers::significant;
-use super::tables::{number, text};
+use super::numbers::{dash_if_none, significant};
+use super::rows::rows;
 use crate::estimate::{NORMAL_95, RefinedDelay};
 
 /// A delay is marked if it differs from the used value by more than this number of standard errors.
 const MARKED_STANDARD_ERRORS: f64 = 4.0;
 
 /// Returns the name and the size of a suitable unit for the delays.
-pub(super) fn time_unit(delays: &[RefinedDelay]) -> (&'static str, f64) {
+fn time_unit(delays: &[RefinedDelay]) -> (&'static str, f64) {
     let size = |delay: &RefinedDelay| {
         let error = delay.standard_error_s.unwrap_or(0.0);
         delay.delay_s.abs().max(delay.used_s.abs()).max(error)
@@ -39,61 +39,44 @@ pub(super) fn delay_intervals(delays: &[RefinedDelay]) -> Option<Intervals> {
                   at the right is half the width of the row."
             .to_owned(),
         names: vec!["delay by likelihood".to_owned()],
-        ticks: Vec::new(),
         rows,
-folded: false,
+..Intervals::default()
 })
 }
 
 /// Returns the table of the delays; `None` without delays.
 pub(super) fn delay_table(delays: &[RefinedDelay]) -> Option<Table> {
-    (!delays.is_empty()).then_some(())?;
     let (unit, size) = time_unit(delays);
-    let row = |delay: &RefinedDelay| {
+    let away = |delay: &RefinedDelay| {
         let beyond = delay.delay_s - delay.used_s;
-        let away = delay.standard_error_s.map(|error| beyond / error);
-        Row {
-            cells: vec![
-                delay.column.clone(),
-                significant(size * delay.used_s, 4),
-                delay.standard_error_s.map_or_else(
-                    || "not determined".to_owned(),
-                    |error| {
-                        let half = NORMAL_95 * size * error;
-                        format!(
-                            "{} ± {}",
-                            as_exact(size * delay.delay_s, half),
-                            significant(half, 2)
-                        )
-                    },
-                ),
-                away.map_or_else(|| "–".to_owned(), |x| format!("{x:+.1}")),
-                away.map_or_else(|| "–".to_owned(), |x| format!("{:.1}", 0.5 * x * x)),
-            ],
-            tone: if away.is_some_and(|x| x.abs() > MARKED_STANDARD_ERRORS) {
-                Tone::Doubtful
-            } else {
-                Tone::Neutral
-            },
-        }
+        delay.standard_error_s.map(|error| beyond / error)
     };
-    Some(Table {
-        caption: format!(
+    rows(delays)
+        .text("Column", |delay| &delay.column)
+        .number(format!("Used [{unit}]"), |delay| {
+            significant(size * delay.used_s, 4)
+        })
+        .number(format!("By likelihood ± 95 % [{unit}]"), |delay| {
+            let Some(error) = delay.standard_error_s else {
+                return "not determined".to_owned();
+            };
+            let half = NORMAL_95 * size * error;
+            let value = as_exact(size * delay.delay_s, half);
+            format!("{value} ± {}", significant(half, 2))
+        })
+        .number("Difference in s.e.", |delay| {
+            dash_if_none(away(delay).map(|x| format!("{x:+.1}")))
+        })
+        .number("Increase of log-likelihood", |delay| {
+            dash_if_none(away(delay).map(|x| format!("{:.1}", 0.5 * x * x)))
+        })
+        .marked(|delay| away(delay).is_some_and(|x| x.abs() > MARKED_STANDARD_ERRORS))
+        .table_if_any(format!(
             "Delays. Marked delays differ from the used value by more than {MARKED_STANDARD_ERRORS} standard errors. \
              A late column can also make the other columns of its joint appear late. If several \
              columns are marked, the column with the largest increase of the log-likelihood is the \
              likeliest."
-        ),
-        columns: vec![
-            text("Column"),
-            number(format!("Used [{unit}]")),
-            number(format!("By likelihood ± 95 % [{unit}]")),
-            number("Difference in s.e."),
-            number("Increase of log-likelihood"),
-        ],
-        rows: delays.iter().map(row).collect(),
-        ..Table::default()
-    })
+        ))
 }
 
 /// Returns a value with as many decimals as two digits of its error have.

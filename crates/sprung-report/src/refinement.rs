@@ -1,13 +1,14 @@
 //! Composes the section about a prediction-error refinement.
 
-use super::document::{Bar, BarRow, Bars, Block, Fold, Intervals, Row, Section, Table, Tone};
-use super::intervals::{self, Ranged};
-use super::numbers::significant;
+use super::document::{Bar, BarRow, Bars, Block, Fold, Intervals, Section, Table, Tone};
+use super::intervals;
+use super::numbers::{dash_if_none, percent, significant};
 use super::refined_delays::{as_exact, delay_intervals, delay_table};
+use super::rows::rows;
 use super::section::folded;
-use super::tables::{number, text};
+use super::tables::row_name;
 use crate::estimate::{
-    EstimateResult, Identification, LogInfo, NORMAL_95, Refinement, RowDisturbance, RungResult,
+    EstimateResult, Identification, LogInfo, NORMAL_95, Refinement, RowDisturbance,
 };
 use crate::model::short;
 
@@ -54,67 +55,43 @@ pub(super) fn refinement(identification: &Identification) -> Option<Section> {
 /// Returns the rungs that were tried; `None` if the first one is used.
 fn rungs(refinement: &Refinement) -> Option<Table> {
     let is_first = refinement.used && refinement.rungs.len() < 2;
-    (!is_first && !refinement.rungs.is_empty()).then_some(())?;
-    let percent = |part: f64| format!("{} %", significant(100.0 * part, 3));
-    let row = |rung: &RungResult| {
-        let held_out = rung.held_out_residual;
-        let cell = |part: Option<f64>| part.map_or_else(|| "–".to_owned(), percent);
-        Row {
-            cells: vec![
-                rung.name.clone(),
-                cell(held_out.map(|held| held.refined)),
-                cell(held_out.map(|held| held.linear)),
-                rung.outcome.clone(),
-            ],
-            tone: if rung.used { Tone::Good } else { Tone::Neutral },
-        }
-    };
-    Some(Table {
-        caption: "Refinements that allow less and less slow disturbance: any level (free), at most \
-                  10 and 3 times the white noise (cap10, cap3), none (flat). The residuals are \
-                  those of the filtered torque in blocks of the log that the estimates had not used."
-            .to_owned(),
-        columns: vec![
-            text("Rung"),
-            number("Refinement"),
-            number("Least squares"),
-            text("Outcome"),
-        ],
-        rows: refinement.rungs.iter().map(row).collect(),
-        ..Table::default()
-    })
+    (!is_first).then_some(())?;
+    let cell = |share: Option<f64>| dash_if_none(share.map(|share| percent(share, 3)));
+    rows(&refinement.rungs)
+        .text("Rung", |rung| &rung.name)
+        .number("Refinement", |rung| {
+            cell(rung.held_out_residual.map(|held| held.refined))
+        })
+        .number("Least squares", |rung| {
+            cell(rung.held_out_residual.map(|held| held.linear))
+        })
+        .text("Outcome", |rung| &rung.outcome)
+        .toned(|rung| if rung.used { Tone::Good } else { Tone::Neutral })
+        .table_if_any(
+            "Refinements that allow less and less slow disturbance: any level (free), at most \
+             10 and 3 times the white noise (cap10, cap3), none (flat). The residuals are \
+             those of the filtered torque in blocks of the log that the estimates had not used.",
+        )
 }
 
 /// Returns the refined values if they are not used.
 fn unused_values(result: &EstimateResult, refinement: &Refinement) -> Option<Table> {
     (!refinement.used && !refinement.values.is_empty()).then_some(())?;
-    let rows = result.parameters.iter().zip(&refinement.values);
-    let rows = rows.filter_map(|(parameter, value)| {
-        let (value, error) = (*value)?;
-        Some(Row {
-            cells: vec![
-                parameter.name.clone(),
-                as_exact(value, NORMAL_95 * error),
-                significant(NORMAL_95 * error, 2),
-                parameter.unit.clone(),
-            ],
-            tone: Tone::Neutral,
+    let values = result.parameters.iter().zip(&refinement.values);
+    let known = values.filter_map(|(parameter, value)| Some((parameter, (*value)?)));
+    let table = rows(known)
+        .text("Parameter", |(parameter, _)| &parameter.name)
+        .number("Value", |(_, (value, error))| {
+            as_exact(value, NORMAL_95 * error)
         })
-    });
-    Some(Table {
-        caption: format!(
-            "Values of the refinement that is not used (rung {}).",
-            refinement.rung
-        ),
-        columns: vec![
-            text("Parameter"),
-            number("Value"),
-            number("± 95 %"),
-            text("Unit"),
-        ],
-        rows: rows.collect(),
-        ..Table::default()
-    })
+        .number("± 95 %", |(_, (_, error))| {
+            significant(NORMAL_95 * error, 2)
+        })
+        .text("Unit", |(parameter, _)| &parameter.unit);
+    Some(table.table(format!(
+        "Values of the refinement that is not used (rung {}).",
+        refinement.rung
+    )))
 }
 
 fn search(refinement: &Refinement) -> Vec<(String, String)> {
@@ -151,9 +128,9 @@ fn search(refinement: &Refinement) -> Vec<(String, String)> {
             "Residual of the filtered torque in blocks of the log, with parameters from the other \
              blocks",
             format!(
-                "{} %, least squares {} %",
-                significant(100.0 * held_out.refined, 2),
-                significant(100.0 * held_out.linear, 2)
+                "{}, least squares {}",
+                percent(held_out.refined, 2),
+                percent(held_out.linear, 2)
             ),
         ));
     }
@@ -182,14 +159,14 @@ fn levels(rows: &[RowDisturbance]) -> Bars {
             Some(Bar {
                 length: place(part),
                 text: format!(
-                    "{} %, {} {}",
-                    significant(100.0 * part, 2),
+                    "{}, {} {}",
+                    percent(part, 2),
                     significant(level, 2),
                     unit(&row.row)
                 ),
             })
         };
-        let name = plain(&row.row);
+        let name = row_name(&row.row);
         BarRow {
             label: if row.at_bound {
                 format!("{name} (at its bound)")
@@ -216,16 +193,11 @@ fn levels(rows: &[RowDisturbance]) -> Bars {
         ticks: (first..=last)
             .map(|decade| {
                 let part = 10_f64.powi(decade);
-                (place(part), format!("{} %", significant(100.0 * part, 1)))
+                (place(part), percent(part, 1))
             })
             .collect(),
         rows: rows.iter().map(row).collect(),
     }
-}
-
-/// Returns the name of a row without its unit.
-fn plain(row: &str) -> &str {
-    row.trim_end_matches("_nm").trim_end_matches("_n")
 }
 
 fn unit(row: &str) -> &'static str {
@@ -251,17 +223,8 @@ fn logs(
         names.extend((1..=each.len()).map(|i| format!("refined log {i}")));
     }
     let rows = (result.parameters.iter().enumerate()).filter_map(|(i, parameter)| {
-        let centre = parameter.value?;
-        let alone = |log: &Vec<Option<(f64, f64)>>| -> Option<Ranged> {
-            let (value, error) = (*log.get(i)?)?;
-            let half = NORMAL_95 * error;
-            Some((value, Some([value - half, value + half])))
-        };
-        let mut values: Vec<Option<Ranged>> = each.iter().map(alone).collect();
-        values.iter().any(Option::is_some).then_some(())?;
-        values.insert(0, Some((centre, parameter.ci95)));
-        let named = (parameter.name.as_str(), parameter.unit.as_str());
-        Some(intervals::of_parameter(named, centre, &values))
+        let alone = each.iter().map(|log| *log.get(i)?).collect();
+        intervals::around(parameter, alone)
     });
     Some(Intervals {
         caption:
@@ -270,9 +233,8 @@ fn logs(
              overlap indicate an effect that the model lacks, or another robot."
                 .to_owned(),
         names,
-        ticks: Vec::new(),
         rows: rows.collect(),
-        folded: false,
+        ..Intervals::default()
     })
 }
 
@@ -285,32 +247,19 @@ fn offsets(refinement: &Refinement) -> Option<Table> {
         };
         (refinement.disturbances.iter()).any(|row| of(row) && unit(&row.row) == "N")
     };
-    let rows: Vec<Row> = (refinement.encoder_offsets.iter())
-        .map(|offset| Row {
-            cells: vec![
-                offset.joint.clone(),
-                offset.column.clone(),
-                significant(1e3 * offset.offset_rad, 3),
-                significant(1e3 * offset.standard_error_rad, 2),
-                if slides(&offset.joint) { "mm" } else { "mrad" }.to_owned(),
-            ],
-            tone: Tone::Neutral,
+    rows(&refinement.encoder_offsets)
+        .text("Joint", |offset| &offset.joint)
+        .text("Column", |offset| &offset.column)
+        .number("Offset", |offset| significant(1e3 * offset.offset_rad, 3))
+        .number("± s.e.", |offset| {
+            significant(1e3 * offset.standard_error_rad, 2)
         })
-        .collect();
-    (!rows.is_empty()).then(|| Table {
-        caption:
-            "Constant error of each column: the offset of its zero, or of the edges of its counter."
-                .to_owned(),
-        columns: vec![
-            text("Joint"),
-            text("Column"),
-            number("Offset"),
-            number("± s.e."),
-            text("Unit"),
-        ],
-        rows,
-        ..Table::default()
-    })
+        .text("Unit", |offset| {
+            if slides(&offset.joint) { "mm" } else { "mrad" }
+        })
+        .table_if_any(
+            "Constant error of each column: the offset of its zero, or of the edges of its counter.",
+        )
 }
 
 /// Returns the parameters whose errors are most strongly correlated, as text.
@@ -416,18 +365,7 @@ mod tests {
     #[test]
     fn single_logs_are_shown_around_the_common_estimate() {
         let blocks = blocks(&[]);
-        let mut shown = blocks.iter().filter_map(|block| match block {
-            Block::Intervals(intervals) => Some(intervals),
-            Block::Paragraph(_)
-            | Block::KeyValues(_)
-            | Block::Table(_)
-            | Block::Figure(_)
-            | Block::Bars(_)
-            | Block::Findings(_)
-            | Block::Code(_)
-            | Block::Drawing(_)
-            | Block::Skeleton(_) => None,
-        });
+        let mut shown = blocks.iter().filter_map(Block::intervals);
         let (logs, delays) = (shown.next().unwrap(), shown.next().unwrap());
         assert_eq!(logs.names, ["all logs", "first.csv", "second.csv"]);
         // The other parameter has no value in any log.
@@ -444,9 +382,7 @@ mod tests {
     #[test]
     fn significant_delays_are_marked() {
         let blocks = blocks(&[]);
-        let Some(Block::Table(table)) = blocks.iter().find(|b| matches!(b, Block::Table(_))) else {
-            panic!("no table")
-        };
+        let table = blocks.iter().find_map(Block::table).unwrap();
         assert_eq!(
             table.rows[0].cells,
             ["q", "100.0", "500 ± 20", "+40.0", "800.0"]
@@ -459,26 +395,15 @@ mod tests {
     fn rungs_and_unused_values_have_tables() {
         let mut found = identification(&["refinement-failed"]);
         let tables = |found: &Identification| {
-            let blocks = refinement(found).unwrap().blocks.into_iter();
-            let tables = blocks.filter_map(|block| match block {
-                Block::Table(table) => Some(table),
-                Block::Paragraph(_)
-                | Block::KeyValues(_)
-                | Block::Figure(_)
-                | Block::Intervals(_)
-                | Block::Bars(_)
-                | Block::Findings(_)
-                | Block::Code(_)
-                | Block::Drawing(_)
-                | Block::Skeleton(_) => None,
-            });
+            let blocks = refinement(found).unwrap().blocks;
+            let tables = blocks.iter().filter_map(Block::table).cloned();
             tables.collect::<Vec<_>>()
         };
         let before = tables(&found).len();
         let refinement = found.results[0].refinement.as_mut().unwrap();
         refinement.rung = "flat".to_owned();
         refinement.values = vec![Some((11.0, 0.5)), None];
-        refinement.rungs = vec![RungResult {
+        refinement.rungs = vec![crate::estimate::RungResult {
             name: "flat".to_owned(),
             used: false,
             held_out_residual: None,

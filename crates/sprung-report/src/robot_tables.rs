@@ -1,9 +1,9 @@
 //! Composes further tables of a robot: encoder offsets, the choice of the cut-off, and the standard
 //! parameters of lumped link parameters.
 
-use super::document::{Row, Table, Tone};
-use super::numbers::{given, or_dash, significant};
-use super::tables::{number, text};
+use super::document::Table;
+use super::numbers::{given, or_dash, significant, with_error};
+use super::rows::rows;
 use crate::estimate::{CutoffChoice, Decided, EstimateResult, Identification};
 use crate::model::short;
 
@@ -15,31 +15,21 @@ const MIN_LISTED_SHARE: f64 = 0.05;
 
 /// Returns a table of the constant differences between link and motor encoders.
 pub(super) fn encoder_offsets(identification: &Identification) -> Option<Table> {
-    let result = identification.results.first()?;
-    let rows: Vec<Row> = (result.encoder_offsets.iter())
-        .map(|offset| Row {
-            cells: vec![
-                offset.joint.clone(),
-                significant(1e3 * offset.offset_rad, 3),
-                or_dash(offset.standard_error_rad.map(|error| 1e3 * error), 2),
-                format!("{:.4}", offset.offset_rad.to_degrees()),
-            ],
-            tone: Tone::Neutral,
+    rows(&identification.results.first()?.encoder_offsets)
+        .text("Joint", |offset| &offset.joint)
+        .number("Offset [mrad]", |offset| {
+            significant(1e3 * offset.offset_rad, 3)
         })
-        .collect();
-    (!rows.is_empty()).then(|| Table {
-        caption: "Offset of each link encoder relative to the motor encoder: minus the preload \
-                  divided by the stiffness."
-            .to_owned(),
-        columns: vec![
-            text("Joint"),
-            number("Offset [mrad]"),
-            number("± s.e."),
-            number("[°]"),
-        ],
-        rows,
-        ..Table::default()
-    })
+        .number("± s.e.", |offset| {
+            or_dash(offset.standard_error_rad.map(|error| 1e3 * error), 2)
+        })
+        .number("[°]", |offset| {
+            format!("{:.4}", offset.offset_rad.to_degrees())
+        })
+        .table_if_any(
+            "Offset of each link encoder relative to the motor encoder: minus the preload \
+             divided by the stiffness.",
+        )
 }
 
 /// Returns a table of the changes of the estimates over the cut-offs, in percent of the estimate at
@@ -50,48 +40,29 @@ pub(super) fn cutoffs(identification: &Identification, choice: &CutoffChoice) ->
     let near = |hz: f64| (hz - chosen).abs();
     let middle =
         (choice.sweep.iter()).min_by(|a, b| near(a.cutoff_hz).total_cmp(&near(b.cutoff_hz)))?;
-    let mut columns = vec![text("Parameter")];
-    columns.extend(
-        (choice.sweep.iter())
-            .map(|point| number(format!("{} Hz", significant(point.cutoff_hz, 3)))),
-    );
     let matters = |share: Option<f64>| share.is_some_and(|share| share >= MIN_LISTED_SHARE);
-    let rows = (result.parameters.iter().enumerate())
-        .filter(|(i, p)| {
-            matters(p.torque_share) && middle.values.get(*i).is_some_and(|v| *v != 0.0)
-        })
-        .map(|(i, parameter)| {
-            let changes: Vec<f64> = (choice.sweep.iter())
-                .map(|point| point.values[i] / middle.values[i] - 1.0)
-                .collect();
-            let mut cells = vec![parameter.name.clone()];
-            cells.extend(
-                changes
-                    .iter()
-                    .map(|change| format!("{:+.1} %", 100.0 * change)),
-            );
-            Row {
-                cells,
-                tone: if changes.iter().any(|change| change.abs() > MARKED_CHANGE) {
-                    Tone::Doubtful
-                } else {
-                    Tone::Neutral
-                },
-            }
-        })
-        .collect();
-    Some(Table {
-        caption: format!(
-            "Estimates from the beginning of the log, as changes from those at the chosen cut-off, \
+    let listed = (result.parameters.iter().enumerate()).filter(|(i, p)| {
+        matters(p.torque_share) && middle.values.get(*i).is_some_and(|v| *v != 0.0)
+    });
+    let change = |values: &[f64], i: usize| values[i] / middle.values[i] - 1.0;
+    let mut table = rows(listed)
+        .text("Parameter", |(_, parameter)| &parameter.name)
+        .marked(|(i, _)| {
+            (choice.sweep.iter()).any(|point| change(&point.values, i).abs() > MARKED_CHANGE)
+        });
+    for point in &choice.sweep {
+        let heading = format!("{} Hz", significant(point.cutoff_hz, 3));
+        table = table.number(heading, |(i, _)| {
+            format!("{:+.1} %", 100.0 * change(&point.values, i))
+        });
+    }
+    Some(table.table(format!(
+        "Estimates from the beginning of the log, as changes from those at the chosen cut-off, \
              for parameters with at least {:.0} % of the largest torque of their row. Marked \
              parameters change by more than {:.0} %.",
-            100.0 * MIN_LISTED_SHARE,
-            100.0 * MARKED_CHANGE
-        ),
-        columns,
-        rows,
-        ..Table::default()
-    })
+        100.0 * MIN_LISTED_SHARE,
+        100.0 * MARKED_CHANGE
+    )))
 }
 
 /// Returns the lumped link parameters: short names and definitions.
@@ -109,46 +80,25 @@ pub(super) fn lumped(result: &EstimateResult) -> Vec<(String, String)> {
 
 /// Returns a table of the standard inertial parameters of the links.
 pub(super) fn standard(result: &EstimateResult) -> Option<Table> {
-    let rows: Vec<Row> = (result.standard_parameters.iter())
-        .map(|p| Row {
-            cells: vec![
-                p.name.clone(),
-                match p.standard_error {
-                    Some(error) => {
-                        format!("{} ± {}", significant(p.value, 5), significant(error, 2))
-                    }
-                    None => significant(p.value, 5),
-                },
-                given(p.nominal),
-                p.unit.clone(),
-                match p.decided {
-                    Decided::Log => "log",
-                    Decided::Both => "log and nominal value",
-                    Decided::Nominal => "nominal value",
-                    Decided::Nothing => "nothing",
-                    Decided::Given => "given",
-                }
-                .to_owned(),
-            ],
-            tone: match p.decided {
-                Decided::Nothing => Tone::Doubtful,
-                Decided::Log | Decided::Both | Decided::Nominal | Decided::Given => Tone::Neutral,
-            },
+    rows(&result.standard_parameters)
+        .text("Parameter", |p| &p.name)
+        .number("Value ± s.e.", |p| match p.standard_error {
+            Some(error) => with_error(p.value, 5, error),
+            None => significant(p.value, 5),
         })
-        .collect();
-    (!rows.is_empty()).then(|| Table {
-        caption: "Parameters of single links and rotors, of bodies that can exist, near the estimate. \
-                  The log decides combinations; nominal values decide the rest. Nothing decides the \
-                  marked parameters: they have no nominal value, and other values give the same motion."
-            .to_owned(),
-        columns: vec![
-            text("Parameter"),
-            number("Value ± s.e."),
-            number("Nominal"),
-            text("Unit"),
-            text("Decided by"),
-        ],
-        rows,
-        ..Table::default()
-    })
+        .number("Nominal", |p| given(p.nominal))
+        .text("Unit", |p| &p.unit)
+        .text("Decided by", |p| match p.decided {
+            Decided::Log => "log",
+            Decided::Both => "log and nominal value",
+            Decided::Nominal => "nominal value",
+            Decided::Nothing => "nothing",
+            Decided::Given => "given",
+        })
+        .marked(|p| p.decided == Decided::Nothing)
+        .table_if_any(
+            "Parameters of single links and rotors, of bodies that can exist, near the estimate. \
+             The log decides combinations; nominal values decide the rest. Nothing decides the \
+             marked parameters: they have no nominal value, and other values give the same motion.",
+        )
 }

@@ -30,6 +30,46 @@ pub(super) fn folded(
     }
 }
 
+/// Returns the section about what made a report: its command, and its experiment file if there is one.
+pub(super) fn origin(fold: Fold, command: &str, experiment: Option<&str>) -> Section {
+    let lead = match experiment {
+        Some(_) => "The command that made this report, and the experiment file.",
+        None => "The command that made this report.",
+    };
+    let texts = std::iter::once(command).chain(experiment);
+    let blocks = texts.map(|text| Block::Code(text.to_owned()));
+    folded(fold, "settings", "Settings", lead, blocks.collect())
+}
+
+/// Returns the section about what made a design: what it assumes, its settings, its command and its experiment file.
+pub(super) fn origin_of_design(
+    what: &str,
+    assumed: &[String],
+    settings: Block,
+    command: &str,
+    experiment: &str,
+) -> Section {
+    let assumed = assumed
+        .iter()
+        .map(|text| Block::Paragraph(as_sentence(text)));
+    let texts = [command, experiment].map(|text| Block::Code(text.to_owned()));
+    folded(
+        Fold::Screen,
+        "settings",
+        "Assumptions and settings",
+        &format!(
+            "The assumptions of the design, its {what}, the command that made this report, and the experiment file."
+        ),
+        assumed.chain([settings]).chain(texts).collect(),
+    )
+}
+
+/// Returns the findings in the form of a report; `None` without any.
+pub(super) fn findings<'a>(found: impl IntoIterator<Item = &'a Finding>) -> Option<Block> {
+    let all: Vec<Shown> = found.into_iter().map(shown).collect();
+    (!all.is_empty()).then_some(Block::Findings(all))
+}
+
 /// Returns a finding in the form of a report.
 pub(super) fn shown(finding: &Finding) -> Shown {
     let known = Explanation::of(&finding.code);

@@ -1,12 +1,12 @@
 //! Composes the report of a servo.
 
-use super::document::{Badge, Block, Document, Fold, Row, Table, Tone};
+use super::document::{Badge, Block, Document, Fold, Table, Tone};
 use super::numbers::{or_dash, significant};
-use super::section::{folded, section, shown};
-use super::tables::{number, text};
+use super::rows::rows;
+use super::section::{findings, origin, section};
 use super::verdict;
 use crate::finding::Severity;
-use sprung_servo::{Scale, ServoEstimate, ServoIdentification};
+use sprung_servo::{Scale, ServoIdentification};
 
 /// Composes the report of a servo.
 ///
@@ -16,10 +16,10 @@ use sprung_servo::{Scale, ServoEstimate, ServoIdentification};
 pub fn compose_servo(found: &ServoIdentification, command: &str, experiment: &str) -> Document {
     let worst = (found.findings.iter()).max_by_key(|finding| finding.severity);
     let deciding = worst.filter(|finding| finding.severity > Severity::Info);
-    let (tone, word) = match deciding.map(|finding| finding.severity) {
-        None => (Tone::Good, "good"),
-        Some(Severity::Warning | Severity::Info) => (Tone::Doubtful, "doubtful"),
-        Some(Severity::Serious | Severity::Error) => (Tone::Bad, "unusable"),
+    let badge = match deciding.map(|finding| finding.severity) {
+        None => Badge::new(Tone::Good, "good"),
+        Some(Severity::Warning | Severity::Info) => Badge::new(Tone::Doubtful, "doubtful"),
+        Some(Severity::Serious | Severity::Error) => Badge::new(Tone::Bad, "unusable"),
     };
     let mut sections = vec![section(
         "parameters",
@@ -27,31 +27,15 @@ pub fn compose_servo(found: &ServoIdentification, command: &str, experiment: &st
         "Values with standard errors and 95 % intervals.",
         vec![Block::Table(parameters(found))],
     )];
-    if !found.findings.is_empty() {
-        let findings = found.findings.iter().map(shown).collect();
-        sections.push(section(
-            "findings",
-            "Findings",
-            "",
-            vec![Block::Findings(findings)],
-        ));
-    }
+    let all = findings(&found.findings);
+    sections.extend(all.map(|all| section("findings", "Findings", "", vec![all])));
     sections.push(section(
         "logs",
         "Logs",
         "The logs with their known loads.",
         vec![Block::Table(logs(found)), Block::KeyValues(fit(found))],
     ));
-    sections.push(folded(
-        Fold::Screen,
-        "settings",
-        "Settings",
-        "The command that made this report, and the experiment file.",
-        vec![
-            Block::Code(command.to_owned()),
-            Block::Code(experiment.to_owned()),
-        ],
-    ));
+    sections.push(origin(Fold::Screen, command, Some(experiment)));
     Document {
         title: found.robot.clone(),
         subtitle: format!(
@@ -59,10 +43,7 @@ pub fn compose_servo(found: &ServoIdentification, command: &str, experiment: &st
             found.joint
         ),
         generator: found.generator.clone(),
-        verdict: Some(Badge {
-            tone,
-            text: word.to_owned(),
-        }),
+        verdict: Some(badge),
         summary: scale(found.scale).to_owned(),
         reason: deciding.map_or_else(String::new, |finding| {
             verdict::first_sentence(&finding.text)
@@ -86,60 +67,38 @@ fn scale(scale: Scale) -> &'static str {
 }
 
 fn parameters(found: &ServoIdentification) -> Table {
-    let row = |parameter: &ServoEstimate| Row {
-        cells: vec![
-            parameter.name.clone(),
-            parameter.unit.clone(),
-            significant(parameter.value, 5),
+    rows(found.parameters.iter().chain([&found.braking]))
+        .text("Parameter", |parameter| &parameter.name)
+        .text("Unit", |parameter| &parameter.unit)
+        .number("value", |parameter| significant(parameter.value, 5))
+        .number("± s.e.", |parameter| {
             if parameter.fixed {
                 "given".to_owned()
             } else {
                 or_dash(parameter.standard_error, 2)
-            },
-            or_dash(parameter.ci95.map(|[low, _]| low), 4),
-            or_dash(parameter.ci95.map(|[_, high]| high), 4),
-        ],
-        tone: Tone::Neutral,
-    };
-    Table {
-        caption: "`braking` is viscous friction and back-EMF together.".to_owned(),
-        columns: vec![
-            text("Parameter"),
-            text("Unit"),
-            number("value"),
-            number("± s.e."),
-            number("95 % from"),
-            number("to"),
-        ],
-        rows: (found.parameters.iter().chain([&found.braking]))
-            .map(row)
-            .collect(),
-        ..Table::default()
-    }
+            }
+        })
+        .number("95 % from", |parameter| {
+            or_dash(parameter.ci95.map(|[low, _]| low), 4)
+        })
+        .number("to", |parameter| {
+            or_dash(parameter.ci95.map(|[_, high]| high), 4)
+        })
+        .table("`braking` is viscous friction and back-EMF together.")
 }
 
 fn logs(found: &ServoIdentification) -> Table {
-    let rows = found.logs.iter().map(|log| Row {
-        cells: vec![
-            log.log.clone(),
-            log.samples.to_string(),
-            significant(log.duration_s, 4),
-            significant(log.load_inertia_kgm2, 4),
-            significant(log.load_torque_nm, 4),
-        ],
-        tone: Tone::Neutral,
-    });
-    Table {
-        columns: vec![
-            text("Log"),
-            number("samples"),
-            number("duration, s"),
-            number("load inertia, kg·m²"),
-            number("load torque, N·m"),
-        ],
-        rows: rows.collect(),
-        ..Table::default()
-    }
+    rows(&found.logs)
+        .text("Log", |log| &log.log)
+        .number("samples", |log| log.samples)
+        .number("duration, s", |log| significant(log.duration_s, 4))
+        .number("load inertia, kg·m²", |log| {
+            significant(log.load_inertia_kgm2, 4)
+        })
+        .number("load torque, N·m", |log| {
+            significant(log.load_torque_nm, 4)
+        })
+        .table("")
 }
 
 fn fit(found: &ServoIdentification) -> Vec<(String, String)> {

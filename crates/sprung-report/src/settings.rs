@@ -2,7 +2,7 @@
 
 use super::contents::Contents;
 use super::document::{Block, Fold, Section};
-use super::numbers::{given, significant};
+use super::numbers::{given, significant, with_error};
 use super::section::folded;
 use crate::estimate::LogInfo;
 
@@ -38,67 +38,48 @@ pub(super) fn settings(contents: &Contents<'_>) -> [Section; 2] {
     if let Some(identification) = contents.identification {
         let used = &identification.settings;
         let log = &identification.log;
-        pairs.extend([
-            (
-                "Sampling period".to_owned(),
-                format!("{} s", given(Some(log.period_s))),
-            ),
-            (
-                "Largest jitter".to_owned(),
-                format!("{} % of the period", significant(log.jitter_percent, 2)),
-            ),
-            ("Samples".to_owned(), samples(log)),
-            (
-                "Filter pair".to_owned(),
-                format!(
-                    "λ = {} rad/s, {}",
-                    given(Some(used.filter_cutoff_rad_per_s)),
-                    used.discretization
-                ),
-            ),
-            (
-                "Zero-phase position filter".to_owned(),
-                format!(
-                    "Butterworth, order {}, {} Hz",
-                    used.position_filter_order,
-                    given(Some(used.position_cutoff_hz))
-                ),
-            ),
-        ]);
+        let mut add = |name: &str, text: String| pairs.push((name.to_owned(), text));
+        add(
+            "Sampling period",
+            format!("{} s", given(Some(log.period_s))),
+        );
+        add(
+            "Largest jitter",
+            format!("{} % of the period", significant(log.jitter_percent, 2)),
+        );
+        add("Samples", samples(log));
+        let cutoff = given(Some(used.filter_cutoff_rad_per_s));
+        add(
+            "Filter pair",
+            format!("λ = {cutoff} rad/s, {}", used.discretization),
+        );
+        let (order, hz) = (
+            used.position_filter_order,
+            given(Some(used.position_cutoff_hz)),
+        );
+        add(
+            "Zero-phase position filter",
+            format!("Butterworth, order {order}, {hz} Hz"),
+        );
         for (column, delay) in &log.delay_s {
-            let error = delay
-                .standard_error
-                .map_or_else(String::new, |error| format!(" ± {}", significant(error, 2)));
-            pairs.push((
-                format!("Delay of {column}"),
-                format!("{}{error} s", significant(delay.value, 4)),
-            ));
+            let text = match delay.standard_error {
+                Some(error) => with_error(delay.value, 4, error),
+                None => significant(delay.value, 4),
+            };
+            add(&format!("Delay of {column}"), format!("{text} s"));
         }
         for (column, sign) in &log.sign {
-            pairs.push((
-                format!("Sign of {column}"),
-                format!(
-                    "{}, log-likelihood +{} against the other",
-                    sign.value,
-                    significant(sign.log_likelihood, 3)
-                ),
-            ));
+            let better = significant(sign.log_likelihood, 3);
+            let text = format!("{}, log-likelihood +{better} against the other", sign.value);
+            add(&format!("Sign of {column}"), text);
         }
         for (column, gain) in &log.gain {
-            pairs.push((
-                format!("Gain of {column}"),
-                format!(
-                    "{} ± {}",
-                    significant(gain.value, 5),
-                    significant(gain.standard_error, 2)
-                ),
-            ));
+            let text = with_error(gain.value, 5, gain.standard_error);
+            add(&format!("Gain of {column}"), text);
         }
         for result in &identification.results {
-            pairs.push((
-                format!("Time for {}", result.estimator),
-                format!("{} s", significant(result.elapsed_s, 2)),
-            ));
+            let text = format!("{} s", significant(result.elapsed_s, 2));
+            add(&format!("Time for {}", result.estimator), text);
         }
     }
     [

@@ -2,10 +2,10 @@
 //! logs.
 
 use super::document::{Bar, BarRow, Bars, Block, Fold, Intervals, Section, Tone};
-use super::intervals::{self, Ranged};
-use super::numbers::significant;
+use super::intervals;
+use super::numbers::{percent, significant};
 use super::section::folded;
-use crate::estimate::{CutoffChoice, EstimateResult, Identification, LogInfo, NORMAL_95};
+use crate::estimate::{CutoffChoice, EstimateResult, Identification, LogInfo};
 
 /// Codes of findings about parts of the logs.
 const ABOUT_PARTS: [&str; 2] = ["parts-disagree", "logs-disagree"];
@@ -28,14 +28,14 @@ pub(super) fn held_out(choice: &CutoffChoice) -> Option<Bars> {
         names: vec!["held-out residual".to_owned()],
         ticks: vec![
             (0.0, "0".to_owned()),
-            (1.0, format!("{} %", significant(100.0 * most, 2))),
+            (1.0, percent(most, 2)),
         ],
         rows: (choice.sweep.iter().rev())
             .map(|point| BarRow {
                 label: format!("{} Hz", significant(point.cutoff_hz, 3)),
                 bars: vec![point.held_out_residual.map(|residual| Bar {
                     length: residual / most,
-                    text: format!("{} %", significant(100.0 * residual, 3)),
+                    text: percent(residual, 3),
                 })],
                 tone: match point.held_out_residual {
                     Some(residual) if residual > (1.0 + MARKED_EXCESS) * least => Tone::Doubtful,
@@ -57,17 +57,8 @@ pub(super) fn parts(identification: &Identification) -> Option<Section> {
     let rows = (result.parameters.iter().enumerate())
         .filter(|(_, parameter)| moved.contains(&parameter.name))
         .filter_map(|(i, parameter)| {
-            let centre = parameter.value?;
-            let mut values: Vec<Option<Ranged>> = (result.parts.iter())
-                .map(|part| {
-                    let (value, error) = (*part.values.get(i)?)?;
-                    let half = NORMAL_95 * error;
-                    Some((value, Some([value - half, value + half])))
-                })
-                .collect();
-            values.insert(0, Some((centre, parameter.ci95)));
-            let named = (parameter.name.as_str(), parameter.unit.as_str());
-            Some(intervals::of_parameter(named, centre, &values))
+            let alone = result.parts.iter().map(|part| *part.values.get(i)?);
+            intervals::around(parameter, alone.collect())
         });
     let figure = Intervals {
         caption:
@@ -75,9 +66,8 @@ pub(super) fn parts(identification: &Identification) -> Option<Section> {
                   the result. The number at the right is half the width of the row."
                 .to_owned(),
         names: names(identification, result),
-        ticks: Vec::new(),
         rows: rows.collect(),
-        folded: false,
+        ..Intervals::default()
     };
     Some(folded(
         Fold::Screen,

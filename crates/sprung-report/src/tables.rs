@@ -2,38 +2,29 @@
 
 use std::collections::BTreeMap;
 
-use super::document::{Column, Row, Table, Tone};
+use super::document::Table;
 use super::groups::Joints;
 use super::intervals::half_width;
-use super::numbers::{deviation, given, or_dash, significant};
-use crate::estimate::{CrossCheckResult, EstimateResult, Identification, ParameterEstimate};
-use crate::finding::Finding;
+use super::numbers::{
+    dash_if_none, deviation, given, or_dash, percent_or_dash, significant, with_error,
+};
+use super::rows::{Rows, rows};
+use crate::estimate::{EstimateResult, Identification, ParameterEstimate};
 
-pub(super) fn text(heading: &str) -> Column {
-    Column {
-        heading: heading.to_owned(),
-        numeric: false,
-    }
-}
-
-pub(super) fn number(heading: impl Into<String>) -> Column {
-    Column {
-        heading: heading.into(),
-        numeric: true,
-    }
-}
-
-fn with_error(estimate: &ParameterEstimate) -> String {
-    let value = or_dash(estimate.value, 5);
+/// Returns the value of an estimate with its standard error, or with its bound.
+fn value(estimate: &ParameterEstimate) -> String {
     if let Some(most) = estimate.at_most() {
-        return format!("{value} (< {})", significant(most, 2));
+        return format!(
+            "{} (< {})",
+            or_dash(estimate.value, 5),
+            significant(most, 2)
+        );
     }
-    if estimate.fixed {
-        return format!("{value} given");
-    }
-    match estimate.standard_error {
-        Some(error) => format!("{value} ± {}", significant(error, 2)),
-        None => value,
+    match (estimate.value, estimate.standard_error) {
+        _ if estimate.fixed => format!("{} given", or_dash(estimate.value, 5)),
+        (Some(value), Some(error)) => with_error(value, 5, error),
+        (None, Some(error)) => format!("– ± {}", significant(error, 2)),
+        (value, None) => or_dash(value, 5),
     }
 }
 
@@ -64,76 +55,71 @@ pub(super) fn parameters(
 ) -> Option<Table> {
     let result = identification.results.first()?;
     let joints = Joints::of(identification);
-    let has_nominal = result.parameters.iter().any(|p| p.nominal.is_some());
-    let mut columns = vec![
-        text("Parameter"),
-        number(format!("{} ± s.e.", result.estimator)),
-        text("Unit"),
-        number("± % (95 %)"),
-    ];
-    if truth.is_some() {
-        columns.extend([number("True"), number("error %")]);
-    }
-    if has_nominal {
-        columns.extend([number("Nominal"), number("from nominal %")]);
-    }
-    let has_moved = result.parameters.iter().any(has_moved);
-    if has_moved {
-        columns.push(number("Possible"));
-    }
-    let row = |parameter: &&ParameterEstimate| {
-        let mut cells = vec![
-            symbol_and_name(parameter),
-            match (parameter.value, identification.bound(&parameter.name)) {
-                (None, Some(bound)) => bound,
-                _ => with_error(parameter),
-            },
-            parameter.unit.clone(),
-            relative_interval(parameter),
-        ];
-        if let Some(truth) = truth {
-            let known = truth.get(&parameter.name).copied();
-            cells.extend([given(known), deviation(parameter.value, known)]);
-        }
-        if has_nominal {
-            let nominal = parameter.nominal;
-            cells.extend([given(nominal), deviation(parameter.value, nominal)]);
-        }
-        if has_moved {
-            cells.push(given(parameter.physical));
-        }
-        Row {
-            cells,
-            tone: tone(result, &parameter.name),
-        }
-    };
     let shown = result.shown_parameters();
     let of_joint = (shown.iter())
         .filter(|parameter| joint.is_none_or(|joint| joints.group(&parameter.name) == joint));
     let sorted = joints.sorted(of_joint, |parameter| &parameter.name);
-    let mut headings: Vec<(usize, String)> = Vec::new();
-    let headed: &[_] = if joint.is_none() { &sorted } else { &[] };
-    for (i, parameter) in headed.iter().enumerate() {
-        let group = joints.group(&parameter.name);
-        if headings.last().is_none_or(|(_, last)| last != group) {
-            headings.push((i, group.to_owned()));
-        }
+    let is_warned = |name: &String| {
+        let mut warnings = result.warnings.iter();
+        warnings.any(|finding| finding.parameters.contains(name))
+    };
+    let mut table = rows(sorted.iter().copied())
+        .text("Parameter", labelled)
+        .number(format!("{} ± s.e.", result.estimator), |parameter| {
+            let bound = identification.bound(&parameter.name);
+            bound
+                .filter(|_| parameter.value.is_none())
+                .unwrap_or_else(|| value(parameter))
+        })
+        .text("Unit", |parameter| &parameter.unit)
+        .number("± % (95 %)", |parameter| {
+            or_dash(half_width(parameter).map(|half| 100.0 * half), 2)
+        })
+        .marked(|parameter| is_warned(&parameter.name));
+    if let Some(truth) = truth {
+        table = with_reference(table, ["True", "error %"], |parameter| {
+            truth.get(&parameter.name).copied()
+        });
+    }
+    if result.parameters.iter().any(|p| p.nominal.is_some()) {
+        table = with_reference(table, ["Nominal", "from nominal %"], |parameter| {
+            parameter.nominal
+        });
+    }
+    let has_moved = result.parameters.iter().any(has_moved);
+    if has_moved {
+        table = table.number("Possible", |parameter| given(parameter.physical));
     }
     let possible = if has_moved {
         " The possible values are those of bodies and drives that can exist, nearest to the estimate."
     } else {
         ""
     };
+    let headings = match joint {
+        None => joints.headings(sorted.iter().map(|parameter| parameter.name.as_str())),
+        Some(_) => Vec::new(),
+    };
     Some(Table {
-        caption: format!(
+        headings,
+        ..table.table(format!(
             "Parameters by {}. Notes or warnings concern the marked rows. A dash means that the log \
              does not determine the value, or that the value was not given.{possible}",
             result.estimator
-        ),
-        columns,
-        rows: sorted.iter().map(row).collect(),
-        headings,
+        ))
     })
+}
+
+/// Adds columns of known values, and of the deviations from them.
+fn with_reference<'a>(
+    table: Rows<&'a ParameterEstimate>,
+    [heading, of_deviation]: [&str; 2],
+    known: impl Fn(&'a ParameterEstimate) -> Option<f64>,
+) -> Rows<&'a ParameterEstimate> {
+    table
+        .number(heading, |parameter| given(known(parameter)))
+        .number(of_deviation, |parameter| {
+            deviation(parameter.value, known(parameter))
+        })
 }
 
 /// Returns a table of the values of all estimators with their deviations from the true or nominal
@@ -146,62 +132,49 @@ pub(super) fn estimators(
     if results.len() < 2 {
         return None;
     }
-    let mut columns = vec![text("Parameter"), text("Unit")];
-    for result in results {
-        columns.push(number(format!("{} ± s.e.", result.estimator)));
-        columns.push(number(if truth.is_some() {
-            "error %"
-        } else {
-            "from nominal %"
-        }));
-    }
     let shown: Vec<Vec<ParameterEstimate>> = results
         .iter()
         .map(EstimateResult::shown_parameters)
         .collect();
-    let row = |parameter: &ParameterEstimate| {
-        let mut cells = vec![symbol_and_name(parameter), parameter.unit.clone()];
-        let known = match truth {
-            Some(truth) => truth.get(&parameter.name).copied(),
-            None => parameter.nominal,
-        };
-        for parameters in &shown {
-            let estimate = parameters.iter().find(|one| one.name == parameter.name);
-            cells.push(estimate.map_or_else(|| "–".to_owned(), with_error));
-            let value = estimate.and_then(|estimate| estimate.value);
-            cells.push(deviation(value, known));
-        }
-        Row {
-            cells,
-            tone: Tone::Neutral,
-        }
+    let known = |parameter: &ParameterEstimate| match truth {
+        Some(truth) => truth.get(&parameter.name).copied(),
+        None => parameter.nominal,
     };
-    Some(Table {
-        caption: "Values of all estimators.".to_owned(),
-        columns,
-        rows: shown.first()?.iter().map(row).collect(),
-        ..Table::default()
-    })
-}
-
-fn symbol_and_name(parameter: &ParameterEstimate) -> String {
-    let symbol = parameter.symbol.replace("theta", "θ");
-    format!("{symbol}\u{a0}{}", parameter.label())
-}
-
-/// Returns half the width of the 95 % interval in percent of the value.
-fn relative_interval(parameter: &ParameterEstimate) -> String {
-    let half = half_width(parameter).map(|half| 100.0 * half);
-    half.map_or_else(|| "–".to_owned(), |half| significant(half, 2))
-}
-
-fn tone(result: &EstimateResult, parameter: &String) -> Tone {
-    let is_named = |finding: &Finding| finding.parameters.contains(parameter);
-    if result.warnings.iter().any(is_named) {
-        Tone::Doubtful
+    let heading = if truth.is_some() {
+        "error %"
     } else {
-        Tone::Neutral
+        "from nominal %"
+    };
+    let mut table = rows(shown.first()?)
+        .text("Parameter", labelled)
+        .text("Unit", |parameter| &parameter.unit);
+    for (result, parameters) in results.iter().zip(&shown) {
+        let of = |parameter: &ParameterEstimate| {
+            parameters.iter().find(|one| one.name == parameter.name)
+        };
+        table = table
+            .number(format!("{} ± s.e.", result.estimator), |parameter| {
+                dash_if_none(of(parameter).map(value))
+            })
+            .number(heading, |parameter| {
+                let value = of(parameter).and_then(|estimate| estimate.value);
+                deviation(value, known(parameter))
+            });
     }
+    Some(table.table("Values of all estimators."))
+}
+
+fn labelled(parameter: &ParameterEstimate) -> String {
+    symbol_and_name(&parameter.symbol, &parameter.label())
+}
+
+pub(super) fn symbol_and_name(symbol: &str, name: &str) -> String {
+    format!("{}\u{a0}{name}", symbol.replace("theta", "θ"))
+}
+
+/// Returns the name of a row of the equations without its unit.
+pub(super) fn row_name(row: &str) -> &str {
+    row.trim_end_matches("_nm").trim_end_matches("_n")
 }
 
 /// Returns a table that compares each motor row alone with the estimate from all rows.
@@ -210,37 +183,19 @@ pub(super) fn motor_rows(identification: &Identification) -> Option<Table> {
         .results
         .iter()
         .find(|r| !r.motor_rows.is_empty())?;
-    let rows = result
-        .motor_rows
-        .iter()
-        .flat_map(|row| &row.parameters)
-        .map(|alone| {
-            let stacked = result.parameter(&alone.name);
-            Row {
-                cells: vec![
-                    alone.name.clone(),
-                    alone.unit.clone(),
-                    stacked.map_or_else(String::new, with_error),
-                    with_error(alone),
-                ],
-                tone: Tone::Neutral,
-            }
+    let table = rows(result.motor_rows.iter().flat_map(|row| &row.parameters))
+        .text("Parameter", |alone| &alone.name)
+        .text("Unit", |alone| &alone.unit)
+        .number(format!("{} ± s.e.", result.estimator), |alone| {
+            result
+                .parameter(&alone.name)
+                .map_or_else(String::new, value)
         })
-        .collect();
-    Some(Table {
-        caption: format!(
-            "{} from all rows, compared with least squares on the motor row of each joint alone.",
-            result.estimator
-        ),
-        columns: vec![
-            text("Parameter"),
-            text("Unit"),
-            number(format!("{} ± s.e.", result.estimator)),
-            number("Motor row alone ± s.e."),
-        ],
-        rows,
-        ..Table::default()
-    })
+        .number("Motor row alone ± s.e.", value);
+    Some(table.table(format!(
+        "{} from all rows, compared with least squares on the motor row of each joint alone.",
+        result.estimator
+    )))
 }
 
 /// Returns a table that compares the cross-checks with the estimate that they check.
@@ -249,34 +204,19 @@ pub(super) fn cross_checks(identification: &Identification) -> Option<Table> {
         .results
         .iter()
         .find(|r| !r.cross_checks.is_empty())?;
-    let mut columns = vec![
-        text("Parameter"),
-        text("Unit"),
-        number(format!("{} ± s.e.", result.estimator)),
-    ];
-    columns.extend((result.cross_checks.iter()).map(|check| number(check.method.clone())));
-    let row = |parameter: &ParameterEstimate| {
-        let mut cells = vec![
-            parameter.name.clone(),
-            parameter.unit.clone(),
-            with_error(parameter),
-        ];
-        let of = |check: &CrossCheckResult| or_dash(check.values.get(&parameter.name), 5);
-        cells.extend(result.cross_checks.iter().map(of));
-        Row {
-            cells,
-            tone: Tone::Neutral,
-        }
-    };
-    Some(Table {
-        caption: format!(
-            "{}, and the cross-checks by other methods.",
-            result.estimator
-        ),
-        columns,
-        rows: result.parameters.iter().map(row).collect(),
-        ..Table::default()
-    })
+    let mut table = rows(&result.parameters)
+        .text("Parameter", |parameter| &parameter.name)
+        .text("Unit", |parameter| &parameter.unit)
+        .number(format!("{} ± s.e.", result.estimator), value);
+    for check in &result.cross_checks {
+        table = table.number(&check.method, |parameter| {
+            or_dash(check.values.get(&parameter.name), 5)
+        });
+    }
+    Some(table.table(format!(
+        "{}, and the cross-checks by other methods.",
+        result.estimator
+    )))
 }
 
 /// Returns the unit of the rows: N·m for revolute joints, N for prismatic joints, or both.
@@ -296,79 +236,41 @@ fn torque_unit(identification: &Identification) -> &'static str {
 /// Returns a table of the residuals of every row.
 pub(super) fn residuals(identification: &Identification) -> Table {
     let unit = torque_unit(identification);
-    let mut columns = vec![text("Row")];
+    let first = identification.results.first().into_iter();
+    let names = first.flat_map(|result| result.residual_rms.iter());
+    let mut table = rows(names.map(|(row, _)| row)).text("Row", row_name);
     for result in &identification.results {
-        columns.push(number(format!("{} [{unit}]", result.estimator)));
-        columns.push(number("% of torque"));
+        table = table
+            .number(format!("{} [{unit}]", result.estimator), |row| {
+                or_dash(result.residual_rms.get(row), 3)
+            })
+            .number("% of torque", |row| {
+                percent_or_dash(result.relative_residual.get(row))
+            });
     }
-    let rows = identification
-        .results
-        .first()
-        .map(|result| result.residual_rms.iter())
-        .into_iter()
-        .flatten()
-        .map(|(row, _)| {
-            let mut cells = vec![
-                row.trim_end_matches("_nm")
-                    .trim_end_matches("_n")
-                    .to_owned(),
-            ];
-            for result in &identification.results {
-                cells.push(or_dash(result.residual_rms.get(row), 3));
-                cells.push(
-                    result
-                        .relative_residual
-                        .get(row)
-                        .map_or_else(|| "–".to_owned(), |r| format!("{:.1}", 100.0 * r)),
-                );
-            }
-            Row {
-                cells,
-                tone: Tone::Neutral,
-            }
-        })
-        .collect();
-    Table {
-        caption: "Residuals of the filtered regression.".to_owned(),
-        columns,
-        rows,
-        ..Table::default()
-    }
+    table.table("Residuals of the filtered regression.")
 }
 
 /// Returns a table of the torque that each parameter causes in the log.
 pub(super) fn excitation(identification: &Identification) -> Option<Table> {
     let result = identification.results.first()?;
-    let rows = (result.parameters.iter())
-        .map(|parameter| Row {
-            cells: vec![
-                parameter.name.clone(),
-                or_dash(parameter.torque_rms_nm, 3),
-                parameter
-                    .torque_share
-                    .map_or_else(|| "–".to_owned(), |share| format!("{:.1}", 100.0 * share)),
-            ],
-            tone: match parameter.torque_share {
-                Some(share) if share >= SMALL_TORQUE_SHARE => Tone::Neutral,
-                _ => Tone::Doubtful,
-            },
+    let is_large = |share: f64| share >= SMALL_TORQUE_SHARE;
+    let unit = torque_unit(identification);
+    let table = rows(&result.parameters)
+        .text("Parameter", |parameter| &parameter.name)
+        .number(format!("Torque [{unit}]"), |parameter| {
+            or_dash(parameter.torque_rms_nm, 3)
         })
-        .collect();
-    Some(Table {
-        caption: format!(
-            "Root mean square torque of each parameter in the log ({}). Marked parameters have less \
-             than {:.0} % of the largest torque of their row.",
-            result.estimator,
-            100.0 * SMALL_TORQUE_SHARE
-        ),
-        columns: vec![
-            text("Parameter"),
-            number(format!("Torque [{}]", torque_unit(identification))),
-            number("% of the largest"),
-        ],
-        rows,
-        ..Table::default()
-    })
+        .number("% of the largest", |parameter| {
+            percent_or_dash(parameter.torque_share)
+        })
+        .marked(|parameter| !parameter.torque_share.is_some_and(is_large));
+    Some(table.table(format!(
+        "Root mean square torque of each parameter in the log ({}). Marked parameters have less \
+         than {:.0} % of the largest torque of their row.",
+        result.estimator,
+        100.0 * SMALL_TORQUE_SHARE
+    )))
 }
 
 /// A parameter with less than this share of the largest torque of its row is marked.

@@ -1,10 +1,10 @@
 //! Composes the table of what a log shows beyond its description.
 
-use super::document::{Block, Row, Section, Table, Tone};
-use super::numbers::significant;
+use super::document::{Block, Section};
+use super::numbers::{dash_if_none, significant};
 use super::refined_delays::as_exact;
+use super::rows::rows;
 use super::section::section;
-use super::tables::{number, text};
 use sprung_method::unknowns::{UnknownResult, UnknownStatus};
 
 /// An unknown in the form of tables.
@@ -102,46 +102,26 @@ fn size(unknown: &UnknownResult) -> String {
 
 /// Composes the section; `None` if nothing was found.
 pub(super) fn unknowns(found: &[UnknownResult]) -> Option<Section> {
-    let row = |unknown: &UnknownResult| {
-        let shown = ShownUnknown::from(unknown);
-        Row {
-            cells: vec![
-                shown.what,
-                shown.place,
-                shown.size,
-                shown.used.to_owned(),
-                shown.falls_percent,
-                if shown.competing.is_empty() {
-                    "–".to_owned()
-                } else {
-                    shown.competing
-                },
-            ],
-            tone: if unknown.status == UnknownStatus::Found {
-                Tone::Doubtful
-            } else {
-                Tone::Neutral
-            },
-        }
-    };
-    let table = Table {
-        caption: "Sizes with their standard errors: the time by which a column is late; otherwise what a correction adds to the \
-                  column, for a gain relative to it. The error is the square of the torques' error on parts of the log that \
-                  the fit has not seen. Others explain the log nearly as well; the number is the correlation of both effects. \
-                  Marked rows are not corrected."
-            .to_owned(),
-        columns: vec![
-            text("Unknown"),
-            text("Place"),
-            number("Size ± s.e."),
-            text("Used"),
-            number("Error falls by [%]"),
-            text("The log does not tell it from"),
-        ],
-        rows: found.iter().map(row).collect(),
-        ..Table::default()
-    };
-    (!found.is_empty()).then(|| {
+    let shown: Vec<(&UnknownResult, ShownUnknown)> = (found.iter())
+        .map(|unknown| (unknown, ShownUnknown::from(unknown)))
+        .collect();
+    let table = rows(&shown)
+        .text("Unknown", |(_, shown)| &shown.what)
+        .text("Place", |(_, shown)| &shown.place)
+        .number("Size ± s.e.", |(_, shown)| &shown.size)
+        .text("Used", |(_, shown)| shown.used)
+        .number("Error falls by [%]", |(_, shown)| &shown.falls_percent)
+        .text("The log does not tell it from", |(_, shown)| {
+            dash_if_none(Some(shown.competing.clone()).filter(|names| !names.is_empty()))
+        })
+        .marked(|(unknown, _)| unknown.status == UnknownStatus::Found)
+        .table_if_any(
+            "Sizes with their standard errors: the time by which a column is late; otherwise what a correction adds to the \
+             column, for a gain relative to it. The error is the square of the torques' error on parts of the log that \
+             the fit has not seen. Others explain the log nearly as well; the number is the correlation of both effects. \
+             Marked rows are not corrected.",
+        );
+    table.map(|table| {
         section(
             "unknowns",
             ShownUnknown::HEADING,
@@ -219,9 +199,7 @@ mod tests {
             ..unknown("delay q1_rad", "delay", "q1_rad", "s")
         };
         let section = unknowns(&[delay]).unwrap();
-        let Block::Table(table) = &section.blocks[0] else {
-            panic!("{section:?}")
-        };
+        let table = section.blocks[0].table().unwrap();
         assert_eq!(table.rows[0].cells[4..], ["42", "delay tau1 (-0.91)"]);
     }
 }

@@ -59,10 +59,10 @@ impl Head {
             (None, _) => String::new(),
         };
         Self {
-            badge: Some(Badge {
-                tone: tone(result.verdict),
-                text: format!("{}: {}{refining}", result.estimator, result.verdict.word()),
-            }),
+            badge: Some(Badge::new(
+                tone(result.verdict),
+                format!("{}: {}{refining}", result.estimator, result.verdict.word()),
+            )),
             // Results of earlier versions have one sentence.
             summary: if result.decision.promise.is_empty() {
                 result.decision.sentence.clone()

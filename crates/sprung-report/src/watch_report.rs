@@ -1,13 +1,13 @@
 //! Composes the report of a watch.
 
 use super::document::{
-    Badge, Block, Document, Figure, Fold, Layout, Panel, Row, Series, Style, Table, Tone,
+    Badge, Block, Document, Figure, Fold, Layout, Panel, Series, Style, Table, Tone,
 };
 use super::numbers::{or_dash, significant};
-use super::section::{folded, section};
-use super::tables::{number, text};
+use super::rows::rows;
+use super::section::{origin, section};
 use crate::curves::Curves;
-use crate::watch::{Watch, WatchEvent};
+use crate::watch::Watch;
 
 /// Composes the report of a watch.
 ///
@@ -33,30 +33,15 @@ pub fn compose_watch(watch: &Watch, curves: &Curves, command: &str) -> Document 
             Block::Figure(figure(watch, curves)),
         ],
     ));
-    sections.push(folded(
-        Fold::Screen,
-        "settings",
-        "Settings",
-        "The command that made this report.",
-        vec![Block::Code(command.to_owned())],
-    ));
+    sections.push(origin(Fold::Screen, command, None));
     let first = watch.events.first();
     Document {
         title: watch.robot.clone(),
         subtitle: format!("Watched with the values of {}", watch.parameters),
         generator: watch.generator.clone(),
-        verdict: Some(Badge {
-            tone: if first.is_some() {
-                Tone::Doubtful
-            } else {
-                Tone::Good
-            },
-            text: if first.is_some() {
-                "something happened"
-            } else {
-                "as identified"
-            }
-            .to_owned(),
+        verdict: Some(match first {
+            Some(_) => Badge::new(Tone::Doubtful, "something happened"),
+            None => Badge::new(Tone::Good, "as identified"),
         }),
         summary: watch.sentence(),
         reason: first.map_or_else(String::new, |event| event.finding.text.clone()),
@@ -67,60 +52,36 @@ pub fn compose_watch(watch: &Watch, curves: &Curves, command: &str) -> Document 
 }
 
 fn events(watch: &Watch) -> Table {
-    let row = |event: &WatchEvent| Row {
-        cells: vec![
-            event.log.clone(),
-            format!("{:.2}", event.begins_s),
-            format!("{:.2}", event.ends_s),
-            event.joint.clone().unwrap_or_default(),
-            event.finding.code.clone(),
-            or_dash(event.torque_nm, 3),
-            event.finding.text.clone(),
-        ],
-        tone: Tone::Doubtful,
-    };
-    Table {
-        caption: "Events.".to_owned(),
-        columns: vec![
-            text("Log"),
-            number("From [s]"),
-            number("To [s]"),
-            text("Joint"),
-            text("Code"),
-            number("Torque [N·m (N)]"),
-            text("What happened"),
-        ],
-        rows: watch.events.iter().map(row).collect(),
-        ..Table::default()
-    }
+    rows(&watch.events)
+        .text("Log", |event| &event.log)
+        .number("From [s]", |event| format!("{:.2}", event.begins_s))
+        .number("To [s]", |event| format!("{:.2}", event.ends_s))
+        .text("Joint", |event| event.joint.as_deref().unwrap_or_default())
+        .text("Code", |event| &event.finding.code)
+        .number("Torque [N·m (N)]", |event| or_dash(event.torque_nm, 3))
+        .text("What happened", |event| &event.finding.text)
+        .marked(|_| true)
+        .table("Events.")
 }
 
 fn joints(watch: &Watch) -> Table {
-    let rows = watch.joints.iter().map(|joint| Row {
-        cells: vec![
-            joint.joint.clone(),
-            or_dash(joint.typical_threshold_nm, 3),
-            or_dash(joint.threshold_sigma, 3),
-            significant(joint.motor_share, 2),
-        ],
-        tone: Tone::Neutral,
-    });
-    Table {
-        caption: format!(
+    rows(&watch.joints)
+        .text("Joint", |joint| &joint.joint)
+        .number("Typical threshold [N·m (N)]", |joint| {
+            or_dash(joint.typical_threshold_nm, 3)
+        })
+        .number("in standard deviations", |joint| {
+            or_dash(joint.threshold_sigma, 3)
+        })
+        .number("Share of the motor's equation", |joint| {
+            significant(joint.motor_share, 2)
+        })
+        .table(format!(
             "Thresholds of {} false alarms per hour, learned from {:.0} s of {}.",
             watch.false_alarms_per_h,
             watch.learned_s,
             watch.learned_from.join(", ")
-        ),
-        columns: vec![
-            text("Joint"),
-            number("Typical threshold [N·m (N)]"),
-            number("in standard deviations"),
-            number("Share of the motor's equation"),
-        ],
-        rows: rows.collect(),
-        ..Table::default()
-    }
+        ))
 }
 
 fn figure(watch: &Watch, curves: &Curves) -> Figure {
@@ -133,12 +94,6 @@ fn figure(watch: &Watch, curves: &Curves) -> Figure {
         });
         signed.collect()
     };
-    let series = |name: &str, values: Vec<Option<f64>>, style: Style| Series {
-        name: name.to_owned(),
-        values,
-        style,
-        clipped: false,
-    };
     let panels = (watch.joints.iter().enumerate()).map(|(joint, of)| Panel {
         y_label: format!("{} [N·m (N)]", of.joint),
         x: curves
@@ -147,18 +102,12 @@ fn figure(watch: &Watch, curves: &Curves) -> Figure {
             .map(|set| set.time.clone())
             .unwrap_or_default(),
         series: vec![
-            series("torque from outside", column(0, joint, 1.0), Style::First),
-            series("threshold", column(1, joint, 1.0), Style::Reference),
-            series("− threshold", column(1, joint, -1.0), Style::Reference),
+            Series::new("torque from outside", Style::First, column(0, joint, 1.0)),
+            Series::new("threshold", Style::Reference, column(1, joint, 1.0)),
+            Series::new("− threshold", Style::Reference, column(1, joint, -1.0)),
         ],
         ..Panel::default()
     });
-    Figure {
-        id: "outside".to_owned(),
-        caption: "Torques from outside between their thresholds.".to_owned(),
-        x_label: "time [s]".to_owned(),
-        logarithmic: false,
-        layout: Layout::Stack,
-        panels: panels.collect(),
-    }
+    let caption = "Torques from outside between their thresholds.";
+    Figure::over_time("outside", caption, Layout::Stack, panels)
 }

@@ -52,15 +52,21 @@ pub(super) fn of_scale(bench: &Bench) -> Option<Finding> {
     })
 }
 
+/// Returns how severe a figure is; `None` up to the limit of a warning.
+///
+/// - limits of a warning, and of a serious finding.
+fn severity(figure: f64, [warning, serious]: [f64; 2]) -> Option<Severity> {
+    (figure > warning).then_some(if figure > serious {
+        Severity::Serious
+    } else {
+        Severity::Warning
+    })
+}
+
 fn of_fit(fit: &ServoFit) -> Vec<Finding> {
     let mut all = Vec::new();
     let ratio = fit.position_rms_over_noise;
-    if ratio > POOR_FIT[0] {
-        let severity = if ratio > POOR_FIT[1] {
-            Severity::Serious
-        } else {
-            Severity::Warning
-        };
+    if let Some(severity) = severity(ratio, POOR_FIT) {
         all.push(Finding::new(
             severity,
             "servo-poor-fit",
@@ -73,12 +79,7 @@ fn of_fit(fit: &ServoFit) -> Vec<Finding> {
              and arms of the payloads, and that target and position of a row are of the same instant",
         ));
     }
-    if fit.windows_not_followed > NOT_FOLLOWED[0] {
-        let severity = if fit.windows_not_followed > NOT_FOLLOWED[1] {
-            Severity::Serious
-        } else {
-            Severity::Warning
-        };
+    if let Some(severity) = severity(fit.windows_not_followed, NOT_FOLLOWED) {
         all.push(Finding::new(
             severity,
             "servo-windows-not-followed",

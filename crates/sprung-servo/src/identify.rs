@@ -201,27 +201,12 @@ fn described(bench: &Bench, estimate: &Estimate) -> Vec<ServoEstimate> {
         .map(|(i, parameter)| {
             let (name, unit) = bench.name(parameter);
             let name = format!("{}.{name}", bench.joint);
-            let (value, error) = match parameter {
-                // Its logarithm is estimated.
-                ServoParameter::LogStribeckVelocity => {
-                    let value = estimate.values[i].exp();
-                    (value, value * estimate.error(i))
-                }
-                ServoParameter::TorquePerCommand
-                | ServoParameter::BackEmf
-                | ServoParameter::Armature
-                | ServoParameter::Viscous
-                | ServoParameter::Coulomb
-                | ServoParameter::Stribeck
-                | ServoParameter::LoadMotor
-                | ServoParameter::LoadExternal
-                | ServoParameter::LoadMotorStribeck
-                | ServoParameter::LoadExternalStribeck
-                | ServoParameter::LoadMotorQuadratic
-                | ServoParameter::LoadExternalQuadratic
-                | ServoParameter::StribeckExponent
-                | ServoParameter::ZeroOffset => (estimate.values[i], estimate.error(i)),
-            };
+            let (mut value, mut error) = (estimate.values[i], estimate.error(i));
+            // Its logarithm is estimated.
+            if matches!(parameter, ServoParameter::LogStribeckVelocity) {
+                value = value.exp();
+                error *= value;
+            }
             let fixed = bench.known(parameter).is_some();
             let error = (!fixed).then_some(error);
             ServoEstimate {

@@ -8,9 +8,9 @@ mod try_out;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
-use crate::deny;
-use crate::root;
-use crate::steps::Steps;
+use crate::run::Outcome;
+use crate::steps::{Steps, exit_code, said};
+use crate::{deny, root, summary};
 
 /// A failed step, in words.
 type Done<T> = Result<T, String>;
@@ -33,51 +33,47 @@ struct Release {
 /// - `binary`: a program to be packaged; without it, a release is built.
 pub(crate) fn run(binary: Option<&str>) -> ExitCode {
     let mut steps = Steps::default();
-    let Some(out) = said(canonical(&root())) else {
+    let Some(out) = said("dist", canonical(&root())) else {
         return ExitCode::FAILURE;
     };
     let out = out.join("target/dist");
     steps.step("dependencies", "licences, sources, advisories", deny::check);
-    let ready = steps.step("folder", "target/dist", || said(packages::emptied(&out)));
+    let ready = steps.step("folder", "target/dist", || {
+        said("folder", packages::emptied(&out))
+    });
     let built = ready.and_then(|()| {
         steps.step("release", "the stripped program", || {
-            said(binary.map_or_else(|| build(&out), |given| stripped(Path::new(given), &out)))
+            said(
+                "release",
+                binary.map_or_else(|| build(&out), |given| stripped(Path::new(given), &out)),
+            )
         })
     });
     let release = built.and_then(|binary| {
         steps.step("paths", "no path of this machine in the program", || {
-            said(without_paths(&binary).and_then(|()| release(binary, &out)))
+            said(
+                "paths",
+                without_paths(&binary).and_then(|()| release(binary, &out)),
+            )
         })
     });
     let packed = release.and_then(|release| {
         let archive = steps.step("archive", "the same bytes twice", || {
-            said(packages::twice(&release, packages::archive))
+            said("archive", packages::twice(&release, packages::archive))
         })?;
         let debian = steps.step("package", "a Debian package, the same bytes twice", || {
-            said(packages::twice(&release, packages::debian))
+            said("package", packages::twice(&release, packages::debian))
         })?;
         Some((release, archive, debian))
     });
     if let Some((release, archive, debian)) = &packed {
         for (name, package) in [("archive runs", archive), ("package runs", debian)] {
             steps.step(name, "installed into an empty folder", || {
-                said(try_out::run(release, package))
+                said(name, try_out::run(release, package))
             });
         }
     }
-    for time in &steps.times {
-        println!("{:8.1} s  {}", time.elapsed.as_secs_f64(), time.step);
-    }
-    if steps.failed.is_empty() {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::FAILURE
-    }
-}
-
-/// Prints why a step failed.
-fn said<T>(done: Done<T>) -> Option<T> {
-    done.map_err(|why| eprintln!("── {why}")).ok()
+    exit_code(summary::print(&steps, &Outcome::default()))
 }
 
 /// Runs a command and returns its output.

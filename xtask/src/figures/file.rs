@@ -1,11 +1,11 @@
 //! The file of all figures, and the notes of one run.
 
 use std::collections::BTreeMap;
-use std::fs;
-use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
+
+use crate::steps::said;
 
 /// All figures, part by part.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -101,9 +101,7 @@ pub(super) fn with_unit(value: f64, unit: &str) -> String {
 pub(super) fn notes(text: &str) -> Option<Vec<Figure>> {
     let mut all: Vec<Figure> = Vec::new();
     for line in text.lines() {
-        let figure: Figure = serde_json::from_str(line)
-            .inspect_err(|error| eprintln!("── {line} is no figure: {error}"))
-            .ok()?;
+        let figure: Figure = said(line, serde_json::from_str(line))?;
         match all.iter_mut().find(|known| known.name == figure.name) {
             Some(known) => *known = figure,
             None => all.push(figure),
@@ -113,13 +111,6 @@ pub(super) fn notes(text: &str) -> Option<Vec<Figure>> {
 }
 
 impl Figures {
-    pub(super) fn read(path: &Path) -> Option<Self> {
-        let text = fs::read_to_string(path).map_err(|error| error.to_string());
-        text.and_then(|text| serde_json::from_str(&text).map_err(|error| error.to_string()))
-            .inspect_err(|error| eprintln!("── {}: {error}", path.display()))
-            .ok()
-    }
-
     /// Returns the text of the file, each figure on one line, so that a difference shows the figures that changed.
     pub(super) fn text(&self) -> String {
         let parts: Vec<String> = (self.0.iter())

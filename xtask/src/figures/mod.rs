@@ -15,6 +15,8 @@ use std::process::{Command, ExitCode};
 use file::{Figures, Measured};
 use parts::{Given, Part, parts};
 
+use crate::files;
+use crate::steps::{exit_code, said};
 use crate::{root, target};
 
 /// Results, relative to the root of the repository.
@@ -47,22 +49,17 @@ pub(crate) fn run(words: &[&str]) -> ExitCode {
             }
         }
     }
-    if failed.is_empty() {
-        return ExitCode::SUCCESS;
+    if !failed.is_empty() {
+        eprintln!("── failed, see above: {}", failed.join(", "));
     }
-    eprintln!("── failed, see above: {}", failed.join(", "));
-    ExitCode::FAILURE
+    exit_code(failed.is_empty())
 }
 
 /// Makes the gallery: from the logs of real machines if their folder is given, else from the stored figures and curves.
 ///
 /// - `words`: nothing, or the folder of the logs, or this folder and the program.
 pub(crate) fn gallery(words: &[&str]) -> ExitCode {
-    let absolute = |word: &&str| {
-        (Path::new(word).canonicalize())
-            .inspect_err(|error| eprintln!("── {word}: {error}"))
-            .ok()
-    };
+    let absolute = |word: &&str| said(word, Path::new(word).canonicalize());
     let paths: Option<Vec<_>> = words.iter().map(absolute).collect();
     let made = paths.and_then(|paths| {
         let mut paths = paths.into_iter();
@@ -78,21 +75,14 @@ pub(crate) fn gallery(words: &[&str]) -> ExitCode {
         let part = parts.iter().find(|part| part.name == "gallery")?;
         measure(part, true, &given)
     });
-    if made.is_some() {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::FAILURE
-    }
+    exit_code(made.is_some())
 }
 
 /// Measures a part and stores it; returns `None`, and prints why, if a program fails or a figure is worse.
 fn measure(part: &Part, is_accepted: bool, given: &Given) -> Option<()> {
     let folder = target().join("figures");
     let notes = folder.join(format!("{}.jsonl", part.name));
-    fs::create_dir_all(&folder)
-        .and_then(|()| fs::write(&notes, ""))
-        .inspect_err(|error| eprintln!("── cannot write {}: {error}", notes.display()))
-        .ok()?;
+    files::write(&notes, "")?;
     part.run(&notes.canonicalize().ok()?, given)?;
     let measured = Measured {
         commit: of(Command::new("git").args(["rev-parse", "--short=8", "HEAD"]))?,
@@ -102,7 +92,7 @@ fn measure(part: &Part, is_accepted: bool, given: &Given) -> Option<()> {
     };
     // Another part may have been stored in the meantime.
     let path = root().join(FILE);
-    let mut figures = Figures::read(&path)?;
+    let mut figures: Figures = files::json(&path)?;
     let worse = figures.worse(part.name, &measured);
     for line in &worse {
         eprintln!("── {line}");
@@ -112,15 +102,13 @@ fn measure(part: &Part, is_accepted: bool, given: &Given) -> Option<()> {
         return None;
     }
     figures.0.insert(part.name.to_owned(), measured);
-    fs::write(&path, figures.text())
-        .inspect_err(|error| eprintln!("── cannot write {FILE}: {error}"))
-        .ok()?;
+    files::write(&path, &figures.text())?;
     pages::fill_all(&figures).and(plots::write(&figures))
 }
 
 /// Writes the figures of the file into the pages and the drawings; returns `None`, and prints why, if one is absent.
 pub(crate) fn write_pages() -> Option<()> {
-    let figures = Figures::read(&root().join(FILE))?;
+    let figures = files::json(&root().join(FILE))?;
     pages::fill_all(&figures).and(plots::write(&figures))
 }
 

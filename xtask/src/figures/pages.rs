@@ -10,7 +10,7 @@ use std::fs;
 use super::FILE;
 use super::file::{Figure, Figures, with_unit};
 use super::plots;
-use crate::files::files;
+use crate::files::{files, write};
 use crate::root;
 
 const END: &str = "<!-- end -->";
@@ -25,9 +25,7 @@ pub(super) fn fill_all(figures: &Figures) -> Option<()> {
         let text = fs::read_to_string(&page).ok()?;
         match filled(&text, figures) {
             Ok(new) if new == text => {}
-            Ok(new) => fs::write(&page, new)
-                .inspect_err(|error| eprintln!("── cannot write {}: {error}", page.display()))
-                .ok()?,
+            Ok(new) => write(&page, &new)?,
             Err(fault) => {
                 eprintln!("── {}: {fault}", page.display());
                 is_right = false;
@@ -229,7 +227,7 @@ mod tests {
 
     #[test]
     fn pages_have_the_figures_of_the_file() {
-        let figures = Figures::read(&root().join(FILE)).unwrap();
+        let figures: Figures = crate::files::json(&root().join(FILE)).unwrap();
         if std::env::var_os("SPRUNG_WRITE_DOCS").is_some() {
             fill_all(&figures).unwrap();
         }

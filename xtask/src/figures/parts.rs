@@ -6,7 +6,7 @@ use std::process::Command;
 use super::plots::CURVES;
 use crate::install::hdf5;
 use crate::outside::python::Python;
-use crate::outside::wheel::{self, For, MATURIN};
+use crate::outside::wheel::{self, For};
 use crate::steps::succeeds;
 use crate::{root, target};
 
@@ -48,16 +48,11 @@ beside | maturin numpy scipy pandas pin figaroh mujoco[sysid] | beside/run.py
 python | maturin numpy | python/overhead.py
 ";
 
-/// Versions of the packages. BAM requires Python 3.12; its models run on 3.11 with the option of its part.
-const VERSIONS: &str = "numpy==2.4.6 scipy==1.17.1 pandas==3.1.1 pyarrow==26.0.1 numba==0.68.1 pin==4.1.0 mcap==1.6.0 \
-    example-robot-data==6.0.0 mcap-ros2-support==0.6.0 mujoco==4.0.0 mujoco[sysid]==4.0.0 figaroh==1.0.2 \
-    better-actuator-models==1.0.2 optuna==5.0.0 cmaes==0.13.1 fsspec==2026.9.0";
-
 /// A group of figures that one run measures, and one table of the documentation.
 pub(super) struct Part {
     pub(super) name: &'static str,
     /// What pip installs for it.
-    packages: Vec<&'static str>,
+    packages: &'static str,
     programs: Vec<&'static str>,
 }
 
@@ -70,19 +65,12 @@ pub(super) fn parts() -> Vec<Part> {
         .filter_map(|fields| match fields[..] {
             [name, packages, programs] => Some(Part {
                 name,
-                packages: packages.split_whitespace().map(with_version).collect(),
+                packages,
                 programs: programs.split("; ").collect(),
             }),
             _ => None,
         })
         .collect()
-}
-
-/// Returns a package with its version.
-fn with_version(package: &'static str) -> &'static str {
-    let all = VERSIONS.split_whitespace().chain([MATURIN]);
-    let mut alike = all.filter(|one| one.split("==").next() == Some(package));
-    alike.next().unwrap_or(package)
 }
 
 /// What a person gives instead of the usual paths.
@@ -99,8 +87,8 @@ impl Part {
     ///
     /// - `notes`: the file where benchmarks note their figures.
     pub(super) fn run(&self, notes: &Path, given: &Given) -> Option<()> {
-        let python = Python::with(&target().join("outside"), &self.packages)?;
-        if self.packages.contains(&MATURIN) {
+        let python = Python::with(self.packages)?;
+        if self.packages.contains("maturin") {
             wheel::install(&python, For::Figures)?;
         }
         let uses = |word: &str| self.programs.iter().any(|program| program.contains(word));
@@ -213,14 +201,16 @@ fn data() -> Option<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::outside::python::with_version;
 
     #[test]
     fn every_part_names_known_packages_and_present_programs() {
         let parts = parts();
         assert_eq!(parts.len(), PARTS.lines().count() - 1);
         for part in &parts {
-            for package in part.packages.iter().filter(|one| !one.starts_with("--")) {
-                assert!(package.contains("=="), "{}: {package}", part.name);
+            for package in part.packages.split_whitespace() {
+                let is_known = package.starts_with("--") || with_version(package).contains("==");
+                assert!(is_known, "{}: {package}", part.name);
             }
             for program in &part.programs {
                 let words: Vec<&str> = program.split_whitespace().collect();

@@ -2,7 +2,7 @@
 
 use super::python::Python;
 use crate::install::hdf5;
-use crate::steps::{cargo, succeeds};
+use crate::steps::{cargo, said, succeeds};
 use crate::test::features;
 use crate::test::{FORMATS, check_of};
 
@@ -13,10 +13,7 @@ pub(super) fn check(python: &Python) -> Option<()> {
         "crates/sprung-log/tests/formats/make_fixtures.py",
         &[&folder],
     )?;
-    let folder = folder
-        .canonicalize()
-        .inspect_err(|error| eprintln!("── {}: {error}", folder.display()))
-        .ok()?;
+    let folder = said(folder.display(), folder.canonicalize())?;
     let tests = ["test", "--workspace", "--test", "formats", features(hdf5())];
     succeeds(
         cargo()

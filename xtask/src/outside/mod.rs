@@ -3,26 +3,23 @@
 //! A step that cannot install its programs fails: no step is skipped here.
 
 mod arm;
-mod benches;
-mod export;
-mod foreign;
 mod formats;
 mod mujoco;
-mod new;
 pub(crate) mod python;
 mod pythons;
-mod servo;
 mod vectors;
 pub(crate) mod wheel;
 
-use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use python::Python;
 
+use crate::binaries::build;
+use crate::install::hdf5;
 use crate::run::{Outcome, two_at_a_time};
-use crate::steps::{Steps, task};
+use crate::steps::{Steps, cargo, exit_code, task};
+use crate::test::features;
 use crate::{fuzz, summary, target};
 
 /// A comparison with a foreign program.
@@ -30,9 +27,18 @@ struct Step {
     name: &'static str,
     what: &'static str,
     /// What pip installs for it; empty if it needs no Python.
-    packages: &'static [&'static str],
+    packages: &'static str,
     /// Returns `None`, and prints why, if the comparison fails.
-    run: fn(&Python) -> Option<()>,
+    run: Run,
+}
+
+/// How a comparison runs.
+#[derive(Clone, Copy)]
+enum Run {
+    Code(fn(&Python) -> Option<()>),
+    /// Scripts with their arguments: `{sprung}` is the program, `{out}` a folder for the step. They print tables and fail above
+    /// their limits.
+    Scripts(&'static [&'static str]),
 }
 
 /// A step that ran in a separate process.
@@ -50,158 +56,132 @@ struct Installed {
     elapsed: Duration,
 }
 
-/// All steps: those without packages, then the long ones first. A new comparison is a line here and a file beside this one.
+/// All steps: those without packages, then the long ones first. A new comparison is an entry here.
 static STEPS: [Step; 14] = [
     Step {
         name: "benches",
         what: "every benchmark of cargo, once and with little work",
-        packages: &[],
-        run: |_| benches::check(),
+        packages: "",
+        run: Run::Code(|_| benches()),
     },
     Step {
         name: "fuzz",
         what: "the fuzz targets compile",
-        packages: &[],
-        run: |_| fuzz::compiles(),
+        packages: "",
+        run: Run::Code(|_| fuzz::compiles()),
     },
     Step {
         name: "arm",
         what: "exported C on Cortex-M4F and M7, in QEMU",
-        packages: &[],
-        run: arm::check,
+        packages: "",
+        run: Run::Code(arm::check),
     },
     Step {
         name: "python",
         what: "the wheel: types, examples, tests, notebooks, the cost of a call",
-        packages: PYTHON,
-        run: wheel::check,
+        // What users of the wheel have.
+        packages: "maturin numpy scipy scipy-stubs pandas pandas-stubs polars pyarrow pyarrow-stubs matplotlib tqdm types-tqdm \
+                   nbclient nbconvert ipykernel mujoco mypy pytest pytest-xdist fsspec s3fs dask[distributed] ray[data] \
+                   moto[server] duckdb",
+        run: Run::Code(wheel::check),
     },
     Step {
         name: "new",
-        what: "a hundred logs of ten known arms, begun by sprung new",
-        packages: &[
-            "numpy==2.4.6",
-            "scipy==1.17.1",
-            "pyarrow==26.0.1",
-            "mcap==1.6.0",
-            "mcap-ros2-support==0.6.0",
-            "example-robot-data==6.0.0",
-        ],
-        run: new::check,
+        what: "a hundred logs of ten known arms, begun by sprung new and identified without an edit",
+        packages: "numpy scipy pyarrow mcap mcap-ros2-support example-robot-data",
+        run: Run::Scripts(&["benches/arms/known_arms.py {sprung} {out}"]),
     },
     Step {
         name: "export",
         what: "exported robots in Pinocchio, MuJoCo and Drake",
-        packages: &[
-            "numpy==2.4.6",
-            "pin==4.1.0",
-            "mujoco==4.0.0",
-            "drake==1.51.1",
-            "example-robot-data==6.0.0",
-            "cmeel-eigen==3.4.1",
-        ],
-        run: export::check,
+        packages: "numpy pin mujoco drake example-robot-data cmeel-eigen",
+        run: Run::Scripts(&[
+            "benches/export/tools.py {sprung} {out}",
+            "benches/export/controlled.py {sprung} {out}",
+            "benches/export/rnea.py {sprung} {out}",
+        ]),
     },
     Step {
         name: "foreign",
         what: "logs of an arm that Pinocchio describes, as other recorders write them",
-        packages: &[
-            "numpy==2.4.6",
-            "numba==0.68.1",
-            "pin==4.1.0",
-            "example-robot-data==6.0.0",
-        ],
-        run: foreign::check,
+        packages: "numpy numba pin example-robot-data",
+        // Two logs of a minute each, whose torques do not act when they are recorded, of friction that is sharper than usual.
+        run: Run::Scripts(&[
+            "benches/foreign/run.py --strict --binary {sprung} --out {out} --jobs 2 --arms ur5 --seeds 1-1 --sharpness 200 \
+             --records held,late --rates 500",
+        ]),
     },
     Step {
         name: "servo",
         what: "a servo without torque, beside BAM's CMA-ES",
-        // The package requires Python 3.12, and its models run on 3.11.
-        packages: &[
-            "--ignore-requires-python",
-            "numpy==2.4.6",
-            "better-actuator-models==1.0.2",
-            "optuna==5.0.0",
-            "cmaes==0.13.1",
-        ],
-        run: servo::check,
+        packages: "--ignore-requires-python numpy better-actuator-models optuna cmaes",
+        // So many trials of CMA-ES are enough for a comparison, not for convergence.
+        run: Run::Scripts(&["benches/peers/servo_bam.py {sprung} {out} 50"]),
     },
     Step {
         name: "formats",
         what: "logs as their usual writers write them",
-        packages: &[
-            "numpy==2.4.6",
-            "scipy==1.17.1",
-            "h5py==3.16.0",
-            "pandas==3.1.1",
-            "pyarrow==26.0.1",
-            "zstandard==0.25.0",
-            "mcap==1.6.0",
-            "mcap-ros2-support==0.6.0",
-            "rosbags==0.11.9",
-        ],
-        run: formats::check,
+        packages: "numpy scipy h5py pandas pyarrow zstandard mcap mcap-ros2-support rosbags",
+        run: Run::Code(formats::check),
     },
     Step {
         name: "mujoco",
         what: "an arm simulated by MuJoCo, identified",
-        packages: &["numpy==2.4.6", "mujoco==4.0.0"],
-        run: mujoco::check,
+        packages: "numpy mujoco",
+        run: Run::Code(mujoco::check),
     },
     Step {
         name: "mat73-static",
         what: "the formats with a libhdf5 of their own, which CMake compiles",
-        packages: &["cmake==3.31.6"],
-        run: formats::with_own_libhdf5,
+        packages: "cmake",
+        run: Run::Code(formats::with_own_libhdf5),
     },
     Step {
         name: "pinocchio",
         what: "torques and momenta of Pinocchio",
-        packages: &["numpy==2.4.6", "pin==4.1.0"],
-        run: vectors::pinocchio,
+        packages: "numpy pin",
+        run: Run::Code(vectors::pinocchio),
     },
     Step {
         name: "benchmark",
         what: "the scorer of the benchmark, its simulator and an adapter",
-        packages: &["numpy==2.4.6", "scipy==1.17.1"],
-        run: |python| python.run("benchmark/test_benchmark.py", &[]),
+        packages: "numpy scipy",
+        run: Run::Scripts(&["benchmark/test_benchmark.py"]),
     },
     Step {
         name: "scipy",
         what: "the zero-phase filter of SciPy",
-        packages: &["numpy==2.4.6", "scipy==1.17.1"],
-        run: vectors::scipy,
+        packages: "numpy scipy",
+        run: Run::Code(vectors::scipy),
     },
 ];
 
-/// Packages that users of the wheel have.
-const PYTHON: &[&str] = &[
-    wheel::MATURIN,
-    "numpy==2.4.6",
-    "scipy==1.17.1",
-    "scipy-stubs",
-    "pandas==3.1.1",
-    "pandas-stubs==3.1.0.261029",
-    "polars==2.1.0",
-    "pyarrow==26.0.1",
-    "pyarrow-stubs==20.0.0.20260819",
-    "matplotlib==3.11.2",
-    "tqdm==4.70.1",
-    "types-tqdm==4.70.0.20261106",
-    "nbclient==0.11.0",
-    "nbconvert==7.17.2",
-    "ipykernel==7.4.0",
-    "mujoco==4.0.0",
-    "mypy==2.4.1",
-    "pytest==9.2.0",
-    "pytest-xdist==3.8.0",
-    "fsspec==2026.9.0",
-    "s3fs==2026.9.0",
-    "dask[distributed]==2026.8.0",
-    "ray[data]==2.60.0",
-    "moto[server]==5.2.5",
-    "duckdb==2.0.0",
-];
+impl Step {
+    fn run(&self, python: &Python) -> Option<()> {
+        let scripts = match self.run {
+            Run::Code(run) => return run(python),
+            Run::Scripts(scripts) => scripts,
+        };
+        if scripts.iter().any(|script| script.contains("{sprung}")) {
+            mujoco::build()?;
+        }
+        let [sprung, out] = [target().join("debug/sprung"), python.folder.join(self.name)]
+            .map(|path| path.to_string_lossy().into_owned());
+        scripts.iter().try_for_each(|script| {
+            let words: Vec<String> = (script.split_whitespace())
+                .map(|word| word.replace("{sprung}", &sprung).replace("{out}", &out))
+                .collect();
+            python.run(&words[0], &words[1..])
+        })
+    }
+}
+
+/// Builds the benchmarks as the tests are built, and runs each as a test: once and with little work.
+fn benches() -> Option<()> {
+    let benches = build(cargo(), &["--workspace", "--bench", "*", features(hdf5())])?;
+    let outcome = Outcome::of(&benches);
+    outcome.failed.is_empty().then_some(())
+}
 
 /// Returns the names of all steps.
 pub(crate) fn names() -> Vec<&'static str> {
@@ -232,21 +212,13 @@ pub(crate) fn run(chosen: &[&str]) -> ExitCode {
         .collect();
     if let [step] = chosen[..] {
         steps.step(step.name, step.what, || {
-            let packages = if is_installed { &[] } else { step.packages };
-            (step.run)(&Python::with(&folder(), packages)?)
+            let packages = if is_installed { "" } else { step.packages };
+            step.run(&Python::with(packages)?)
         });
     } else {
         side_by_side(&mut steps, chosen);
     }
-    if summary::print(&steps, &Outcome::default()) {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::FAILURE
-    }
-}
-
-fn folder() -> PathBuf {
-    target().join("outside")
+    exit_code(summary::print(&steps, &Outcome::default()))
 }
 
 /// Runs steps in separate processes, two at a time, and shows the output of each when it ends.
@@ -258,7 +230,7 @@ fn side_by_side(steps: &mut Steps, chosen: Vec<&'static Step>) {
     let install = || {
         eprintln!("── packages: pip installs those of {} steps", later.len());
         let begin = Instant::now();
-        let has_packages = |step: &&Step| Python::with(&folder(), step.packages).is_some();
+        let has_packages = |step: &&Step| Python::with(step.packages).is_some();
         let (ready, without) = later.into_iter().partition(has_packages);
         Installed {
             ready,

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use super::python::Python;
+use super::python::{Python, with_version};
 use crate::root;
 use crate::steps::succeeds;
 
@@ -87,7 +87,7 @@ fn tested(python: &Python, wheel: &Path, minor: u32, program: &Path) -> Option<(
             "--disable-pip-version-check",
             "--only-binary=:all:",
         ])
-        .args([numpy, "pytest==9.2.0"])
+        .args([numpy, with_version("pytest")])
         .arg(wheel);
     succeeds(&mut pip)?;
     let demo = ["demo", "--quiet", "--out", "demo"];

@@ -5,6 +5,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::python::Python;
+use crate::files::json;
 use crate::root;
 
 /// Largest difference from a number in the repository, relative to the number or to 1: sums in another
@@ -29,7 +30,7 @@ pub(super) fn pinocchio(python: &Python) -> Option<()> {
 
 /// Compares two files of numbers.
 fn same(file: &str, again: &Path) -> Option<()> {
-    let [known, found] = [&root().join(file), again].map(read);
+    let [known, found] = [&root().join(file), again].map(json::<Value>);
     let mut numbers = 0;
     match compare(&known?, &found?, &mut numbers) {
         Ok(()) => {
@@ -41,13 +42,6 @@ fn same(file: &str, again: &Path) -> Option<()> {
             None
         }
     }
-}
-
-fn read(path: &Path) -> Option<Value> {
-    let text = std::fs::read_to_string(path).map_err(|error| error.to_string());
-    text.and_then(|text| serde_json::from_str(&text).map_err(|error| error.to_string()))
-        .inspect_err(|error| eprintln!("── {}: {error}", path.display()))
-        .ok()
 }
 
 /// Compares numbers and the shapes of their containers; counts the numbers.

@@ -1,22 +1,20 @@
 //! The wheel for Python: built, installed, and tested with the packages that its users have.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 
 use super::python::Python;
 use super::pythons;
 use crate::dist::licences;
+use crate::files;
 use crate::install::hdf5;
 use crate::root;
-use crate::steps::succeeds;
+use crate::steps::{said, succeeds};
 use crate::target;
 use crate::test::features;
 
-/// Packages to build the wheel.
-pub(crate) const MATURIN: &str = "maturin==1.16.0";
-
-/// What pip installs to link the wheel for older systems.
-const ZIG: &str = "ziglang==0.17.1";
+/// What pip installs to build the wheel, and to link it for older systems.
+const BUILDERS: &str = "maturin ziglang";
 
 /// The oldest C library that the wheel runs with: that of Rust's standard library.
 const OLDEST: &str = "manylinux_2_17";
@@ -37,9 +35,7 @@ pub(crate) enum For {
 
 /// Builds the wheel for all systems and prints its path.
 pub(crate) fn build() -> ExitCode {
-    let packages = [MATURIN, ZIG];
-    let built = Python::with(&target().join("outside"), &packages)
-        .and_then(|python| wheel(&python, For::Users));
+    let built = Python::with(BUILDERS).and_then(|python| wheel(&python, For::Users));
     match built {
         Some(path) => {
             println!("{}", path.display());
@@ -51,11 +47,8 @@ pub(crate) fn build() -> ExitCode {
 
 /// Builds the wheel; returns its path.
 fn wheel(python: &Python, purpose: For) -> Option<PathBuf> {
-    let licences = licences::text("sprung-python").and_then(|text| {
-        std::fs::write(root().join(CRATE).join(licences::FILE), text)
-            .map_err(|error| format!("cannot write {}: {error}", licences::FILE))
-    });
-    licences.map_err(|why| eprintln!("── {why}")).ok()?;
+    let text = said("licences", licences::text("sprung-python"))?;
+    files::write(&root().join(CRATE).join(licences::FILE), &text)?;
     let folder = target().join("wheels");
     // An older wheel would be found beside the new one.
     let _ = std::fs::remove_dir_all(&folder);
@@ -100,15 +93,7 @@ pub(crate) fn install(python: &Python, purpose: For) -> Option<PathBuf> {
 
 /// Builds the wheel for all systems and tests it in every supported Python that is found.
 pub(crate) fn in_all_pythons() -> Option<()> {
-    // An older pip does not run in the newest Python, into which it installs.
-    let packages = [
-        MATURIN,
-        ZIG,
-        "pip==26.3",
-        "vermin==1.9.2",
-        "abi3audit==0.0.26",
-    ];
-    let python = Python::with(&target().join("outside"), &packages)?;
+    let python = Python::with(&format!("{BUILDERS} pip vermin abi3audit"))?;
     pythons::check(&python, &wheel(&python, For::Users)?)
 }
 
@@ -137,21 +122,7 @@ pub(super) fn check(python: &Python) -> Option<()> {
     )?;
     let two_at_a_time = ["-n", "2", "tests"];
     run(&mut python.module("pytest", &[&quiet[..], &two_at_a_time].concat()))?;
-    python.run("benches/notebooks/run.py", &[])?;
+    python.run("benches/notebooks/run.py", &[""; 0])?;
     // It prints figures; the tests above have the limit on memory.
-    python.run("benches/python/overhead.py", &[])
-}
-
-impl Python {
-    /// Returns a command that runs a module.
-    pub(super) fn module(&self, name: &str, arguments: &[&str]) -> Command {
-        let mut command = Command::new(self.program());
-        command.args(["-m", name]).args(arguments);
-        command
-    }
-
-    /// Returns the path of a command that pip installed.
-    pub(super) fn script(&self, name: &str) -> PathBuf {
-        self.program().parent().unwrap_or(Path::new("")).join(name)
-    }
+    python.run("benches/python/overhead.py", &[""; 0])
 }

@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 
 use sprung::finding::{Finding, Severity};
 use sprung::session::{
-    Disk, EXPERIMENT_FILE, Files, NewExperiment, Parameters, start_from_logs, start_from_urdf,
+    Disk, EXPERIMENT_FILE, Files, NewExperiment, Parameters, Session, SessionError,
+    find_identification, start_from_logs, start_from_urdf,
 };
 
-use crate::args::Identify;
+use crate::args::{Common, Identify};
 use crate::command_line::quoted;
-use crate::exit_code::{ExitCode, Failure};
-use crate::output::Folder;
+use crate::exit_code::Failure;
+use crate::output::{Folder, results_folder};
 use crate::results::is_refining;
 use crate::terminal::Terminal;
 
@@ -73,13 +74,10 @@ pub(super) fn say_choice(terminal: Terminal, new: &NewExperiment) {
 pub(super) fn refuse_file(folder: &Path) -> Result<(), Failure> {
     let toml = (folder.extension()).is_some_and(|extension| extension == "toml");
     if folder.is_file() || (toml && !folder.is_dir()) {
-        return Err(Failure::new(
-            ExitCode::Usage,
-            format!(
-                "{} is a file; give the folder for experiment.toml",
-                folder.display()
-            ),
-        ));
+        return Err(Failure::usage(format!(
+            "{} is a file; give the folder for experiment.toml",
+            folder.display()
+        )));
     }
     Ok(())
 }
@@ -87,7 +85,7 @@ pub(super) fn refuse_file(folder: &Path) -> Result<(), Failure> {
 /// Returns the experiment file that `identify` reads: the given one, or that of `--urdf` and `--log`, which it writes
 /// before.
 pub(super) fn experiment_of(args: &Identify, terminal: Terminal) -> Result<PathBuf, Failure> {
-    let wrong = |message: String| Err(Failure::new(ExitCode::Usage, message));
+    let wrong = |message: String| Err(Failure::usage(message));
     match (&args.experiment, &args.urdf, args.log.first()) {
         (Some(experiment), None, None) => Ok(experiment.clone()),
         (Some(experiment), Some(_), _) => wrong(format!(
@@ -143,14 +141,11 @@ fn written(
     let is_same = Disk.text(&file).is_ok_and(|text| text == new.text);
     if exists && !is_same && !args.force {
         let folder = quoted(&folder.to_string_lossy());
-        return Err(Failure::new(
-            ExitCode::Usage,
-            format!(
-                "{} exists already and is not what this robot and log give; sprung identify {folder} identifies with \
+        return Err(Failure::usage(format!(
+            "{} exists already and is not what this robot and log give; sprung identify {folder} identifies with \
                  it, --out DIR chooses another folder, and --force replaces it",
-                file.display()
-            ),
-        ));
+            file.display()
+        )));
     }
     refuse_incomplete(args, urdf, &folder, &new)?;
     if !is_same {
@@ -207,15 +202,12 @@ fn refuse_incomplete(
         let lines: Vec<String> = (new.open.iter())
             .map(|(line, key)| format!("line {line} ({key})"))
             .collect();
-        return Err(Failure::new(
-            ExitCode::Log,
-            format!(
-                "{} and {logs} do not tell everything; {command} writes the experiment file: fill in {}, whose comments \
+        return Err(Failure::log(format!(
+            "{} and {logs} do not tell everything; {command} writes the experiment file: fill in {}, whose comments \
                  say what is missing",
-                urdf.display(),
-                lines.join(", ")
-            ),
-        ));
+            urdf.display(),
+            lines.join(", ")
+        )));
     }
     let errors = new
         .findings
@@ -231,26 +223,61 @@ fn refuse_incomplete(
     let message = format!(
         "{logs} contradicts what its names and values say: {why}; {command} writes the experiment file for you to correct"
     );
-    Err(Failure::new(ExitCode::Log, message).with_findings(errors))
+    Err(Failure::log(message).with_findings(errors))
 }
 
-/// Returns an error if values are still being refined and the user does not accept this.
-///
-/// - `file`: the file of the values.
-pub(super) fn refuse_refining(
-    parameters: &Parameters,
-    file: &Path,
-    accept: bool,
-) -> Result<(), Failure> {
-    match &parameters.identification {
-        Some(identification) if is_refining(identification) && !accept => Err(Failure::new(
-            ExitCode::Usage,
-            format!(
+/// What a command on identified parameters begins with.
+pub(super) struct Opened {
+    pub(super) session: Session,
+    pub(super) terminal: Terminal,
+    /// Folder for results.
+    pub(super) path: PathBuf,
+    /// File of the parameters.
+    pub(super) file: PathBuf,
+    pub(super) parameters: Parameters,
+}
+
+impl Opened {
+    /// Opens an experiment and its identified parameters. Values that are still being refined are an error unless the user
+    /// accepts them.
+    ///
+    /// - `given`: file of the parameters; `None` for the identification in the results folder.
+    /// - `allow`: refuses a task that does not work with the experiment, before its parameters are read.
+    pub(super) fn new(
+        experiment: &Path,
+        common: &Common,
+        (given, accept_refining): (Option<&Path>, bool),
+        allow: impl FnOnce(&Session) -> Result<(), SessionError>,
+    ) -> Result<Self, Failure> {
+        let terminal = Terminal::new(common.voice, common.json);
+        let session = Session::open(experiment, &common.overrides)?;
+        allow(&session)?;
+        let path = results_folder(&session, common);
+        let file = match given {
+            Some(file) => file.to_owned(),
+            None => find_identification(&path, &session.results_folder())?,
+        };
+        let parameters = Parameters::open(&file)?;
+        let found = parameters.identification.as_ref();
+        if found.is_some_and(is_refining) && !accept_refining {
+            return Err(Failure::usage(format!(
                 "{} has the values of least squares before their refinement, which has not ended or was stopped; let \
                  sprung identify end, or take them with --accept-refining",
                 file.display()
-            ),
-        )),
-        _ => Ok(()),
+            )));
+        }
+        Ok(Self {
+            session,
+            terminal,
+            path,
+            file,
+            parameters,
+        })
+    }
+
+    /// Returns the files of the experiment and of the parameters.
+    pub(super) fn inputs(&self) -> impl Iterator<Item = PathBuf> {
+        let inputs = self.session.inputs().into_iter();
+        inputs.chain([self.file.clone()])
     }
 }

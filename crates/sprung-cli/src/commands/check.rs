@@ -100,9 +100,7 @@ fn irregular(log: &CheckedLog) -> String {
 
 fn column_table(log: &CheckedLog) -> Grid {
     let header = ["column", "unit", "from", "to", "noise", "step", "bits"];
-    let mut table = Grid::new(header.map(str::to_owned).to_vec(), 2)
-        .divided(2, 1)
-        .without(&[6, 5, 1]);
+    let mut table = Grid::new(header, 2).divided(2, 1).without(&[6, 5, 1]);
     for column in &log.columns {
         table.add_row([
             column.label(),
@@ -119,7 +117,7 @@ fn column_table(log: &CheckedLog) -> Grid {
 
 fn joint_table(report: &CheckReport) -> Grid {
     let header = ["joint", "explained %", "motor/link"];
-    let mut table = Grid::new(header.map(str::to_owned).to_vec(), 1).divided(1, 2);
+    let mut table = Grid::new(header, 1).divided(1, 2);
     for joint in &report.joints {
         table.add_row([
             joint.joint.clone(),

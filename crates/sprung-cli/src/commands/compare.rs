@@ -79,9 +79,7 @@ fn promise_table(comparison: &Comparison) -> Grid {
         "log",
         "file",
     ];
-    let mut table = Grid::new(header.map(str::to_owned).to_vec(), 4)
-        .divided(1, 8)
-        .without(&[8, 7, 5, 4]);
+    let mut table = Grid::new(header, 4).divided(1, 8).without(&[8, 7, 5, 4]);
     for promise in &comparison.promises {
         let worst = promise.worst();
         let number =
@@ -111,7 +109,7 @@ fn promise_table(comparison: &Comparison) -> Grid {
 
 fn header_table(comparison: &Comparison) -> Grid {
     let header = ["result", "verdict", "estimator", "settings", "log", "file"];
-    let mut table = Grid::new(header.map(str::to_owned).to_vec(), header.len())
+    let mut table = Grid::new(header, header.len())
         .divided(1, 5)
         .without(&[3, 5]);
     for result in &comparison.compared {
@@ -200,9 +198,7 @@ fn combined_table(combined: &CombinedResult) -> Grid {
         "p".to_owned(),
         "I² %".to_owned(),
     ];
-    let mut table = Grid::new(Vec::from(header), 2)
-        .divided(2, 6)
-        .without(&[5, 4]);
+    let mut table = Grid::new(header, 2).divided(2, 6).without(&[5, 4]);
     for parameter in &combined.parameters {
         table.add_row([
             short(&parameter.name).into_owned(),
@@ -232,9 +228,7 @@ fn drift_table(drift: &Drift) -> Grid {
         "p adjusted".to_owned(),
         "drifts".to_owned(),
     ];
-    let mut table = Grid::new(Vec::from(header), 2)
-        .divided(2, 8)
-        .without(&[7, 4, 3]);
+    let mut table = Grid::new(header, 2).divided(2, 8).without(&[7, 4, 3]);
     for parameter in &drift.parameters {
         table.add_row([
             short(&parameter.name).into_owned(),

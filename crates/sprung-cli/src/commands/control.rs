@@ -2,13 +2,13 @@
 
 use sprung::control::{ControlDesign, Motors, WithDraws};
 use sprung::report::{compose_control, significant};
-use sprung::session::{Parameters, Session, controller_toml, find_identification};
+use sprung::session::controller_toml;
 
-use super::begin::refuse_refining;
+use super::begin::Opened;
 use crate::args::Control;
 use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};
-use crate::output::{Folder, results_folder};
+use crate::output::Folder;
 use crate::results::{write_html, write_json};
 use crate::terminal::{Grid, Terminal, dash};
 
@@ -19,18 +19,19 @@ const REPORT_FILE: &str = "control.html";
 const FILES: [&str; 3] = [CONTROL_FILE, CONTROLLER_FILE, REPORT_FILE];
 
 pub(crate) fn run(args: &Control) -> Result<ExitCode, Failure> {
-    let common = &args.common;
-    let terminal = Terminal::new(common.voice, common.json);
-    let session = Session::open(&args.experiment, &common.overrides)?;
-    let path = results_folder(&session, common);
-    let file = match &args.parameters {
-        Some(file) => file.clone(),
-        None => find_identification(&path, &session.results_folder())?,
-    };
-    let parameters = Parameters::open(&file)?;
-    refuse_refining(&parameters, &file, args.accept_refining)?;
-    let inputs = session.inputs().into_iter().chain([file]);
-    let folder = Folder::new(&path, inputs, &FILES)?;
+    let opened = Opened::new(
+        &args.experiment,
+        &args.common,
+        (args.parameters.as_deref(), args.accept_refining),
+        |_| Ok(()),
+    )?;
+    let folder = Folder::new(&opened.path, opened.inputs(), &FILES)?;
+    let Opened {
+        session,
+        terminal,
+        parameters,
+        ..
+    } = opened;
     let controlled = terminal.follow("designing", |progress| {
         session.control(&parameters, args.accept_unusable, progress)
     })?;
@@ -139,7 +140,7 @@ fn gains_table(design: &ControlDesign) -> Grid {
         "link, rad/s (m/s)",
         "motor, rad/s (m/s)",
     ];
-    let mut table = Grid::new(header.map(str::to_owned).into(), 1);
+    let mut table = Grid::new(header, 1);
     let n = design.joints.len();
     for (at, (name, row)) in design
         .joints
@@ -163,7 +164,7 @@ fn loops_table(design: &ControlDesign) -> Grid {
         "worst robot",
         "crossover, Hz",
     ];
-    let mut table = Grid::new(header.map(str::to_owned).into(), 1);
+    let mut table = Grid::new(header, 1);
     for row in &design.loops {
         let gain = |of: fn(&WithDraws) -> f64| dash(row.gain_db.as_ref().map(of), 3);
         table.add_row(vec![
@@ -187,7 +188,7 @@ fn vibrations_table(design: &ControlDesign) -> Grid {
         "damping",
         "95 %",
     ];
-    let mut table = Grid::new(header.map(str::to_owned).into(), 2);
+    let mut table = Grid::new(header, 2);
     let ends =
         |[low, high]: [f64; 2]| format!("{} – {}", significant(low, 3), significant(high, 3));
     for row in &design.vibrations {

@@ -23,14 +23,11 @@ pub(crate) fn run(args: &Demo) -> Result<ExitCode, Failure> {
     let text = with_seed(args.seed);
     let present = Disk.text(&args.out.join(EXPERIMENT_FILE)).ok();
     if present.is_some_and(|present| without_seed(&present) != without_seed(&text)) {
-        return Err(Failure::new(
-            ExitCode::Usage,
-            format!(
-                "{} holds another experiment.toml, which would be overwritten; choose a folder with \
+        return Err(Failure::usage(format!(
+            "{} holds another experiment.toml, which would be overwritten; choose a folder with \
                  --out",
-                args.out.display()
-            ),
-        ));
+            args.out.display()
+        )));
     }
     let folder = Folder::new(&args.out, [], &[EXPERIMENT_FILE])?;
     let mut output = folder.output()?;
@@ -46,8 +43,11 @@ pub(crate) fn run(args: &Demo) -> Result<ExitCode, Failure> {
     let predicted = session.twin(prediction.map(|run| run.name.as_str()), None)?;
     let seed = identified.seed().wrapping_add(1);
     let mut output = folder.output()?;
-    write_log(&identified, &mut output, terminal)?;
-    write_log(&predicted.with_seed(seed), &mut output, terminal)?;
+    for twin in [&identified, &predicted.with_seed(seed)] {
+        write_log(twin.name(), &mut output, terminal, |write, progress| {
+            twin.write(write, progress)
+        })?;
+    }
     output.commit()?;
 
     let found = terminal.follow("identifying", |progress| session.identify(progress))?;

@@ -122,12 +122,9 @@ fn values(
 
 /// Returns the path of a flag's file, which does not depend on the experiment's folder.
 fn absolute(flag: &str, file: Option<&Path>) -> Result<Option<PathBuf>, Failure> {
-    file.map(std::path::absolute).transpose().map_err(|error| {
-        Failure::new(
-            ExitCode::File,
-            format!("the folder of {flag} is not known: {error}"),
-        )
-    })
+    file.map(std::path::absolute)
+        .transpose()
+        .map_err(|error| Failure::file(format!("the folder of {flag} is not known: {error}")))
 }
 
 /// Returns a flag that the first interrupt of the user sets; the second one ends the program.
@@ -228,8 +225,8 @@ fn say(terminal: Terminal, excited: &Excited, is_stopped: bool) {
 }
 
 fn promise_table(excitation: &Excitation) -> Grid {
-    let header = ["parameter", "unit", "value", "± s.e.", "%"].map(str::to_owned);
-    let mut table = Grid::new(header.into(), 2).divided(3, 2);
+    let header = ["parameter", "unit", "value", "± s.e.", "%"];
+    let mut table = Grid::new(header, 2).divided(3, 2);
     for promised in &excitation.promise {
         let error = promised.is_determined.then_some(promised.standard_error);
         table.add_row(vec![

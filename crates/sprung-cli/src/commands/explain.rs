@@ -33,7 +33,7 @@ pub(crate) fn run(args: &Explain) -> Result<ExitCode, Failure> {
             |near| format!("did you mean \"{near}\"?"),
         );
         let message = format!("there is no finding \"{code}\"; {hint}");
-        Failure::new(ExitCode::Usage, message)
+        Failure::usage(message)
     })?;
     let explanation = explanation.in_plain_text();
     if args.json {

@@ -4,15 +4,12 @@ use std::path::Path;
 
 use serde::Serialize;
 use sprung::export::{Earlier, Exported, Form, Proof, Said, earlier};
-use sprung::session::{
-    Disk, ExportRequest, Files, Parameters, Session, Usability, find_identification, read_control,
-    read_watch,
-};
+use sprung::session::{Disk, ExportRequest, Files, Usability, read_control, read_watch};
 
-use super::begin::refuse_refining;
+use super::begin::Opened;
 use crate::args::Export;
 use crate::exit_code::{ExitCode, Failure};
-use crate::output::{Folder, results_folder};
+use crate::output::Folder;
 use crate::terminal::{Grid, Terminal};
 
 /// What `--json` prints.
@@ -24,18 +21,13 @@ struct Summary<'a> {
 }
 
 pub(crate) fn run(args: &Export) -> Result<ExitCode, Failure> {
-    let common = &args.common;
-    let terminal = Terminal::new(common.voice, common.json);
-    let session = Session::open(&args.experiment, &common.overrides)?;
     let format = args.format;
-    session.allow_export(format)?;
-    let path = results_folder(&session, common);
-    let file = match &args.parameters {
-        Some(file) => file.clone(),
-        None => find_identification(&path, &session.results_folder())?,
-    };
-    let parameters = Parameters::open(&file)?;
-    refuse_refining(&parameters, &file, args.accept_refining)?;
+    let opened = Opened::new(
+        &args.experiment,
+        &args.common,
+        (args.parameters.as_deref(), args.accept_refining),
+        |session| session.allow_export(format),
+    )?;
     let form = if args.rigid {
         Form::Rigid
     } else {
@@ -43,13 +35,15 @@ pub(crate) fn run(args: &Export) -> Result<ExitCode, Failure> {
     };
     let control = args.control.as_deref().map(read_control).transpose()?;
     let watch = args.watch.as_deref().map(read_watch).transpose()?;
-    let inputs = session
-        .inputs()
-        .into_iter()
-        .chain([file.clone()])
-        .chain(args.control.clone())
-        .chain(args.watch.clone());
-    let folder = Folder::new(&path, inputs, format.files())?;
+    let codes = args.control.iter().chain(&args.watch).cloned();
+    let folder = Folder::new(&opened.path, opened.inputs().chain(codes), format.files())?;
+    let Opened {
+        session,
+        terminal,
+        path,
+        file,
+        parameters,
+    } = opened;
     if !args.force {
         for file in format.files() {
             refuse_edited(&path.join(file))?;
@@ -94,10 +88,9 @@ fn refuse_edited(file: &Path) -> Result<(), Failure> {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
         Err(error) => {
             let name = file.display();
-            return Err(Failure::new(
-                ExitCode::File,
-                format!("cannot read the earlier {name}: {error}"),
-            ));
+            return Err(Failure::file(format!(
+                "cannot read the earlier {name}: {error}"
+            )));
         }
     };
     let what = match earlier(&text) {
@@ -105,18 +98,15 @@ fn refuse_edited(file: &Path) -> Result<(), Failure> {
         Earlier::Edited => "was edited since sprung export wrote it",
         Earlier::Foreign => "was not written by sprung export",
     };
-    Err(Failure::new(
-        ExitCode::Usage,
-        format!(
-            "{} {what}; replace it with --force, or choose a folder with --out",
-            file.display()
-        ),
-    ))
+    Err(Failure::usage(format!(
+        "{} {what}; replace it with --force, or choose a folder with --out",
+        file.display()
+    )))
 }
 
 fn say(terminal: Terminal, found: &Exported) {
-    let header = ["what", "how", "note"].map(str::to_owned);
-    let mut table = Grid::new(header.to_vec(), 3);
+    let header = ["what", "how", "note"];
+    let mut table = Grid::new(header, 3);
     for row in &found.said {
         table.add_row([
             row.what.clone(),

@@ -31,17 +31,16 @@ pub(crate) fn man(args: &ManPage) -> Result<ExitCode, Failure> {
             (command.find_subcommand(verb))
                 .cloned()
                 .ok_or_else(|| {
-                    Failure::new(
-                        ExitCode::Usage,
-                        format!("there is no verb \"{verb}\"; the verbs are {known}"),
-                    )
+                    Failure::usage(format!(
+                        "there is no verb \"{verb}\"; the verbs are {known}"
+                    ))
                 })?
                 .version(env!("CARGO_PKG_VERSION"))
         }
     };
     let mut text = Vec::new();
     (Man::new(command).render(&mut text))
-        .map_err(|error| Failure::new(ExitCode::File, format!("cannot write the page: {error}")))?;
+        .map_err(|error| Failure::file(format!("cannot write the page: {error}")))?;
     Ok(said(&text))
 }
 

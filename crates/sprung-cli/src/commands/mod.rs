@@ -106,7 +106,7 @@ fn refused(mut error: clap::Error) -> ExitCode {
         let cause = cause.trim_start_matches("error: ").replace('\n', " ");
         let remedy = successor(&error).unwrap_or("try sprung --help");
         let message = format!("{}; {remedy}", cause.trim());
-        complain_json(&Failure::new(ExitCode::Usage, message).described());
+        complain_json(&Failure::usage(message).described());
     } else {
         if let Some(successor) = successor(&error) {
             error.remove(ContextKind::SuggestedArg);
@@ -152,9 +152,8 @@ fn with_threads(
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
     match pool.build() {
         Ok(pool) => pool.install(run),
-        Err(error) => Err(Failure::new(
-            ExitCode::Usage,
-            format!("cannot start threads: {error}; give --threads 1"),
-        )),
+        Err(error) => Err(Failure::usage(format!(
+            "cannot start threads: {error}; give --threads 1"
+        ))),
     }
 }

@@ -66,13 +66,10 @@ fn refuse_what_is_there(folder: &Path) -> Result<(), Failure> {
     let file = folder.join(EXPERIMENT_FILE);
     // A link without target also counts as an existing file.
     if file.symlink_metadata().is_ok() {
-        return Err(Failure::new(
-            ExitCode::Usage,
-            format!(
-                "{} exists already and is not overwritten; choose another folder, or move the file away",
-                file.display()
-            ),
-        ));
+        return Err(Failure::usage(format!(
+            "{} exists already and is not overwritten; choose another folder, or move the file away",
+            file.display()
+        )));
     }
     Ok(())
 }

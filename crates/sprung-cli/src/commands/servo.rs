@@ -6,13 +6,13 @@ use serde::Serialize;
 use sprung::finding::Finding;
 use sprung::report::compose_servo;
 use sprung::servo::{ServoExpectation, ServoIdentification, servo_parameters_csv};
-use sprung::session::{Parameters, Session, SessionError};
-use sprung::simulate::RecordError;
+use sprung::session::{Parameters, Session};
 
 use crate::args::{Common, Simulate};
 use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};
 use crate::output::{Folder, results_folder};
+use crate::record::{folder_of_logs, write_log};
 use crate::results::{PARAMETERS_FILE, REPORT_FILE, write_html, write_json};
 use crate::terminal::{Grid, Terminal, dash};
 
@@ -48,7 +48,7 @@ pub(super) fn check(session: &Session, common: &Common) -> Result<ExitCode, Fail
     output.commit()?;
     terminal.json(&expected);
     let header = ["parameter", "unit", "first value", "least s.e."];
-    let mut table = Grid::new(header.map(str::to_owned).to_vec(), 2);
+    let mut table = Grid::new(header, 2);
     for parameter in &expected.parameters {
         table.add_row([
             parameter.name.clone(),
@@ -108,7 +108,7 @@ pub(super) fn identify(session: &Session, common: &Common) -> Result<ExitCode, F
 
 fn table(found: &ServoIdentification) -> Grid {
     let header = ["parameter", "unit", "value", "± s.e."];
-    let mut table = Grid::new(header.map(str::to_owned).to_vec(), 2);
+    let mut table = Grid::new(header, 2);
     for parameter in found.parameters.iter().chain([&found.braking]) {
         table.add_row([
             parameter.name.clone(),
@@ -137,26 +137,19 @@ pub(super) fn simulate(session: &Session, args: &Simulate) -> Result<ExitCode, F
             Path::new(path.file_name().unwrap_or("simulated".as_ref())).with_extension("csv")
         })
         .collect();
-    let folder = folder_of(twin.files(), &names, common.out.as_deref())?;
+    let paths = twin.files().iter().map(PathBuf::as_path);
+    let files = paths.zip(names.iter().map(PathBuf::as_path));
+    let folder = folder_of_logs(files, common.out.as_deref(), "")?;
     let folder = Folder::new(&folder, session.inputs(), &names)?;
     let mut output = folder.output()?;
     let mut logs = Vec::new();
     for (index, name) in names.iter().enumerate() {
-        let mut failure = None;
-        let written = terminal.follow("simulating", |progress| {
-            output.write(name, |write| match twin.write(index, write, progress) {
-                Ok(_) => Ok(()),
-                Err(SessionError::Record(RecordError::Write(error))) => Err(error),
-                Err(error) => {
-                    failure = Some(error);
-                    Err(std::io::Error::other("the twin did not run"))
-                }
-            })
-        });
-        match failure {
-            Some(error) => return Err(error.into()),
-            None => logs.push(written?),
-        }
+        logs.push(write_log(
+            name,
+            &mut output,
+            terminal,
+            |write, progress| twin.write(index, write, progress),
+        )?);
     }
     output.commit()?;
     terminal.json(&serde_json::json!({ "logs": logs }));
@@ -164,26 +157,4 @@ pub(super) fn simulate(session: &Session, args: &Simulate) -> Result<ExitCode, F
         terminal.say(format!("log: {}", log.display()));
     }
     Ok(ExitCode::Done)
-}
-
-/// Returns the folder for the logs: that of `--out`, or else the folder in which the experiment names its
-/// first log. There, no file is overwritten, because it may be a measured log.
-fn folder_of(files: &[PathBuf], names: &[PathBuf], out: Option<&Path>) -> Result<PathBuf, Failure> {
-    if let Some(out) = out {
-        return Ok(out.to_owned());
-    }
-    for (file, name) in files.iter().zip(names) {
-        let file = file.with_file_name(name);
-        if file.symlink_metadata().is_ok() {
-            return Err(Failure::new(
-                ExitCode::Usage,
-                format!(
-                    "{} exists and is not overwritten; give another folder with --out",
-                    file.display()
-                ),
-            ));
-        }
-    }
-    let folder = files.first().and_then(|file| file.parent());
-    Ok(folder.map_or_else(PathBuf::new, Path::to_owned))
 }

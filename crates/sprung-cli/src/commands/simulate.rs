@@ -1,17 +1,15 @@
 //! `sprung simulate`: simulates a log with the digital twin.
 
-use std::path::{Path, PathBuf};
-
 use sprung::model::short;
 use sprung::report::significant;
-use sprung::session::{ExpectedError, Parameters, Recording, Session};
+use sprung::session::{ExpectedError, Parameters, Session};
 
 use super::servo;
 use crate::args::Simulate;
 use crate::command_line::quoted;
 use crate::exit_code::{ExitCode, Failure};
 use crate::output::Folder;
-use crate::record::write_log;
+use crate::record::{folder_of_logs, write_log};
 use crate::terminal::{Grid, Terminal, dash};
 
 pub(crate) fn run(args: &Simulate) -> Result<ExitCode, Failure> {
@@ -22,7 +20,7 @@ pub(crate) fn run(args: &Simulate) -> Result<ExitCode, Failure> {
         if args.expected_errors {
             let message =
                 "--expected-errors needs a log with torques; that of a position servo has none";
-            return Err(Failure::new(ExitCode::Usage, message.to_owned()));
+            return Err(Failure::usage(message));
         }
         return servo::simulate(&session, args);
     }
@@ -31,10 +29,17 @@ pub(crate) fn run(args: &Simulate) -> Result<ExitCode, Failure> {
         .transpose()?;
     let twin = session.twin(args.run.as_deref(), parameters.as_ref())?;
 
-    let path = folder_of(&twin, common.out.as_deref())?;
-    let folder = Folder::new(&path, session.inputs(), &[twin.name()])?;
+    let name = twin.name();
+    let path = folder_of_logs(
+        std::iter::once((twin.named(), name.as_path())),
+        common.out.as_deref(),
+        ", or another file with --set log.file=FILE",
+    )?;
+    let folder = Folder::new(&path, session.inputs(), &[&name])?;
     let mut output = folder.output()?;
-    let path = write_log(&twin, &mut output, terminal)?;
+    let path = write_log(&name, &mut output, terminal, |write, progress| {
+        twin.write(write, progress)
+    })?;
     let expected = (args.expected_errors)
         .then(|| {
             terminal.follow("standard errors", |progress| {
@@ -66,8 +71,8 @@ pub(crate) fn run(args: &Simulate) -> Result<ExitCode, Failure> {
 
 /// Prints the standard errors of the experiment, and the parameters that it does not determine.
 fn say_errors(terminal: Terminal, errors: &[ExpectedError]) {
-    let header = ["parameter", "unit", "true", "± s.e.", "%"].map(str::to_owned);
-    let mut table = Grid::new(header.into(), 2).divided(3, 2);
+    let header = ["parameter", "unit", "true", "± s.e.", "%"];
+    let mut table = Grid::new(header, 2).divided(3, 2);
     for expected in errors {
         let error = expected.is_determined.then_some(expected.standard_error);
         let share = error.filter(|_| expected.value != 0.0);
@@ -89,24 +94,4 @@ fn say_errors(terminal: Terminal, errors: &[ExpectedError]) {
             open.join(", ")
         ));
     }
-}
-
-/// Returns the folder for the log: that of `--out`, or else the folder in which the experiment names the log. There, no
-/// file is overwritten, because it may be a measured log.
-fn folder_of(twin: &Recording<'_>, out: Option<&Path>) -> Result<PathBuf, Failure> {
-    if let Some(out) = out {
-        return Ok(out.to_owned());
-    }
-    let file = twin.named().with_file_name(twin.name());
-    if file.symlink_metadata().is_ok() {
-        return Err(Failure::new(
-            ExitCode::Usage,
-            format!(
-                "{} exists and is not overwritten; give another folder with --out, or another file with \
-                 --set log.file=FILE",
-                file.display()
-            ),
-        ));
-    }
-    Ok(file.parent().map_or_else(PathBuf::new, Path::to_owned))
 }

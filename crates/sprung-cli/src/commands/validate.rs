@@ -1,30 +1,30 @@
 //! `sprung validate`: validates parameters on other logs.
 
 use sprung::report::Contents;
-use sprung::session::{Parameters, Session, Usability, find_identification};
+use sprung::session::{Session, Usability};
 
-use super::begin::refuse_refining;
+use super::begin::Opened;
 use crate::args::Validate;
 use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};
-use crate::output::{Folder, results_folder};
+use crate::output::Folder;
 use crate::results::{VALIDATED_FILES, curves_beside, write_report, write_validated};
-use crate::terminal::Terminal;
 
 pub(crate) fn run(args: &Validate) -> Result<ExitCode, Failure> {
-    let common = &args.common;
-    let terminal = Terminal::new(common.voice, common.json);
-    let session = Session::open(&args.experiment, &common.overrides)?;
-    session.allow_validation()?;
-    let path = results_folder(&session, common);
-    let file = match &args.parameters {
-        Some(file) => file.clone(),
-        None => find_identification(&path, &session.results_folder())?,
-    };
-    let parameters = Parameters::open(&file)?;
-    refuse_refining(&parameters, &file, args.accept_refining)?;
-    let inputs = session.inputs().into_iter().chain([file.clone()]);
-    let folder = Folder::new(&path, inputs, &VALIDATED_FILES)?;
+    let opened = Opened::new(
+        &args.experiment,
+        &args.common,
+        (args.parameters.as_deref(), args.accept_refining),
+        Session::allow_validation,
+    )?;
+    let folder = Folder::new(&opened.path, opened.inputs(), &VALIDATED_FILES)?;
+    let Opened {
+        session,
+        terminal,
+        file,
+        parameters,
+        ..
+    } = opened;
     let found = terminal.follow("validating", |progress| {
         session.validate(&parameters, progress)
     })?;

@@ -3,16 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use sprung::report::compose_watch;
-use sprung::session::{Parameters, Session, WatchRequest, find_identification};
+use sprung::session::WatchRequest;
 use sprung::watch::{Watch, WatchEvent, Watched};
 
-use super::begin::refuse_refining;
+use super::begin::Opened;
 use crate::args;
 use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};
-use crate::output::{Folder, results_folder};
+use crate::output::Folder;
 use crate::results::{write_html, write_json};
-use crate::terminal::{Grid, Terminal, dash};
+use crate::terminal::{Grid, dash};
 
 /// Names of the files of a watch.
 const WATCH_FILE: &str = "watch.json";
@@ -21,20 +21,21 @@ const REPORT_FILE: &str = "watch.html";
 const FILES: [&str; 3] = [WATCH_FILE, CURVES_FILE, REPORT_FILE];
 
 pub(crate) fn run(args: &args::Watch) -> Result<ExitCode, Failure> {
-    let common = &args.common;
-    let terminal = Terminal::new(common.voice, common.json);
-    let session = Session::open(&args.experiment, &common.overrides)?;
-    let path = results_folder(&session, common);
-    let file = match &args.parameters {
-        Some(file) => file.clone(),
-        None => find_identification(&path, &session.results_folder())?,
-    };
-    let parameters = Parameters::open(&file)?;
-    refuse_refining(&parameters, &file, args.accept_refining)?;
+    let opened = Opened::new(
+        &args.experiment,
+        &args.common,
+        (args.parameters.as_deref(), args.accept_refining),
+        |_| Ok(()),
+    )?;
     let logs = files(&args.log)?;
-    let inputs = session.inputs().into_iter().chain([file.clone()]);
     let watched = logs.iter().filter(|log| log.as_os_str() != "-").cloned();
-    let folder = Folder::new(&path, inputs.chain(watched), &FILES)?;
+    let folder = Folder::new(&opened.path, opened.inputs().chain(watched), &FILES)?;
+    let Opened {
+        session,
+        terminal,
+        parameters,
+        ..
+    } = opened;
     let request = WatchRequest {
         false_alarms_per_h: args.false_alarms_per_h,
         accept_unusable: args.accept_unusable,
@@ -83,10 +84,7 @@ fn files(given: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
             continue;
         }
         let unreadable = |error: std::io::Error| {
-            Failure::new(
-                ExitCode::File,
-                format!("cannot read {}: {error}", path.display()),
-            )
+            Failure::file(format!("cannot read {}: {error}", path.display()))
         };
         let entries = std::fs::read_dir(path).map_err(unreadable)?;
         let mut of_folder: Vec<PathBuf> = entries
@@ -98,7 +96,7 @@ fn files(given: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
                 "{} has no files; give the folder of the logs",
                 path.display()
             );
-            return Err(Failure::new(ExitCode::File, message));
+            return Err(Failure::file(message));
         }
         of_folder.sort();
         all.extend(of_folder);
@@ -115,7 +113,7 @@ fn line(event: &WatchEvent) -> String {
 
 fn thresholds(watch: &Watch) -> Grid {
     let header = ["joint", "contacts from, N·m (N)"];
-    let mut grid = Grid::new(header.map(str::to_owned).into(), 1);
+    let mut grid = Grid::new(header, 1);
     for joint in &watch.joints {
         grid.add_row([joint.joint.clone(), dash(joint.typical_threshold_nm, 3)]);
     }

@@ -55,9 +55,9 @@ pub(crate) struct Grid {
 
 impl Grid {
     /// - `left`: number of columns with text.
-    pub(crate) fn new(header: Vec<String>, left: usize) -> Self {
+    pub(crate) fn new(header: impl IntoIterator<Item = impl Into<String>>, left: usize) -> Self {
         Self {
-            header,
+            header: header.into_iter().map(Into::into).collect(),
             left,
             keys: 1,
             group: 1,
@@ -254,9 +254,7 @@ mod tests {
 
     fn grid() -> Grid {
         let header = ["parameter", "unit", "one", "± s.e.", "two", "± s.e."];
-        let mut grid = Grid::new(header.map(str::to_owned).to_vec(), 2)
-            .divided(2, 2)
-            .without(&[1]);
+        let mut grid = Grid::new(header, 2).divided(2, 2).without(&[1]);
         grid.add_row(
             ["joint1.stiffness", "N·m/rad", "9.35", "0.01", "9.41", "0.3"].map(str::to_owned),
         );

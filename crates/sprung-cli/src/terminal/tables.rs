@@ -90,7 +90,7 @@ fn error_table_by_joint(run: &sprung::validate::RunResult) -> Grid {
     let names = ["parameters", "joint", "tau", "q", "phi", "fit %", "promise"];
     let shown = |i: &usize| run.simulated || !(2..5).contains(i);
     let columns = || (0..names.len()).filter(shown);
-    let mut table = Grid::new(columns().map(|i| names[i].to_owned()).collect(), 2).divided(2, 1);
+    let mut table = Grid::new(columns().map(|i| names[i]), 2).divided(2, 1);
     for set in &run.sets {
         for joint in run.joints() {
             let e = set.e_rms.as_ref();
@@ -117,7 +117,7 @@ fn error_table_by_joint(run: &sprung::validate::RunResult) -> Grid {
 /// Returns the table of springs by deflections and joint torques.
 pub(super) fn spring_table(identification: &Identification) -> Grid {
     let header = ["joint", "stiffness", "± s.e.", "95 % from", "to"];
-    let mut table = Grid::new(header.map(str::to_owned).to_vec(), 1).divided(1, 4);
+    let mut table = Grid::new(header, 1).divided(1, 4);
     for spring in &identification.sensed_springs {
         let [from, to] = spring.ci95_nm_per_rad;
         table.add_row([
@@ -137,7 +137,7 @@ const LONGEST_PLACE: usize = 18;
 /// Returns the table of what a log shows beyond its description.
 pub(super) fn unknown_table(found: &[UnknownResult]) -> Grid {
     let header = ["unknown", "place", "size ± s.e.", "used", "falls %"];
-    let mut table = Grid::new(header.map(str::to_owned).to_vec(), 2).divided(2, 3);
+    let mut table = Grid::new(header, 2).divided(2, 3);
     for unknown in found {
         let shown = ShownUnknown::from(unknown);
         table.add_row([

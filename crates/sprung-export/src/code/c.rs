@@ -2,13 +2,12 @@
 
 use std::fmt::Write;
 
-use super::control::{Control, FAR, about_control};
+use super::control::Control;
 use super::emit::{Language, comment, element, identifier, is_zero, unused};
 use super::graph::Function;
 use super::observer::Observed;
 use super::proof::Vector;
 use super::trace::{Array, Shape, Traced};
-use crate::description::ControllerKind;
 use crate::model::Parameter;
 
 /// The template of functions that loop over joints. `@` stands for the prefix, `§` for the prefix of
@@ -78,6 +77,17 @@ const C: Language = Language {
     ],
     spring: "has_sensor[i] ? own->sensor[i].output[2] - sensor_offset_nm[i] : R(0.0)",
     truths: ["0", "1"],
+    comment: " * ",
+    element_of: |rows| {
+        let rows: Vec<String> = rows
+            .iter()
+            .map(|row| format!("        {{{row}}},"))
+            .collect();
+        format!("    {{\n{}\n    }},\n", rows.join("\n"))
+    },
+    commands: [COMMAND_OF_STATE, COMMAND_OF_PD],
+    tests: [CONTROLLER_TEST, FEEDFORWARD_TEST],
+    slide: SLIDE,
 };
 
 fn call(function: Function, x: &str) -> String {
@@ -192,6 +202,7 @@ pub(super) fn write(program: &Program<'_>) -> [String; 3] {
         check.push_str("    check_observer();\n");
         measure.push_str("    measure_observer();\n");
     }
+    let header_lines = (program.control).map_or_else(String::new, |control| control.header(&C));
     let header = filled(HEADER)
         .replace("%CONTROLLER%", &filled(&of_header))
         .replace("%JOINTS%", &joints)
@@ -200,7 +211,7 @@ pub(super) fn write(program: &Program<'_>) -> [String; 3] {
         .replace("%PARAMETERS%", &program.parameters.len().to_string())
         .replace("%NAMES%", &program.parameter_lines(" *   "))
         .replace("%FUNCTIONS%", &filled(&declarations))
-        .replace("%HEADER%", &about_control(program.control, " * "));
+        .replace("%HEADER%", &header_lines);
     let loops = filled(LOOPS)
         .replace("%INVERSE_ROTORS%", &C.constants(program.inverse_rotors))
         .replace("%THETA%", &C.lines(program.theta))
@@ -211,7 +222,10 @@ pub(super) fn write(program: &Program<'_>) -> [String; 3] {
         .replace("%CHECK%", &check)
         .replace("%MEASURE%", &measure)
         .replace("%COUNT%", &program.vectors.len().to_string())
-        .replace("%VECTORS%", &vectors(program.vectors));
+        .replace(
+            "%VECTORS%",
+            &C.elements(program.vectors.iter().map(Vector::all)),
+        );
     [header, loops, test].map(|text| format!("{head}{text}"))
 }
 
@@ -220,56 +234,9 @@ fn controller(control: Option<&Control<'_>>) -> [String; 3] {
     let Some(control) = control else {
         return <[String; 3]>::default();
     };
-    let controller = control.controller();
-    let command = match controller.kind {
-        ControllerKind::StateFeedback => {
-            let row = |row: &Vec<f64>| format!("    {{{}}},\n", C.constants(row));
-            let rows: String = controller.gain.iter().map(row).collect();
-            COMMAND_OF_STATE.replace("%GAIN%", &rows)
-        }
-        ControllerKind::Pd => COMMAND_OF_PD
-            .replace("%KP%", &C.constants(&controller.kp_nm_per_rad))
-            .replace("%KD%", &C.constants(&controller.kd_nms_per_rad)),
-    };
-    let (delays, weights): (Vec<String>, Vec<f64>) = (control.taps.iter())
-        .map(|tap| (tap.delay.to_string(), tap.weight))
-        .unzip();
-    let [positions, rates] = control.windows();
-    let header = CONTROLLER_HEADER
-        .replace("%PERIOD%", &format!("{:?}", control.code.period_s))
-        .replace("%WHOSE%", control.whose())
-        .replace("%MEASURED%", &(positions + rates).to_string())
-        .replace("%SHAPED%", &control.shaped().to_string());
-    let code = CONTROLLER
-        .replace("%TAPS%", &delays.len().to_string())
-        .replace("%DELAYS%", &delays.join(", "))
-        .replace("%WEIGHTS%", &C.constants(&weights))
-        .replace("%LIMITS%", &C.constants(&control.limits()))
-        .replace("%POSITIONS%", &positions.to_string())
-        .replace("%RATES%", &rates.to_string())
-        .replace("%SCALE%", &C.constant(control.velocity_scale()))
-        .replace("%COMMAND%", &command);
-    let samples = control.samples.iter();
-    let samples: String = samples
-        .map(|sample| element_of_struct(&sample.all()))
-        .collect();
-    let motions = control.motions.iter();
-    let motions: String = motions
-        .map(|motion| element_of_struct(&motion.all()))
-        .collect();
-    let of_feedforward = if control.motions.is_empty() {
-        String::new()
-    } else {
-        FEEDFORWARD_TEST
-            .replace("%COUNT%", &control.motions.len().to_string())
-            .replace("%MOTIONS%", &motions)
-    };
-    let test = CONTROLLER_TEST
-        .replace("%COUNT%", &control.samples.len().to_string())
-        .replace("%FAR%", &FAR.to_string())
-        .replace("%SAMPLES%", &samples)
-        .replace("%FEEDFORWARD%", &of_feedforward);
-    [header, code, test]
+    let [test, of_feedforward] = control.tests(&C);
+    let [header, code] = [CONTROLLER_HEADER, CONTROLLER].map(|part| control.filled(&C, part));
+    [header, code, test.replace("%FEEDFORWARD%", &of_feedforward)]
 }
 
 /// Returns the parts of the header, of the code and of the self-test for an observer.
@@ -277,27 +244,9 @@ fn observer(observer: Option<&Observed<'_>>) -> [String; 3] {
     let Some(observer) = observer else {
         return <[String; 3]>::default();
     };
-    let header = observer
-        .with_sensors(&C, OBSERVER_HEADER)
-        .replace("%PERIOD%", &format!("{:?}", observer.settings.period_s))
-        .replace("%SETTLE%", &observer.settle().to_string())
-        .replace("%HEADER%", &observer.header(" * "));
-    let (update, call) = observer.memory(&C);
-    let code = observer
-        .numbers(&C, OBSERVER)
-        .replace("%SLIDE%", if update.is_empty() { "" } else { SLIDE })
-        .replace("%UPDATE%", &update)
-        .replace("%DYNAMICS%", &call);
-    let samples = observer.samples.iter();
-    let samples: String = samples
-        .map(|sample| element_of_struct(&sample.all()))
-        .collect();
-    let test = observer
-        .with_sensors(&C, OBSERVER_TEST)
-        .replace("%COUNT%", &observer.samples.len().to_string())
-        .replace("%TIMES%", &observer.times().to_string())
-        .replace("%SAMPLES%", &samples);
-    [header, code, test]
+    let period = format!("{:?}", observer.settings.period_s);
+    let header = OBSERVER_HEADER.replace("%PERIOD%", &period);
+    [&header, OBSERVER, OBSERVER_TEST].map(|part| observer.filled(&C, part))
 }
 
 fn origin(lines: &[String]) -> String {
@@ -326,21 +275,4 @@ fn length(shape: Shape) -> &'static str {
         Shape::Elements => "12 * §JOINTS",
         Shape::Regressor => "§ROWS * §PARAMETERS",
     }
-}
-
-fn vectors(vectors: &[Vector]) -> String {
-    let vectors = vectors.iter();
-    vectors
-        .map(|vector| element_of_struct(&vector.all()))
-        .collect()
-}
-
-/// Returns a structure of arrays as an element of an array.
-fn element_of_struct(arrays: &[&[f64]]) -> String {
-    let mut text = "    {\n".to_owned();
-    for values in arrays {
-        let _ = writeln!(text, "        {{{}}},", C.constants(values));
-    }
-    text.push_str("    },\n");
-    text
 }

@@ -1,20 +1,18 @@
 //! The controller of the code: its constants, and a run of the library's controller for the self-test.
 
-use std::fmt::Write;
-
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sprung_core::controller::{pd, state_feedback};
-use sprung_core::drives::State;
 use sprung_core::links::LengthError;
 use sprung_core::shaper::{Shaper, ShaperError, Tap, memory_len};
 use sprung_core::velocity::VelocityError;
 
-use super::emit::comment;
+use super::emit::Language;
 use super::feedforward::DesiredMotion;
 use super::trace::Source;
 use crate::controller::ControlCode;
 use crate::description::{Controller, ControllerKind};
+use crate::reload::state;
 
 /// Samples of the self-test beside the delays of the shaper.
 const SAMPLES: usize = 40;
@@ -24,7 +22,7 @@ const MAX_DELAYED: usize = 40;
 
 /// Last samples of the self-test: the measured positions are so far away that torques reach both
 /// limits.
-pub(super) const FAR: usize = 3;
+const FAR: usize = 3;
 
 /// A torque that represents none.
 const NO_LIMIT: f64 = 1e30;
@@ -42,7 +40,7 @@ pub(super) enum ControlError {
 
 /// A sample of the controller.
 #[derive(Clone, Debug)]
-pub(super) struct Sample {
+struct Sample {
     /// Desired positions, then their derivatives, \[5n\].
     desired: Vec<f64>,
     /// Measured positions.
@@ -61,9 +59,9 @@ impl Sample {
 
 /// A controller as code.
 pub(super) struct Control<'a> {
-    pub(super) code: &'a ControlCode,
-    pub(super) taps: Vec<Tap>,
-    pub(super) samples: Vec<Sample>,
+    code: &'a ControlCode,
+    taps: Vec<Tap>,
+    samples: Vec<Sample>,
     /// Motions of the self-test of the feedforward; empty if the controller has none.
     pub(super) motions: Vec<DesiredMotion>,
 }
@@ -100,38 +98,84 @@ impl<'a> Control<'a> {
         Ok(control)
     }
 
-    pub(super) fn controller(&self) -> &Controller {
+    /// Returns a template with the constants of the controller.
+    pub(super) fn filled(&self, language: &Language, template: &str) -> String {
+        let controller = self.controller();
+        let [of_state, of_pd] = language.commands;
+        let command = match controller.kind {
+            ControllerKind::StateFeedback => of_state,
+            ControllerKind::Pd => of_pd,
+        };
+        let rows: String = controller
+            .gain
+            .iter()
+            .map(|row| language.row(row))
+            .collect();
+        let (delays, weights): (Vec<String>, Vec<f64>) = (self.taps.iter())
+            .map(|tap| (tap.delay.to_string(), tap.weight))
+            .unzip();
+        let pairs: Vec<String> = (delays.iter().zip(&weights))
+            .map(|(delay, weight)| format!("({delay}, {})", language.constant(*weight)))
+            .collect();
+        let [positions, rates] = controller.velocity_window.map(|p| p + 1);
+        // The factor of the sum of differences in a velocity, 1/s.
+        let scale = 1.0 / (self.code.period_s * (positions * rates) as f64);
+        let limits: Vec<f64> = (self.code.torque_limits.iter())
+            .map(|limit| limit.min(NO_LIMIT))
+            .collect();
+        let whose = match controller.kind {
+            ControllerKind::Pd => "the motors",
+            ControllerKind::StateFeedback => "the links",
+        };
+        template
+            .replace("%COMMAND%", command)
+            .replace("%GAIN%", &rows)
+            .replace("%KP%", &language.constants(&controller.kp_nm_per_rad))
+            .replace("%KD%", &language.constants(&controller.kd_nms_per_rad))
+            .replace("%PERIOD%", &format!("{:?}", self.code.period_s))
+            .replace("%WHOSE%", whose)
+            .replace("%MEASURED%", &(positions + rates).to_string())
+            .replace("%SHAPED%", &self.shaped().to_string())
+            .replace("%TAPS%", &delays.len().to_string())
+            .replace("%DELAYS%", &delays.join(", "))
+            .replace("%WEIGHTS%", &language.constants(&weights))
+            .replace("%PAIRS%", &pairs.join(", "))
+            .replace("%LIMITS%", &language.constants(&limits))
+            .replace("%POSITIONS%", &positions.to_string())
+            .replace("%RATES%", &rates.to_string())
+            .replace("%SCALE%", &language.constant(scale))
+    }
+
+    /// Returns the lines of the caller for a comment. They take their place last, since they may look like other places.
+    pub(super) fn header(&self, language: &Language) -> String {
+        language.comments(&self.code.header)
+    }
+
+    /// Returns the self-tests of the controller and of its feedforward; the latter is empty without one.
+    pub(super) fn tests(&self, language: &Language) -> [String; 2] {
+        let [test, of_feedforward] = language.tests;
+        let samples = self.samples.iter().map(Sample::all);
+        let test = test
+            .replace("%COUNT%", &self.samples.len().to_string())
+            .replace("%FAR%", &FAR.to_string())
+            .replace("%SAMPLES%", &language.elements(samples));
+        if self.motions.is_empty() {
+            return [test, String::new()];
+        }
+        let motions = self.motions.iter().map(DesiredMotion::all);
+        let of_feedforward = of_feedforward
+            .replace("%COUNT%", &self.motions.len().to_string())
+            .replace("%MOTIONS%", &language.elements(motions));
+        [test, of_feedforward]
+    }
+
+    fn controller(&self) -> &Controller {
         &self.code.controller
     }
 
-    /// Returns whose motion is desired.
-    pub(super) fn whose(&self) -> &'static str {
-        match self.controller().kind {
-            ControllerKind::Pd => "the motors",
-            ControllerKind::StateFeedback => "the links",
-        }
-    }
-
-    /// Returns the largest torques as numbers of the code.
-    pub(super) fn limits(&self) -> Vec<f64> {
-        let limits = self.code.torque_limits.iter();
-        limits.map(|limit| limit.min(NO_LIMIT)).collect()
-    }
-
     /// Returns the number of samples that the shaper remembers.
-    pub(super) fn shaped(&self) -> usize {
+    fn shaped(&self) -> usize {
         memory_len(&self.taps, 1)
-    }
-
-    /// Returns the samples of both averages of the velocity.
-    pub(super) fn windows(&self) -> [usize; 2] {
-        self.controller().velocity_window.map(|p| p + 1)
-    }
-
-    /// Returns the factor of the sum of differences in a velocity, 1/s.
-    pub(super) fn velocity_scale(&self) -> f64 {
-        let [positions, rates] = self.windows();
-        1.0 / (self.code.period_s * (positions * rates) as f64)
     }
 
     /// Returns samples on a motion of waves, beside which the measured positions are.
@@ -230,21 +274,13 @@ impl<'a> Control<'a> {
     ) -> Vec<f64> {
         let n = q.len();
         let (dq, dphi) = rates.split_at(n);
-        let state = |q, dq, phi, dphi| State {
-            q,
-            dq,
-            phi,
-            dphi,
-            excess: &[],
-            elements: &[],
-        };
         let controller = self.controller();
         let mut tau = tau_d.clone();
         match controller.kind {
             ControllerKind::StateFeedback => {
                 let gain: Vec<&[f64]> = controller.gain.iter().map(Vec::as_slice).collect();
-                let desired = state(&desired[..n], &desired[n..2 * n], phi_d, dphi_d);
-                state_feedback(&gain, &desired, &state(q, dq, phi, dphi), &mut tau);
+                let desired = state([&desired[..n], &desired[n..2 * n], phi_d, dphi_d]);
+                state_feedback(&gain, &desired, &state([q, dq, phi, dphi]), &mut tau);
             }
             ControllerKind::Pd => pd(
                 &controller.kp_nm_per_rad,
@@ -258,15 +294,6 @@ impl<'a> Control<'a> {
             .map(|(tau, limit)| tau.clamp(-limit, *limit))
             .collect()
     }
-}
-
-/// Returns the lines of the caller about a controller for a comment.
-pub(super) fn about_control(control: Option<&Control<'_>>, begin: &str) -> String {
-    let mut text = String::new();
-    for line in control.iter().flat_map(|control| &control.code.header) {
-        let _ = writeln!(text, "{begin}{}", comment(line));
-    }
-    text
 }
 
 /// Returns a sine and its derivatives up to the fourth.

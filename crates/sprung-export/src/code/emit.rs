@@ -1,6 +1,7 @@
 //! What C and Rust share: statements of operations, and names.
 
 use std::collections::BTreeMap;
+use std::fmt::Write;
 
 use super::graph::{Function, Operand, Operation};
 use super::trace::{Array, Traced};
@@ -25,6 +26,16 @@ pub(super) struct Language {
     pub(super) spring: &'static str,
     /// False and true.
     pub(super) truths: [&'static str; 2],
+    /// Before a line of a comment about a function.
+    pub(super) comment: &'static str,
+    /// Rows of numbers as an element of an array in the self-test.
+    pub(super) element_of: fn(&[String]) -> String,
+    /// Templates of the controller's law: state feedback, and PD.
+    pub(super) commands: [&'static str; 2],
+    /// Templates of the self-tests of a controller and of its feedforward.
+    pub(super) tests: [&'static str; 2],
+    /// The function that moves a set of elements, where it is not a part of the observer.
+    pub(super) slide: &'static str,
 }
 
 impl Language {
@@ -53,6 +64,25 @@ impl Language {
     pub(super) fn lines(&self, values: &[f64]) -> String {
         let line = |value: &f64| format!("    {},\n", self.constant(*value));
         values.iter().map(line).collect()
+    }
+
+    /// Returns elements of an array of the self-test, each of several arrays.
+    pub(super) fn elements<'a, const N: usize>(
+        &self,
+        all: impl Iterator<Item = [&'a [f64]; N]>,
+    ) -> String {
+        let element =
+            |arrays: [&[f64]; N]| (self.element_of)(&arrays.map(|values| self.constants(values)));
+        all.map(element).collect()
+    }
+
+    /// Returns lines of the caller for a comment.
+    pub(super) fn comments(&self, lines: &[String]) -> String {
+        let mut text = String::new();
+        for line in lines {
+            let _ = writeln!(text, "{}{}", self.comment, comment(line));
+        }
+        text
     }
 
     /// Returns the statements of the intermediate values, and the results.

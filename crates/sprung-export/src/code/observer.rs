@@ -1,7 +1,5 @@
 //! The observer of torques from outside in the code: its constants, and a run of the library's observer for the self-test.
 
-use std::fmt::Write;
-
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sprung_core::drives::State;
@@ -13,7 +11,7 @@ use sprung_core::presliding::ALL_ELEMENTS;
 use sprung_core::robot::Values;
 use sprung_method::watch::{ObserverSettings, TorqueObserver};
 
-use super::emit::{Language, comment};
+use super::emit::Language;
 use super::graph::values;
 use super::trace::{Source, Traced};
 use crate::model::{ElementSet, Scratch, Theta};
@@ -33,7 +31,7 @@ const STATES: usize = 1000;
 
 /// A sample of the observer.
 #[derive(Clone, Debug)]
-pub(super) struct Sample {
+struct Sample {
     q: Vec<f64>,
     phi: Vec<f64>,
     tau: Vec<f64>,
@@ -71,7 +69,7 @@ pub(super) struct Observed<'a> {
     about: &'a [String],
     /// Reading of the torque sensor of each joint without torque, N·m (N); `None` without a sensor.
     sensors: Vec<Option<f64>>,
-    pub(super) samples: Vec<Sample>,
+    samples: Vec<Sample>,
     settle: usize,
 }
 
@@ -189,27 +187,8 @@ impl<'a> Observed<'a> {
         })
     }
 
-    /// Returns the samples after which it has settled.
-    pub(super) fn settle(&self) -> usize {
-        self.settle
-    }
-
-    /// Returns how often the motion of the self-test repeats.
-    pub(super) fn times(&self) -> usize {
-        times(self.settings)
-    }
-
-    /// Returns the lines of the caller for a comment.
-    pub(super) fn header(&self, begin: &str) -> String {
-        let mut text = String::new();
-        for line in self.about {
-            let _ = writeln!(text, "{begin}{}", comment(line));
-        }
-        text
-    }
-
     /// Returns a template with the constants.
-    pub(super) fn numbers(&self, language: &Language, template: &str) -> String {
+    fn numbers(&self, language: &Language, template: &str) -> String {
         let settings = self.settings;
         let pair = |cutoff: f64, kind: Discretization| -> Result<String, FilterError> {
             let pair = FilterPair::new(cutoff, settings.period_s, kind)?;
@@ -248,7 +227,7 @@ impl<'a> Observed<'a> {
     }
 
     /// Returns a template with what torque sensors need.
-    pub(super) fn with_sensors(&self, language: &Language, template: &str) -> String {
+    fn with_sensors(&self, language: &Language, template: &str) -> String {
         let has_sensors = self.sensors.iter().any(Option::is_some);
         let mut text = template.to_owned();
         for (name, code) in language.sensors {
@@ -270,8 +249,28 @@ impl<'a> Observed<'a> {
             .replace("%SENSOR_OFFSET%", &language.constants(&offsets))
     }
 
+    /// Returns a template of the observer or of its self-test with all that it contains.
+    pub(super) fn filled(&self, language: &Language, template: &str) -> String {
+        let (update, call) = self.memory(language);
+        let slide = if update.is_empty() {
+            ""
+        } else {
+            language.slide
+        };
+        let samples = self.samples.iter().map(Sample::all);
+        self.numbers(language, template)
+            .replace("%SLIDE%", slide)
+            .replace("%UPDATE%", &update)
+            .replace("%DYNAMICS%", &call)
+            .replace("%SETTLE%", &self.settle.to_string())
+            .replace("%COUNT%", &self.samples.len().to_string())
+            .replace("%TIMES%", &times(self.settings).to_string())
+            .replace("%SAMPLES%", &language.elements(samples))
+            .replace("%HEADER%", &language.comments(self.about))
+    }
+
     /// Returns the statements that move the elements, and the call of the dynamics.
-    pub(super) fn memory(&self, language: &Language) -> (String, String) {
+    fn memory(&self, language: &Language) -> (String, String) {
         let update = (self.sets.iter())
             .map(|set| {
                 (language.move_elements)(

@@ -12,7 +12,7 @@ use sprung_core::robot::{Torques, Values};
 use super::graph::values;
 use super::trace::{DDPHI, DDQ, DPHI, DQ, PHI, Q, REGRESSOR, Source, Traced};
 use crate::model::Scratch;
-use crate::reload::{Proof, worst};
+use crate::reload::{Proof, required, state, worst};
 
 /// Number of random states.
 const STATES: usize = 1000;
@@ -140,29 +140,15 @@ impl Vector {
             &mut steps,
             &mut self.coriolis,
         )?;
-        let mut torques = vec![0.0; rows];
-        robot.link_torque(
-            &parameters,
+        let motion = [
             &self.q,
             &self.dq,
             &self.ddq,
-            &mut steps,
-            &mut torques[..n],
-        )?;
-        let state = State {
-            q: &self.q,
-            dq: &self.dq,
-            phi: &self.phi,
-            dphi: &self.dphi,
-            excess: &[],
-            elements: &[],
-        };
-        for term in robot.terms {
-            let drive = robot.drive(&state, term.joint);
-            let rest = term.rest(&drive, &robot.shapes[term.joint]);
-            let column = rest + term.momentum(self.ddphi[term.joint]);
-            torques[term.row] += source.theta[term.column] * column;
-        }
+            &self.phi,
+            &self.dphi,
+            &self.ddphi,
+        ];
+        let torques = required(robot, &parameters, motion.map(Vec::as_slice))?;
         let is_motor = |i: usize| robot.motor_rows[i].is_some();
         let of_link = |i: usize| if is_motor(i) { torques[i] } else { 0.0 };
         self.link = (0..n).map(of_link).collect();
@@ -181,7 +167,7 @@ impl Vector {
         let mut accelerations = vec![0.0; rows];
         robot.acceleration(
             &parameters,
-            &state,
+            &self.state(),
             &torque,
             &mut scratch.workspace(),
             &mut accelerations,
@@ -193,17 +179,13 @@ impl Vector {
         self.compute_regressor(source)
     }
 
+    fn state(&self) -> State<'_> {
+        state([&self.q, &self.dq, &self.phi, &self.dphi])
+    }
+
     fn compute_regressor(&mut self, source: &Source<'_>) -> Result<(), LengthError> {
         let (robot, model) = (&source.robot, source.model);
         let (n, rows, width) = (robot.joints(), robot.rows(), source.theta.len());
-        let state = State {
-            q: &self.q,
-            dq: &self.dq,
-            phi: &self.phi,
-            dphi: &self.dphi,
-            excess: &[],
-            elements: &[],
-        };
         let mut accelerations = vec![0.0; rows];
         accelerations[..n].copy_from_slice(&self.ddq);
         for i in 0..n {
@@ -212,7 +194,7 @@ impl Vector {
         let mut entries = vec![0.0; robot.entries];
         let mut scratch = Scratch::new(n);
         let mut workspace = scratch.workspace();
-        robot.torque_entries(&state, &accelerations, &mut workspace, &mut entries)?;
+        robot.torque_entries(&self.state(), &accelerations, &mut workspace, &mut entries)?;
         self.regressor = vec![0.0; rows * width];
         for row in 0..rows {
             let row_entries = &entries[model.equation_entries(row)];

@@ -3,12 +3,12 @@
 use std::fmt::Write;
 
 use super::c::Program;
-use super::control::{Control, FAR, about_control};
+use super::control::Control;
 use super::emit::{Language, calls, comment, is_zero, unused};
 use super::graph::Function;
 use super::observer::Observed;
+use super::proof::Vector;
 use super::trace::{Array, Shape, Traced};
-use crate::description::ControllerKind;
 
 /// The template of the file.
 const FILE: &str = include_str!("templates/robot.rs.txt");
@@ -64,6 +64,15 @@ const RUST: Language = Language {
     ],
     spring: "if HAS_SENSOR[i] { own.sensor[i].output[2] - SENSOR_OFFSET_NM[i] } else { 0.0 }",
     truths: ["false", "true"],
+    comment: "/// ",
+    element_of: |rows| {
+        let rows: Vec<String> = rows.iter().map(|row| format!("&[{row}]")).collect();
+        let rows = rows.join(",\n            ");
+        format!("        [\n            {rows},\n        ],\n")
+    },
+    commands: [COMMAND_OF_STATE, COMMAND_OF_PD],
+    tests: [CONTROLLER_TEST, FEEDFORWARD_TEST],
+    slide: "",
 };
 
 fn call(function: Function, x: &str) -> String {
@@ -121,13 +130,13 @@ pub(super) fn write(program: &Program<'_>) -> String {
         format!("        fn {name}(x: Real) -> Real {{\n            x.{name}()\n        }}\n")
     });
     let code: String = program.traced.iter().map(function).collect();
-    let vectors = program.vectors.iter();
-    let vectors: String = vectors.map(|vector| element(&vector.all())).collect();
+    let vectors = RUST.elements(program.vectors.iter().map(Vector::all));
     let mut parts = controller(program.control);
     for (part, more) in parts.iter_mut().zip(observer(program.observer)) {
         part.push_str(&more);
     }
     let [controller, check] = parts;
+    let header = (program.control).map_or_else(String::new, |control| control.header(&RUST));
     text += &FILE
         .replace("%CONTROLLER%", &controller)
         .replace("%CHECK%", &check)
@@ -143,87 +152,25 @@ pub(super) fn write(program: &Program<'_>) -> String {
         .replace("%GIVEN%", &given)
         .replace("%COUNT%", &program.vectors.len().to_string())
         .replace("%VECTORS%", &vectors)
-        .replace("%HEADER%", &about_control(program.control, "/// "));
+        .replace("%HEADER%", &header);
     text
-}
-
-/// Returns arrays as an element of an array.
-fn element(arrays: &[&[f64]]) -> String {
-    let rows: Vec<String> = (arrays.iter())
-        .map(|values| format!("&[{}]", RUST.constants(values)))
-        .collect();
-    let rows = rows.join(",\n            ");
-    format!("        [\n            {rows},\n        ],\n")
 }
 
 /// Returns the code and the test of a controller.
 fn controller(control: Option<&Control<'_>>) -> [String; 2] {
-    let Some(control) = control else {
-        return <[String; 2]>::default();
-    };
-    let controller = control.controller();
-    let command = match controller.kind {
-        ControllerKind::StateFeedback => {
-            let row = |row: &Vec<f64>| format!("    [{}],\n", RUST.constants(row));
-            let rows: String = controller.gain.iter().map(row).collect();
-            COMMAND_OF_STATE.replace("%GAIN%", &rows)
-        }
-        ControllerKind::Pd => COMMAND_OF_PD
-            .replace("%KP%", &RUST.constants(&controller.kp_nm_per_rad))
-            .replace("%KD%", &RUST.constants(&controller.kd_nms_per_rad)),
-    };
-    let pairs: Vec<String> = (control.taps.iter())
-        .map(|tap| format!("({}, {})", tap.delay, RUST.constant(tap.weight)))
-        .collect();
-    let [positions, rates] = control.windows();
-    let code = CONTROLLER
-        .replace("%PERIOD%", &format!("{:?}", control.code.period_s))
-        .replace("%WHOSE%", control.whose())
-        .replace("%MEASURED%", &(positions + rates).to_string())
-        .replace("%SHAPED%", &control.shaped().to_string())
-        .replace("%TAPS%", &pairs.len().to_string())
-        .replace("%PAIRS%", &pairs.join(", "))
-        .replace("%LIMITS%", &RUST.constants(&control.limits()))
-        .replace("%POSITIONS%", &positions.to_string())
-        .replace("%RATES%", &rates.to_string())
-        .replace("%SCALE%", &RUST.constant(control.velocity_scale()))
-        .replace("%COMMAND%", &command);
-    let samples = control.samples.iter();
-    let samples: String = samples.map(|sample| element(&sample.all())).collect();
-    let mut test = CONTROLLER_TEST
-        .replace("%COUNT%", &control.samples.len().to_string())
-        .replace("%FAR%", &FAR.to_string())
-        .replace("%SAMPLES%", &samples);
-    if !control.motions.is_empty() {
-        let motions = control.motions.iter();
-        let motions: String = motions.map(|motion| element(&motion.all())).collect();
-        test += &FEEDFORWARD_TEST
-            .replace("%COUNT%", &control.motions.len().to_string())
-            .replace("%MOTIONS%", &motions);
-    }
-    [code, test]
+    control.map_or_else(Default::default, |control| {
+        [
+            control.filled(&RUST, CONTROLLER),
+            control.tests(&RUST).concat(),
+        ]
+    })
 }
 
 /// Returns the code and the test of an observer.
 fn observer(observer: Option<&Observed<'_>>) -> [String; 2] {
-    let Some(observer) = observer else {
-        return <[String; 2]>::default();
-    };
-    let (update, call) = observer.memory(&RUST);
-    let code = observer
-        .numbers(&RUST, OBSERVER)
-        .replace("%UPDATE%", &update)
-        .replace("%DYNAMICS%", &call)
-        .replace("%SETTLE%", &observer.settle().to_string())
-        .replace("%HEADER%", &observer.header("/// "));
-    let samples = observer.samples.iter();
-    let samples: String = samples.map(|sample| element(&sample.all())).collect();
-    let test = observer
-        .with_sensors(&RUST, OBSERVER_TEST)
-        .replace("%COUNT%", &observer.samples.len().to_string())
-        .replace("%TIMES%", &observer.times().to_string())
-        .replace("%SAMPLES%", &samples);
-    [code, test]
+    observer.map_or_else(Default::default, |observer| {
+        [OBSERVER, OBSERVER_TEST].map(|part| observer.filled(&RUST, part))
+    })
 }
 
 fn function(traced: &Traced) -> String {

@@ -242,12 +242,8 @@ mod tests {
     }
 
     fn panel(x: &[f64], values: &[Option<f64>]) -> Panel {
-        let series = Series {
-            name: "tau </script> & \u{2028}".into(),
-            values: values.to_vec(),
-            style: Style::First,
-            clipped: false,
-        };
+        let name = "tau </script> & \u{2028}";
+        let series = Series::new(name, Style::First, values.to_vec());
         Panel {
             y_label: "torque (N·m)".into(),
             x: x.to_vec(),

@@ -395,10 +395,6 @@ impl SessionError {
     #[must_use]
     pub fn kind(&self) -> ErrorKind {
         match self {
-            Self::Description(error) => match error {
-                DescriptionError::Unreadable { .. } => ErrorKind::File,
-                _ => ErrorKind::Usage,
-            },
             Self::Check(error) => of_check(error),
             Self::Identify(error) => of_identify(error),
             Self::Validate(error) => match error {
@@ -412,7 +408,8 @@ impl SessionError {
                 RecordError::Stopped(_) => ErrorKind::Stopped,
                 _ => ErrorKind::Usage,
             },
-            Self::Unreadable { .. }
+            Self::Description(DescriptionError::Unreadable { .. })
+            | Self::Unreadable { .. }
             | Self::NoExperiment { .. }
             | Self::NoIdentification { .. }
             | Self::NothingIdentified { .. }
@@ -420,44 +417,6 @@ impl SessionError {
             | Self::Unfinished { .. }
             | Self::NoSwitch { .. } => ErrorKind::File,
             Self::Stopped(_) => ErrorKind::Stopped,
-            Self::NotAnExperiment { .. }
-            | Self::SeveralResults { .. }
-            | Self::Robot { .. }
-            | Self::NoLog
-            | Self::NoLogFile
-            | Self::NotParameters { .. }
-            | Self::NotAnIdentification { .. }
-            | Self::NewerFormat { .. }
-            | Self::GivenTwice { .. }
-            | Self::Compare(_)
-            | Self::NoTwin
-            | Self::ExactTwin { .. }
-            | Self::NoBound
-            | Self::Excite(_)
-            | Self::Control(_)
-            | Self::NoRun { .. }
-            | Self::NoPosterior
-            | Self::NoWatch { .. }
-            | Self::NoResult { .. }
-            | Self::UnusableResult { .. }
-            | Self::Posterior(_)
-            | Self::NoController
-            | Self::NoTarget
-            | Self::NotSupported(_)
-            | Self::IsServo(_)
-            | Self::NoServo
-            | Self::PayloadLogs { .. }
-            | Self::LacksServoParameters { .. }
-            | Self::Channel(_)
-            | Self::Parameters(_)
-            | Self::Export(_)
-            | Self::Urdf(_)
-            | Self::NotUnicode { .. }
-            | Self::OtherColumns { .. }
-            | Self::Choose(_)
-            | Self::NotAQuantity { .. }
-            | Self::QuantityColumns { .. }
-            | Self::Start(_) => ErrorKind::Usage,
             Self::Arrays(_) => ErrorKind::Log,
             Self::Log(error) => of_log(error),
             Self::Servo(error) => match error {
@@ -465,6 +424,8 @@ impl SessionError {
                 ServoError::Stopped(_) => ErrorKind::Stopped,
                 _ => ErrorKind::Log,
             },
+            // The experiment file or the request is wrong.
+            _ => ErrorKind::Usage,
         }
     }
 }

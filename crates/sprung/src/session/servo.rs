@@ -33,11 +33,14 @@ impl Session {
     /// torque.
     #[must_use]
     pub fn is_servo(&self) -> bool {
-        self.experiment()
-            .robot
-            .joint
-            .iter()
-            .any(|joint| joint.servo.is_some())
+        self.servo_joint().is_some()
+    }
+
+    /// Returns the name of the joint of the servo.
+    pub(super) fn servo_joint(&self) -> Option<String> {
+        let mut joints = self.experiment().robot.joint.iter();
+        let servo = joints.find(|joint| joint.servo.is_some());
+        servo.map(|joint| joint.name.clone())
     }
 
     /// Refuses a task that does not work with the robot or its log.
@@ -74,10 +77,9 @@ impl Session {
 
     /// Refuses a call whose result has another type for servos.
     pub(super) fn no_servo(&self, task: Task) -> Result<(), SessionError> {
-        let servo = (self.experiment().robot.joint.iter()).find(|joint| joint.servo.is_some());
-        match servo {
+        match self.servo_joint() {
             None => Ok(()),
-            Some(joint) => Err(OwnCall::new(joint.name.clone(), task).into()),
+            Some(joint) => Err(OwnCall::new(joint, task).into()),
         }
     }
 

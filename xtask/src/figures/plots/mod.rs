@@ -11,7 +11,8 @@ use std::fs;
 use serde::Deserialize;
 
 use super::file::{Figure, Figures, Measured};
-use crate::root;
+use crate::steps::said;
+use crate::{files, root};
 use catalogue::{CHARTS, Cells, Chart, LENGTHS};
 use curves::{Curve, Panel, Style};
 use dots::{Dot, Dots, Row};
@@ -48,20 +49,10 @@ struct Estimate {
 
 /// Writes all drawings; returns `None`, and prints why, if a figure or a file is absent.
 pub(super) fn write(figures: &Figures) -> Option<()> {
-    for (file, drawing) in all(figures)
-        .inspect_err(|fault| eprintln!("── {fault}"))
-        .ok()?
-    {
+    for (file, drawing) in said("drawings", all(figures))? {
         let path = root().join(&file);
-        let is_new = fs::read_to_string(&path)
-            .ok()
-            .is_none_or(|old| old != drawing);
-        if is_new {
-            let folder = path.parent()?;
-            fs::create_dir_all(folder)
-                .and_then(|()| fs::write(&path, drawing))
-                .inspect_err(|error| eprintln!("── cannot write {file}: {error}"))
-                .ok()?;
+        if fs::read_to_string(&path).ok().as_ref() != Some(&drawing) {
+            files::write(&path, &drawing)?;
         }
     }
     Some(())
@@ -329,7 +320,7 @@ mod tests {
 
     #[test]
     fn drawings_are_those_of_the_figures() {
-        let figures = Figures::read(&root().join(FILE)).unwrap();
+        let figures: Figures = files::json(&root().join(FILE)).unwrap();
         for (file, drawing) in all(&figures).unwrap() {
             let stored = fs::read_to_string(root().join(&file)).unwrap_or_default();
             assert!(stored == drawing, "{file} is stale: run cargo xtask docs");

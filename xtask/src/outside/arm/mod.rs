@@ -55,7 +55,7 @@ struct Robot {
     defined: Vec<String>,
 }
 
-/// Exports two robots, runs their functions on the host and on the microcontrollers, and prints a table.
+/// Exports two robots, runs their functions on the host and on the microcontrollers, and prints what they need.
 /// Fails if numbers differ, or if the flash is too small.
 pub(super) fn check(python: &Python) -> Option<()> {
     if !arm() {
@@ -82,10 +82,10 @@ pub(super) fn check(python: &Python) -> Option<()> {
     let mut is_good = true;
     for robots in [&robots[..], &[controlled]] {
         let rows = rows(robots)?;
-        for line in output::table(&rows) {
-            println!("{line}");
+        for row in &rows {
+            println!("{}", row.shown());
+            row.note();
         }
-        rows.iter().for_each(Row::note);
         is_good &= rows.iter().all(|row| row.problems.is_empty());
     }
     is_good.then_some(())

@@ -173,6 +173,27 @@ pub(super) struct Row {
 }
 
 impl Row {
+    /// Returns what the robot needs, and its problems, on separate lines.
+    pub(super) fn shown(&self) -> String {
+        let costs = self.found.costs.iter();
+        let costs: Vec<String> = costs
+            .map(|cost| format!("{} {}", cost.function, cost.instructions))
+            .collect();
+        let mut text = format!(
+            "{}: flash {} B, stack {} B, difference {:.1e}; instructions of a call: {}",
+            self.what,
+            self.flash,
+            self.found.stack(),
+            self.difference,
+            costs.join(", ")
+        );
+        for problem in &self.problems {
+            text += "\n  FAILED: ";
+            text += problem;
+        }
+        text
+    }
+
     /// Notes size, stack and the instructions of one function for the documentation.
     pub(super) fn note(&self) {
         let what = &self.what;
@@ -193,43 +214,6 @@ impl Row {
             note(", instructions", text, cost.instructions as f64, "");
         }
     }
-}
-
-/// Returns the lines of a table.
-pub(super) fn table(rows: &[Row]) -> Vec<String> {
-    let Some(first) = rows.first() else {
-        return Vec::new();
-    };
-    let joined = |words: Vec<String>| words.join("  ");
-    let names = joined(
-        first
-            .found
-            .costs
-            .iter()
-            .map(|cost| cost.function.clone())
-            .collect(),
-    );
-    let left = "robot, core, numbers";
-    let mut lines = vec![
-        format!("{left:38} flash, B  stack, B  difference  instructions of a call:"),
-        format!("{:38} {:30}  {names}", "", ""),
-    ];
-    for row in rows {
-        let costs = row.found.costs.iter();
-        let costs = joined(
-            costs
-                .map(|cost| format!("{:>1$}", cost.instructions, cost.function.len()))
-                .collect(),
-        );
-        let (stack, difference) = (row.found.stack(), row.difference);
-        lines.push(format!(
-            "{:38} {:8}  {stack:8}  {difference:10.1e}  {costs}",
-            row.what, row.flash
-        ));
-        let problems = row.problems.iter();
-        lines.extend(problems.map(|problem| format!("  FAILED: {problem}")));
-    }
-    lines
 }
 
 /// Returns the definitions of the prefix of the functions and of the sizes in a header for the
@@ -292,13 +276,10 @@ mod tests {
             found: output,
             problems: vec!["the numbers differ"],
         };
-        let lines = table(&[row]);
-        assert!(
-            lines[2].ends_with("   10240       472     1.0e-15    28238    1020"),
-            "{}",
-            lines[2]
-        );
-        assert_eq!(lines[3], "  FAILED: the numbers differ");
+        let shown = row.shown();
+        let lines: Vec<&str> = shown.lines().collect();
+        let needs = "arm: flash 10240 B, stack 472 B, difference 1.0e-15; instructions of a call: gravity 28238, spring 1020";
+        assert_eq!(lines, [needs, "  FAILED: the numbers differ"]);
     }
 
     #[test]

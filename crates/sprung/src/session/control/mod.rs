@@ -52,13 +52,8 @@ impl Session {
         accept_unusable: bool,
         progress: &mut dyn Listener,
     ) -> Result<Controlled, SessionError> {
-        if let Some(joint) =
-            (self.experiment().robot.joint.iter()).find(|joint| joint.servo.is_some())
-        {
-            return Err(ControlError::Servo {
-                joint: joint.name.clone(),
-            }
-            .into());
+        if let Some(joint) = self.servo_joint() {
+            return Err(ControlError::Servo { joint }.into());
         }
         self.allow(Verb::Simulate)?;
         let (experiment, model) = self.described_by(parameters)?;

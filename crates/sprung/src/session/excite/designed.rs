@@ -7,11 +7,10 @@ use sprung_base::progress::Listener;
 use sprung_core::parameters::JointParameter;
 use sprung_method::excite::{
     EXCITATION_FORMAT, Excitation, Excited, Frequencies, Information, MotionResult, Plan,
-    SearchResult, Task, Trajectory, add_cures, more, plan, promise,
+    SearchResult, Task, Trajectory, more, plan,
 };
 use sprung_robot::Excite;
 
-use super::files::samples;
 use super::task::Setup;
 use crate::session::error::SessionError;
 use crate::session::load::Session;
@@ -81,26 +80,13 @@ impl Session {
             None => None,
         };
 
-        let mut promised = promise(setup.robot(), &setup.bounds, &full);
-        add_cures(
-            &mut promised,
-            task,
-            (&frequencies, series),
-            &setup.experiment,
-            &setup.named(),
-        );
+        let promised = setup.promised(task, (&frequencies, series), &full);
         let mut others = vec![("this motion and the validation one", &hold_out.information)];
         if let Some(slow) = &slow {
             others.push(("this motion and the slow one", &slow.information));
         }
         let more = more(setup.robot(), &setup.bounds, &full, &others);
-        let trajectory = samples(
-            &setup.model,
-            series,
-            frequencies.duration(),
-            approach.as_ref(),
-            setup.runs.period,
-        );
+        let trajectory = setup.samples(series, &frequencies, approach.as_ref());
         let (slow_motion, slow) = slow.map(|slow| (slow.motion, slow.trajectory)).unzip();
         let excitation = Excitation {
             format: EXCITATION_FORMAT,
@@ -160,13 +146,7 @@ impl Session {
         Ok(Beside {
             motion: setup.motion(series, &frequencies, approach.as_ref()),
             information: self.bought(setup, (&frequencies, series), &mut Vec::new(), progress)?,
-            trajectory: samples(
-                &setup.model,
-                series,
-                frequencies.duration(),
-                approach.as_ref(),
-                setup.runs.period,
-            ),
+            trajectory: setup.samples(series, &frequencies, approach.as_ref()),
         })
     }
 }
@@ -174,14 +154,12 @@ impl Session {
 impl Setup {
     /// Returns the places of the friction parameters among the free ones.
     fn friction(&self) -> Vec<usize> {
-        let free = (self.model.parameters().iter()).filter(|parameter| parameter.fixed.is_none());
         let is_friction = |parameter: &sprung_model::Parameter| {
             matches!(parameter.joint, Some((JointParameter::Friction(..), _)))
         };
-        (free
-            .enumerate()
-            .filter(|(_, parameter)| is_friction(parameter)))
-        .map(|(place, _)| place)
-        .collect()
+        (self.free().enumerate())
+            .filter(|(_, parameter)| is_friction(parameter))
+            .map(|(place, _)| place)
+            .collect()
     }
 }

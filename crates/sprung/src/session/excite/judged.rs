@@ -7,11 +7,10 @@ use sprung_base::finding::GENERATOR;
 use sprung_base::progress::Listener;
 use sprung_method::excite::{
     Bounds, Certificate, EXCITATION_FORMAT, Excitation, Excited, Frequencies, Limited, Refused,
-    SearchResult, Series, Task, add_cures, certify, more, promise, value_of,
+    SearchResult, Series, Task, certify, more, value_of,
 };
 use sprung_robot::{MOST_SAMPLES, read_reference};
 
-use super::files;
 use super::task::Setup;
 use crate::session::error::SessionError;
 use crate::session::excite_error::ExciteError;
@@ -62,16 +61,8 @@ impl Session {
             Some(known) => bought.with(known),
             None => bought,
         };
-        let mut promised = promise(setup.robot(), &setup.bounds, &full);
-        add_cures(
-            &mut promised,
-            task,
-            (frequencies, series),
-            &setup.experiment,
-            &setup.named(),
-        );
+        let promised = setup.promised(task, (frequencies, series), &full);
         let objective = value_of(task, frequencies, series);
-        let (model, period) = (&setup.model, setup.runs.period);
         let excitation = Excitation {
             format: EXCITATION_FORMAT,
             generator: GENERATOR.to_owned(),
@@ -98,7 +89,7 @@ impl Session {
         Ok(Excited {
             excitation,
             simulation,
-            trajectory: files::samples(model, series, frequencies.duration(), None, period),
+            trajectory: setup.samples(series, frequencies, None),
             hold_out: None,
             slow: None,
             skeleton: None,

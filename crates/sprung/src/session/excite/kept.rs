@@ -87,8 +87,7 @@ impl Session {
         let Some(information) = setup.information_of(sources)? else {
             return Ok(());
         };
-        let errors: BTreeMap<&str, f64> = (setup.model.parameters().iter())
-            .filter(|parameter| parameter.fixed.is_none())
+        let errors: BTreeMap<&str, f64> = (setup.free())
             .map(|parameter| parameter.name.as_str())
             .zip(information.standard_errors())
             .collect();

@@ -85,13 +85,8 @@ impl Session {
         parameters: Option<&Parameters>,
         progress: &mut dyn Listener,
     ) -> Result<Excited, SessionError> {
-        if let Some(joint) =
-            (self.experiment().robot.joint.iter()).find(|joint| joint.servo.is_some())
-        {
-            return Err(ExciteError::Servo {
-                joint: joint.name.clone(),
-            }
-            .into());
+        if let Some(joint) = self.servo_joint() {
+            return Err(ExciteError::Servo { joint }.into());
         }
         self.allow(Verb::Simulate)?;
         let progress = &mut UntilDesigned(progress);

@@ -7,16 +7,17 @@ use sprung_core::chain::JointKind;
 use sprung_method::control::stability;
 use sprung_method::estimate::KnownNoise;
 use sprung_method::excite::{
-    Approach, Bounds, Errors, Information, Kinematics, Limited, Loop, Refused, Series, Task,
-    missing_limit,
+    Approach, Bounds, Errors, Frequencies, Information, Kinematics, Limited, Loop, Promised,
+    Refused, Series, Task, Trajectory, add_cures, missing_limit, promise,
 };
 use sprung_method::simulate::Disturbance;
-use sprung_model::{Model, ModelError, Theta};
+use sprung_model::{Model, ModelError, Parameter, Theta};
 use sprung_robot::{ControllerKind, Experiment, Reference, Simulate};
 
 use super::assumed::{
     COUNTS, assumed_controller, assumed_log, assumed_twin, completed, with_assumed_drives,
 };
+use super::files::samples;
 use crate::session::error::SessionError;
 use crate::session::excite_error::ExciteError;
 use crate::session::parameters::Parameters;
@@ -175,10 +176,41 @@ impl Setup {
         }
     }
 
+    /// Returns the parameters without a fixed value.
+    pub(super) fn free(&self) -> impl Iterator<Item = &Parameter> {
+        let parameters = self.model.parameters().iter();
+        parameters.filter(|parameter| parameter.fixed.is_none())
+    }
+
+    /// Returns the standard errors that a motion promises, with the cures of undetermined parameters.
+    ///
+    /// - `full`: the information of the motion and of what is known beside it.
+    pub(super) fn promised(
+        &self,
+        task: &Task<'_>,
+        motion: (&Frequencies, &Series),
+        full: &Information,
+    ) -> Vec<Promised> {
+        let mut promised = promise(self.robot(), &self.bounds, full);
+        add_cures(&mut promised, task, motion, &self.experiment, &self.named());
+        promised
+    }
+
+    /// Returns the samples of a motion at the period of the controller.
+    pub(super) fn samples(
+        &self,
+        series: &Series,
+        frequencies: &Frequencies,
+        approach: Option<&Approach>,
+    ) -> Trajectory {
+        let duration = frequencies.duration();
+        samples(&self.model, series, duration, approach, self.runs.period)
+    }
+
     /// Returns the places of the parameters that count among the free ones.
     pub(super) fn chosen(&self) -> Result<Vec<usize>, ExciteError> {
-        let free: Vec<&str> = (self.model.parameters().iter())
-            .filter(|parameter| parameter.fixed.is_none())
+        let free: Vec<&str> = self
+            .free()
             .map(|parameter| parameter.name.as_str())
             .collect();
         let place = |name: &String| {
@@ -221,12 +253,7 @@ impl Setup {
     }
 
     pub(super) fn links_condition_number(&self, information: &Information) -> Option<f64> {
-        let free = self
-            .model
-            .parameters()
-            .iter()
-            .filter(|parameter| parameter.fixed.is_none());
-        let places: Vec<usize> = (free.enumerate())
+        let places: Vec<usize> = (self.free().enumerate())
             .filter(|(_, parameter)| parameter.joint.is_none())
             .map(|(place, _)| place)
             .collect();
