@@ -273,7 +273,7 @@ impl Evidence {
                 }
                 _ => active.iter().map(|&i| x[i] * self.lengths[i]).collect(),
             };
-            Fit { x, active, factors }
+            Fit { active, x, factors }
         };
         Fits {
             evidence: self,

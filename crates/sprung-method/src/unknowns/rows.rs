@@ -313,7 +313,7 @@ impl Rows<'_> {
                     let mut state = segment.state_at(k);
                     let rows = self.model.rows();
                     let (mut momentum, mut rest) = (vec![0.0; count], vec![0.0; count]);
-                    self.entries(self.model, (&state, scratch), &mut momentum, &mut rest);
+                    write_entries(self.model, (&state, scratch), &mut momentum, &mut rest);
                     let mut slopes = Slopes {
                         momentum: Vec::new(),
                         rest: Vec::new(),
@@ -328,7 +328,7 @@ impl Rows<'_> {
                             let kept = state[at];
                             state[at] += steps[at];
                             if at < 2 * n {
-                                self.entries(self.model, (&state, scratch), moved, moved_rest);
+                                write_entries(self.model, (&state, scratch), moved, moved_rest);
                             } else {
                                 // Motors move only drives.
                                 moved.copy_from_slice(&momentum);
@@ -346,7 +346,7 @@ impl Rows<'_> {
                     }
                     let mut by_gravity = Vec::with_capacity(gravities.len() * rows);
                     for gravity in gravities {
-                        self.entries(gravity, (&state, scratch), moved, moved_rest);
+                        write_entries(gravity, (&state, scratch), moved, moved_rest);
                         by_gravity.extend((0..rows).map(|row| {
                             self.sums(row, theta, &momentum, moved_rest)[1]
                                 - self.sums(row, theta, &momentum, &rest)[1]
@@ -375,22 +375,6 @@ impl Rows<'_> {
             _ => None,
         };
         wanted.filter_map(|(_, unknown)| changed(unknown)).collect()
-    }
-
-    /// Writes the regressor of a state.
-    fn entries(
-        &self,
-        model: &Model,
-        (state, scratch): (&[f64], &mut Scratch),
-        momentum: &mut [f64],
-        rest: &mut [f64],
-    ) {
-        let state = state_of(state, model.joint_count());
-        let written =
-            (model.regressor()).regressor(&state, &mut scratch.workspace(), momentum, rest);
-        if written.is_err() {
-            momentum.fill(f64::NAN);
-        }
     }
 
     /// Writes the entries of the drives of a state.
@@ -474,6 +458,29 @@ impl Rows<'_> {
             let more = self.sums(of, by, &sample.momentum, &sample.rest);
             [sum[0] + more[0], sum[1] + more[1]]
         })
+    }
+
+    /// Writes momentum and rest of changes of parameters and of gravity in a row at one sample, per unit of their sizes.
+    fn write_changes(
+        &self,
+        row: &RowOf,
+        sample: &Sampled,
+        unknowns: &[(usize, &Unknown)],
+        [momentum, rest]: [&mut [f64]; 2],
+    ) {
+        let mut by_gravity = sample.by_gravity.chunks(self.model.rows());
+        for (i, (_, unknown)) in unknowns.iter().enumerate() {
+            match &unknown.effect {
+                Effect::Parameters(by) => {
+                    [momentum[i], rest[i]] = self.change_by(row, sample, by);
+                }
+                Effect::Gravity(_) => {
+                    let rests = by_gravity.next().unwrap_or_default();
+                    rest[i] = row.of_model.iter().map(|&of| rests[of]).sum();
+                }
+                Effect::Channels(..) | Effect::Law { .. } | Effect::Sharpness(_) => {}
+            }
+        }
     }
 
     /// Writes the torques of laws and of sharpnesses in a row at one sample, per unit of their sizes.
@@ -569,20 +576,8 @@ impl Rows<'_> {
                 let unknowns = laws.iter().map(|(_, unknown)| *unknown);
                 let torques = &mut rest[base + acting.len()..];
                 self.write_torques((row, unknowns), (segment, k), (theta, scales), torques);
-                let mut of_gravity = sample.by_gravity.chunks(self.model.rows());
-                for (i, (_, unknown)) in laws.iter().enumerate() {
-                    let at = base + acting.len() + i;
-                    match &unknown.effect {
-                        Effect::Parameters(by) => {
-                            [momentum[at], rest[at]] = self.change_by(row, sample, by);
-                        }
-                        Effect::Gravity(_) => {
-                            let rests = of_gravity.next().unwrap_or_default();
-                            rest[at] = row.of_model.iter().map(|&of| rests[of]).sum();
-                        }
-                        _ => {}
-                    }
-                }
+                let at = base + acting.len();
+                self.write_changes(row, sample, &laws, [&mut momentum[at..], &mut rest[at..]]);
             }
             let filtered = bank.process(entries, &momentum, &rest);
             let of_known = entries.process(&mut of_known, known[0], known[1]);
@@ -721,6 +716,20 @@ impl Rows<'_> {
         kept.iter()
             .map(|&k| if near[k] { REVERSAL_WEIGHT } else { 1.0 })
             .collect()
+    }
+}
+
+/// Writes the regressor of a state.
+fn write_entries(
+    model: &Model,
+    (state, scratch): (&[f64], &mut Scratch),
+    momentum: &mut [f64],
+    rest: &mut [f64],
+) {
+    let state = state_of(state, model.joint_count());
+    let written = (model.regressor()).regressor(&state, &mut scratch.workspace(), momentum, rest);
+    if written.is_err() {
+        momentum.fill(f64::NAN);
     }
 }
 

@@ -171,12 +171,23 @@ impl Search<'_> {
     }
 
     pub(super) fn selection<'s>(&'s self, round: &'s Round) -> Selection<'s> {
+        let about = (&*round.scales, &*round.begins, &*round.theta);
+        self.selecting(&round.evidence, about)
+    }
+
+    /// - `about`: scales, beginnings and parameters, as of [`Selection`].
+    fn selecting<'s>(
+        &'s self,
+        evidence: &'s Evidence,
+        about: (&'s [f64], &'s [Option<usize>], &'s [f64]),
+    ) -> Selection<'s> {
+        let (scales, begins, theta) = about;
         Selection {
-            evidence: &round.evidence,
+            evidence,
             unknowns: &self.unknowns,
-            scales: &round.scales,
-            begins: &round.begins,
-            theta: &round.theta,
+            scales,
+            begins,
+            theta,
         }
     }
 
@@ -307,13 +318,7 @@ impl Search<'_> {
         let joint_of = |channel: usize| self.channels.all[channel].joint;
         let mut added = false;
         if let Grows::Best = grows {
-            let selection = Selection {
-                evidence: &evidence,
-                unknowns: &self.unknowns,
-                scales: &scales,
-                begins: &begins,
-                theta: &formed,
-            };
+            let selection = self.selecting(&evidence, (&scales, &begins, &formed));
             if let Some(unknown) = selection
                 .superfluous(&state.chosen, &applied)
                 .filter(|unknown| !self.asked.contains(unknown))
@@ -337,13 +342,7 @@ impl Search<'_> {
             let mut moving = 0;
             let is_given = !given.is_empty();
             while is_given || (moving < ADDED_IN_A_ROUND && !self.is_full(state)) {
-                let selection = Selection {
-                    evidence: &evidence,
-                    unknowns: &self.unknowns,
-                    scales: &scales,
-                    begins: &begins,
-                    theta: &formed,
-                };
+                let selection = self.selecting(&evidence, (&scales, &begins, &formed));
                 let next = match grows {
                     Grows::Best => (selection.best(&state.chosen, &joint_of))
                         .map(|Chosen { unknown, gain, .. }| (unknown, gain)),
