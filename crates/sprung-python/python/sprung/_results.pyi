@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from sprung._named import Named
 
-__all__ = ["AddedLaw", "Applied", "CheckedColumn", "CheckedLog", "Combined", "CombinedParameter", "ComparedResult", "CompetingUnknown", "CutoffChoice", "CutoffPoint", "Delay", "Disturbance", "DriftOfParameter", "DriftOverTime", "EncoderOffset", "ErrorParts", "Evidence", "Finding", "GainUsed", "HeldOutResidual", "JointErrors", "LimitUsed", "LogUsed", "LoopErrors", "LoopMargins", "Mode", "More", "Moves", "Payload", "PayloadParameter", "PreslidingPrior", "Promised", "PromisedErrors", "RefinedDelay", "RefinedEccentricity", "RefinedSaturation", "RefinedSharpness", "RefinedVelocity", "Refinement", "RigidByHoldOut", "RigidJoint", "Rung", "SensedSpring", "SensorNoise", "ServoErrors", "ServoLog", "SettingsUsed", "ShapedMode", "SignUsed", "StandardParameter", "Tracking", "Unknown", "ValidatedSet", "ValidationRun", "Vibration", "WatchEvent", "WatchedJoint", "WatchedLog", "Window", "WithDraws"]
+__all__ = ["AddedLaw", "Applied", "CheckedColumn", "CheckedLog", "Combined", "CombinedParameter", "ComparedResult", "CompetingUnknown", "CutoffChoice", "CutoffPoint", "Delay", "Disturbance", "DriftOfParameter", "DriftOverTime", "EncoderOffset", "ErrorParts", "Evidence", "Finding", "GainUsed", "HeldOutResidual", "JointErrors", "LimitUsed", "LogUsed", "LoopErrors", "LoopMargins", "Mode", "More", "Moves", "Payload", "PayloadParameter", "PreslidingPrior", "Promised", "PromisedErrors", "RefinedDelay", "RefinedSharpness", "RefinedVelocity", "Refinement", "RigidByHoldOut", "RigidJoint", "Rung", "SensedSpring", "SensorNoise", "ServoErrors", "ServoLog", "SettingsUsed", "ShapedMode", "SignUsed", "StandardParameter", "Tracking", "Unknown", "ValidatedSet", "ValidationRun", "Vibration", "WatchEvent", "WatchedJoint", "WatchedLog", "Window", "WithDraws"]
 
 @dataclass(frozen=True)
 class AddedLaw:
@@ -747,40 +747,6 @@ class RefinedDelay:
     standard_error_s: float | None = ...
 
 @dataclass(frozen=True)
-class RefinedEccentricity:
-    """Eccentricity of a link encoder, by likelihood: its reading deviates with the sine or the cosine of the angle.
-
-    Attributes:
-        column: The column.
-        shape: ``sine`` or ``cosine``.
-        amplitude_rad: Amplitude of the deviation, rad.
-        standard_error_rad: Its standard error, rad; absent if the log does not determine the amplitude.
-    """
-
-    column: str
-    shape: str
-    amplitude_rad: float
-    standard_error_rad: float | None = ...
-
-@dataclass(frozen=True)
-class RefinedSaturation:
-    """Saturation of a torque, by likelihood: the lost part of the torque at its standard deviation. It grows with
-    the square of the torque.
-
-    Attributes:
-        column: The column.
-        share: Part of the torque; negative if the acting torque grows more than the logged one.
-        standard_error: Its standard error; absent if the log does not determine the saturation.
-        largest_move: Largest change of a parameter with this saturation, in standard errors of the parameter;
-            absent without a finite one.
-    """
-
-    column: str
-    share: float
-    standard_error: float | None = ...
-    largest_move: float | None = ...
-
-@dataclass(frozen=True)
 class RefinedSharpness:
     """Sharpness of the Coulomb friction of a joint, by likelihood.
 
@@ -833,10 +799,8 @@ class Refinement:
         correlations: Pairs of parameters with the most strongly correlated errors, and their correlation.
         each_log: Estimate from each of several logs alone: value and standard error, in the order of
             ``parameters``; ``None`` for a parameter that was not refined.
-        eccentricities: Eccentricities of the link encoders by likelihood.
         presliding_levels: Prior levels of presliding friction.
         rungs: The rungs that were tried, in their order.
-        saturations: Saturations of the torques by likelihood.
         sensor_noise: Noise of sensors beyond the noise that their samples show, where it was estimated.
         sharpnesses: Sharpness of the Coulomb friction of joints whose description gives none, estimated with the
             parameters.
@@ -863,10 +827,8 @@ class Refinement:
     cost_per_measurement: float = ...
     held_out_residual: HeldOutResidual | None = ...
     each_log: list[list[tuple[float, float] | None]] = ...
-    eccentricities: list[RefinedEccentricity] = ...
     presliding_levels: list[PreslidingPrior] = ...
     rungs: list[Rung] = ...
-    saturations: list[RefinedSaturation] = ...
     sensor_noise: list[SensorNoise] = ...
     sharpnesses: list[RefinedSharpness] = ...
     stribeck_velocities: list[RefinedVelocity] = ...
@@ -1085,7 +1047,8 @@ class Unknown:
     Attributes:
         id: Stable name, as in ``delay q1_rad``.
         kind: Kind: ``delay``, ``timing``, ``offset``, ``gain``, ``drift``, ``lost-counts``, ``eccentricity``,
-            ``saturation``, ``sharpness`` or ``law``.
+            ``saturation``, ``sharpness``, ``time-scale``, ``torque-ripple``, ``transmission-error``, ``friction``
+            (its change during the log) or ``law``.
         place: Column, or joint of a law or a sharpness; the columns of one signal of all joints are separated by
             commas.
         value: Size, in ``unit``: the time by which a delayed column is late; otherwise what a correction adds to
@@ -1093,7 +1056,8 @@ class Unknown:
         standard_error: Standard error, in ``unit``.
         unit: Unit; empty for ratios.
         status: What sprung did with it.
-        effect: Fall of the squared error of the torques on held-out parts of the log, relative to it.
+        effect: Fall of the squared error of the torques on held-out parts of the log, relative to it; of an
+            unknown that only the refinement shows, of its squared innovations.
         begins_s: Time at which it begins, s; absent if it acts during the whole log.
         competing: Other unknowns that explain the log nearly as well.
         law: Law that it adds to the joint of its place; absent for other kinds.
