@@ -15,7 +15,14 @@ pub(crate) const RIDGE: f64 = 1e-9;
 /// # Source
 ///
 /// Lawson and Hanson, "Solving least squares problems", 1974, chapter 23, with a start near the solution.
-pub(crate) fn non_negative(matrix: &[f64], rhs: &[f64], positive: &[bool]) -> Vec<f64> {
+///
+/// - `free`: values that are not zero in a solution nearby; all if none is known. The solution is the same, found sooner.
+pub(crate) fn non_negative(
+    matrix: &[f64],
+    rhs: &[f64],
+    positive: &[bool],
+    mut free: Vec<usize>,
+) -> Vec<f64> {
     let n = rhs.len();
     let solved = |free: &[usize]| -> Option<Vec<f64>> {
         let mut of_free: Vec<f64> = (free.iter())
@@ -31,7 +38,6 @@ pub(crate) fn non_negative(matrix: &[f64], rhs: &[f64], positive: &[bool]) -> Ve
             x
         })
     };
-    let mut free: Vec<usize> = (0..n).collect();
     let mut x = vec![0.0; n];
     while let Some(next) = solved(&free) {
         x = next;
@@ -99,7 +105,7 @@ pub(super) fn with_signs(parts: &[SystemPart<'_>], positive: &[bool]) -> Vec<f64
         matrix[i * (n + 1)] += RIDGE;
         rhs[i] /= length[i];
     }
-    let x = non_negative(&matrix, &rhs, positive);
+    let x = non_negative(&matrix, &rhs, positive, (0..n).collect());
     (x.iter().zip(&length))
         .map(|(x, length)| x / length)
         .collect()

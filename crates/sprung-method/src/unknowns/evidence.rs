@@ -144,8 +144,7 @@ impl Evidence {
             let torque: Vec<f64> = rows.iter().map(row_rms).collect();
             evidence.weigh(torque.iter().map(|rms| rms.recip()).collect());
             evidence.set_priors(priors, 0.01 * repeats);
-            let everything: Vec<usize> = (0..columns).collect();
-            let x = evidence.solve(&evidence.all, &everything, None);
+            let x = evidence.unsigned();
             let left = |(r, row): (usize, &RowProducts)| {
                 let all = (row.parts.iter())
                     .fold(0.0, |sum, part| sum + quadratic(part, &row.columns, &x));
@@ -195,8 +194,30 @@ impl Evidence {
         }
     }
 
+    /// Returns the fit of all columns to all parts, with values of any sign: what can remain.
+    fn unsigned(&self) -> Vec<f64> {
+        let all: Vec<usize> = (0..self.columns).collect();
+        let mut x = self.target(&self.all, &all);
+        match self.factored(&self.all, &all, true) {
+            Some(factors) => solve(&factors, &mut x),
+            None => x.fill(0.0),
+        }
+        for (x, length) in x.iter_mut().zip(&self.lengths) {
+            *x /= length;
+        }
+        x
+    }
+
     /// Least squares with priors of some columns; the others are zero or fixed. Values that must not be negative are not.
-    fn solve(&self, normal: &Mat<f64>, chosen: &[usize], fixed: Option<(usize, f64)>) -> Vec<f64> {
+    ///
+    /// - `near`: values of a fit of nearly the same equations.
+    fn solve(
+        &self,
+        normal: &Mat<f64>,
+        chosen: &[usize],
+        fixed: Option<(usize, f64)>,
+        near: Option<&[f64]>,
+    ) -> Vec<f64> {
         let n = chosen.len();
         let unit = |i: usize| self.lengths[chosen[i]];
         let mut matrix = vec![0.0; n * n];
@@ -216,7 +237,9 @@ impl Evidence {
         if let Some((at, value)) = fixed {
             x[at] = value;
         }
-        for (i, value) in non_negative(&matrix, &rhs, &positive)
+        let is_free = |i: &usize| near.is_none_or(|near| !positive[*i] || near[chosen[*i]] != 0.0);
+        let free = (0..n).filter(is_free).collect();
+        for (i, value) in non_negative(&matrix, &rhs, &positive, free)
             .into_iter()
             .enumerate()
         {
@@ -227,14 +250,15 @@ impl Evidence {
 
     /// Returns the fit of all parts.
     pub(super) fn fit(&self, chosen: &[usize]) -> Vec<f64> {
-        self.solve(&self.all, chosen, None)
+        self.solve(&self.all, chosen, None, None)
     }
 
     /// Returns the fits without each part and what they leave of it.
     pub(super) fn held_out(&self, chosen: &[usize], fixed: Option<(usize, f64)>) -> HeldOut {
         let (mut squares, mut values) = (Vec::new(), Vec::new());
+        let whole = self.solve(&self.all, chosen, fixed, None);
         for (k, others) in self.others.iter().enumerate() {
-            let x = self.solve(others, chosen, fixed);
+            let x = self.solve(others, chosen, fixed, Some(&whole));
             squares.push(self.left(k, &x));
             values.push(x);
         }
@@ -252,8 +276,9 @@ impl Evidence {
 
     /// Returns the fits of a set of columns, to which single columns can be added quickly.
     pub(super) fn fits(&self, chosen: &[usize]) -> Fits<'_> {
+        let whole = self.fit(chosen);
         let of = |normal: &Mat<f64>| {
-            let x = self.solve(normal, chosen, None);
+            let x = self.solve(normal, chosen, None, Some(&whole));
             let active: Vec<usize> = chosen
                 .iter()
                 .copied()
@@ -264,10 +289,7 @@ impl Evidence {
             let is_stuck = active.iter().any(|&i| self.stiff[i] && x[i] == 0.0);
             let x = match &factors {
                 Some(factors) if is_stuck => {
-                    let mut x = self.against(normal, &active, self.columns);
-                    for (x, &i) in x.iter_mut().zip(&active) {
-                        *x -= self.pull[i] / self.lengths[i];
-                    }
+                    let mut x = self.target(normal, &active);
                     solve(factors, &mut x);
                     x
                 }
@@ -300,6 +322,15 @@ impl Evidence {
             }
         }
         factor(&mut matrix, n).then_some(matrix)
+    }
+
+    /// Returns the right-hand side of the normal equations of some unit columns.
+    fn target(&self, normal: &Mat<f64>, columns: &[usize]) -> Vec<f64> {
+        let mut target = self.against(normal, columns, self.columns);
+        for (target, &i) in target.iter_mut().zip(columns) {
+            *target -= self.pull[i] / self.lengths[i];
+        }
+        target
     }
 
     /// Returns the products of some unit columns with another.
