@@ -3,8 +3,6 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::unknown::Kind;
-
 /// What sprung did with an unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -110,14 +108,6 @@ impl AddedLaw {
 }
 
 impl UnknownResult {
-    /// Returns whether it is a wrong factor of a column or of the time, which the results contain.
-    pub(crate) fn contradicts(&self) -> bool {
-        let is_factor = [Kind::Gain, Kind::TimeScale]
-            .map(Kind::name)
-            .contains(&self.kind.as_str());
-        is_factor && self.status == UnknownStatus::Found
-    }
-
     /// Returns the law that it adds to the joint of its place, if all results use it.
     #[must_use]
     pub fn used_law(&self) -> Option<&AddedLaw> {

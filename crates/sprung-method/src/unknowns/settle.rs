@@ -171,17 +171,16 @@ impl Search<'_> {
     }
 
     pub(super) fn selection<'s>(&'s self, round: &'s Round) -> Selection<'s> {
-        let about = (&*round.scales, &*round.begins, &*round.theta);
-        self.selecting(&round.evidence, about)
+        self.selecting(&round.evidence, &round.scales, &round.begins, &round.theta)
     }
 
-    /// - `about`: scales, beginnings and parameters, as of [`Selection`].
     fn selecting<'s>(
         &'s self,
         evidence: &'s Evidence,
-        about: (&'s [f64], &'s [Option<usize>], &'s [f64]),
+        scales: &'s [f64],
+        begins: &'s [Option<usize>],
+        theta: &'s [f64],
     ) -> Selection<'s> {
-        let (scales, begins, theta) = about;
         Selection {
             evidence,
             unknowns: &self.unknowns,
@@ -318,7 +317,7 @@ impl Search<'_> {
         let joint_of = |channel: usize| self.channels.all[channel].joint;
         let mut added = false;
         if let Grows::Best = grows {
-            let selection = self.selecting(&evidence, (&scales, &begins, &formed));
+            let selection = self.selecting(&evidence, &scales, &begins, &formed);
             if let Some(unknown) = selection
                 .superfluous(&state.chosen, &applied)
                 .filter(|unknown| !self.asked.contains(unknown))
@@ -342,7 +341,7 @@ impl Search<'_> {
             let mut moving = 0;
             let is_given = !given.is_empty();
             while is_given || (moving < ADDED_IN_A_ROUND && !self.is_full(state)) {
-                let selection = self.selecting(&evidence, (&scales, &begins, &formed));
+                let selection = self.selecting(&evidence, &scales, &begins, &formed);
                 let next = match grows {
                     Grows::Best => (selection.best(&state.chosen, &joint_of))
                         .map(|Chosen { unknown, gain, .. }| (unknown, gain)),

@@ -13,7 +13,7 @@ use crate::estimate::sums::Sums;
 use crate::finding::Finding;
 use crate::fit::relative_residuals;
 use crate::log::LogSource;
-use crate::unknowns::UnknownResult;
+use crate::unknowns::{Kind, UnknownResult, UnknownStatus};
 
 /// The logs of a robot.
 pub(in crate::estimate) struct Logs<'a, 's> {
@@ -70,7 +70,7 @@ impl Basis<'_> {
             let share = system.kept().transition_share(row).filter(|_| has_springs);
             relative.is_none_or(|all| beyond_resolution(all, share.unwrap_or(0.0)) <= limit)
         });
-        let is_contradicted = self.ready.unknowns.iter().any(UnknownResult::contradicts);
+        let is_contradicted = self.ready.unknowns.iter().any(is_wrong_factor);
         let refines = reading.can_refine() && is_explained && !is_contradicted;
         reading.settings().estimators(refines)
     }
@@ -80,6 +80,14 @@ impl Basis<'_> {
         let model = self.ready.prepared.reading().model();
         least_squares(model, &self.read.system, self.linear, self.fit_seconds)
     }
+}
+
+/// Returns whether a log shows a wrong factor of a column or of the time, which all results contain.
+fn is_wrong_factor(unknown: &UnknownResult) -> bool {
+    let is_factor = [Kind::Gain, Kind::TimeScale]
+        .map(Kind::name)
+        .contains(&unknown.kind.as_str());
+    is_factor && unknown.status == UnknownStatus::Found
 }
 
 /// Results of the estimators.

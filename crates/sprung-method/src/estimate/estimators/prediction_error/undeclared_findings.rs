@@ -59,78 +59,89 @@ impl<'a> About<'a> {
     }
 
     fn unknown(&self, undeclared: &Undeclared) -> UnknownResult {
-        let mut law = None;
-        let mut value = undeclared.value;
-        let (id, kind, place) = match &undeclared.cause {
-            Cause::Law(tested) => {
-                law = Some(AddedLaw {
-                    of: tested.of.to_owned(),
-                    law: tested.law.to_owned(),
-                    ..AddedLaw::default()
-                });
-                let joint = &self.model.joints()[tested.joint];
-                let id = format!("law {joint}.{}.{}", tested.of, tested.law);
-                (id, Kind::Law.name(), joint)
-            }
-            Cause::Effect(channel, effect) => {
-                if effect.is_delay() {
-                    value += self.delays[*channel];
-                }
-                self.named(&self.channels.all[*channel], *effect)
-            }
-        };
         let squares = self.refined.search.cost * self.refined.read.measurements as f64;
-        UnknownResult {
-            id,
-            kind: kind.to_owned(),
-            place: place.clone(),
-            value,
+        let unknown = UnknownResult {
+            id: String::new(),
+            kind: String::new(),
+            place: String::new(),
+            value: undeclared.value,
             standard_error: undeclared.standard_error,
             unit: undeclared.unit.to_owned(),
             begins_s: None,
-            law,
+            law: None,
             status: UnknownStatus::Found,
             competing: Vec::new(),
             effect: 2.0 * undeclared.gain / squares,
+        };
+        match &undeclared.cause {
+            Cause::Law(tested) => {
+                let joint = self.model.joints()[tested.joint].clone();
+                UnknownResult {
+                    id: format!("law {joint}.{}.{}", tested.of, tested.law),
+                    kind: Kind::Law.name().to_owned(),
+                    place: joint,
+                    law: Some(AddedLaw {
+                        of: tested.of.to_owned(),
+                        law: tested.law.to_owned(),
+                        ..AddedLaw::default()
+                    }),
+                    ..unknown
+                }
+            }
+            Cause::Effect(channel, effect) => {
+                let before = if effect.is_delay() {
+                    self.delays[*channel]
+                } else {
+                    0.0
+                };
+                UnknownResult {
+                    value: before + undeclared.value,
+                    ..self.named(unknown, &self.channels.all[*channel], *effect)
+                }
+            }
         }
     }
 
-    /// Returns id, kind and place of an effect.
-    fn named<'c>(
-        &'c self,
-        channel: &'c Channel,
-        effect: Effect,
-    ) -> (String, &'static str, &'c String) {
+    /// Returns an unknown with id, kind and place of an effect.
+    fn named(&self, unknown: UnknownResult, channel: &Channel, effect: Effect) -> UnknownResult {
         let (column, joint) = (&channel.column, &self.model.joints()[channel.joint]);
-        let per_turn = |name: &str, wave: Wave| format!("{name} {joint} {}", wave.per_turn);
+        let named = |id: String, kind: &str, place: &str| UnknownResult {
+            id,
+            kind: kind.to_owned(),
+            place: place.to_owned(),
+            ..unknown
+        };
+        let of_wave = |name: &str, wave: Wave| {
+            let id = format!("{} {joint} {}", name.replace('-', " "), wave.per_turn);
+            (id, name.to_owned())
+        };
         match effect {
             Effect::SensorDelay(_) | Effect::TorqueDelay(_) => {
-                (format!("delay {column}"), Kind::Delay.name(), column)
+                named(format!("delay {column}"), Kind::Delay.name(), column)
             }
-            Effect::TorquesDelay => (
-                "timing of the torques".to_owned(),
-                Kind::Timing.name(),
-                column,
-            ),
-            Effect::Saturation { .. } => (
+            Effect::TorquesDelay => {
+                let id = "timing of the torques".to_owned();
+                named(id, Kind::Timing.name(), column)
+            }
+            Effect::Saturation { .. } => named(
                 format!("saturation {joint}"),
                 Kind::Saturation.name(),
                 column,
             ),
-            Effect::Eccentricity { .. } => (
+            Effect::Eccentricity { .. } => named(
                 format!("eccentricity {column}"),
                 Kind::Eccentricity.name(),
                 column,
             ),
             Effect::Ripple { wave, .. } => {
-                (per_turn("torque ripple", wave), "torque-ripple", joint)
+                let (id, kind) = of_wave("torque-ripple", wave);
+                named(id, &kind, joint)
             }
-            Effect::TransmissionError { wave, .. } => (
-                per_turn("transmission error", wave),
-                "transmission-error",
-                joint,
-            ),
-            Effect::Drift { .. } => (
+            Effect::TransmissionError { wave, .. } => {
+                let (id, kind) = of_wave("transmission-error", wave);
+                named(id, &kind, joint)
+            }
+            Effect::Drift { .. } => named(
                 format!("friction drift {joint}"),
                 Kind::Friction.name(),
                 joint,
