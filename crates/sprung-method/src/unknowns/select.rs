@@ -224,7 +224,8 @@ impl Selection<'_> {
         let significance = mean.abs() / error.max(1e-3 * scale);
         let is_expected = mean.abs() <= self.unknowns[unknown].expected;
         let is_resolved = mean.abs() >= self.unknowns[unknown].least_size(scale);
-        if significance <= SIGNIFICANT || mean.abs() >= LARGEST * scale || !is_resolved {
+        let is_possible = mean.abs() < LARGEST * scale && self.unknowns[unknown].can_have(mean);
+        if significance <= SIGNIFICANT || !is_possible || !is_resolved {
             return None;
         }
         if is_expected {

@@ -432,8 +432,10 @@ impl Search<'_> {
         (state.chosen.iter().copied())
             .filter(|unknown| {
                 let least = self.unknowns[*unknown].least_size(scales[*unknown]);
-                let is_small = state.sizes[*unknown].abs() < least;
-                (is_small || significance(unknown) < SIGNIFICANT) && !self.asked.contains(unknown)
+                let size = state.sizes[*unknown];
+                let is_no_cause = size.abs() < least || !self.unknowns[*unknown].can_have(size);
+                (is_no_cause || significance(unknown) < SIGNIFICANT)
+                    && !self.asked.contains(unknown)
             })
             .min_by(|a, b| significance(a).total_cmp(&significance(b)))
     }

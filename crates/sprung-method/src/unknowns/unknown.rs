@@ -9,6 +9,9 @@ use sprung_core::friction::Shape;
 use super::result::AddedLaw;
 use crate::log::{Channels, Signal};
 
+/// Least relative change of gravity by a clock: one that runs at twice its speed has -0.75.
+const LEAST_GRAVITY: f64 = -0.8;
+
 /// Kind of an unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
@@ -286,6 +289,11 @@ impl Unknown {
             Effect::Channels(_, effect) => effect.scales_torque(),
             _ => false,
         }
+    }
+
+    /// Returns whether it can have a size: gravity does not vanish by a clock.
+    pub(crate) fn can_have(&self, size: f64) -> bool {
+        !matches!(self.effect, Effect::Gravity(_)) || size > LEAST_GRAVITY
     }
 
     /// Returns whether it is a factor that parameters mimic but for those that rows share.
