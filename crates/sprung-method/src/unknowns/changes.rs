@@ -82,6 +82,7 @@ pub(crate) fn changes<T>(
             is_addable: false,
             excerpt,
             gain: 1.0,
+            moves: None,
         };
         let finding = finding(&telling);
         let delay = match (found.kind, found.place) {

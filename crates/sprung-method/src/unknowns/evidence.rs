@@ -11,7 +11,8 @@ pub(super) const PARTS: usize = 8;
 
 /// Products of the columns of one row, part by part.
 struct RowProducts {
-    joint: usize,
+    /// `None` for innovations, which concern all joints.
+    joint: Option<usize>,
     columns: Vec<usize>,
     /// \[(columns + 1) × (columns + 1)\] of each part.
     parts: Vec<Mat<f64>>,
@@ -68,6 +69,8 @@ pub(super) struct Evidence {
     /// Whether a column's value must not be negative, and whether it is a stiffness.
     positive: Vec<bool>,
     stiff: Vec<bool>,
+    /// Whether it consists of white innovations, so that the significance of an unknown decides and not what it explains.
+    pub(super) is_white: bool,
 }
 
 /// Which values a parameter can have.
@@ -89,6 +92,17 @@ pub(super) struct Prior {
     pub(super) is_positive: bool,
 }
 
+/// A normal prior of a value that follows every unknown.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pull {
+    /// Index of the value.
+    pub(crate) at: usize,
+    /// Inverse variance.
+    pub(crate) weight: f64,
+    /// Distance of the value from the mean.
+    pub(crate) away: f64,
+}
+
 fn products(row: &Row) -> RowProducts {
     let samples = row.values.nrows();
     let width = row.values.ncols();
@@ -101,7 +115,7 @@ fn products(row: &Row) -> RowProducts {
         })
         .collect();
     RowProducts {
-        joint: row.joint,
+        joint: Some(row.joint),
         columns: row.columns.clone(),
         parts,
     }
@@ -138,6 +152,7 @@ impl Evidence {
             pull: vec![0.0; columns],
             positive: positive.collect(),
             stiff,
+            is_white: false,
             rows: products,
         };
         let given = weights.unwrap_or_else(|| {
@@ -158,6 +173,43 @@ impl Evidence {
         });
         evidence.weigh(given);
         evidence.set_priors(priors, repeats);
+        evidence
+    }
+
+    /// Returns the evidence of whitened innovations.
+    ///
+    /// - `parts`: products of the columns and of the innovations of each part.
+    /// - `pulls`: priors of the free parameters; `priors`: of the unknowns.
+    pub(super) fn of_innovations(parts: Vec<Mat<f64>>, pulls: &[Pull], priors: &[Prior]) -> Self {
+        let columns = parts.first().map_or(0, |part| part.ncols() - 1);
+        let free = columns - priors.len();
+        let mut positive = vec![false; free];
+        positive.extend(priors.iter().map(|prior| prior.is_positive));
+        let mut evidence = Self {
+            free,
+            columns,
+            parts: Vec::new(),
+            all: Mat::zeros(0, 0),
+            others: Vec::new(),
+            lengths: Vec::new(),
+            weights: Vec::new(),
+            ridge: vec![0.0; columns],
+            pull: vec![0.0; columns],
+            positive,
+            stiff: vec![false; columns],
+            is_white: true,
+            rows: vec![RowProducts {
+                joint: None,
+                columns: (0..columns).collect(),
+                parts,
+            }],
+        };
+        evidence.weigh(vec![1.0]);
+        evidence.set_priors(priors, 1.0);
+        for pull in pulls {
+            evidence.ridge[pull.at] = pull.weight;
+            evidence.pull[pull.at] = pull.weight * pull.away;
+        }
         evidence
     }
 
@@ -370,7 +422,7 @@ impl Evidence {
     /// Returns the rows of a joint.
     pub(super) fn rows_of(&self, joint: usize) -> Vec<usize> {
         (0..self.rows.len())
-            .filter(|&row| self.rows[row].joint == joint)
+            .filter(|&row| self.rows[row].joint.is_none_or(|of| of == joint))
             .collect()
     }
 
@@ -487,6 +539,12 @@ impl Directions {
     pub(super) fn own(&self, evidence: &Evidence, column: usize) -> f64 {
         let length = evidence.all[(column, column)].max(f64::MIN_POSITIVE);
         (self.product(evidence, column, column).max(0.0) / length).sqrt()
+    }
+
+    /// Returns the standard error of a column's value beside the set, if the rows are white.
+    pub(super) fn error(&self, evidence: &Evidence, column: usize) -> f64 {
+        let information = self.product(evidence, column, column) + evidence.ridge[column];
+        information.max(f64::MIN_POSITIVE).sqrt().recip()
     }
 
     /// Returns the correlation of two columns beyond the set.

@@ -52,6 +52,8 @@ pub(super) struct Telling<'a> {
     /// Whether it is a law that sprung adds with laws = "auto".
     pub(super) is_addable: bool,
     pub(super) excerpt: &'a Excerpt,
+    /// Which parameter would move with it, if only the likelihood shows it.
+    pub(super) moves: Option<&'a str>,
     /// Estimated gain of its channel, which is applied.
     pub(super) gain: f64,
 }

@@ -9,6 +9,9 @@ use crate::description::Delay;
 use crate::log::{Channels, Signal};
 use crate::model::Model;
 
+/// Id of the common delay of all torques by controller and recorder.
+pub(super) const TIMING: &str = "timing of the torques";
+
 /// Delays that differ by less than this part of the largest one are the same.
 const SAME_SHARE: f64 = 0.05;
 
@@ -90,7 +93,7 @@ pub(super) fn relative(found: Vec<Found>, channels: &Channels, period: f64) -> V
     }
     if timing.abs() > 2.0 * error {
         all.push(Found {
-            id: "timing of the torques".to_owned(),
+            id: TIMING.to_owned(),
             kind: Kind::Timing,
             place: Place::All(Signal::Torque),
             ..with_delay(

@@ -13,6 +13,7 @@ mod evidence;
 mod far;
 mod found;
 mod gauge;
+mod innovations;
 mod jumps;
 mod kinds;
 mod meanings;
@@ -30,11 +31,16 @@ mod unknown;
 pub(crate) use added_law::changed;
 pub use added_law::with_added_laws;
 pub(crate) use changes::{Asked, FoundChange, changes};
+pub(crate) use evidence::Pull;
 pub(crate) use found::Found;
-pub(crate) use kinds::{LAWS_MISSING, LEAST_CHANGE_OF_SHARPNESS};
+pub(crate) use innovations::{Innovations, OfLikelihood, PARTS_OF_INNOVATIONS, Shown};
+pub(crate) use kinds::{LAWS_MISSING, LEAST_CHANGE_OF_SHARPNESS, late};
 pub use result::{AddedLaw, CompetingUnknown, UnknownResult, UnknownStatus};
 pub use searched::AboutUnknowns;
-pub(crate) use searched::Settled;
+pub(crate) use searched::{Settled, by_likelihood};
 pub(crate) use settle::settle;
 pub(crate) use settled::settled;
-pub(crate) use unknown::{Kind, Place};
+pub(crate) use unknown::{
+    ChannelEffect, Effect, JointScales, Kind, LawColumn, MotorSample, OfMotor, Place, Samples,
+    Unknown,
+};

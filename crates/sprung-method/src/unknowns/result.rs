@@ -46,8 +46,7 @@ pub struct UnknownResult {
     /// Stable name, as in `delay q1_rad`.
     pub id: String,
     /// Kind: `delay`, `timing`, `offset`, `gain`, `drift`, `lost-counts`, `eccentricity`,
-    /// `saturation`, `sharpness`, `time-scale`, `torque-ripple`, `transmission-error`, `friction` (its change during the log) or
-    /// `law`.
+    /// `saturation`, `sharpness`, `time-scale`, `torque-ripple`, `transmission-error`, `warm-up` or `law`.
     pub kind: String,
     /// Column, or joint of a law or a sharpness; the columns of one signal of all joints are separated by commas.
     pub place: String,

@@ -13,7 +13,7 @@ use sprung_core::filter::{Discretization, FilterBank, FilterPair, FilterState, b
 use sprung_core::friction::Scale;
 use sprung_core::parameters::JointParameter;
 
-use super::unknown::{Effect, JointScales, LawColumn, Place, Unknown};
+use super::unknown::{Effect, JointScales, LawColumn, MotorSample, Place, Unknown};
 use crate::description::RightHandSide;
 use crate::model::{Model, Scratch};
 use crate::preprocess::SignalBlock;
@@ -139,6 +139,8 @@ pub(super) struct Rows<'a> {
     pub(super) model: &'a Model,
     pub(super) reading: &'a Reading,
     pub(super) period: f64,
+    /// First time of the log and its duration, s.
+    pub(super) span: [f64; 2],
     pub(super) all: &'a [RowOf],
     /// Place of each parameter among the free ones.
     pub(super) places: &'a BTreeMap<usize, usize>,
@@ -495,6 +497,15 @@ impl Rows<'_> {
         let state = segment.state_at(k);
         let signals = segment.signals;
         let drive = |joint| self.model.robot().drive(&state_of(&state, n), joint);
+        let [begin, duration] = self.span;
+        let motor = MotorSample {
+            share: (signals.time[k] - begin) / duration.max(f64::MIN_POSITIVE),
+            period: 0.0,
+            position: signals.phi[row.joint][k],
+            velocity: signals.dphi[row.joint][k],
+            torque: signals.tau[row.joint][k],
+            scales: &scales[row.joint],
+        };
         for (torque, unknown) in torques.iter_mut().zip(unknowns) {
             *torque = match &unknown.effect {
                 Effect::Law {
@@ -505,13 +516,16 @@ impl Rows<'_> {
                     .map(|(term, shape)| term.rest(&drive(term.joint), shape))
                     .sum(),
                 Effect::Law {
-                    column: LawColumn::Measured(of_torque),
+                    column: LawColumn::Motor(of_motor),
                     ..
-                } => of_torque(
-                    signals.tau[row.joint][k],
-                    signals.dphi[row.joint][k],
-                    &scales[row.joint],
-                ),
+                } => of_motor.at(&motor),
+                Effect::Law {
+                    column: LawColumn::Gear(of_gear),
+                    ..
+                } => {
+                    let stiffness = self.model.index(JointParameter::Stiffness, row.joint);
+                    stiffness.map_or(0.0, |at| theta[at] * of_gear.at(&motor))
+                }
                 Effect::Sharpness(joint) => (self.terms_of(row, *joint))
                     .map(|term| {
                         let shape = self.model.shape(term.joint);
@@ -679,12 +693,13 @@ impl Rows<'_> {
             Effect::Law { column, added } => (column, added),
         };
         // A torque between motor and link is not in the sum of their equations.
-        let is_of_spring = added.as_ref().is_some_and(|added| added.of == "spring");
+        let is_of_spring = matches!(column, LawColumn::Gear(_))
+            || added.as_ref().is_some_and(|added| added.of == "spring");
         let has = match column {
             LawColumn::Terms(terms) => {
                 (terms.iter()).any(|(term, _)| row.of_model.contains(&term.row))
             }
-            LawColumn::Measured(_) => unknown.place == Place::Joint(row.joint),
+            LawColumn::Motor(_) | LawColumn::Gear(_) => unknown.place == Place::Joint(row.joint),
         };
         has && row.motor.is_some() && (!is_of_spring || row.has_spring)
     }

@@ -10,7 +10,7 @@ use super::evidence::{Evidence, PARTS, Prior, Sign};
 use super::kinds::{Catalogued, catalogue};
 use super::rows::{Row, RowOf, Rows, Wanted};
 use super::state::State;
-use super::unknown::{Effect, Kind, Place, Samples, Unknown};
+use super::unknown::{Effect, Kind, Place, Samples, ShownBy, Unknown};
 use crate::description::{Delay, Experiment};
 use crate::log::{Channels, LogBlock, Signal};
 use crate::model::Model;
@@ -57,7 +57,8 @@ impl<'a> Search<'a> {
         };
         let signs = free.iter().map(sign).collect();
         let catalogued = Catalogued::new((experiment, reading), channels, model, excerpt);
-        let unknowns = catalogue(&catalogued);
+        let mut unknowns = catalogue(&catalogued);
+        unknowns.retain(|unknown| unknown.shown_by != ShownBy::Innovations);
         let is_asked = |unknown: &Unknown| {
             let [channel] = unknown.channels() else {
                 return false;
@@ -178,6 +179,7 @@ impl<'a> Search<'a> {
             model,
             reading: &self.reading,
             period,
+            span: self.span,
             wanted: Wanted::All,
             all: &self.rows,
             places: &self.places,

@@ -14,6 +14,7 @@ use crate::log::{Channels, Signal};
 use crate::model::Model;
 use crate::prepare::{Excerpt, FoundGain, PrepareError, Prepared, fit_rows};
 use crate::progress::Listener;
+use crate::regression::Reading;
 use sprung_core::parameters::JointParameter;
 
 /// Prepared logs with what was found in the first of them.
@@ -115,6 +116,7 @@ pub(super) fn told(found: &[Found], prepared: &Prepared) -> (Vec<UnknownResult>,
             status: status(one, prepared),
             is_addable: is_addable(one, prepared),
             excerpt: prepared.excerpt(),
+            moves: None,
         };
         unknowns.push(result(&telling));
         // An offset that the description estimates needs no finding; a gain has one among the estimated factors.
@@ -215,6 +217,30 @@ fn status(found: &Found, prepared: &Prepared) -> UnknownStatus {
     }
 }
 
+/// Returns the result about an unknown that only the likelihood shows, and its finding.
+///
+/// - `moves`: which parameter would move with it.
+pub(crate) fn by_likelihood(
+    found: &Found,
+    (reading, excerpt): (&Reading, &Excerpt),
+    moves: &str,
+) -> (UnknownResult, Option<Finding>) {
+    let channels = reading.channels();
+    let names = reading.model().joints();
+    let telling = Telling {
+        found,
+        gain: 1.0,
+        columns: columns(found.place, channels),
+        joint: joint(found.place, channels).map_or("", |joint| &names[joint]),
+        file: "",
+        status: UnknownStatus::Found,
+        is_addable: false,
+        excerpt,
+        moves: Some(moves),
+    };
+    (result(&telling), finding(&telling))
+}
+
 fn result(of: &Telling<'_>) -> UnknownResult {
     let found = of.found;
     UnknownResult {
@@ -223,6 +249,9 @@ fn result(of: &Telling<'_>) -> UnknownResult {
         place: match found.kind {
             Kind::TimeScale => "time".to_owned(),
             Kind::Law
+            | Kind::Ripple
+            | Kind::TransmissionError
+            | Kind::WarmUp
             | Kind::Sharpness
             | Kind::Friction
             | Kind::Stiffness

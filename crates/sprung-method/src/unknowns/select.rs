@@ -221,14 +221,22 @@ impl Selection<'_> {
         let rescale = self.rescale(unknown, &after, joint_of);
         let (mean, error) = after.mean_and_error(column, &self.parts(unknown));
         let (mean, error) = (rescale * mean, rescale * error);
-        let significance = mean.abs() / error.max(1e-3 * scale);
+        let least_error = if self.evidence.is_white {
+            self.evidence
+                .directions(columns)
+                .error(self.evidence, column)
+        } else {
+            1e-3 * scale
+        };
+        let significance = mean.abs() / error.max(least_error);
         let is_expected = mean.abs() <= self.unknowns[unknown].expected;
-        let is_resolved = mean.abs() >= self.unknowns[unknown].least_size(scale);
+        let is_resolved =
+            self.evidence.is_white || mean.abs() >= self.unknowns[unknown].least_size(scale);
         let is_possible = mean.abs() < LARGEST * scale && self.unknowns[unknown].can_have(mean);
         if significance <= SIGNIFICANT || !is_possible || !is_resolved {
             return None;
         }
-        if is_expected {
+        if is_expected || self.evidence.is_white {
             return Some((
                 fall,
                 Chosen {
@@ -288,7 +296,7 @@ impl Selection<'_> {
     }
 
     /// Returns whether an unknown is chosen in another form, or its joint has another rare fault already: a second one is unlikely,
-    /// and an error of the model needs several. Only sine and cosine of an eccentric encoder are one fault.
+    /// and an error of the model needs several. Only both phases of a wave are one fault.
     fn is_taken(
         &self,
         unknown: usize,
@@ -305,9 +313,7 @@ impl Selection<'_> {
             Place::Joint(joint) => Some(joint),
             Place::All(_) | Place::Robot => None,
         };
-        let is_other_wave = |other: &Unknown| {
-            this.kind == Kind::Eccentricity && other.kind == this.kind && other.place == this.place
-        };
+        let is_other_wave = |other: &Unknown| this.wave().is_some() && other.wave() == this.wave();
         this.is_rare
             && (chosen.iter().map(|&other| &self.unknowns[other]))
                 .any(|other| other.is_rare && joint(other) == joint(this) && !is_other_wave(other))

@@ -9,6 +9,9 @@ use sprung_core::friction::Shape;
 use super::result::AddedLaw;
 use crate::log::{Channels, Signal};
 
+/// Both phases of a wave, the last words of the ids of its unknowns, and whether it is the cosine.
+pub(super) const PHASES: [(&str, bool); 2] = [("sine", false), ("cosine", true)];
+
 /// Least relative change of gravity by a clock: one that runs at twice its speed has -0.75.
 const LEAST_GRAVITY: f64 = -0.8;
 
@@ -31,6 +34,12 @@ pub(crate) enum Kind {
     Eccentricity,
     /// The acting torque grows less or more than the logged one.
     Saturation,
+    /// The torque of a motor repeats with its angle.
+    Ripple,
+    /// The error of a gear repeats with the angle of its motor.
+    TransmissionError,
+    /// Viscous friction changes during the log.
+    WarmUp,
     /// Coulomb friction changes its direction over other velocities than assumed.
     Sharpness,
     /// A second of the log lasts more or less than a second.
@@ -59,6 +68,9 @@ impl Kind {
             Self::LostCounts => "lost-counts",
             Self::Eccentricity => "eccentricity",
             Self::Saturation => "saturation",
+            Self::Ripple => "torque-ripple",
+            Self::TransmissionError => "transmission-error",
+            Self::WarmUp => "warm-up",
             Self::Sharpness => "sharpness",
             Self::TimeScale => "time-scale",
             Self::Law => "law",
@@ -78,6 +90,9 @@ impl Kind {
             | Self::LostCounts
             | Self::Eccentricity
             | Self::Saturation
+            | Self::Ripple
+            | Self::TransmissionError
+            | Self::WarmUp
             | Self::TimeScale
             | Self::Law
             | Self::Friction
@@ -158,13 +173,60 @@ pub(crate) struct JointScales {
     pub(crate) torque: f64,
 }
 
+/// What the motor of a joint does at one sample.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MotorSample<'s> {
+    /// Place in the log, from 0 at its beginning to 1.
+    pub(crate) share: f64,
+    /// Time over which the torque acts, s; zero for an instant.
+    pub(crate) period: f64,
+    /// Position, rad (m), and velocity.
+    pub(crate) position: f64,
+    pub(crate) velocity: f64,
+    /// Measured torque, N·m (N).
+    pub(crate) torque: f64,
+    pub(crate) scales: &'s JointScales,
+}
+
+/// A quantity of a motor, per unit of the size of its unknown.
+#[derive(Clone)]
+pub(crate) struct OfMotor(Arc<dyn Fn(&MotorSample<'_>) -> f64 + Send + Sync>);
+
+impl OfMotor {
+    pub(crate) fn new(of: impl Fn(&MotorSample<'_>) -> f64 + Send + Sync + 'static) -> Self {
+        Self(Arc::new(of))
+    }
+
+    pub(crate) fn at(&self, sample: &MotorSample<'_>) -> f64 {
+        (self.0)(sample)
+    }
+}
+
+impl Debug for OfMotor {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("OfMotor")
+    }
+}
+
 /// Torque of a law with a coefficient of 1.
 #[derive(Clone, Debug)]
 pub(crate) enum LawColumn {
     /// Terms of the equations, in all rows.
     Terms(Vec<(Term, Shape)>),
-    /// A function of the measured torque and the velocity of the motor, in the equation of the motor.
-    Measured(fn(f64, f64, &JointScales) -> f64),
+    /// A torque that opposes that of the motor.
+    Motor(OfMotor),
+    /// A deflection of the spring that the positions do not show.
+    Gear(OfMotor),
+}
+
+/// What shows an unknown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ShownBy {
+    /// The rows of the regression.
+    Rows,
+    /// The innovations of the refinement.
+    Innovations,
+    Both,
 }
 
 /// How an unknown enters the equations.
@@ -206,11 +268,12 @@ pub(crate) struct Unknown {
     /// Whether only positive sizes exist.
     pub(crate) is_positive: bool,
     pub(crate) unit: &'static str,
+    pub(crate) shown_by: ShownBy,
     pub(crate) effect: Effect,
 }
 
 impl Unknown {
-    /// Returns an unknown of any size, that is no rare fault.
+    /// Returns an unknown of any size, that is no rare fault and that rows show.
     pub(crate) fn new(
         id: String,
         kind: Kind,
@@ -229,8 +292,15 @@ impl Unknown {
             is_last: false,
             is_positive: false,
             unit,
+            shown_by: ShownBy::Rows,
             effect,
         }
+    }
+
+    /// Returns the name of the wave of which it is one phase: both phases of a wave are one fault.
+    pub(crate) fn wave(&self) -> Option<&str> {
+        let mut phases = PHASES.iter().map(|(phase, _)| phase);
+        phases.find_map(|phase| self.id.strip_suffix(phase)?.strip_suffix(' '))
     }
 
     /// Returns whether what is applied of it changes the equations; the coefficient of a law and the change of a parameter or of

@@ -276,6 +276,9 @@ fn single(set: &OfSet<'_>, change: &FoundChange, errors: &str, logs: &Logs<'_>) 
         | Kind::LostCounts
         | Kind::Eccentricity
         | Kind::Saturation
+        | Kind::Ripple
+        | Kind::TransmissionError
+        | Kind::WarmUp
         | Kind::Sharpness
         | Kind::TimeScale
         | Kind::Law

@@ -102,7 +102,12 @@ impl<'a> Catalogued<'a> {
     /// Returns the root mean square of the deflection of the joint of a position, rad (m), which is the yardstick of errors of
     /// encoders; `None` without two positions.
     pub(in crate::unknowns) fn deflection(&self, channel: usize) -> Option<f64> {
-        self.deflections[self.channels.all[channel].joint]
+        self.deflection_of(self.channels.all[channel].joint)
+    }
+
+    /// Returns the root mean square of the deflection of a joint, rad (m); `None` without two positions.
+    pub(in crate::unknowns) fn deflection_of(&self, joint: usize) -> Option<f64> {
+        self.deflections[joint]
     }
 
     pub(in crate::unknowns) fn unit_of_position(&self, channel: usize) -> &'static str {

@@ -9,7 +9,7 @@ use crate::finding::{Finding, Severity};
 use crate::log::Signal;
 use crate::numbers::{in_ms, with_error};
 use crate::unknowns::found::Telling;
-use crate::unknowns::unknown::{ChannelEffect, Effect, Kind, Place, Samples, Unknown};
+use crate::unknowns::unknown::{ChannelEffect, Effect, Kind, Place, Samples, ShownBy, Unknown};
 
 /// Usual delay, s.
 const USUAL_S: f64 = 0.010;
@@ -49,19 +49,22 @@ impl ChannelEffect for Delay {
     }
 }
 
+/// Returns the unknown of some channels that are late together.
+pub(crate) fn late(id: String, place: Place, channels: Vec<usize>) -> Unknown {
+    Unknown {
+        scale: USUAL_S,
+        shown_by: ShownBy::Both,
+        ..Unknown::new(
+            id,
+            Kind::Delay,
+            place,
+            "s",
+            Effect::Channels(channels, Arc::new(Delay)),
+        )
+    }
+}
+
 pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
-    let unknown =
-        |id: String, place: Place, channels: Vec<usize>, scale: f64, expected: f64| Unknown {
-            scale,
-            expected,
-            ..Unknown::new(
-                id,
-                Kind::Delay,
-                place,
-                "s",
-                Effect::Channels(channels, Arc::new(Delay)),
-            )
-        };
     let open = |channel: &usize| !matches!(of.channels.all[*channel].delay, Some(Given::Known(_)));
     let is_only_torque = |channel: &usize| {
         of.channels.all[*channel].quantity.signal() == Signal::Torque
@@ -82,14 +85,14 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
         .filter(|channel| open(channel) && !is_only_torque(channel) && !is_reference(channel))
         .map(|channel| {
             let column = &of.channels.all[channel].column;
-            let scale = if is_asked(channel) { ASKED_S } else { USUAL_S };
-            unknown(
-                format!("delay {column}"),
-                Place::Channel(channel),
-                vec![channel],
-                scale,
-                0.0,
-            )
+            Unknown {
+                scale: if is_asked(channel) { ASKED_S } else { USUAL_S },
+                ..late(
+                    format!("delay {column}"),
+                    Place::Channel(channel),
+                    vec![channel],
+                )
+            }
         })
         .collect();
     for (signal, name) in [
@@ -108,13 +111,10 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
             } else {
                 0.0
             };
-            all.push(unknown(
-                format!("delay all {name}"),
-                Place::All(signal),
-                channels,
-                USUAL_S,
+            all.push(Unknown {
                 expected,
-            ));
+                ..late(format!("delay all {name}"), Place::All(signal), channels)
+            });
         }
     }
     all
@@ -122,6 +122,9 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
 
 /// Finding: a channel is late.
 pub(super) fn finding(of: &Telling<'_>) -> Finding {
+    if of.moves.is_some() {
+        return likely(of, &format!("\"{}\" was", of.columns.join("\", \"")));
+    }
     let (value, error) = (of.found.value, of.found.standard_error);
     let when = if value < 0.0 { "early" } else { "late" };
     let columns: Vec<String> = of
@@ -154,6 +157,9 @@ pub(super) fn finding(of: &Telling<'_>) -> Finding {
 
 /// Finding: all torques act at another time than their stamps.
 pub(super) fn timing(of: &Telling<'_>) -> Finding {
+    if of.moves.is_some() {
+        return likely(of, "every motor torque was");
+    }
     let (value, error) = (of.found.value, of.found.standard_error);
     let when = if value < 0.0 { "later" } else { "earlier" };
     let [size, size_error] = with_error(in_ms(value.abs()), in_ms(error));
@@ -170,4 +176,23 @@ pub(super) fn timing(of: &Telling<'_>) -> Finding {
         "nothing; torque and controller_period_s in [log] say the same if they are known",
     )
     .seen(of.file, of.columns.first().copied().unwrap_or_default(), value, "s")
+}
+
+/// Finding: a channel is late by likelihood. The hold-out that follows completes the name of the log.
+fn likely(of: &Telling<'_>, what: &str) -> Finding {
+    let value = of.found.value;
+    let when = if value < 0.0 { "early" } else { "late" };
+    let column = of.columns.first().copied().unwrap_or_default();
+    Finding::new(
+        Severity::Warning,
+        "late-channel",
+        format!(
+            "by likelihood, {what} recorded {:.5} s {when} (standard error {:.5} s): {}",
+            value.abs(),
+            of.found.standard_error,
+            falls(of)
+        ),
+        &format!("set delay_s = {{ \"{column}\" = \"estimate\" }} in [log]"),
+    )
+    .seen(of.file, column, value, "s")
 }

@@ -7,7 +7,9 @@ use super::words::{falls, or_else};
 use crate::finding::{Finding, Severity};
 use crate::log::Signal;
 use crate::unknowns::found::Telling;
-use crate::unknowns::unknown::{ChannelEffect, Effect, Kind, Place, Samples, Unknown};
+use crate::unknowns::unknown::{
+    ChannelEffect, Effect, Kind, PHASES, Place, Samples, ShownBy, Unknown,
+};
 
 /// Usual amplitude, in root mean squares of the deflection.
 const USUAL_DEFLECTIONS: f64 = 0.2;
@@ -36,7 +38,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
         .of_signals(&[Signal::Link])
         .filter(|&channel| of.turns(channel))
     {
-        for (name, is_cosine) in [("sine", false), ("cosine", true)] {
+        for (phase, is_cosine) in PHASES {
             let Some(deflection) = of.deflection(channel) else {
                 continue;
             };
@@ -44,8 +46,9 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
                 scale: USUAL_DEFLECTIONS * deflection,
                 least: of.count(channel),
                 is_rare: true,
+                shown_by: ShownBy::Both,
                 ..Unknown::new(
-                    format!("eccentricity {} {name}", of.channels.all[channel].column),
+                    format!("eccentricity {} {phase}", of.channels.all[channel].column),
                     Kind::Eccentricity,
                     Place::Channel(channel),
                     "rad",

@@ -12,7 +12,9 @@ use crate::model::Model;
 use crate::unknowns::added_law::laws_of;
 use crate::unknowns::found::Telling;
 use crate::unknowns::result::{AddedLaw, UnknownStatus};
-use crate::unknowns::unknown::{Effect, JointScales, Kind, LawColumn, Place, Unknown};
+use crate::unknowns::unknown::{
+    Effect, Kind, LawColumn, MotorSample, OfMotor, Place, ShownBy, Unknown,
+};
 
 /// Code of the finding that laws would predict the log better.
 pub(crate) const LAWS_MISSING: &str = "laws-missing";
@@ -41,8 +43,8 @@ const LEAST_BRAKING: f64 = 0.02;
 const TORQUE_LOAD: &str = "friction proportional to the torque";
 
 /// Friction of a gear that transmits a load, with the measured torque as the load.
-fn load(torque: f64, velocity: f64, of: &JointScales) -> f64 {
-    torque.abs() * (of.sharpness * velocity).tanh()
+fn load(sample: &MotorSample<'_>) -> f64 {
+    sample.torque.abs() * (sample.scales.sharpness * sample.velocity).tanh()
 }
 
 /// Lists laws of one joint.
@@ -102,9 +104,18 @@ impl OfJoint<'_> {
             Side::Motor => "motor_friction",
         };
         let shape = *self.model.shape(self.joint);
+        let is_of_spring_motor = side == Side::Motor && self.described.is_flexible();
+        let is_certain = matches!(law, Law::Offset | Law::Stribeck | Law::Load);
         let with_shape = |shape: Shape| {
             let kind = JointParameter::Friction(side, law);
-            self.of_parameter(of, FrictionLaw(family).name(), kind, shape)
+            Unknown {
+                shown_by: if is_of_spring_motor && is_certain {
+                    ShownBy::Both
+                } else {
+                    ShownBy::Rows
+                },
+                ..self.of_parameter(of, FrictionLaw(family).name(), kind, shape)
+            }
         };
         match law {
             Law::Offset => vec![Unknown {
@@ -139,7 +150,10 @@ impl OfJoint<'_> {
             all.push(self.of_parameter("spring", "damping", JointParameter::Damping, shape));
         }
         if is_flexible && !has(SpringTerm::Cubic) {
-            all.push(self.of_parameter("spring", "cubic", JointParameter::CubicStiffness, shape));
+            all.push(Unknown {
+                shown_by: ShownBy::Both,
+                ..self.of_parameter("spring", "cubic", JointParameter::CubicStiffness, shape)
+            });
         }
         for side in [Side::Motor, Side::Link] {
             let has_side = match side {
@@ -157,7 +171,7 @@ impl OfJoint<'_> {
                 scale: USUAL_LOAD,
                 is_positive: true,
                 is_last: true,
-                ..self.law(TORQUE_LOAD, "", LawColumn::Measured(load))
+                ..self.law(TORQUE_LOAD, "", LawColumn::Motor(OfMotor::new(load)))
             });
         }
         all
@@ -245,6 +259,19 @@ pub(super) fn finding(of: &Telling<'_>) -> Option<Finding> {
         .law
         .as_ref()
         .filter(|_| of.status == UnknownStatus::Found)?;
+    let column = of.columns.first().copied().unwrap_or_default();
+    if of.moves.is_some() {
+        let text = format!(
+            "{}: the likelihood asks for {}, which the model lacks ({:.1} standard errors from zero): {}",
+            of.joint,
+            law.words(),
+            of.found.value.abs() / of.found.standard_error,
+            falls(of)
+        );
+        let remedy = "add the law to the joint; the parameters of this joint contain the effect";
+        let finding = Finding::new(Severity::Warning, "law-by-likelihood", text, remedy);
+        return Some(finding.seen(of.file, column, of.found.value, of.found.unit));
+    }
     let text = format!(
         "{}: the description lacks a law that looks like {}: with it {}{}",
         of.joint,
@@ -273,6 +300,5 @@ pub(super) fn finding(of: &Telling<'_>) -> Option<Finding> {
             "add the law to its joint if the robot has it; a delay of a position looks like damping of a spring",
         )
     };
-    let column = of.columns.first().copied().unwrap_or_default();
     Some(finding.seen(of.file, column, of.found.value, of.found.unit))
 }

@@ -9,13 +9,18 @@ mod gain;
 mod laws;
 pub(super) mod lost_counts;
 mod offset;
+mod ripple;
 mod saturation;
 mod sharpness;
 mod time_scale;
+mod transmission_error;
+mod warm_up;
+mod waves;
 mod words;
 
 pub(super) use catalogued::Catalogued;
 pub(super) use changes::CHANGE;
+pub(crate) use delay::late;
 pub(crate) use laws::LAWS_MISSING;
 pub(crate) use sharpness::LEAST_CHANGE_OF_SHARPNESS;
 pub(super) use time_scale::of_gravity;
@@ -35,6 +40,9 @@ pub(super) fn finding(of: &Telling<'_>) -> Option<Finding> {
         Kind::LostCounts => lost_counts::finding(of),
         Kind::Eccentricity => eccentricity::finding(of),
         Kind::Saturation => saturation::finding(of),
+        Kind::Ripple => ripple::finding(of),
+        Kind::TransmissionError => transmission_error::finding(of),
+        Kind::WarmUp => warm_up::finding(of),
         Kind::TimeScale => time_scale::finding(of),
         Kind::Law => return laws::finding(of),
         // The list of unknowns says it, or the validation.
@@ -54,6 +62,9 @@ pub(super) fn catalogue(of: &Catalogued<'_>) -> Vec<Unknown> {
         lost_counts::list,
         eccentricity::list,
         saturation::list,
+        ripple::list,
+        transmission_error::list,
+        warm_up::list,
         sharpness::list,
         time_scale::list,
         laws::list,

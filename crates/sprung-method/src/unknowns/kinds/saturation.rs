@@ -4,7 +4,9 @@ use super::catalogued::Catalogued;
 use super::words::{falls, or_else};
 use crate::finding::{Finding, Severity};
 use crate::unknowns::found::Telling;
-use crate::unknowns::unknown::{Effect, JointScales, Kind, LawColumn, Place, Unknown};
+use crate::unknowns::unknown::{
+    Effect, Kind, LawColumn, MotorSample, OfMotor, Place, ShownBy, Unknown,
+};
 
 /// Usual part of the torque that is missing at its root mean square. A part of a quarter is no saturation: the friction of a joint
 /// that moves little but its friction has this effect.
@@ -13,8 +15,8 @@ const USUAL: f64 = 0.02;
 /// Part of the torque at its root mean square below which it matters to nobody; laws of friction resemble it.
 const LEAST: f64 = 0.01;
 
-fn missing(torque: f64, _: f64, of: &JointScales) -> f64 {
-    torque.powi(3) / of.torque.powi(2)
+fn missing(sample: &MotorSample<'_>) -> f64 {
+    sample.torque.powi(3) / sample.scales.torque.powi(2)
 }
 
 pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
@@ -22,13 +24,14 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
         .map(|(joint, name)| Unknown {
             scale: USUAL,
             least: LEAST,
+            shown_by: ShownBy::Both,
             ..Unknown::new(
                 format!("saturation {name}"),
                 Kind::Saturation,
                 Place::Joint(joint),
                 "",
                 Effect::Law {
-                    column: LawColumn::Measured(missing),
+                    column: LawColumn::Motor(OfMotor::new(missing)),
                     added: None,
                 },
             )

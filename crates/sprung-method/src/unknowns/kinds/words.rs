@@ -28,6 +28,9 @@ const MIMICKED: f64 = 0.3;
 
 /// Returns the gain in words.
 pub(super) fn falls(of: &Telling<'_>) -> String {
+    if let Some(moves) = of.moves {
+        return format!("the likelihood of held-out parts of the log rises. {moves}");
+    }
     format!(
         "the error of the torques on held-out parts of the log falls by {:.0} % (squares)",
         100.0 * of.found.gain

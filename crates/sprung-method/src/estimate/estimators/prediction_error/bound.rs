@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::dynamics::Dynamics;
-use super::effects::{TorquesTiming, of_delays};
+use super::effects::{Filtered, TorquesTiming, of_delays};
 use super::filter::{Keep, run};
 use super::levels::Levels;
 use super::measurements::{Extent, build, max_samples, read};
@@ -127,9 +127,7 @@ pub fn information_bound(
         .map(|(index, _)| index)
         .collect();
     let effects = of_delays(
-        model,
-        &channels,
-        &measurements,
+        &Filtered::of_channels(model, &channels, &measurements),
         (&open, TorquesTiming::Given),
     );
     let unknowns =

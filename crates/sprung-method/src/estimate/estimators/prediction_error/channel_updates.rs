@@ -2,19 +2,21 @@
 
 use sprung_core::linear::dot;
 
-use super::effects::Effect;
 use super::filter::NormalEquations;
 use super::sandwich::{Influence, widening};
 use super::solve::covariance as covariance_of;
 use super::unknowns::Unknowns;
 use crate::estimate::statistics::between_parts;
+use crate::log::{Channels, Signal};
+use crate::unknowns::Place;
 
 /// Estimate of the delay of a channel relative to the other channels, or of all torques, s.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ChannelUpdate {
-    /// Index in [`Channels::all`](crate::log::Channels::all).
+    /// The channel, or all torques.
+    pub(super) place: Place,
+    /// Index of the channel, or of the first torque, in [`Channels::all`].
     pub(super) channel: usize,
-    pub(super) effect: Effect,
     /// Assumed value.
     pub(super) assumed: f64,
     /// Estimated value minus assumed value.
@@ -26,6 +28,11 @@ pub(super) struct ChannelUpdate {
 }
 
 impl ChannelUpdate {
+    /// Returns whether it is the delay of all torques.
+    pub(super) fn is_of_torques(&self) -> bool {
+        self.place == Place::All(Signal::Torque)
+    }
+
     /// Returns the estimated value.
     pub(super) fn value(&self) -> f64 {
         self.assumed + self.correction
@@ -60,7 +67,7 @@ pub(super) fn channel_updates(
     covariance: &[f64],
     parts: &[&NormalEquations],
     duration: f64,
-    assumed: &[f64],
+    (channels, assumed): (&Channels, &[f64]),
 ) -> Vec<ChannelUpdate> {
     let count = covariance.len().isqrt();
     let steps = steps(unknowns, normal, covariance, count);
@@ -73,7 +80,10 @@ pub(super) fn channel_updates(
     let influences: Vec<&Influence> = steps.iter().map(|step| &step.influence).collect();
     let widening = widening(&influences, gradients, duration);
     (unknowns.effects().zip(&steps).enumerate())
-        .map(|(i, ((channel, effect), step))| {
+        .map(|(i, (effect, step))| {
+            let mut of_place =
+                (0..channels.all.len()).filter(|&at| effect.place.contains(at, channels));
+            let channel = of_place.next().unwrap_or_default();
             let widened = |step: &Step| widening[i] * step.influence.variance.sqrt();
             let moved: Vec<(f64, f64)> = (of_parts.iter())
                 .map(|of_part| (of_part[i].correction, widened(&of_part[i])))
@@ -81,8 +91,8 @@ pub(super) fn channel_updates(
                 .collect();
             let between = between_parts(&moved).map_or(0.0, |found| found.standard_error());
             ChannelUpdate {
+                place: effect.place,
                 channel,
-                effect,
                 assumed: assumed[channel],
                 correction: step.correction,
                 standard_error: widened(step).hypot(between),

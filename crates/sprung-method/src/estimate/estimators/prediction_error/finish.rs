@@ -7,7 +7,7 @@ use super::channel_updates::{ChannelUpdate, channel_updates};
 use super::descent::Descent;
 use super::dynamics::Dynamics;
 use super::effects::TorquesTiming;
-use super::effects::{Effect, of_delays};
+use super::effects::{Filtered, of_delays};
 use super::filter::{Keep, SegmentRun, Sums, run};
 use super::hold_out::PARTS;
 use super::levels::Levels;
@@ -42,7 +42,10 @@ pub(super) fn finish(
     descent: &Descent,
 ) -> Option<Refined> {
     let (model, measurements) = (problem.model, problem.measurements);
-    let effects = of_delays(model, reading.channels(), measurements, estimated);
+    let effects = of_delays(
+        &Filtered::of_channels(model, reading.channels(), measurements),
+        estimated,
+    );
     let unknowns = problem.unknowns.clone().with_effects(effects);
     let (sums, bias) = last_run(problem, &unknowns, (&descent.z, &descent.levels))?;
     // Estimated delays are unknowns, so they increase the standard errors of the parameters.
@@ -94,10 +97,10 @@ pub(super) fn finish(
         &influence,
         &folds.iter().map(|fold| &fold.normal).collect::<Vec<_>>(),
         duration,
-        reading.delays(),
+        (reading.channels(), reading.delays()),
     );
     let (torques_delay, delays): (Vec<ChannelUpdate>, _) =
-        (updates.into_iter()).partition(|update| update.effect == Effect::TorquesDelay);
+        (updates.into_iter()).partition(ChannelUpdate::is_of_torques);
     let (unconstrained, possible_without) =
         apart(problem, &unknowns, descent, &sums, (&folds, &without))?;
     Some(Refined {

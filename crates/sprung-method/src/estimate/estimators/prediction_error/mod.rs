@@ -4,7 +4,6 @@
 mod before;
 mod bound;
 mod channel_updates;
-mod competition;
 mod constrained;
 mod covariance;
 mod descent;
@@ -77,7 +76,7 @@ use rung::Rung;
 use start_levels::TorqueNoise;
 use status::Status;
 use undeclared::bias;
-use undeclared_findings::{about_undeclared, listed_unknowns};
+use undeclared_findings::about_undeclared;
 
 /// Least start value of a rotor inertia or stiffness, in its standard errors.
 const INSIDE: f64 = 0.3;
@@ -139,14 +138,17 @@ pub(in crate::estimate) fn prediction_error(
     let mut findings: Vec<Finding> = status.finding().into_iter().collect();
     let mut listed = Vec::new();
     if let Some(refined) = shown.as_ref().and_then(Tried::refined) {
-        let mut notes = about_undeclared(reading, refined, &missing);
+        let (unknowns, mut notes): (Vec<_>, Vec<Finding>) =
+            about_undeclared((reading, excerpt), refined, &missing)
+                .into_iter()
+                .unzip();
         notes.extend(about(reading, refined));
         let contradicted = contradicted(reading, excerpt, refined);
         if !refined.converged() || contradicted.is_some() {
             // Away from the maximum of the likelihood, or with a wrong timing, every effect seems to be missing.
             notes.iter_mut().for_each(Finding::note);
         } else if status.is_used() {
-            listed = listed_unknowns(reading, refined, &missing);
+            listed = unknowns;
         }
         findings.extend(notes);
         findings.extend(contradicted.filter(|_| refined.converged()));

@@ -27,6 +27,12 @@ pub(super) fn folds(problem: &Problem<'_>, sums: &Sums) -> Vec<Fold> {
     } else {
         HELD_OUT_PARTS
     };
+    equal_parts(problem, sums, count)
+}
+
+/// Returns a number of parts of about equal length.
+pub(super) fn equal_parts(problem: &Problem<'_>, sums: &Sums, count: usize) -> Vec<Fold> {
+    let duration = problem.measurements.duration();
     let whole = (1.0, &sums.normal);
     let mut before = (0.0, NormalEquations::zero(sums.normal.count));
     (1..=count)

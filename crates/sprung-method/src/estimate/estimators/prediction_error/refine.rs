@@ -14,7 +14,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::channel_updates::ChannelUpdate;
 use super::descent::{Descent, descend};
 use super::dynamics::ScaleOfJoint;
-use super::effects::Effect;
 use super::effects::TorquesTiming;
 use super::expected_time::expected_seconds;
 use super::finish::finish;
@@ -30,7 +29,7 @@ use super::unknowns::Unknowns;
 use crate::estimate::estimators::feasible::feasible;
 use crate::estimate::estimators::least_squares::PossibleFit;
 use crate::estimate::statistics::MAX_ROUNDS;
-use crate::log::{LogSource, Quantity};
+use crate::log::LogSource;
 use crate::model::Theta;
 use crate::prepare::Excerpt;
 use crate::progress::{Listener, Phase, Stopped};
@@ -287,15 +286,8 @@ impl<'a> Refinery<'a> {
         for update in updates() {
             let reach = MAX_DELAY_MOVE * period.max(update.standard_error);
             let by = update.correction.clamp(-reach, reach);
-            for (delay, channel) in delays
-                .iter_mut()
-                .zip(self.reading.channels().all.iter().enumerate())
-            {
-                let is_affected = match update.effect {
-                    Effect::TorquesDelay => channel.1.quantity == Quantity::MotorTorque,
-                    _ => channel.0 == update.channel,
-                };
-                if is_affected {
+            for (channel, delay) in delays.iter_mut().enumerate() {
+                if update.place.contains(channel, self.reading.channels()) {
                     *delay += by;
                 }
             }

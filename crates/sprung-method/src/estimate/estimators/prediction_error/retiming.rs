@@ -1,12 +1,10 @@
 //! The timing of the torques and the sharpness of Coulomb friction, where the likelihood differs from the preparation.
 
 use super::channel_updates::ChannelUpdate;
-use super::effects::Effect;
 use super::effects::TorquesTiming;
 use super::refine::{End, Refinery};
 use super::refined::Refined;
 use super::rung::Rung;
-use super::undeclared::Cause;
 use crate::description::{Delay, Experiment, Laws};
 use crate::estimate::result::Refinement;
 use crate::estimate::statistics::{CERTAIN_SIGMAS, MIN_DELAY_SAMPLES};
@@ -16,7 +14,7 @@ use crate::model::Model;
 use crate::numbers::in_ms;
 use crate::prepare::{DelayGain, Excerpt};
 use crate::regression::{PassError, Reading};
-use crate::unknowns::LEAST_CHANGE_OF_SHARPNESS;
+use crate::unknowns::{Kind, LEAST_CHANGE_OF_SHARPNESS};
 use sprung_core::friction::Scale;
 
 /// Longest common delay of all torques by controller and recorder, in samples. A longer one is that of a faulty
@@ -169,12 +167,8 @@ impl Refinery<'_> {
         let mut torques = torques.filter(|_| is_auto);
         if torques.is_some() {
             let undeclared = self.undeclared(rung, end, experiment)?;
-            let is_torques_delay =
-                |cause: &Cause| matches!(cause, Cause::Effect(_, Effect::TorquesDelay));
             torques = torques.filter(|_| {
-                undeclared
-                    .iter()
-                    .any(|undeclared| is_torques_delay(&undeclared.cause))
+                (undeclared.iter()).any(|undeclared| undeclared.found.kind == Kind::Timing)
             });
         }
         let wanted = torques.is_some() || delays.is_some() || !sharpness.is_empty();

@@ -1,70 +1,57 @@
-//! Effects that the model lacks: laws, delays, saturations, encoders that are not centred, ripples of the torque, errors
-//! of gears, friction that drifts. One further run of the filter takes the derivatives by all of them, at zero.
+//! Unknowns that the model lacks. One further run of the filter takes the derivatives by all of them, at zero, and the selection of
+//! the catalogue judges them by the innovations.
 
-use super::competition::{Entrant, Evidence, Winner, winners};
-use super::effects::TorquesTiming;
-use super::effects::{Effect, of_delays, of_drives, of_sensors};
+use faer::Mat;
+
+use super::effects::{Effect, Filtered, TorquesTiming, of_delays};
+use super::filter::NormalEquations;
 use super::findings::largest_move;
 use super::finish::last_run;
 use super::measurements::{Measurements, with_laws};
-use super::parts::folds;
-use super::problem::{Problem, add_prior};
+use super::parts::equal_parts;
+use super::problem::Problem;
 use super::refine::{End, Refinery};
 use super::refined::Refined;
 use super::rung::Rung;
 use super::start_levels::Searches;
-use super::unknowns::Unknowns;
+use super::unknowns::{Prior, Unknowns};
 use crate::description::Experiment;
-use crate::estimate::laws::{Tested, with_tested_laws};
 use crate::estimate::statistics::NORMAL_95;
+use crate::log::{Channels, Signal};
 use crate::model::Model;
-use crate::prepare::rms_speeds;
 use crate::regression::PassError;
+use crate::unknowns::{
+    Effect as OfUnknown, Found, Innovations, Kind, LawColumn, OfLikelihood, PARTS_OF_INNOVATIONS,
+    Place, Pull, Shown, Unknown, changed,
+};
 use sprung_core::friction::Law;
-use sprung_core::parameters::JointParameter;
+use sprung_core::parameters::{JointParameter, Side};
 
 /// Error of the correction for noise of the logged torques, relative to the correction. Errors in tests of the
 /// correction: up to 10 % for single parameters.
 const ERROR_OF_NOISE_CORRECTION: f64 = 0.05;
 
-/// Least practical sizes: of a torque relative to the standard deviation of the joint's torque, of a delay in samples,
-/// of an angle in counts of an encoder.
-pub(super) const LEAST_TORQUE_SHARE: f64 = 0.01;
+/// Least practical sizes: of a delay in samples, of an angle in counts of an encoder.
 const LEAST_DELAY_SAMPLES: f64 = 0.1;
 const LEAST_COUNTS: f64 = 0.2;
 
-/// An effect that the model lacks.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Cause {
-    Law(Tested),
-    /// Channel, and the effect.
-    Effect(usize, Effect),
-}
-
-/// An effect that the log shows, beside those that explain more.
+/// An unknown that the log shows beside the model.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Undeclared {
-    pub(super) cause: Cause,
-    /// Value, of a wave the amplitude.
-    pub(super) value: f64,
-    pub(super) standard_error: f64,
+    pub(super) found: Found,
     /// Value over the least practical size.
     pub(super) size: f64,
     /// Moves of the refined parameters with it, \[free\].
     pub(super) moves: Vec<f64>,
-    /// Gain of the log-likelihood of held-out folds.
-    pub(super) gain: f64,
-    /// Of the value; empty for ratios.
-    pub(super) unit: &'static str,
 }
 
 impl Undeclared {
     /// Returns the value in standard errors.
     pub(super) fn significance(&self) -> f64 {
-        self.value.abs() / self.standard_error
+        self.found.value.abs() / self.found.standard_error
     }
 
-    /// Returns whether the effect has a practical size or moves a parameter out of its interval.
+    /// Returns whether it has a practical size or moves a parameter out of its interval.
     pub(super) fn matters(&self, refined: &Refined) -> bool {
         self.size >= 1.0
             || self
@@ -79,7 +66,7 @@ impl Undeclared {
     }
 }
 
-/// Returns the possible error of each parameter by undeclared effects: its largest change with one of them, \[p\]. The
+/// Returns the possible error of each parameter by undeclared unknowns: its largest change with one of them, \[p\]. The
 /// error of the correction for noise counts as such a change.
 pub(super) fn bias(refined: &Refined, undeclared: &[Undeclared]) -> Vec<f64> {
     let moves = undeclared.iter().map(|undeclared| &undeclared.moves[..]);
@@ -90,9 +77,9 @@ pub(super) fn bias(refined: &Refined, undeclared: &[Undeclared]) -> Vec<f64> {
     largest
 }
 
-/// Returns the largest change of each parameter by one of several effects, \[p\].
+/// Returns the largest change of each parameter by one of several unknowns, \[p\].
 ///
-/// - `free`: indices of the parameters that move; `moves`: with each effect, \[free\].
+/// - `free`: indices of the parameters that move; `moves`: with each unknown, \[free\].
 fn largest_moves<'m>(
     parameters: usize,
     free: &[usize],
@@ -109,13 +96,34 @@ fn largest_moves<'m>(
     largest
 }
 
-/// Change of a parameter, in standard errors, from which a smaller effect is relevant on a lower rung, and the least
-/// size of such an effect relative to a practical size.
+/// Change of a parameter, in standard errors, from which a smaller unknown is relevant on a lower rung, and the least
+/// size of such an unknown relative to a practical size.
 const FAR_MOVE: f64 = 10.0;
 const LEAST_FAR_SIZE: f64 = 0.5;
 
+/// Where the derivative by an unknown stands.
+#[derive(Clone, Copy)]
+enum Column {
+    /// Among the parameters.
+    Law(usize),
+    /// Among the effects, behind all values.
+    Effect(usize),
+}
+
+/// The columns of a last run.
+struct Columns {
+    /// Parameters: those that were refined, then those of laws.
+    free: Vec<usize>,
+    /// Delays to be estimated, then effects of unknowns.
+    effects: Vec<Effect>,
+    /// Number of delays to be estimated.
+    open: usize,
+    /// Column of each unknown.
+    places: Vec<Column>,
+}
+
 impl Refinery<'_> {
-    /// Tests the effects that the model lacks at the end of a rung.
+    /// Tests the unknowns that the model lacks at the end of a rung.
     ///
     /// # Errors
     ///
@@ -126,49 +134,54 @@ impl Refinery<'_> {
         end: &End,
         experiment: &Experiment,
     ) -> Result<Vec<Undeclared>, PassError> {
-        let speeds = rms_speeds(self.reading, self.excerpt);
-        let tested = with_tested_laws(experiment, self.reading.model(), &speeds);
-        let (Some(measurements), Ok((richer, tested))) = (self.measurements(&end.delays)?, tested)
-        else {
+        let Some(measurements) = self.measurements(&end.delays)? else {
             return Ok(Vec::new());
         };
-        let (richer, tested) = (&richer, &*tested);
+        let theta = &end.refined.theta;
+        let mut catalogue = OfLikelihood::new(experiment, self.reading, self.excerpt, theta);
+        catalogue.retain(|unknown| !self.is_estimated(unknown));
         let channels = self.reading.channels();
-        let measurements = with_laws(&measurements, richer, channels);
-        Ok(self
-            .found((rung, end), experiment, (richer, tested), &measurements)
-            .unwrap_or_default())
+        let richer = with_laws_of(experiment, self.reading.model(), &catalogue.unknowns);
+        let measurements = with_laws(&measurements, &richer, channels);
+        let found = self.found((rung, end), &richer, (&mut catalogue, &measurements));
+        Ok(found.unwrap_or_default())
+    }
+
+    /// Returns whether the refinement estimates an unknown anyway.
+    fn is_estimated(&self, unknown: &Unknown) -> bool {
+        let is_estimated = |i: &usize| self.start.delays.contains(i);
+        let is_timing = unknown.place == Place::All(Signal::Torque)
+            && self.start.torques == TorquesTiming::Estimated;
+        unknown.kind == Kind::Delay && (is_timing || unknown.channels().iter().all(is_estimated))
     }
 
     fn found(
         &self,
         (rung, end): (Rung, &End),
-        experiment: &Experiment,
-        (richer, tested): (&Model, &[Tested]),
-        measurements: &Measurements,
+        richer: &Model,
+        (catalogue, measurements): (&mut OfLikelihood, &Measurements),
     ) -> Option<Vec<Undeclared>> {
         let (theta, free) = self.in_model(end, richer)?;
         let before = free.len();
-        let free = (free.into_iter())
-            .chain(tested.iter().map(|law| law.parameter))
-            .collect();
         let channels = self.reading.channels();
-        let estimated = (&*self.start.delays, self.start.torques);
-        let mut effects = of_delays(richer, channels, measurements, estimated);
-        effects.extend(of_sensors(richer, channels, measurements));
-        effects.extend(of_drives(
-            experiment,
-            richer,
-            (channels, measurements),
-            &theta,
-        ));
-        let unknowns = Unknowns::new(richer, channels, measurements, &theta, free)
+        let joints = catalogue.joints.clone();
+        let filtered = Filtered {
+            model: richer,
+            channels,
+            measurements,
+            theta: &theta,
+            joints: &joints,
+        };
+        let columns = self.columns(catalogue, free, &filtered);
+        let (open, laws) = (columns.open, columns.free.len() - before);
+        let unknowns = Unknowns::new(richer, channels, measurements, &theta, columns.free)
             .with_presliding_levels(end.presliding.clone())
             .with_bends_of(&end.scales())
-            .with_effects(effects.clone());
+            .with_effects(columns.effects);
         let mut z = end.z.clone();
-        z.splice(before..before, vec![0.0; tested.len()]);
-        if z.len() != unknowns.values() {
+        z.splice(before..before, vec![0.0; laws]);
+        let values = unknowns.values();
+        if z.len() != values {
             return None;
         }
         let noise = self.start.torque_noise;
@@ -183,55 +196,44 @@ impl Refinery<'_> {
             robots: None,
         };
         let (sums, _) = last_run(&problem, &unknowns, (&z, &end.levels))?;
-        let folds = folds(&problem, &sums);
-        let mut normal = sums.normal.clone();
-        add_prior(&unknowns, &z, &mut normal);
-        let evidence = Evidence {
-            normal: &normal,
-            gradients: &sums.gradients,
-            folds: &folds.iter().map(|fold| &fold.normal).collect::<Vec<_>>(),
-            duration: measurements.duration(),
-        };
-        let values = unknowns.values();
-        let is_law = |place: &usize| (before..before + tested.len()).contains(place);
-        let open = estimated.0.len() + usize::from(estimated.1 == TorquesTiming::Estimated);
-        let active = (0..values + open).filter(|place| !is_law(place)).collect();
-        let laws = tested.iter().enumerate();
-        let (mut causes, mut entrants): (Vec<Cause>, Vec<Entrant>) = laws
-            .map(|(i, law)| {
-                let entrant = Entrant {
-                    joint: Some(law.joint),
-                    columns: vec![before + i],
-                };
-                (Cause::Law(law.clone()), entrant)
+        let follows: Vec<usize> = (0..values + open)
+            .filter(|place| !(before..before + laws).contains(place))
+            .collect();
+        let tested = (columns.places.iter()).map(|place| match *place {
+            Column::Law(at) => at,
+            Column::Effect(at) => values + at,
+        });
+        let order: Vec<usize> = follows.iter().copied().chain(tested).collect();
+        let cost = sums.cost / PARTS_OF_INNOVATIONS as f64;
+        let parts = equal_parts(&problem, &sums, PARTS_OF_INNOVATIONS);
+        let place = |at: usize| follows.iter().position(|follows| *follows == at);
+        let pull = |prior: Prior| {
+            Some(Pull {
+                at: place(prior.at)?,
+                weight: prior.deviation.powi(-2),
+                away: z[prior.at] - prior.mean,
             })
-            .unzip();
-        for (i, &(channel, effect)) in effects.iter().enumerate().skip(open) {
-            match entrants.last_mut() {
-                Some(entrant) if effect.is_cosine() => entrant.columns.push(values + i),
-                _ => {
-                    let of_all = effect == Effect::TorquesDelay;
-                    causes.push(Cause::Effect(channel, effect));
-                    entrants.push(Entrant {
-                        joint: (!of_all).then_some(channels.all[channel].joint),
-                        columns: vec![values + i],
-                    });
-                }
-            }
-        }
+        };
+        let innovations = Innovations {
+            parts: (parts.iter())
+                .map(|part| products(&part.normal, &order, cost))
+                .collect(),
+            priors: unknowns.priors().filter_map(pull).collect(),
+        };
+        let joint_of = |channel: usize| channels.all[channel].joint;
+        let shown = catalogue.shown(innovations, &joint_of).into_iter();
         let scales = Scales {
             model: richer,
+            channels,
             measurements,
-            theta: &theta,
             free: &unknowns.free[..before],
             period: self.excerpt.period(),
         };
-        let found = winners(&evidence, active, &entrants).into_iter();
         Some(
-            found
-                .map(|winner| scales.undeclared(causes[winner.effect].clone(), &winner))
-                // On a lower rung the model error is larger than an effect without a practical size, unless the effect
-                // moves a parameter far out of its interval.
+            shown
+                .map(|shown| scales.undeclared(catalogue, shown))
+                // On a lower rung the model error is larger than an unknown without a practical size, unless it moves a parameter
+                // far out of its interval.
                 .filter(|undeclared| {
                     let is_far = || {
                         undeclared
@@ -244,6 +246,42 @@ impl Refinery<'_> {
                 })
                 .collect(),
         )
+    }
+
+    /// Returns the columns of everything that the filter sees, and drops the other unknowns.
+    ///
+    /// - `free`: refined parameters.
+    fn columns(
+        &self,
+        catalogue: &mut OfLikelihood,
+        mut free: Vec<usize>,
+        filtered: &Filtered<'_>,
+    ) -> Columns {
+        let timing = self.start.torques;
+        let mut effects = of_delays(filtered, (&self.start.delays, timing));
+        let open = self.start.delays.len() + usize::from(timing == TorquesTiming::Estimated);
+        effects.truncate(open);
+        let mut places = Vec::new();
+        catalogue.retain(|unknown| {
+            let place = match parameter_of(unknown, filtered.model) {
+                Some(index) => {
+                    free.push(index);
+                    Some(Column::Law(free.len() - 1))
+                }
+                None => Effect::of(unknown, filtered).map(|effect| {
+                    effects.push(effect);
+                    Column::Effect(effects.len() - 1)
+                }),
+            };
+            places.extend(place);
+            place.is_some()
+        });
+        Columns {
+            free,
+            effects,
+            open,
+            places,
+        }
     }
 
     /// Returns the parameters of a richer model at an end, and the indices of those that were refined.
@@ -261,100 +299,96 @@ impl Refinery<'_> {
     }
 }
 
+/// Returns the parameter of a law that the richer model has.
+fn parameter_of(unknown: &Unknown, richer: &Model) -> Option<usize> {
+    match (&unknown.effect, unknown.place) {
+        (
+            OfUnknown::Law {
+                column: LawColumn::Terms(terms),
+                ..
+            },
+            Place::Joint(joint),
+        ) => richer.index(terms.first()?.0.what, joint),
+        _ => None,
+    }
+}
+
+/// Returns the model with the laws of some unknowns.
+fn with_laws_of(experiment: &Experiment, model: &Model, unknowns: &[Unknown]) -> Model {
+    let mut richer = experiment.clone();
+    for unknown in unknowns {
+        if let (Some(law), Place::Joint(joint)) = (unknown.added(), unknown.place) {
+            let described = &mut richer.robot.joint[joint];
+            *described = changed(described.clone(), law);
+        }
+    }
+    let richer = Model::new(&richer).map(|richer| richer.with_velocities_of(model));
+    richer.unwrap_or_else(|_| model.clone())
+}
+
+/// Returns the products of some columns and of the innovations of a part.
+fn products(normal: &NormalEquations, order: &[usize], cost: f64) -> Mat<f64> {
+    let last = order.len();
+    Mat::from_fn(last + 1, last + 1, |i, j| {
+        match (order.get(i), order.get(j)) {
+            (Some(&i), Some(&j)) => normal.information[i.max(j) * normal.count + i.min(j)],
+            (Some(&at), None) | (None, Some(&at)) => -normal.gradient[at],
+            (None, None) => cost,
+        }
+    })
+}
+
 /// The scales of practical sizes.
 struct Scales<'a> {
     model: &'a Model,
+    channels: &'a Channels,
     measurements: &'a Measurements,
-    theta: &'a [f64],
     /// Indices of the refined parameters.
     free: &'a [usize],
     period: f64,
 }
 
 impl Scales<'_> {
-    fn undeclared(&self, cause: Cause, winner: &Winner) -> Undeclared {
-        let mut moves = winner.moves[..self.free.len()].to_vec();
-        if let Cause::Effect(
-            _,
-            Effect::Drift {
-                parameter, viscous, ..
-            },
-        ) = cause
-            && let Some(place) = self.free.iter().position(|index| *index == parameter)
+    fn undeclared(&self, catalogue: &OfLikelihood, shown: Shown) -> Undeclared {
+        let (found, mut moves) = (shown.found, shown.moves);
+        moves.truncate(self.free.len());
+        let viscous = JointParameter::Friction(Side::Motor, Law::Viscous);
+        if let (Kind::WarmUp, Place::Joint(joint)) = (found.kind, found.place)
+            && let Some(index) = self.model.index(viscous, joint)
+            && let Some(place) = self.free.iter().position(|free| *free == index)
         {
             // The value at the beginning and that at the end differ from the mean by half the change.
-            moves[place] = moves[place].abs().max((0.5 * winner.value * viscous).abs());
+            moves[place] = moves[place].abs().max(0.5 * found.value.abs());
         }
-        Undeclared {
-            size: self.size(&cause, winner.value.abs()),
-            unit: match &cause {
-                Cause::Law(law) => self.model.parameters()[law.parameter].unit,
-                Cause::Effect(_, effect) => effect.unit(),
-            },
-            cause,
-            value: winner.value,
-            standard_error: winner.standard_error,
-            moves,
-            gain: winner.gain,
-        }
-    }
-
-    /// Returns a value over the least practical size of its effect.
-    fn size(&self, cause: &Cause, value: f64) -> f64 {
-        let counts = |sensor: usize| {
-            let variance = self.measurements.sensors[sensor].noise.variance();
-            value / (LEAST_COUNTS * (12.0 * variance).sqrt())
+        let unknown = &catalogue.unknowns[shown.unknown];
+        let least = match unknown.kind {
+            Kind::Delay => LEAST_DELAY_SAMPLES * self.period,
+            Kind::Eccentricity | Kind::TransmissionError => LEAST_COUNTS * self.count(found.place),
+            _ => unknown.least_size(catalogue.scales[shown.unknown]),
         };
-        match cause {
-            Cause::Law(law) => self.torque_of_law(law, value) / LEAST_TORQUE_SHARE,
-            Cause::Effect(_, effect) => match *effect {
-                Effect::SensorDelay(_) | Effect::TorqueDelay(_) | Effect::TorquesDelay => {
-                    value / (LEAST_DELAY_SAMPLES * self.period)
-                }
-                Effect::Saturation { .. } | Effect::Ripple { .. } => value / LEAST_TORQUE_SHARE,
-                Effect::Eccentricity { sensor, .. } => counts(sensor),
-                Effect::TransmissionError { link, .. } => {
-                    let sensors = self.measurements.sensors.iter();
-                    let of_link = |coordinates: &[(usize, f64)]| coordinates == [(link, 1.0)];
-                    let sensor = sensors
-                        .clone()
-                        .position(|sensor| of_link(&sensor.coordinates));
-                    sensor.map_or(f64::INFINITY, counts)
-                }
-                Effect::Drift { row, viscous, .. } => {
-                    let speed = self.speed(row);
-                    let share = viscous.abs() * speed / self.measurements.torque_scale[row];
-                    // Half of the change to each side of the mean.
-                    0.5 * value * share / LEAST_TORQUE_SHARE
-                }
-            },
+        Undeclared {
+            size: found.value.abs() / least,
+            found,
+            moves,
         }
     }
 
-    /// Returns the root mean square velocity of a coordinate with a separate sensor, rad/s (m/s).
-    fn speed(&self, coordinate: usize) -> f64 {
-        let sensors = self.measurements.sensors.iter();
-        let index = sensors
-            .clone()
-            .position(|sensor| sensor.coordinates == [(coordinate, 1.0)]);
-        let segments = self.measurements.segments.iter();
-        index.map_or(0.0, |sensor| {
-            segments.fold(0.0, |most, segment| most.max(segment.speeds[sensor]))
-        })
-    }
-
-    /// Returns the torque of a law relative to the standard deviation of the joint's torque.
-    fn torque_of_law(&self, law: &Tested, value: f64) -> f64 {
-        let torque = self.measurements.torque_scale[self.model.torque_row(law.joint)];
-        let stiffness = self.model.index(JointParameter::Stiffness, law.joint);
-        let stiffness = stiffness.map_or(f64::INFINITY, |index| self.theta[index].abs());
-        match self.model.parameters()[law.parameter].joint {
-            Some((JointParameter::CubicStiffness, _)) => {
-                value * (torque / stiffness).powi(3) / torque
+    /// Returns the count of the encoder of a channel, or of a joint's link, rad (m).
+    fn count(&self, place: Place) -> f64 {
+        let is_of_place = |channel: usize| match place {
+            Place::Joint(joint) => {
+                let of = &self.channels.all[channel];
+                of.joint == joint && of.quantity.signal() == Signal::Link
             }
-            Some((JointParameter::Friction(_, Law::Load), _)) => value / stiffness,
-            _ => value / torque,
-        }
+            Place::Channel(_) | Place::All(_) | Place::Robot => {
+                place.contains(channel, self.channels)
+            }
+        };
+        let sensors = self.measurements.sensors.iter();
+        let of_place = sensors.filter(|sensor| is_of_place(sensor.channel));
+        of_place.fold(0.0, |most, sensor| {
+            most.max((12.0 * sensor.noise.variance()).sqrt())
+        })
     }
 }
 

@@ -70,8 +70,7 @@ pub(super) struct Unknowns {
     pub(super) bends: Vec<Bend>,
     /// Prior levels of presliding friction.
     pub(super) presliding: Vec<PreslidingLevel>,
-    /// Channel of each effect, and the effect.
-    effects: Vec<(usize, Effect)>,
+    effects: Vec<Effect>,
 }
 
 impl Unknowns {
@@ -148,15 +147,14 @@ impl Unknowns {
         }
     }
 
-    /// Returns the same unknowns with columns for effects, each with its channel. The columns of the delays to be estimated
-    /// come first.
-    pub(super) fn with_effects(self, effects: Vec<(usize, Effect)>) -> Self {
+    /// Returns the same unknowns with columns for effects. The columns of the delays to be estimated come first.
+    pub(super) fn with_effects(self, effects: Vec<Effect>) -> Self {
         Self { effects, ..self }
     }
 
-    /// Returns the effects that have columns, with their channels.
-    pub(super) fn effects(&self) -> impl Iterator<Item = (usize, Effect)> {
-        self.effects.iter().copied()
+    /// Returns the effects that have columns.
+    pub(super) fn effects(&self) -> impl Iterator<Item = &Effect> {
+        self.effects.iter()
     }
 
     /// Returns the number of unknowns with values.
@@ -170,7 +168,7 @@ impl Unknowns {
 
     /// Returns whether the delay of all torques has a column.
     pub(super) fn has_torques_delay(&self) -> bool {
-        (self.effects.iter()).any(|(_, effect)| *effect == Effect::TorquesDelay)
+        self.effects.iter().any(Effect::is_of_torques)
     }
 
     /// Returns the number of columns.
@@ -331,7 +329,7 @@ impl Unknowns {
         derivatives
     }
 
-    /// Adds the derivatives of an innovation by offset, delay and eccentricity of its sensor.
+    /// Adds the derivatives of an innovation by the offset of its sensor and by the effects.
     ///
     /// - `coordinates`: coordinates that the sensor measures; `x`: positions and velocities of all
     ///   rows.
@@ -345,7 +343,7 @@ impl Unknowns {
         if let Some(i) = self.offsets.iter().position(|o| o.sensor == sensor) {
             row[self.free.len() + i] -= 1.0;
         }
-        for (i, (_, effect)) in self.effects.iter().enumerate() {
+        for (i, effect) in self.effects.iter().enumerate() {
             row[self.values() + i] += effect.of_innovation(sensor, coordinates, x);
         }
     }
@@ -360,7 +358,7 @@ impl Unknowns {
         row: usize,
         x: &[f64],
     ) {
-        for (i, (_, effect)) in self.effects.iter().enumerate() {
+        for (i, effect) in self.effects.iter().enumerate() {
             columns[self.values() + i] += effect.of_torque((segment, sample), row, x);
         }
     }

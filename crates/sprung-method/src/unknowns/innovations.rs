@@ -1,0 +1,209 @@
+//! What the innovations of a refinement show: the same catalogue and the same selection.
+
+use faer::Mat;
+
+use super::evidence::{Evidence, PARTS, Prior, Pull};
+use super::found::Found;
+use super::gauge::TIMING;
+use super::kinds::{Catalogued, catalogue};
+use super::rows::{Rows, Wanted};
+use super::search::Search;
+use super::select::Selection;
+use super::unknown::{JointScales, Kind, Place, ShownBy, Unknown};
+use crate::description::Experiment;
+use crate::log::Signal;
+use crate::prepare::Excerpt;
+use crate::regression::Reading;
+
+/// Most unknowns that are found.
+const MOST: usize = 10;
+
+/// Number of consecutive parts whose products are asked for.
+pub(crate) const PARTS_OF_INNOVATIONS: usize = PARTS;
+
+/// The part of the catalogue that innovations show.
+pub(crate) struct OfLikelihood {
+    pub(crate) unknowns: Vec<Unknown>,
+    /// Usual size of each; of a law the coefficient that makes its torque as large as that of its joint.
+    pub(crate) scales: Vec<f64>,
+    /// Figures of each joint.
+    pub(crate) joints: Vec<JointScales>,
+}
+
+/// Whitened innovations of consecutive parts with their derivatives.
+pub(crate) struct Innovations {
+    /// Products of the derivatives by what follows every unknown, by the unknowns, and of the innovations, \[(columns + 1)²\].
+    pub(crate) parts: Vec<Mat<f64>>,
+    /// Priors of what follows.
+    pub(crate) priors: Vec<Pull>,
+}
+
+/// An unknown that innovations show.
+pub(crate) struct Shown {
+    /// Index in the catalogue, of a wave that of its first phase.
+    pub(crate) unknown: usize,
+    /// The value of a wave is its amplitude.
+    pub(crate) found: Found,
+    /// Changes of what follows by it.
+    pub(crate) moves: Vec<f64>,
+}
+
+impl OfLikelihood {
+    /// - `theta`: parameters, \[p\].
+    pub(crate) fn new(
+        experiment: &Experiment,
+        reading: &Reading,
+        excerpt: &Excerpt,
+        theta: &[f64],
+    ) -> Self {
+        let (channels, model) = (reading.channels(), reading.model());
+        let mut search = Search::new((experiment, reading), channels, model, excerpt);
+        let catalogued = Catalogued::new((experiment, reading), channels, model, excerpt);
+        search.unknowns = catalogue(&catalogued);
+        (search.unknowns).retain(|unknown| unknown.shown_by != ShownBy::Rows);
+        let laws: Vec<usize> = (0..search.unknowns.len())
+            .filter(|&k| search.unknowns[k].scale.is_infinite())
+            .collect();
+        let smoothed = search.signals(excerpt);
+        let rows = smoothed.as_ref().and_then(|smoothed| {
+            let former = Rows {
+                wanted: Wanted::These(&laws),
+                ..search.former(model, smoothed.period())
+            };
+            former.form(smoothed.segments(), theta, &search.unknowns, &[])
+        });
+        let segments = smoothed
+            .as_ref()
+            .map_or(&[][..], |smoothed| smoothed.segments());
+        let joints = search.former(model, excerpt.period()).scales(segments);
+        Self {
+            scales: search.scales(&rows.unwrap_or_default()),
+            joints,
+            unknowns: search.unknowns,
+        }
+    }
+
+    /// Keeps some unknowns.
+    pub(crate) fn retain(&mut self, keep: impl FnMut(&Unknown) -> bool) {
+        let kept: Vec<bool> = self.unknowns.iter().map(keep).collect();
+        let mut of_scale = kept.iter();
+        self.scales.retain(|_| *of_scale.next().unwrap_or(&false));
+        let mut of_unknown = kept.iter();
+        self.unknowns
+            .retain(|_| *of_unknown.next().unwrap_or(&false));
+    }
+
+    /// Returns what the innovations show, what explains most first.
+    ///
+    /// - `joint_of`: joint of a channel.
+    pub(crate) fn shown(
+        &self,
+        innovations: Innovations,
+        joint_of: &(dyn Fn(usize) -> usize + Sync),
+    ) -> Vec<Shown> {
+        let priors: Vec<Prior> = (self.unknowns.iter().zip(&self.scales))
+            .map(|(unknown, &scale)| Prior {
+                scale,
+                applied: 0.0,
+                is_positive: unknown.is_positive,
+            })
+            .collect();
+        let evidence = Evidence::of_innovations(innovations.parts, &innovations.priors, &priors);
+        let selection = Selection {
+            evidence: &evidence,
+            unknowns: &self.unknowns,
+            scales: &self.scales,
+            begins: &vec![None; self.unknowns.len()],
+            theta: &[],
+        };
+        let mut chosen = Vec::new();
+        while chosen.len() < MOST
+            && let Some(best) = selection.best(&chosen, joint_of)
+        {
+            chosen.push(best.unknown);
+        }
+        let waves: Vec<Vec<usize>> = self.waves(&chosen);
+        let all: Vec<usize> = waves.concat();
+        (waves.iter())
+            .map(|wave| self.described(&selection, wave, &all))
+            .collect()
+    }
+
+    /// Returns the chosen unknowns, with both phases of each wave.
+    fn waves(&self, chosen: &[usize]) -> Vec<Vec<usize>> {
+        let mut waves: Vec<Vec<usize>> = Vec::new();
+        for &one in chosen {
+            if waves.iter().any(|wave| wave.contains(&one)) {
+                continue;
+            }
+            let of = self.unknowns[one].wave();
+            let is_phase =
+                |other: &usize| *other == one || of.is_some() && self.unknowns[*other].wave() == of;
+            waves.push((0..self.unknowns.len()).filter(is_phase).collect());
+        }
+        waves
+    }
+
+    /// - `wave`: an unknown, or both phases of one; `all`: everything that was found.
+    fn described(&self, selection: &Selection<'_>, wave: &[usize], all: &[usize]) -> Shown {
+        let evidence = selection.evidence;
+        let rest: Vec<usize> = (all.iter().copied())
+            .filter(|other| !wave.contains(other))
+            .collect();
+        let (columns, others) = (selection.columns(all), selection.columns(&rest));
+        let (with, without) = (evidence.fit(&columns), evidence.fit(&others));
+        let held_out = evidence.held_out(&columns, None);
+        let parts: Vec<usize> = (0..PARTS).collect();
+        let (mut value, mut error) = (0.0_f64, 0.0_f64);
+        for &phase in wave {
+            let column = selection.column(phase);
+            let beyond: Vec<usize> = columns.iter().copied().filter(|c| *c != column).collect();
+            let scatter = held_out.mean_and_error(column, &parts).1;
+            let of_phase = evidence
+                .directions(&beyond)
+                .error(evidence, column)
+                .hypot(scatter);
+            let size = with[column];
+            error =
+                (value * error).hypot(size * of_phase) / value.hypot(size).max(f64::MIN_POSITIVE);
+            value = if wave.len() > 1 {
+                value.hypot(size)
+            } else {
+                size
+            };
+        }
+        let before = evidence.held_out(&others, None).sum(&[0], &parts);
+        let gain = (before - held_out.sum(&[0], &parts)) / before.max(f64::MIN_POSITIVE);
+        let unknown = &self.unknowns[wave[0]];
+        let is_timing = unknown.kind == Kind::Delay && unknown.place == Place::All(Signal::Torque);
+        Shown {
+            unknown: wave[0],
+            found: Found {
+                id: match unknown.wave() {
+                    _ if is_timing => TIMING.to_owned(),
+                    Some(wave) => wave.to_owned(),
+                    None => unknown.id.clone(),
+                },
+                kind: if is_timing {
+                    Kind::Timing
+                } else {
+                    unknown.kind
+                },
+                place: unknown.place,
+                value,
+                standard_error: error.abs(),
+                unit: unknown.unit,
+                begins: None,
+                law: unknown.added().cloned(),
+                gain,
+                own: 1.0,
+                mimic: None,
+                fall: gain,
+                competing: Vec::new(),
+            },
+            moves: (0..evidence.free)
+                .map(|at| with[at] - without[at])
+                .collect(),
+        }
+    }
+}
