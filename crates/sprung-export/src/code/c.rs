@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::control::Control;
 use super::emit::{Language, comment, element, identifier, is_zero, unused};
 use super::graph::Function;
+use super::memory::Memory;
 use super::observer::Observed;
 use super::proof::Vector;
 use super::trace::{Array, Shape, Traced};
@@ -28,10 +29,14 @@ const COMMAND_OF_STATE: &str = include_str!("templates/command_state.c");
 const COMMAND_OF_PD: &str = include_str!("templates/command_pd.c");
 const FEEDFORWARD_TEST: &str = include_str!("templates/feedforward_test.c");
 
+/// Templates of the memory.
+const MEMORY_HEADER: &str = include_str!("templates/memory.h");
+const MEMORY: &str = include_str!("templates/memory.c");
+const MEMORY_TEST: &str = include_str!("templates/memory_test.c");
+
 /// Templates of the observer.
 const OBSERVER_HEADER: &str = include_str!("templates/observer.h");
 const OBSERVER: &str = include_str!("templates/observer.c");
-const SLIDE: &str = include_str!("templates/slide.c");
 const OBSERVER_TEST: &str = include_str!("templates/observer_test.c");
 
 const C: Language = Language {
@@ -39,22 +44,32 @@ const C: Language = Language {
     number: |digits| format!("R({digits})"),
     call,
     row_of: |numbers| format!("    {{{numbers}}},\n"),
-    move_elements: |first, joint, is_of_spring, widths| {
-        let position = if is_of_spring {
-            format!("motion[1][0][{joint}] - motion[0][0][{joint}]")
-        } else {
-            format!("motion[1][0][{joint}]")
-        };
+    move_elements: |first, position, widths| {
         format!(
             "    {{\n        const @real widths[6] = {{{widths}}};\n        slide(own, {first}, {position}, widths);\n    }}\n"
         )
     },
     observed: |name, has_elements| {
-        let elements = if has_elements { " own->elements," } else { "" };
+        let elements = if has_elements {
+            " own->memory.elements,"
+        } else {
+            ""
+        };
         format!(
             "@{name}(motion[0][0], motion[0][1], motion[0][2],\n        motion[1][0], motion[1][1], motion[1][2],{elements} link_nm, motor_nm);"
         )
     },
+    memory: &[
+        ("%MEMORY_FIELD%", "    struct @memory memory;\n"),
+        (
+            "%REMEMBER%",
+            "    @remember(&own->memory, motion[0][0], motion[1][0]);\n",
+        ),
+        (
+            "%FORGET%",
+            "        for (i = 0; i < 12 * §JOINTS; i++) {\n            own->memory.elements[i] = R(0.0);\n        }\n        own->memory.has_begun = 0;\n",
+        ),
+    ],
     sensors: &[
         (
             "%SENSOR_NOTE%",
@@ -87,7 +102,6 @@ const C: Language = Language {
     },
     commands: [COMMAND_OF_STATE, COMMAND_OF_PD],
     tests: [CONTROLLER_TEST, FEEDFORWARD_TEST],
-    slide: SLIDE,
 };
 
 fn call(function: Function, x: &str) -> String {
@@ -119,6 +133,7 @@ pub(super) struct Program<'a> {
     /// Reciprocal of the inertia of the rotor of each flexible joint; zero at rigid joints.
     pub(super) inverse_rotors: &'a [f64],
     pub(super) vectors: &'a [Vector],
+    pub(super) memory: Option<&'a Memory>,
     pub(super) control: Option<&'a Control<'a>>,
     pub(super) observer: Option<&'a Observed<'a>>,
 }
@@ -182,9 +197,11 @@ pub(super) fn write(program: &Program<'_>) -> [String; 3] {
     for (i, name) in program.joints.iter().enumerate() {
         let _ = writeln!(joints, " *   {i}: {}", comment(name));
     }
-    let mut parts = controller(program.control);
-    for (part, more) in parts.iter_mut().zip(observer(program.observer)) {
-        part.push_str(&more);
+    let mut parts = memory(program.memory);
+    for more in [controller(program.control), observer(program.observer)] {
+        for (part, more) in parts.iter_mut().zip(more) {
+            part.push_str(&more);
+        }
     }
     let [of_header, of_code, of_test] = parts;
     let [mut check, mut measure] = match program.control {
@@ -198,6 +215,9 @@ pub(super) fn write(program: &Program<'_>) -> [String; 3] {
         None => [""; 2],
     }
     .map(str::to_owned);
+    if program.memory.is_some() {
+        check.push_str("    check_memory();\n");
+    }
     if program.observer.is_some() {
         check.push_str("    check_observer();\n");
         measure.push_str("    measure_observer();\n");
@@ -237,6 +257,13 @@ fn controller(control: Option<&Control<'_>>) -> [String; 3] {
     let [test, of_feedforward] = control.tests(&C);
     let [header, code] = [CONTROLLER_HEADER, CONTROLLER].map(|part| control.filled(&C, part));
     [header, code, test.replace("%FEEDFORWARD%", &of_feedforward)]
+}
+
+/// Returns the parts of the header, of the code and of the self-test for a memory.
+fn memory(memory: Option<&Memory>) -> [String; 3] {
+    memory.map_or_else(Default::default, |memory| {
+        [MEMORY_HEADER, MEMORY, MEMORY_TEST].map(|part| memory.filled(&C, part))
+    })
 }
 
 /// Returns the parts of the header, of the code and of the self-test for an observer.

@@ -16,10 +16,12 @@ pub(super) struct Language {
     pub(super) call: fn(Function, &str) -> String,
     /// A row of a table.
     pub(super) row_of: fn(&str) -> String,
-    /// The statement that moves a set of elements: first element, joint, whether the deflection moves it, widths.
-    pub(super) move_elements: fn(usize, usize, bool, &str) -> String,
+    /// The statement that moves a set of elements: first element, position that moves it, widths.
+    pub(super) move_elements: fn(usize, &str, &str) -> String,
     /// The call of the dynamics in an observer: name, and whether it has elements.
     pub(super) observed: fn(&str, bool) -> String,
+    /// Parts of an observer with memory, with their places in its templates.
+    pub(super) memory: &'static [(&'static str, &'static str)],
     /// Parts of an observer with torque sensors, with their places in its templates.
     pub(super) sensors: &'static [(&'static str, &'static str)],
     /// The torque that the sensor of joint `i` measures.
@@ -34,8 +36,6 @@ pub(super) struct Language {
     pub(super) commands: [&'static str; 2],
     /// Templates of the self-tests of a controller and of its feedforward.
     pub(super) tests: [&'static str; 2],
-    /// The function that moves a set of elements, where it is not a part of the observer.
-    pub(super) slide: &'static str,
 }
 
 impl Language {

@@ -8,6 +8,7 @@ mod control;
 mod emit;
 mod feedforward;
 mod graph;
+mod memory;
 mod observer;
 mod proof;
 mod rust;
@@ -17,6 +18,7 @@ use std::collections::BTreeMap;
 
 use self::c::Program;
 use self::control::Control;
+use self::memory::Memory;
 use self::observer::Observed;
 use self::trace::{Source, Traced};
 use super::controller::{ControlCode, ObserverCode};
@@ -96,12 +98,20 @@ pub(super) fn write(
             .map_err(failed)?;
         traced.push(feedforward);
     }
+    let memory = Memory::new(&source).map_err(failed)?;
+    let of_memory = match &memory {
+        Some(_) => {
+            traced.push(source.with_memory().map_err(failed)?);
+            memory::prove(&source, &traced[traced.len() - 1]).map_err(failed)?
+        }
+        None => 0.0,
+    };
     let mut of_observer = 0.0;
     if let Some(observer) = observer {
         if let Some(what) = observer::refused(&source, &observer.settings) {
             return Err(ExportError::Observer { what });
         }
-        if let Some(observed) = source.observed().map_err(failed)? {
+        if let Some(observed) = source.beside_sensors().map_err(failed)? {
             of_observer = observer::prove(&source, &observed).map_err(failed)?;
             traced.push(observed);
         }
@@ -110,11 +120,8 @@ pub(super) fn write(
     let (proof, vectors) = proof::prove(&source, &traced).map_err(failed)?;
     for (what, difference, limit) in [
         ("the feedforward", of_feedforward, TORQUE_TOLERANCE),
-        (
-            "the dynamics of the observer",
-            of_observer,
-            TORQUE_TOLERANCE,
-        ),
+        ("the dynamics with memory", of_memory, TORQUE_TOLERANCE),
+        ("the observer's dynamics", of_observer, TORQUE_TOLERANCE),
         ("inverse dynamics", proof.inverse_dynamics, TORQUE_TOLERANCE),
         ("the mass matrix", proof.mass_matrix, TORQUE_TOLERANCE),
         ("accelerations", proof.accelerations, ACCELERATION_TOLERANCE),
@@ -141,6 +148,7 @@ pub(super) fn write(
         traced: &traced,
         inverse_rotors: &source.inverse_rotors(),
         vectors: &vectors,
+        memory: memory.as_ref(),
         control: control.as_ref(),
         observer: observer.as_ref(),
     };
@@ -203,17 +211,25 @@ pub(super) fn said(
             "all identified laws, tanh(beta v) included",
         ),
     ];
+    let has_memory = model.robot().coupling.is_none();
+    let of_memory = |what: &str| {
+        if has_memory {
+            let note = "inverse_dynamics_with_memory has it exactly; the other functions have no memory, so their elements slide";
+            row(what, How::Exact, note)
+        } else {
+            let note = "the code has no memory of the motion: its elements slide";
+            row(what, How::Approximated, note)
+        }
+    };
     if (0..model.joint_count()).any(|joint| model.has_law(Scale::Presliding, joint)) {
-        let note = "the code has no memory of the motion: its elements slide, as Coulomb friction";
-        rows.push(row("presliding friction", How::Approximated, note));
+        rows.push(of_memory("presliding friction"));
     }
     if model.has_springs() {
         let note = "stiffness, play, damping, cubic stiffness and preload, as identified";
         rows.push(row("springs", How::Exact, note));
     }
     if (0..model.joint_count()).any(|joint| model.hysteresis_width(joint).is_some()) {
-        let note = "the code has no memory of the motion: the elements of its springs slide";
-        rows.push(row("hysteresis", How::Approximated, note));
+        rows.push(of_memory("hysteresis"));
     }
     if let Some(control) = control {
         let controller = &control.controller;

@@ -14,7 +14,7 @@ use sprung_method::watch::{ObserverSettings, TorqueObserver};
 use super::emit::Language;
 use super::graph::values;
 use super::trace::{Source, Traced};
-use crate::model::{ElementSet, Scratch, Theta};
+use crate::model::{Scratch, Theta};
 use crate::reload::worst;
 
 /// Samples of the motion of the self-test, which repeats behind those in which the robot rests and the observer settles.
@@ -63,7 +63,7 @@ impl Sample {
 pub(super) struct Observed<'a> {
     pub(super) settings: &'a ObserverSettings,
     sharpness: Vec<f64>,
-    sets: Vec<ElementSet>,
+    has_memory: bool,
     /// Name of its dynamics.
     dynamics: &'static str,
     about: &'a [String],
@@ -180,7 +180,7 @@ impl<'a> Observed<'a> {
             settle,
             settings,
             sharpness: (0..n).map(|joint| model.sharpness(joint)).collect(),
-            sets: model.elements().sets().collect(),
+            has_memory: source.has_memory(),
             dynamics: source.observer_dynamics(),
             sensors: sensor_offsets(source).map_err(|error| error.to_string())?,
             about,
@@ -251,40 +251,18 @@ impl<'a> Observed<'a> {
 
     /// Returns a template of the observer or of its self-test with all that it contains.
     pub(super) fn filled(&self, language: &Language, template: &str) -> String {
-        let (update, call) = self.memory(language);
-        let slide = if update.is_empty() {
-            ""
-        } else {
-            language.slide
-        };
+        let call = (language.observed)(self.dynamics, self.has_memory);
         let samples = self.samples.iter().map(Sample::all);
-        self.numbers(language, template)
-            .replace("%SLIDE%", slide)
-            .replace("%UPDATE%", &update)
-            .replace("%DYNAMICS%", &call)
+        let mut text = self.numbers(language, template);
+        for (name, code) in language.memory {
+            text = text.replace(name, if self.has_memory { code } else { "" });
+        }
+        text.replace("%DYNAMICS%", &call)
             .replace("%SETTLE%", &self.settle.to_string())
             .replace("%COUNT%", &self.samples.len().to_string())
             .replace("%TIMES%", &times(self.settings).to_string())
             .replace("%SAMPLES%", &language.elements(samples))
             .replace("%HEADER%", &language.comments(self.about))
-    }
-
-    /// Returns the statements that move the elements, and the call of the dynamics.
-    fn memory(&self, language: &Language) -> (String, String) {
-        let update = (self.sets.iter())
-            .map(|set| {
-                (language.move_elements)(
-                    set.first,
-                    set.joint,
-                    set.is_of_spring,
-                    &language.constants(&set.widths),
-                )
-            })
-            .collect();
-        (
-            update,
-            (language.observed)(self.dynamics, !self.sets.is_empty()),
-        )
     }
 }
 

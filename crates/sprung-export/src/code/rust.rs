@@ -6,6 +6,7 @@ use super::c::Program;
 use super::control::Control;
 use super::emit::{Language, calls, comment, is_zero, unused};
 use super::graph::Function;
+use super::memory::Memory;
 use super::observer::Observed;
 use super::proof::Vector;
 use super::trace::{Array, Shape, Traced};
@@ -20,6 +21,10 @@ const COMMAND_OF_STATE: &str = include_str!("templates/command_state.rs.txt");
 const COMMAND_OF_PD: &str = include_str!("templates/command_pd.rs.txt");
 const FEEDFORWARD_TEST: &str = include_str!("templates/feedforward_test.rs.txt");
 
+/// Templates of the memory.
+const MEMORY: &str = include_str!("templates/memory.rs.txt");
+const MEMORY_TEST: &str = include_str!("templates/memory_test.rs.txt");
+
 /// Templates of the observer.
 const OBSERVER: &str = include_str!("templates/observer.rs.txt");
 const OBSERVER_TEST: &str = include_str!("templates/observer_test.rs.txt");
@@ -29,18 +34,26 @@ const RUST: Language = Language {
     number: str::to_owned,
     call,
     row_of: |numbers| format!("    [{numbers}],\n"),
-    move_elements: |first, joint, is_of_spring, widths| {
-        let position = if is_of_spring {
-            format!("motion[1][0][{joint}] - motion[0][0][{joint}]")
-        } else {
-            format!("motion[1][0][{joint}]")
-        };
+    move_elements: |first, position, widths| {
         format!("        self.slide({first}, {position}, &[{widths}]);\n")
     },
     observed: |name, has_elements| {
-        let elements = if has_elements { ", &self.elements" } else { "" };
+        let elements = if has_elements {
+            ", &self.memory.elements"
+        } else {
+            ""
+        };
         format!("{name}::<F>(q, dq, ddq, phi, dphi, ddphi{elements})")
     },
+    memory: &[
+        ("%MEMORY_FIELD%", "\n    memory: Memory,"),
+        ("%MEMORY_EMPTY%", "\n            memory: Memory::new(),"),
+        (
+            "%REMEMBER%",
+            "        self.memory.remember(&motion[0][0], &motion[1][0]);\n",
+        ),
+        ("%FORGET%", "        own.memory = Memory::new();\n"),
+    ],
     sensors: &[
         (
             "%SENSOR_NOTE%",
@@ -72,7 +85,6 @@ const RUST: Language = Language {
     },
     commands: [COMMAND_OF_STATE, COMMAND_OF_PD],
     tests: [CONTROLLER_TEST, FEEDFORWARD_TEST],
-    slide: "",
 };
 
 fn call(function: Function, x: &str) -> String {
@@ -131,9 +143,11 @@ pub(super) fn write(program: &Program<'_>) -> String {
     });
     let code: String = program.traced.iter().map(function).collect();
     let vectors = RUST.elements(program.vectors.iter().map(Vector::all));
-    let mut parts = controller(program.control);
-    for (part, more) in parts.iter_mut().zip(observer(program.observer)) {
-        part.push_str(&more);
+    let mut parts = memory(program.memory);
+    for more in [controller(program.control), observer(program.observer)] {
+        for (part, more) in parts.iter_mut().zip(more) {
+            part.push_str(&more);
+        }
     }
     let [controller, check] = parts;
     let header = (program.control).map_or_else(String::new, |control| control.header(&RUST));
@@ -163,6 +177,13 @@ fn controller(control: Option<&Control<'_>>) -> [String; 2] {
             control.filled(&RUST, CONTROLLER),
             control.tests(&RUST).concat(),
         ]
+    })
+}
+
+/// Returns the code and the test of a memory.
+fn memory(memory: Option<&Memory>) -> [String; 2] {
+    memory.map_or_else(Default::default, |memory| {
+        [MEMORY, MEMORY_TEST].map(|part| memory.filled(&RUST, part))
     })
 }
 

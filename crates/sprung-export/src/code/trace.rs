@@ -239,31 +239,38 @@ impl Source<'_> {
         ])
     }
 
-    /// Returns inverse dynamics for an observer: with the memory of presliding friction and of hysteresis, and without the springs
-    /// that have a torque sensor; `None` if this is inverse dynamics itself.
+    /// Returns inverse dynamics with the memory of presliding friction and of hysteresis.
     ///
     /// # Errors
     ///
     /// [`LengthError`] if the parameters do not fit the robot.
-    pub(super) fn observed(&self) -> Result<Option<Traced>, LengthError> {
-        let name = self.observer_dynamics();
-        let about = match name {
-            BESIDE_SENSORS => {
-                "Torques as of inverse_dynamics, without the springs whose torque a sensor measures."
-            }
-            WITH_MEMORY => {
-                "Torques as of inverse_dynamics, with the elements of presliding friction and hysteresis."
-            }
-            _ => return Ok(None),
-        };
+    pub(super) fn with_memory(&self) -> Result<Traced, LengthError> {
+        self.function(
+            WITH_MEMORY,
+            "Torques as of inverse_dynamics, with the elements of presliding friction and hysteresis.",
+            &[Q, DQ, DDQ, PHI, DPHI, DDPHI, ELEMENTS],
+            &[TAU_LINK, TAU_MOTOR],
+            |motion| self.all(motion, |_, _| true),
+        )
+    }
+
+    /// Returns inverse dynamics without the springs that have a torque sensor, for an observer; `None` without torque sensors.
+    ///
+    /// # Errors
+    ///
+    /// [`LengthError`] if the parameters do not fit the robot.
+    pub(super) fn beside_sensors(&self) -> Result<Option<Traced>, LengthError> {
+        if self.observer_dynamics() != BESIDE_SENSORS {
+            return Ok(None);
+        }
         let inputs = [Q, DQ, DDQ, PHI, DPHI, DDPHI, ELEMENTS];
-        let used = inputs.len() - usize::from(self.model.elements().is_empty());
+        let used = inputs.len() - usize::from(!self.has_memory());
         let is_measured = self.has_sensor();
         let counted =
             |part: JointPart, joint: usize| part != JointPart::Spring || !is_measured[joint];
         let traced = self.function(
-            name,
-            about,
+            BESIDE_SENSORS,
+            "Torques as of inverse_dynamics, without the springs whose torque a sensor measures.",
             &inputs[..used],
             &[TAU_LINK, TAU_MOTOR],
             |motion| self.all(motion, counted),
@@ -275,11 +282,16 @@ impl Source<'_> {
     pub(super) fn observer_dynamics(&self) -> &'static str {
         if self.has_sensor().contains(&true) {
             BESIDE_SENSORS
-        } else if self.model.elements().is_empty() {
-            INVERSE_DYNAMICS
-        } else {
+        } else if self.has_memory() {
             WITH_MEMORY
+        } else {
+            INVERSE_DYNAMICS
         }
+    }
+
+    /// Returns whether code has a memory of presliding friction or hysteresis. That behind a coupled transmission it has not.
+    pub(super) fn has_memory(&self) -> bool {
+        self.robot.coupling.is_none() && !self.model.elements().is_empty()
     }
 
     /// Returns whether each joint has a torque sensor, \[n\].

@@ -87,7 +87,7 @@ static int find_zero(struct @zero *own, @real direction, @real of_link_nm, @real
     return 1;
 }
 
-%SLIDE%int @observe(struct @observer *own,
+int @observe(struct @observer *own,
     const @real q_rad[§JOINTS],
     const @real phi_rad[§JOINTS],
     const @real tau_nm[§JOINTS],%SENSOR_PARAMETER%
@@ -107,7 +107,7 @@ static int find_zero(struct @zero *own, @real direction, @real of_link_nm, @real
 %SENSOR_FILTER%        move(&own->link[i], &motion[0][0][i], &motion[0][1][i], &motion[0][2][i]);
         move(&own->motor[i], &motion[1][0][i], &motion[1][1][i], &motion[1][2][i]);
     }
-%UPDATE%    %DYNAMICS%
+%REMEMBER%    %DYNAMICS%
     for (i = 0; i < §JOINTS; i++) {
         const int is_flexible = inverse_rotors[i] > R(0.0);
         const @real tau = own->torque[i].output[2];
@@ -136,10 +136,7 @@ static int find_zero(struct @zero *own, @real direction, @real of_link_nm, @real
     }
     if (is_blind) {
         own->samples = 0;
-        for (i = 0; i < 12 * §JOINTS; i++) {
-            own->elements[i] = R(0.0);
-        }
-        for (i = 0; i < 2 * §JOINTS; i++) {
+%FORGET%        for (i = 0; i < 2 * §JOINTS; i++) {
             struct @zero *zero = &own->zero[i / 2];
             zero->motion_s[i % 2] = zero->link_nm[i % 2] = zero->motor_nm[i % 2] = R(0.0);
         }

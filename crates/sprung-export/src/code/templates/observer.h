@@ -21,9 +21,7 @@ struct @observer {
     struct @chain link[§JOINTS], motor[§JOINTS], torque[§JOINTS]%SENSOR_CHAIN%;
     @real last_carry[7 * §JOINTS], last_output[7 * §JOINTS];
     struct @zero zero[§JOINTS];
-    @real elements[12 * §JOINTS];
-    @real position[2 * §JOINTS];
-    long samples;
+%MEMORY_FIELD%    long samples;
 };
 
 /*

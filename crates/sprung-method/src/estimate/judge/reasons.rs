@@ -124,6 +124,10 @@ const REASONS: &[(&str, &str)] = &[
     ("slope-not-one", "a gear ratio or a unit is wrong"),
     ("spikes", "single samples are wrong"),
     (
+        "spring-not-shown",
+        "the log does not show the spring of a stiff joint",
+    ),
+    (
         "stacked-below-motor-rows",
         "noise or a delay of a link position shrinks the values",
     ),

@@ -15,8 +15,11 @@ const HARDLY: f64 = 100.0;
 /// A deflection is significant if it exceeds this multiple of the noise of both encoders.
 const SEEN: f64 = 3.0;
 
+/// A joint is stiff if its deflection is less than this part of its motion: a robot of such joints is useful without springs.
+const STIFF: f64 = 0.01;
+
 /// Reports joints with a promised error above half of the torque or the deflection: serious, except for joints that
-/// hardly move.
+/// hardly move and for deflections of stiff joints whose springs the log does not show.
 pub(in crate::estimate) fn unpredicted(
     result: &EstimateResult,
     joints: &[String],
@@ -52,7 +55,21 @@ pub(in crate::estimate) fn unpredicted(
             continue;
         }
         let errors = errors.join(" and ");
-        findings.push(if motion.is_small() {
+        let is_open = torque.is_none()
+            && has_open_spring(result, &promise.joint)
+            && motion.is_stiff(promise.deflection_rad.unwrap_or_default());
+        findings.push(if is_open {
+            Finding::new(
+                Severity::Warning,
+                "spring-not-shown",
+                format!(
+                    "{}: the log does not show the spring, for the interval of its stiffness contains zero. The promised error is {errors}; \
+                     torques are predicted",
+                    promise.joint
+                ),
+                "do not use the stiffness of this joint; record larger accelerations, or make the joint rigid",
+            )
+        } else if motion.is_small() {
             Finding::new(
                 Severity::Warning,
                 "hardly-moves",
@@ -78,6 +95,13 @@ pub(in crate::estimate) fn unpredicted(
     findings
 }
 
+/// Returns whether the interval of the stiffness of a joint contains zero.
+fn has_open_spring(result: &EstimateResult, joint: &str) -> bool {
+    let is_stiffness = |name: &str| name.strip_prefix(joint) == Some(".stiffness");
+    let mut parameters = result.parameters.iter();
+    parameters.any(|parameter| is_stiffness(&parameter.name) && parameter.one_sided)
+}
+
 /// Motion of a joint in the beginning of the first log.
 struct Motion<'a> {
     channels: &'a Channels,
@@ -100,6 +124,12 @@ impl Motion<'_> {
             .into_iter()
             .find_map(of)
             .unwrap_or(false)
+    }
+
+    /// Returns whether a deflection, rad (m), is small beside the motion.
+    fn is_stiff(&self, deflection: f64) -> bool {
+        let motor = self.channels.telling(Signal::Motor, self.joint);
+        motor.is_some_and(|channel| deflection < STIFF * self.excerpt.deviation(channel))
     }
 
     /// Returns whether the encoders show a deflection, rad (m).
