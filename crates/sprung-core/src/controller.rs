@@ -7,6 +7,7 @@ use crate::drives::{Drive, State, Term};
 use crate::friction::Law;
 use crate::links::{LengthError, Step, lengths};
 use crate::parameters::{JointParameter, Side};
+use crate::presliding::ALL_ELEMENTS;
 use crate::robot::{Robot, Values};
 use crate::scalar::{Jet, Scalar};
 
@@ -63,6 +64,16 @@ pub struct FeedforwardScratch<'w, S = f64> {
     pub steps: &'w mut [Step<TorqueSeries<S>>],
 }
 
+/// How a feedforward compensates friction.
+#[derive(Clone, Copy, Debug)]
+pub struct Compensation<'e, S = f64> {
+    /// Speed below which the torques against friction fade, rad/s (m/s), positive.
+    pub speed: f64,
+    /// Elements of presliding friction along the desired motion until the sample before, \[n × [`ALL_ELEMENTS`]\]; empty if all
+    /// slide.
+    pub elements: &'e [S],
+}
+
 /// Rotor trajectory and motor torques with which a model follows a desired link trajectory; each
 /// \[n\].
 #[derive(Debug)]
@@ -81,9 +92,8 @@ impl<S: Scalar> Feedforward<'_, S> {
     /// - `q_d`: desired link positions and their time derivatives up to the fourth, \[n\]\[5\].
     /// - `values`: parameters of the model; stiffnesses must be positive, and a spring must not soften
     ///   to zero stiffness.
-    /// - `compensation_speed`: speed below which the torques against friction fade, rad/s (m/s),
-    ///   positive; `None` for torques without friction. The laws' `tanh(beta v)` becomes `tanh(v / v_c)`
-    ///   where that is smoother.
+    /// - `compensation`: `None` for torques without friction. The laws' `tanh(beta v)` becomes `tanh(v / v_c)`
+    ///   where that is smoother; presliding friction with elements does not fade.
     ///
     /// Friction acts at the desired velocities and at the references of all covariates, so its torques depend on no
     /// measurement. Without velocity only its constant torques remain: the motors carry gravity. Friction of a link
@@ -109,15 +119,16 @@ impl<S: Scalar> Feedforward<'_, S> {
         robot: &Robot<'_>,
         values: &Values<'_>,
         q_d: &[[S; 5]],
-        compensation_speed: Option<f64>,
+        compensation: Option<Compensation<'_, S>>,
         scratch: &mut FeedforwardScratch<'_, S>,
     ) -> Result<(), LengthError> {
         self.move_links(robot, values, q_d, scratch)?;
         let losses = Losses {
             robot,
             values,
-            compensation_speed,
+            compensation_speed: compensation.map(|compensation| compensation.speed),
         };
+        let elements = compensation.map_or(&[][..], |compensation| compensation.elements);
         let [_, dq, deflection, torque] = &mut scratch.series;
         for (i, torque) in torque.iter_mut().enumerate() {
             let link = Link {
@@ -139,7 +150,7 @@ impl<S: Scalar> Feedforward<'_, S> {
                 motor_velocity: (turns.map(|(k, dphi)| *dphi * robot.ratio(term.joint, k)))
                     .fold(S::ZERO, Add::add),
                 excess: [0.0; _],
-                elements: None,
+                elements: (elements.as_chunks::<ALL_ELEMENTS>().0.get(term.joint)).copied(),
             };
             if let Some(loss) = losses.torque(term, Side::Motor, &drive) {
                 let tau = &mut self.tau[robot.joint_of(term.row)];

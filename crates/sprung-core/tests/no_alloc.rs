@@ -9,12 +9,15 @@ use std::hint::black_box;
 use allocation_counter::measure;
 use planar_2r::PARAMETERS;
 use sprung_core::chain::{Chain, ChainJoint, DhRow};
-use sprung_core::controller::{Feedforward, FeedforwardScratch, TorqueSeries, pd, state_feedback};
+use sprung_core::controller::{
+    Compensation, Feedforward, FeedforwardScratch, TorqueSeries, pd, state_feedback,
+};
 use sprung_core::drives::{State, Term};
 use sprung_core::filter::{Discretization, FilterPair, FilterState};
 use sprung_core::friction::Shape;
 use sprung_core::links::{JointScratch, PairScratch, Step, Workspace, numbers_len};
 use sprung_core::parameters::JointParameter::{RotorInertia, Stiffness};
+use sprung_core::presliding::ALL_ELEMENTS;
 use sprung_core::recursive::{ForgettingLeastSquares, Settings, memory_len};
 use sprung_core::robot::{Links, Robot, Torques, Values};
 use sprung_core::scalar::Scalar;
@@ -91,6 +94,7 @@ fn assert_physics_is_free<const N: usize, const PAIRS: usize, const NUMBERS: usi
         (robot.acceleration(values, &state, torque, &mut workspace, out)).unwrap();
         assert!(out.iter().all(|x| x.is_finite()));
     });
+    let elements = vec![0.5; N * ALL_ELEMENTS];
     assert_free("a feedforward", || {
         let mut series = [[TorqueSeries::ZERO; N]; 4];
         let mut scratch = FeedforwardScratch {
@@ -104,7 +108,11 @@ fn assert_physics_is_free<const N: usize, const PAIRS: usize, const NUMBERS: usi
         };
         let wanted = black_box([[0.1; 5]; N]);
         for speed in [None, Some(0.1)] {
-            (out.fill(robot, values, &wanted, speed, &mut scratch)).unwrap();
+            let compensation = speed.map(|speed| Compensation {
+                speed,
+                elements: &elements,
+            });
+            (out.fill(robot, values, &wanted, compensation, &mut scratch)).unwrap();
             assert!(out.tau.iter().all(|x| x.is_finite()));
         }
     });

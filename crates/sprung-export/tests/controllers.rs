@@ -25,6 +25,8 @@ gravity_m_per_s2 = [1.0, -2.0, -9.0]
 [[robot.joint]]
 name = "a"
 spring = ["linear", "damping", "cubic"]
+motor_friction = ["viscous", "coulomb", "presliding"]
+presliding_width_rad = 0.2
 [[robot.joint]]
 name = "b"
 [[robot.joint]]
@@ -43,6 +45,7 @@ const MIXED_TRUTH: &str = r#"
 "a.motor_viscous" = 3.0
 "a.link_coulomb" = 0.2
 "a.motor_coulomb" = 1.5
+"a.motor_presliding_5" = 0.8
 "b.rotor_inertia" = 4.0
 "b.stiffness" = 9000.0
 "b.motor_viscous" = 30.0

@@ -114,6 +114,12 @@ impl Elements {
         self.sets.is_empty()
     }
 
+    /// Returns the elements at the last sample, \[n × [`ALL_ELEMENTS`]\]; empty if no joint has any.
+    #[must_use]
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
     /// Begins another motion.
     pub fn restart(&mut self) {
         self.has_begun = false;

@@ -1,5 +1,5 @@
 //! Random numbers, robots on the heap, and derivatives by finite differences.
-use sprung_core::controller::{Feedforward, FeedforwardScratch, TorqueSeries};
+use sprung_core::controller::{Compensation, Feedforward, FeedforwardScratch, TorqueSeries};
 use sprung_core::drives::State;
 use sprung_core::links::{JointScratch, PairScratch, Step, Workspace, numbers_len};
 use sprung_core::robot::{Robot, Torques, Values};
@@ -181,7 +181,11 @@ pub(crate) fn feedforward(
         series: series.each_mut().map(Vec::as_mut_slice),
         steps: &mut steps,
     };
-    (nominal.fill(robot, values, q_d, speed, &mut scratch)).unwrap();
+    let compensation = speed.map(|speed| Compensation {
+        speed,
+        elements: &[],
+    });
+    (nominal.fill(robot, values, q_d, compensation, &mut scratch)).unwrap();
     let of_order = |order: usize| q_d.iter().map(|d| d[order]).collect();
     let state = JointState {
         q: of_order(0),

@@ -70,6 +70,19 @@ const C: Language = Language {
             "        for (i = 0; i < 12 * §JOINTS; i++) {\n            own->memory.elements[i] = R(0.0);\n        }\n        own->memory.has_begun = 0;\n",
         ),
     ],
+    memory_of_control: &[
+        ("%MEMORY_FIELD%", "    struct @memory memory;\n"),
+        (
+            "%FORGET%",
+            "    for (i = 0; i < 12 * §JOINTS; i++) {\n        own->memory.elements[i] = R(0.0);\n    }\n    own->memory.has_begun = 0;\n",
+        ),
+        ("%MEMORY_PARAMETER%", "struct @memory *memory, "),
+        ("%MEMORY_ARGUMENT%", "&own->memory, "),
+        ("%ELEMENTS_ARGUMENT%", " memory->elements,"),
+        ("%REMEMBER%", "    @remember(memory, shaped, phi_d);\n"),
+        ("%ELEMENTS_SIZE%", " + 12 * §JOINTS"),
+        ("%TESTED_ELEMENTS%", " desired + §DESIRED,"),
+    ],
     sensors: &[
         (
             "%SENSOR_NOTE%",

@@ -62,6 +62,8 @@ pub(super) struct Control<'a> {
     code: &'a ControlCode,
     taps: Vec<Tap>,
     samples: Vec<Sample>,
+    /// Whether the feedforward has a memory.
+    has_memory: bool,
     /// Motions of the self-test of the feedforward; empty if the controller has none.
     pub(super) motions: Vec<DesiredMotion>,
 }
@@ -81,6 +83,10 @@ impl<'a> Control<'a> {
             code,
             taps: code.taps_or_none(),
             samples: Vec::new(),
+            has_memory: code.controller.kind == ControllerKind::StateFeedback
+                && source
+                    .elements_of_feedforward(code.controller.friction_compensation_speed_rad_per_s)
+                    > 0,
             motions,
         };
         // The motion must be so small that most torques are below their limits.
@@ -127,9 +133,11 @@ impl<'a> Control<'a> {
             ControllerKind::Pd => "the motors",
             ControllerKind::StateFeedback => "the links",
         };
-        template
-            .replace("%COMMAND%", command)
-            .replace("%GAIN%", &rows)
+        let mut text = template.replace("%COMMAND%", command);
+        for (name, code) in language.memory_of_control {
+            text = text.replace(name, if self.has_memory { code } else { "" });
+        }
+        text.replace("%GAIN%", &rows)
             .replace("%KP%", &language.constants(&controller.kp_nm_per_rad))
             .replace("%KD%", &language.constants(&controller.kd_nms_per_rad))
             .replace("%PERIOD%", &format!("{:?}", self.code.period_s))
@@ -163,6 +171,10 @@ impl<'a> Control<'a> {
             return [test, String::new()];
         }
         let motions = self.motions.iter().map(DesiredMotion::all);
+        let mut of_feedforward = of_feedforward.to_owned();
+        for (name, code) in language.memory_of_control {
+            of_feedforward = of_feedforward.replace(name, if self.has_memory { code } else { "" });
+        }
         let of_feedforward = of_feedforward
             .replace("%COUNT%", &self.motions.len().to_string())
             .replace("%MOTIONS%", &language.elements(motions));
@@ -207,6 +219,7 @@ impl<'a> Control<'a> {
         let memory = vec![0.0; memory_len(&self.taps, 5 * n)];
         let mut shaper = Shaper::new(&self.taps, &rest, memory)?;
         let mut shaped = rest;
+        let mut elements = source.model.elements();
         let count = SAMPLES + FAR + self.shaped().min(MAX_DELAYED);
         let mut samples = Vec::new();
         for k in 0..count {
@@ -220,7 +233,8 @@ impl<'a> Control<'a> {
                 .flat_map(|order| wanted.iter().map(move |wave| derivatives(wave, t)[order]))
                 .collect();
             shaper.process(&desired, &mut shaped)?;
-            let nominal = self.nominal(source, &shaped)?;
+            let nominal = self.nominal(source, &shaped, elements.values())?;
+            elements.advance(&shaped[..n], &nominal[1]);
             let beside = |wave: &[f64; 3]| far * derivatives(wave, t)[0];
             let q: Vec<f64> = (shaped.iter().zip(&of_link))
                 .map(|(q_d, wave)| q_d + beside(wave))
@@ -247,7 +261,12 @@ impl<'a> Control<'a> {
 
     /// Returns torques, positions and velocities of the motors by the desired motion. Of PD it is the
     /// motion of the motors themselves.
-    fn nominal(&self, source: &Source<'_>, desired: &[f64]) -> Result<[Vec<f64>; 3], LengthError> {
+    fn nominal(
+        &self,
+        source: &Source<'_>,
+        desired: &[f64],
+        elements: &[f64],
+    ) -> Result<[Vec<f64>; 3], LengthError> {
         let n = source.robot.joints();
         let controller = self.controller();
         match controller.kind {
@@ -259,7 +278,9 @@ impl<'a> Control<'a> {
                 let q_d: Vec<[f64; 5]> = (0..n)
                     .map(|i| std::array::from_fn(|order| desired[order * n + i]))
                     .collect();
-                source.nominal(controller.friction_compensation_speed_rad_per_s, &q_d)
+                let speed = controller.friction_compensation_speed_rad_per_s;
+                let elements = if self.has_memory { elements } else { &[] };
+                source.nominal(speed, &q_d, elements)
             }
         }
     }

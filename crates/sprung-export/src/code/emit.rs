@@ -22,6 +22,8 @@ pub(super) struct Language {
     pub(super) observed: fn(&str, bool) -> String,
     /// Parts of an observer with memory, with their places in its templates.
     pub(super) memory: &'static [(&'static str, &'static str)],
+    /// The same of a controller and its self-test.
+    pub(super) memory_of_control: &'static [(&'static str, &'static str)],
     /// Parts of an observer with torque sensors, with their places in its templates.
     pub(super) sensors: &'static [(&'static str, &'static str)],
     /// The torque that the sensor of joint `i` measures.

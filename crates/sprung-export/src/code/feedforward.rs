@@ -2,13 +2,13 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sprung_core::controller::{Feedforward, FeedforwardScratch};
+use sprung_core::controller::{Compensation, Feedforward, FeedforwardScratch};
 use sprung_core::links::{LengthError, Step};
 use sprung_core::robot::Values;
 use sprung_core::scalar::{Jet, Scalar};
 
 use super::graph::{Graph, Operand, Symbol, values};
-use super::trace::{Array, DPHI, PHI, Source, TAU, Traced};
+use super::trace::{Array, DPHI, ELEMENTS, PHI, Source, TAU, Traced};
 use crate::reload::worst;
 
 /// Number of random motions.
@@ -33,7 +33,7 @@ const TESTED: usize = 10;
 /// A desired motion of the self-test.
 #[derive(Clone, Debug)]
 pub(super) struct DesiredMotion {
-    /// Positions, then their derivatives, \[5n\].
+    /// Positions, then their derivatives, \[5n\], and elements of presliding friction.
     desired: Vec<f64>,
     /// Torques, positions and velocities of the motors.
     nominal: [Vec<f64>; 3],
@@ -50,6 +50,8 @@ impl DesiredMotion {
 impl Source<'_> {
     /// Returns motor torques, positions and velocities of the rotors, each \[n\].
     ///
+    /// - `elements`: of presliding friction along the desired motion; empty if all slide.
+    ///
     /// # Errors
     ///
     /// [`LengthError`] if arrays do not fit the robot.
@@ -57,6 +59,7 @@ impl Source<'_> {
         &self,
         compensation_speed: Option<f64>,
         q_d: &[[S; 5]],
+        elements: &[S],
     ) -> Result<[Vec<S>; 3], LengthError> {
         let n = self.robot.joints();
         let [mut tau, mut phi, mut dphi] = [(); 3].map(|()| vec![S::ZERO; n]);
@@ -74,8 +77,18 @@ impl Source<'_> {
             series: series.each_mut().map(Vec::as_mut_slice),
             steps: &mut vec![Step::default(); n],
         };
-        out.fill(&self.robot, &values, q_d, compensation_speed, &mut scratch)?;
+        let compensation = compensation_speed.map(|speed| Compensation { speed, elements });
+        out.fill(&self.robot, &values, q_d, compensation, &mut scratch)?;
         Ok([tau, phi, dphi])
+    }
+
+    /// Returns the number of elements that the feedforward has as arguments.
+    pub(super) fn elements_of_feedforward(&self, compensation_speed: Option<f64>) -> usize {
+        if compensation_speed.is_some() && self.has_presliding() {
+            self.array(ELEMENTS).length
+        } else {
+            0
+        }
     }
 
     /// Returns the function of the feedforward.
@@ -92,7 +105,10 @@ impl Source<'_> {
         let q_d: Vec<[Symbol<'_>; 5]> = (0..n)
             .map(|i| std::array::from_fn(|order| graph.input(order * n + i)))
             .collect();
-        let results = self.nominal(compensation_speed, &q_d)?.concat();
+        let elements: Vec<Symbol<'_>> = (0..self.elements_of_feedforward(compensation_speed))
+            .map(|at| graph.input(INPUTS.len() * n + at))
+            .collect();
+        let results = self.nominal(compensation_speed, &q_d, &elements)?.concat();
         let results: Vec<Operand> = results.into_iter().map(Symbol::operand).collect();
         let arrays = |names: &[&'static str]| -> Vec<Array> {
             names.iter().map(|name| self.array(name)).collect()
@@ -100,7 +116,11 @@ impl Source<'_> {
         Ok(Traced {
             name: "feedforward",
             about: "Feedforward: torques of the motors, and motion of the rotors, for a desired motion of the links.",
-            inputs: arrays(&INPUTS),
+            inputs: if elements.is_empty() {
+                arrays(&INPUTS)
+            } else {
+                arrays(&[&INPUTS[..], &[ELEMENTS]].concat())
+            },
             outputs: arrays(&OUTPUTS),
             operations: graph.needed(&results),
             results,
@@ -126,9 +146,13 @@ impl Source<'_> {
             let q_d: Vec<[f64; 5]> = (0..n)
                 .map(|_| RANGES.map(|range| random.random_range(-range..range)))
                 .collect();
-            let known = self.nominal(compensation_speed, &q_d)?;
+            let elements: Vec<f64> = (0..self.elements_of_feedforward(compensation_speed))
+                .map(|_| random.random_range(-1.0..1.0))
+                .collect();
+            let known = self.nominal(compensation_speed, &q_d, &elements)?;
             let inputs: Vec<f64> = (0..RANGES.len())
                 .flat_map(|order| q_d.iter().map(move |d| d[order]))
+                .chain(elements)
                 .collect();
             let found = values(&traced.operations, &traced.results, &inputs);
             for (known, found) in known.iter().zip(found.chunks(n)) {

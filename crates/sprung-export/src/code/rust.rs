@@ -54,6 +54,19 @@ const RUST: Language = Language {
         ),
         ("%FORGET%", "        own.memory = Memory::new();\n"),
     ],
+    memory_of_control: &[
+        ("%MEMORY_FIELD%", "    memory: Memory,\n"),
+        ("%MEMORY_EMPTY%", "            memory: Memory::new(),\n"),
+        ("%FORGET%", "    own.memory = Memory::new();\n"),
+        ("%MEMORY_PARAMETER%", "memory: &mut Memory, "),
+        ("%MEMORY_ARGUMENT%", "&mut own.memory, "),
+        ("%ELEMENTS_ARGUMENT%", ", &memory.elements"),
+        ("%REMEMBER%", "    memory.remember(q_d, &phi_d);\n"),
+        (
+            "%TESTED_ELEMENTS%",
+            ", core::convert::TryFrom::try_from(&wanted[5 * JOINTS..]).unwrap()",
+        ),
+    ],
     sensors: &[
         (
             "%SENSOR_NOTE%",

@@ -294,6 +294,11 @@ impl Source<'_> {
         self.robot.coupling.is_none() && !self.model.elements().is_empty()
     }
 
+    /// Returns whether code has a memory of presliding friction.
+    pub(super) fn has_presliding(&self) -> bool {
+        self.has_memory() && self.model.elements().sets().any(|set| !set.is_of_spring)
+    }
+
     /// Returns whether each joint has a torque sensor, \[n\].
     pub(super) fn has_sensor(&self) -> Vec<bool> {
         (0..self.robot.joints())

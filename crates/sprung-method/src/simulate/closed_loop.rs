@@ -1,6 +1,8 @@
 //! Simulates plant and controller, sample by sample.
 
-use sprung_core::controller::{Feedforward, FeedforwardScratch, TorqueSeries, pd, state_feedback};
+use sprung_core::controller::{
+    Compensation, Feedforward, FeedforwardScratch, TorqueSeries, pd, state_feedback,
+};
 use sprung_core::drives::State;
 use sprung_core::links::Step;
 use sprung_core::robot::{Torques, Values};
@@ -12,7 +14,7 @@ use super::integrator::Integrator;
 use super::plant::{JointState, Plant};
 use super::reference::Trajectory;
 use crate::description::{self, Controller, ControllerKind};
-use crate::model::{Model, ModelError, Theta};
+use crate::model::{Elements, Model, ModelError, Theta};
 
 /// Accepted error of an integration step, rad and rad/s. Over the paper's 10 s experiment,
 /// positions differ by at most 2e-9 rad and velocities by at most 5e-8 rad/s from a simulation with
@@ -50,6 +52,8 @@ struct FeedforwardModel {
     bodies: Vec<[f64; BODY]>,
     /// Speed below which the compensation of friction fades, rad/s (m/s).
     compensation_speed: Option<f64>,
+    // Of presliding friction, along the desired motion.
+    elements: Elements,
     series: [Vec<TorqueSeries>; 4],
     steps: Vec<Step<TorqueSeries>>,
     phi: Vec<f64>,
@@ -61,6 +65,7 @@ impl FeedforwardModel {
     fn new(model: &Model, theta: Theta, compensation_speed: Option<f64>) -> Self {
         let n = model.joint_count();
         Self {
+            elements: model.elements(),
             bodies: model.bodies(&theta),
             theta,
             compensation_speed,
@@ -88,13 +93,18 @@ impl FeedforwardModel {
             phi: &mut self.phi,
             dphi: &mut self.dphi,
         };
-        let speed = self.compensation_speed;
+        let compensation = self.compensation_speed.map(|speed| Compensation {
+            speed,
+            elements: self.elements.values(),
+        });
         if out
-            .fill(&model.robot(), &values, desired, speed, &mut scratch)
+            .fill(&model.robot(), &values, desired, compensation, &mut scratch)
             .is_err()
         {
             self.tau.fill(f64::NAN);
         }
+        let q_d: Vec<f64> = desired.iter().map(|desired| desired[0]).collect();
+        self.elements.advance(&q_d, &self.phi);
     }
 }
 
@@ -384,12 +394,17 @@ mod tests {
 
     /// Largest error of each link, rad, in the last quarter of a simulation of the demo's state feedback
     /// with the true parameters.
+    ///
+    /// - `laws`: lines of the second joint.
     fn errors(
-        speed: Option<f64>,
+        (speed, laws): (Option<f64>, &str),
         samples: u32,
         change: impl Fn(&mut BTreeMap<String, f64>),
     ) -> [f64; 2] {
-        let experiment = read("demo", demo::EXPERIMENT, &[], &mut no_files).unwrap();
+        let name = "name = \"joint2\"\n";
+        assert!(demo::EXPERIMENT.contains(name));
+        let text = demo::EXPERIMENT.replace(name, &format!("{name}{laws}\n"));
+        let experiment = read("demo", &text, &[], &mut no_files).unwrap();
         let model = Model::new(&experiment).unwrap();
         let mut values: BTreeMap<String, f64> = toml::from_str(demo::TRUTH).unwrap();
         change(&mut values);
@@ -417,7 +432,7 @@ mod tests {
 
     #[test]
     fn compensation_of_friction_follows_the_desired_motion_more_closely() {
-        let [without, with] = [None, Some(0.02)].map(|speed| errors(speed, 12_000, |_| {}));
+        let [without, with] = [None, Some(0.02)].map(|speed| errors((speed, ""), 12_000, |_| {}));
         for joint in 0..2 {
             assert!(with[joint] < 0.5 * without[joint], "{with:?} {without:?}");
         }
@@ -428,7 +443,25 @@ mod tests {
                 }
             }
         };
-        let [without, with] = [None, Some(0.02)].map(|speed| errors(speed, 100, frictionless));
+        let [without, with] =
+            [None, Some(0.02)].map(|speed| errors((speed, ""), 100, frictionless));
         assert!((0..2).all(|joint| with[joint].to_bits() == without[joint].to_bits()));
+    }
+
+    #[test]
+    fn compensation_remembers_how_far_friction_has_slid() {
+        let laws = "motor_friction = [\"viscous\", \"coulomb\", \"presliding\"]\npresliding_width_rad = 0.4";
+        let deforms = |values: &mut BTreeMap<String, f64>| {
+            let coulomb = values
+                .insert("joint2.motor_coulomb".to_owned(), 0.0)
+                .unwrap();
+            for element in 1..=6 {
+                let torque = if element == 6 { coulomb } else { 0.0 };
+                values.insert(format!("joint2.motor_presliding_{element}"), torque);
+            }
+        };
+        let [without, with] =
+            [None, Some(0.02)].map(|speed| errors((speed, laws), 12_000, deforms));
+        assert!(with[1] < 0.2 * without[1], "{with:?} {without:?}");
     }
 }

@@ -96,7 +96,7 @@ int @control_start(struct @control *own,
             own->desired[k][i] = i < §JOINTS ? desired[i] : R(0.0);
         }
     }
-    return !own->is_running;
+%FORGET%    return !own->is_running;
 }
 
 int @control_step(struct @control *own,
@@ -111,7 +111,7 @@ int @control_step(struct @control *own,
     if (own->is_running && are_finite(desired, §DESIRED) && are_finite(positions, 2 * §JOINTS)) {
         shape(own, desired, shaped);
         estimate(own, positions, velocities);
-        command(shaped, positions, velocities, tau_nm);
+        command(%MEMORY_ARGUMENT%shaped, positions, velocities, tau_nm);
         own->is_running = are_finite(tau_nm, §JOINTS);
     } else {
         own->is_running = 0;

@@ -17,7 +17,7 @@ struct @control {
     int newest_position;
     int newest_desired;
     int is_running;
-};
+%MEMORY_FIELD%};
 
 /*
  * Starts the controller of a robot that rests at q and phi, and whose desired motion rests at the first

@@ -2,7 +2,7 @@
 
 /* A desired motion, and its feedforward. */
 struct motion {
-    @real desired[§DESIRED];
+    @real desired[§DESIRED%ELEMENTS_SIZE%];
     @real tau_nm[§JOINTS];
     @real phi_rad[§JOINTS];
     @real dphi_rad_per_s[§JOINTS];
@@ -19,7 +19,7 @@ static void check_feedforward(void)
         const struct motion *at = &motions[k];
         const @real *desired = at->desired;
         @feedforward(desired, desired + §JOINTS, desired + 2 * §JOINTS, desired + 3 * §JOINTS,
-            desired + 4 * §JOINTS, tau_nm, phi, dphi);
+            desired + 4 * §JOINTS,%TESTED_ELEMENTS% tau_nm, phi, dphi);
         compare("feedforward", k, tau_nm, at->tau_nm, §JOINTS, TORQUE_TOLERANCE);
         compare("positions of motors", k, phi, at->phi_rad, §JOINTS, TORQUE_TOLERANCE);
         compare("velocities of motors", k, dphi, at->dphi_rad_per_s, §JOINTS, TORQUE_TOLERANCE);
