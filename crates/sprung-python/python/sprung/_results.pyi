@@ -1047,8 +1047,8 @@ class Unknown:
     Attributes:
         id: Stable name, as in ``delay q1_rad``.
         kind: Kind: ``delay``, ``timing``, ``offset``, ``gain``, ``drift``, ``lost-counts``, ``eccentricity``,
-            ``saturation``, ``sharpness``, ``time-scale``, ``torque-ripple``, ``transmission-error``, ``friction``
-            (its change during the log) or ``law``.
+            ``saturation``, ``sharpness``, ``time-scale``, ``torque-ripple``, ``transmission-error``, ``warm-up``
+            or ``law``.
         place: Column, or joint of a law or a sharpness; the columns of one signal of all joints are separated by
             commas.
         value: Size, in ``unit``: the time by which a delayed column is late; otherwise what a correction adds to
