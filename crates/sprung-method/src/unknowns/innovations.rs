@@ -5,7 +5,7 @@ use faer::Mat;
 use super::evidence::{Evidence, PARTS, Prior, Pull};
 use super::found::Found;
 use super::gauge::TIMING;
-use super::kinds::{Catalogued, catalogue};
+use super::kinds::catalogue;
 use super::rows::{Rows, Wanted};
 use super::search::Search;
 use super::select::Selection;
@@ -58,8 +58,7 @@ impl OfLikelihood {
     ) -> Self {
         let (channels, model) = (reading.channels(), reading.model());
         let mut search = Search::new((experiment, reading), channels, model, excerpt);
-        let catalogued = Catalogued::new((experiment, reading), channels, model, excerpt);
-        search.unknowns = catalogue(&catalogued);
+        search.unknowns = catalogue(&search.catalogued);
         (search.unknowns).retain(|unknown| unknown.shown_by != ShownBy::Rows);
         let laws: Vec<usize> = (0..search.unknowns.len())
             .filter(|&k| search.unknowns[k].scale.is_infinite())
@@ -205,5 +204,96 @@ impl OfLikelihood {
                 .map(|at| with[at] - without[at])
                 .collect(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::unknowns::unknown::Effect;
+
+    /// Innovations of 4000 samples with a parameter and three unknowns, of which the second resembles the first.
+    fn shown(ids: [&str; 3], truth: [f64; 3]) -> Vec<Shown> {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        // A sum of twelve uniform numbers is nearly normal, with a variance of one.
+        let mut normal = || -> f64 { (0..12).map(|_| random.random_range(-0.5..0.5)).sum() };
+        let parts = (0..PARTS).map(|_| {
+            let mut part = Mat::zeros(5, 5);
+            for _ in 0..500 {
+                let (first, second, third) = (normal(), normal(), normal());
+                let by_unknowns = [first, 0.8 * first + 0.6 * second, third];
+                let products = by_unknowns.iter().zip(truth).map(|(x, value)| x * value);
+                let innovation = normal() + products.sum::<f64>();
+                let row = [
+                    1.0,
+                    by_unknowns[0],
+                    by_unknowns[1],
+                    by_unknowns[2],
+                    innovation,
+                ];
+                for i in 0..5 {
+                    for j in 0..5 {
+                        part[(i, j)] += row[i] * row[j];
+                    }
+                }
+            }
+            part
+        });
+        let unknown = |id: &str| Unknown {
+            scale: 10.0,
+            ..Unknown::new(
+                id.to_owned(),
+                Kind::Load,
+                Place::Robot,
+                "",
+                Effect::Parameters(Vec::new()),
+            )
+        };
+        let innovations = Innovations {
+            parts: parts.collect(),
+            priors: Vec::new(),
+        };
+        let catalogue = OfLikelihood {
+            unknowns: ids.map(unknown).to_vec(),
+            scales: vec![10.0; 3],
+            joints: Vec::new(),
+        };
+        catalogue.shown(innovations, &|_| 0)
+    }
+
+    fn ids(shown: &[Shown]) -> Vec<&str> {
+        shown.iter().map(|one| one.found.id.as_str()).collect()
+    }
+
+    const APART: [&str; 3] = ["a", "b", "c"];
+
+    #[test]
+    fn innovations_without_causes_show_nothing() {
+        assert!(shown(APART, [0.0; 3]).is_empty());
+    }
+
+    #[test]
+    fn a_cause_that_resembles_another_one_is_not_shown_beside_it() {
+        let shown = shown(APART, [0.5, 0.0, 0.0]);
+        assert_eq!(ids(&shown), ["a"]);
+        // The standard error of 4000 samples is 0.016.
+        let found = &shown[0].found;
+        assert!((found.value - 0.5).abs() < 0.06 && found.standard_error < 0.03);
+    }
+
+    #[test]
+    fn two_causes_are_shown_in_the_order_of_their_gains() {
+        assert_eq!(ids(&shown(APART, [0.5, 0.0, 1.0])), ["c", "a"]);
+    }
+
+    #[test]
+    fn both_phases_of_a_wave_are_one_cause_with_an_amplitude() {
+        let shown = shown(["a", "wave sine", "wave cosine"], [0.0, 0.3, 0.4]);
+        assert_eq!(ids(&shown), ["wave"]);
+        let found = &shown[0].found;
+        assert!((found.value - 0.5).abs() < 0.06 && found.standard_error < 0.04);
     }
 }

@@ -120,7 +120,7 @@ impl Effect {
             }
             (OfUnknown::Law { column, .. }, Place::Joint(joint)) => {
                 let row = model.torque_row(joint);
-                // The torque of the filter's channels may have another resolution than those of the catalogue.
+                // A ripple is relative to the deviation of the torque from its mean.
                 let scales = JointScales {
                     torque: measurements.torque_scale[row],
                     ..*filtered.joints.get(joint)?
