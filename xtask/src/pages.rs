@@ -8,7 +8,7 @@ use crate::files::files;
 use crate::root;
 
 /// Words in the library with the form of a code that are no codes.
-const OTHER_WORDS: [&str; 25] = [
+const OTHER_WORDS: [&str; 26] = [
     "as-stamped",
     "at-a-glance",
     "condition-number",
@@ -33,6 +33,7 @@ const OTHER_WORDS: [&str; 25] = [
     "stiff-joints",
     "two-stage",
     "unix-none",
+    "warm-up",
     "worst-error",
 ];
 
