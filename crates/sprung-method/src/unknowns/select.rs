@@ -233,7 +233,13 @@ impl Selection<'_> {
         let is_resolved =
             self.evidence.is_white || mean.abs() >= self.unknowns[unknown].least_size(scale);
         let is_possible = mean.abs() < LARGEST * scale && self.unknowns[unknown].can_have(mean);
-        if significance <= SIGNIFICANT || !is_possible || !is_resolved {
+        let significant = if self.evidence.is_white {
+            // The same probability of a false one as of three standard errors in a single test.
+            (9.0 + 2.0 * (self.unknowns.len().max(1) as f64).ln()).sqrt()
+        } else {
+            SIGNIFICANT
+        };
+        if significance <= significant || !is_possible || !is_resolved {
             return None;
         }
         if is_expected || self.evidence.is_white {
