@@ -246,7 +246,7 @@ mod tests {
             scale: 10.0,
             ..Unknown::new(
                 id.to_owned(),
-                Kind::Load,
+                Kind::Ripple,
                 Place::Robot,
                 "",
                 Effect::Parameters(Vec::new()),

@@ -299,7 +299,11 @@ impl Unknown {
 
     /// Returns the name of the wave of which it is one phase: both phases of a wave are one fault.
     pub(crate) fn wave(&self) -> Option<&str> {
-        let mut phases = PHASES.iter().map(|(phase, _)| phase);
+        let is_wave = matches!(
+            self.kind,
+            Kind::Eccentricity | Kind::Ripple | Kind::TransmissionError
+        );
+        let mut phases = PHASES.iter().map(|(phase, _)| phase).filter(|_| is_wave);
         phases.find_map(|phase| self.id.strip_suffix(phase)?.strip_suffix(' '))
     }
 

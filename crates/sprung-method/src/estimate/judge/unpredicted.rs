@@ -67,7 +67,7 @@ pub(in crate::estimate) fn unpredicted(
                      torques are predicted",
                     promise.joint
                 ),
-                "do not use the stiffness of this joint; record larger accelerations, or make the joint rigid",
+                "do not use the stiffness of this joint; a motion with larger accelerations shows more of it",
             )
         } else if motion.is_small() {
             Finding::new(
