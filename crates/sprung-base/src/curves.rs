@@ -43,20 +43,24 @@ impl Curves {
     #[must_use]
     pub fn to_csv(&self, key: &str) -> String {
         let mut writer = csv::Writer::from_writer(Vec::new());
-        let mut write = |row: Vec<String>| {
-            // Writing to a vector cannot fail.
-            let _ = writer.write_record(row);
-        };
-        let header = [key, "time_s"].into_iter().map(str::to_owned);
-        write(header.chain(self.columns.iter().cloned()).collect());
+        let mut digits = zmij::Buffer::new();
+        let mut row = csv::ByteRecord::new();
+        row.push_field(key.as_bytes());
+        row.push_field(b"time_s");
+        row.extend(&self.columns);
+        // Writing to a vector cannot fail.
+        let _ = writer.write_byte_record(&row);
         for set in &self.sets {
             for (k, time) in set.time.iter().enumerate() {
-                let mut row = vec![set.label.clone(), time.to_string()];
-                row.extend(set.values.iter().map(|values| {
+                row.clear();
+                row.push_field(set.label.as_bytes());
+                row.push_field(digits.format(*time).as_bytes());
+                for values in &set.values {
                     let value = values.get(k).copied().flatten();
-                    value.map_or_else(String::new, |value| value.to_string())
-                }));
-                write(row);
+                    let cell = value.map_or("", |value| digits.format(value));
+                    row.push_field(cell.as_bytes());
+                }
+                let _ = writer.write_byte_record(&row);
             }
         }
         let bytes = writer.into_inner().unwrap_or_default();

@@ -162,13 +162,19 @@ impl Robot<'_> {
     /// Returns the motion of one joint, as the columns of its drive need it.
     #[must_use]
     pub fn drive(&self, state: &State<'_>, joint: usize) -> Drive {
-        let motor_velocity = match self.coupling {
+        Drive::new(state, self.motor_velocity(state, joint), joint)
+    }
+
+    /// Returns the velocity of the motor of a joint before the coupled transmission, rad/s (m/s).
+    #[must_use]
+    #[inline]
+    pub fn motor_velocity(&self, state: &State<'_>, joint: usize) -> f64 {
+        match self.coupling {
             None => state.dphi[joint],
             Some(_) => (state.dphi.iter().enumerate())
                 .map(|(k, dphi)| self.ratio(joint, k) * dphi)
                 .sum(),
-        };
-        Drive::new(state, motor_velocity, joint)
+        }
     }
 
     pub(crate) fn check(

@@ -25,6 +25,16 @@ impl LogBlock {
         }
     }
 
+    /// Returns a block of the same times with other values.
+    #[must_use]
+    pub fn with_values(&self, values: Vec<Vec<f64>>) -> Self {
+        Self {
+            time: self.time.clone(),
+            gaps: self.gaps.clone(),
+            values,
+        }
+    }
+
     /// Returns the number of samples.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -1,6 +1,7 @@
 //! Reads a log as one table: its streams are combined and put on an even grid of times.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use super::block::{BLOCK, LogBlock};
 use super::error::LogError;
@@ -39,6 +40,13 @@ pub struct LogReader {
     names: Vec<String>,
     mender: Mender,
     raw: LogBlock,
+    replay: Option<Replay>,
+}
+
+/// The blocks of a log that was read before, and the next one.
+struct Replay {
+    blocks: Arc<Vec<LogBlock>>,
+    next: usize,
 }
 
 /// A stream whose rows match those of the first one by one: its name, its rows, and the indices of
@@ -122,7 +130,16 @@ impl LogReader {
             names,
             mender: Mender::new(channels),
             raw: LogBlock::new(channels.all.len()),
+            replay: None,
         })
+    }
+
+    /// Returns a reader that was read to its end at the beginning of its blocks.
+    pub(super) fn rewound(self, blocks: Arc<Vec<LogBlock>>) -> Self {
+        Self {
+            replay: Some(Replay { blocks, next: 0 }),
+            ..self
+        }
     }
 
     /// Returns the name in the file of the column of each channel, \[channels\].
@@ -138,6 +155,14 @@ impl LogReader {
     /// [`LogError`] with place, column and value of the first bad reading, or with the place where
     /// the time does not increase, or with the period if that of the controller does not suit it.
     pub fn read(&mut self, block: &mut LogBlock) -> Result<bool, LogError> {
+        if let Some(replay) = &mut self.replay {
+            match replay.blocks.get(replay.next) {
+                Some(next) => block.clone_from(next),
+                None => block.clear(),
+            }
+            replay.next += 1;
+            return Ok(!block.is_empty());
+        }
         if self.mender.is_idle() {
             return self.fill(block);
         }

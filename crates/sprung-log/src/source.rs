@@ -1,8 +1,10 @@
 //! Logs that can be read more than once: files, or columns in memory.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use super::arrays::Arrays;
+use super::block::LogBlock;
 use super::columns::channels::Channels;
 use super::error::LogError;
 use super::formats::table::{Opened, Request};
@@ -23,6 +25,7 @@ pub struct LogSource<'a> {
     holds: Holds<'a>,
     window: Window,
     payload: Option<Payload>,
+    kept: Option<(Channels, LogReader)>,
 }
 
 /// Location of a log's numbers.
@@ -43,6 +46,7 @@ impl<'a> LogSource<'a> {
             holds: Holds::Files(opener),
             window: Window::default(),
             payload: None,
+            kept: None,
         }
     }
 
@@ -57,13 +61,18 @@ impl<'a> LogSource<'a> {
             holds: Holds::Memory(arrays),
             window: Window::default(),
             payload: None,
+            kept: None,
         }
     }
 
     /// Returns a window of the log.
     #[must_use]
     pub fn within(self, window: Window) -> Self {
-        Self { window, ..self }
+        Self {
+            window,
+            kept: None,
+            ..self
+        }
     }
 
     /// Returns the log of a robot that carried a body.
@@ -96,12 +105,22 @@ impl<'a> LogSource<'a> {
         self.window.of(&self.name)
     }
 
+    /// Keeps a log that was read to its end for the next [`LogSource::open`] of the same channels, which then reads no file.
+    ///
+    /// - `blocks`: all blocks that the reader returned.
+    pub fn keep(&mut self, channels: &Channels, reader: LogReader, blocks: Arc<Vec<LogBlock>>) {
+        self.kept = Some((channels.clone(), reader.rewound(blocks)));
+    }
+
     /// Opens the log and finds its columns.
     ///
     /// # Errors
     ///
     /// [`LogError`] if the log cannot be opened or lacks a column.
     pub fn open(&mut self, channels: &Channels) -> Result<LogReader, LogError> {
+        if let Some((_, reader)) = self.kept.take().filter(|(kept, _)| kept == channels) {
+            return Ok(reader);
+        }
         let (name, holds, window) = (&self.name, &mut self.holds, self.window);
         // The first stream gives the time; the others are read along with it.
         let meter = Meter::default();

@@ -296,18 +296,17 @@ impl Program {
         let scale: Vec<f64> = (0..n)
             .map(|i| here.hessian[i * (n + 1)].sqrt().recip())
             .collect();
+        // Only the lower triangle is read.
         let scaled = |ridge: f64| -> Vec<f64> {
-            (0..n * n)
-                .map(|at| here.hessian[at] * scale[at / n] * scale[at % n])
-                .enumerate()
-                .map(|(at, entry)| {
-                    if at % (n + 1) == 0 {
-                        entry + ridge
-                    } else {
-                        entry
-                    }
-                })
-                .collect()
+            let mut scaled = vec![0.0; n * n];
+            for i in 0..n {
+                let (to, from) = (&mut scaled[i * n..=i * n + i], &here.hessian[i * n..]);
+                for ((to, from), by) in to.iter_mut().zip(from).zip(&scale) {
+                    *to = from * scale[i] * by;
+                }
+                to[i] += ridge;
+            }
+            scaled
         };
         let factors = RIDGES.iter().find_map(|ridge| {
             let mut factors = scaled(*ridge);

@@ -146,6 +146,8 @@ impl Layout {
             }
         }
         layout.row_entries.push(layout.entries);
+        // The motion of a joint is read once for all of its terms.
+        layout.terms.sort_by_key(|term| term.joint);
         layout
     }
 

@@ -5,7 +5,7 @@ use sprung_core::parameters::JointParameter;
 use crate::description::Experiment;
 use crate::log::{Quantity, Signal};
 use crate::prepare::Excerpt;
-use crate::regression::Reading;
+use crate::regression::{Reading, Triangle};
 
 /// Standard errors from zero at which a value counts as significant.
 pub(super) const SIGNIFICANT_SIGMAS: f64 = 5.0;
@@ -17,6 +17,8 @@ pub(super) struct CheckContext<'a> {
     pub(super) excerpt: &'a Excerpt,
     /// The excerpt with the fewest samples that the filters allow, for trials.
     pub(super) few: Excerpt,
+    /// One factor of all samples of the excerpt for each row.
+    pub(super) whole: Vec<Triangle>,
     pub(super) file: &'a str,
     pub(super) independent: f64,
 }

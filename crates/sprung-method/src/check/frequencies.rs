@@ -108,17 +108,22 @@ fn unexplained(values: &[f64], periods: f64) -> f64 {
     let mut normal = [0.0; TERMS * TERMS];
     let mut right = [0.0; TERMS];
     let mut squares = 0.0;
-    for (k, value) in values.iter().enumerate() {
-        let (sin, cos) = (TAU * periods * k as f64 / count).sin_cos();
+    let (step_sin, step_cos) = (TAU * periods / count).sin_cos();
+    let (mut sin, mut cos) = (0.0, 1.0);
+    for value in values {
         let terms = [1.0, sin, cos, 2.0 * sin * cos, cos * cos - sin * sin];
         let value = value - mean;
         squares += value * value;
         for (i, term) in terms.iter().enumerate() {
             right[i] += term * value;
-            for (j, other) in terms.iter().enumerate() {
+            for (j, other) in terms[..=i].iter().enumerate() {
                 normal[i * TERMS + j] += term * other;
             }
         }
+        (sin, cos) = (
+            sin * step_cos + cos * step_sin,
+            cos * step_cos - sin * step_sin,
+        );
     }
     if !factor(&mut normal, TERMS) {
         return f64::INFINITY;

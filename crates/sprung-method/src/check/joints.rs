@@ -10,7 +10,7 @@ use super::scale::{Explanation, explanations};
 use crate::description::Experiment;
 use crate::finding::{Finding, Severity};
 use crate::log::{Quantity, rounded};
-use crate::prepare::{Excerpt, RowFit, fit_rows, independent};
+use crate::prepare::{Excerpt, RowFit, fit_all_rows, independent};
 use crate::regression::Reading;
 
 /// Ratio to the nominal parameters, for all of them in one direction, at which the scale of the
@@ -60,11 +60,12 @@ pub(super) fn joints(
         reading,
         excerpt,
         few: excerpt.thinned_for(reading, f64::INFINITY),
+        whole: excerpt.reduce_thinned(reading)?.whole()?,
         file,
         independent: independent(excerpt, reading),
     };
     let all: Vec<usize> = (0..reading.model().joint_count()).collect();
-    let fits = fit_rows(excerpt, reading, &all)?;
+    let fits = fit_all_rows(reading.model(), &context.whole)?;
     let shares = if (fits.iter()).any(|fit| fit.relative_residual() > UNEXPLAINED) {
         transition_shares(reading, excerpt, &fits)
     } else {

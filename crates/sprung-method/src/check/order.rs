@@ -1,6 +1,8 @@
 //! Tries other meanings of the columns with the equations of the whole robot: columns of two joints
 //! swapped, joints that turn in the other direction, torques in another unit.
 
+use rayon::prelude::*;
+
 use super::resolution::UNEXPLAINED;
 use super::robot::{WholeRobot, listed, percent};
 use super::scale::{Explanation, explanations};
@@ -170,7 +172,7 @@ impl WholeRobot<'_> {
     /// Tries all changes of a reading.
     fn tried(&self, trial: &Trial, left: &[f64]) -> Vec<Tried> {
         let joints = self.context.reading.model().joint_count();
-        (self.possible_changes(joints).into_iter())
+        (self.possible_changes(joints).into_par_iter())
             .filter_map(|change| {
                 let changed = change.made(trial, self.moving)?;
                 let now = self.left(&changed)?;

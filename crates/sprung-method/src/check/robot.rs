@@ -49,7 +49,7 @@ impl<'a> WholeRobot<'a> {
         if !model.joints_without_link().is_empty() {
             return None;
         }
-        let rows = LinkRows::new(context.excerpt, reading, moving)?;
+        let rows = LinkRows::of(model, &context.whole, moving)?;
         if rows.rows.len() != moving.len() || moving.is_empty() {
             return None;
         }

@@ -1,5 +1,7 @@
 //! The beginning of a log, kept in memory for searches that read it several times.
 
+use std::sync::Arc;
+
 use super::smoothed::Smoothed;
 use crate::log::{Channel, Channels, LogBlock, LogError, LogSource};
 use crate::regression::{Reading, Reduction, System, signals};
@@ -11,7 +13,8 @@ const EXCERPT_SAMPLES: usize = 60_000;
 /// The beginning of a log, kept in memory.
 #[derive(Clone, Debug)]
 pub struct Excerpt {
-    blocks: Vec<LogBlock>,
+    // Copies share them.
+    blocks: Arc<Vec<LogBlock>>,
     samples: usize,
     limit: usize,
     period: f64,
@@ -24,7 +27,7 @@ impl Excerpt {
     #[must_use]
     pub fn new(period: f64, joints: usize) -> Self {
         Self {
-            blocks: Vec::new(),
+            blocks: Arc::default(),
             samples: 0,
             limit: EXCERPT_SAMPLES / joints.max(2),
             period,
@@ -58,7 +61,7 @@ impl Excerpt {
     pub fn push(&mut self, block: &LogBlock) -> bool {
         if self.samples < self.limit {
             self.samples += block.len();
-            self.blocks.push(block.clone());
+            Arc::make_mut(&mut self.blocks).push(block.clone());
         }
         self.samples < self.limit
     }
@@ -73,12 +76,12 @@ impl Excerpt {
     #[must_use]
     pub fn first(&self, samples: usize) -> Self {
         let mut first = Self {
-            blocks: Vec::new(),
+            blocks: Arc::default(),
             samples: 0,
             limit: samples,
             ..*self
         };
-        for block in &self.blocks {
+        for block in self.blocks() {
             first.push(block);
         }
         first
@@ -88,7 +91,7 @@ impl Excerpt {
     #[must_use]
     pub(super) fn emptied(&self, factor: usize) -> Self {
         Self {
-            blocks: Vec::new(),
+            blocks: Arc::default(),
             samples: 0,
             limit: self.limit.div_ceil(factor),
             period: self.period * factor as f64,
@@ -106,7 +109,7 @@ impl Excerpt {
     #[must_use]
     pub fn scaled(&self, channel: usize, by: f64) -> Self {
         let mut scaled = self.clone();
-        for block in &mut scaled.blocks {
+        for block in Arc::make_mut(&mut scaled.blocks) {
             for value in &mut block.values[channel] {
                 *value *= by;
             }
@@ -129,7 +132,7 @@ impl Excerpt {
         };
         let places: Vec<usize> = wanted.all.iter().filter_map(place).collect();
         let mut fewer = self.clone();
-        for block in &mut fewer.blocks {
+        for block in Arc::make_mut(&mut fewer.blocks) {
             let values = &block.values;
             block.values = places.iter().map(|&at| values[at].clone()).collect();
         }
@@ -141,7 +144,7 @@ impl Excerpt {
     pub(crate) fn in_segments(&self) -> Self {
         let count = self.blocks.first().map_or(0, |block| block.values.len());
         let mut segments: Vec<LogBlock> = Vec::new();
-        for block in &self.blocks {
+        for block in self.blocks() {
             let mut from = 0;
             let ends = block.gaps.iter().copied().chain([block.len()]);
             for (k, to) in ends.enumerate() {
@@ -165,7 +168,10 @@ impl Excerpt {
     /// Returns an excerpt of the same log with other blocks of as many samples.
     #[must_use]
     pub(crate) fn replaced(&self, blocks: Vec<LogBlock>) -> Self {
-        Self { blocks, ..*self }
+        Self {
+            blocks: Arc::new(blocks),
+            ..*self
+        }
     }
 
     /// Returns the number of samples.
@@ -207,6 +213,13 @@ impl Excerpt {
         self.smoothed(reading)?.reduce(reading)
     }
 
+    /// Returns the regression of the excerpt with fewer samples, for choices; `None` as for
+    /// [`Excerpt::smoothed`].
+    #[must_use]
+    pub(crate) fn reduce_thinned(&self, reading: &Reading) -> Option<System> {
+        self.smoothed(reading)?.thinned(reading).reduce(reading)
+    }
+
     /// Returns the regression of some rows of the excerpt; `None` as for [`Excerpt::smoothed`].
     #[must_use]
     pub fn reduce_rows(&self, reading: &Reading, rows: &[usize]) -> Option<System> {
@@ -226,7 +239,12 @@ pub fn excerpt(channels: &Channels, source: &mut LogSource<'_>) -> Result<Excerp
     let mut more = log.read(&mut block)?;
     let mut excerpt = Excerpt::new(log.timing().period, channels.instruments.joint_count());
     while more {
-        more = excerpt.push(&block) && log.read(&mut block)?;
+        let accepts = excerpt.push(&block);
+        more = accepts && log.read(&mut block)?;
+        if accepts && !more {
+            source.keep(channels, log, Arc::clone(&excerpt.blocks));
+            break;
+        }
     }
     Ok(excerpt)
 }

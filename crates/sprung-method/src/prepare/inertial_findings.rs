@@ -380,9 +380,8 @@ pub(super) fn about_stiffnesses(reading: &Reading, excerpt: &Excerpt) -> Vec<Fin
     };
     let word = sensors.kind.word();
     let joints = sensors.all.iter().map(|sensor| sensor.joint);
-    let fitted = (excerpt.smoothed(reading))
-        .and_then(|signals| signals.thinned(reading).reduce(reading))
-        .and_then(|system| fit(model, &system, reading.memory()));
+    let fitted =
+        (excerpt.reduce_thinned(reading)).and_then(|system| fit(model, &system, reading.memory()));
     let (mut known, mut open, mut parameters) = (Vec::new(), Vec::new(), Vec::new());
     let noise = noise_shares(reading, excerpt);
     for joint in joints {

@@ -53,9 +53,14 @@ impl LinkRows {
     /// Returns the link equations of some joints; `None` if the excerpt is too short for the filters
     /// or a number is not finite.
     pub(crate) fn new(excerpt: &Excerpt, reading: &Reading, joints: &[usize]) -> Option<Self> {
-        let model = reading.model();
-        let signals = excerpt.smoothed(reading)?.thinned(reading);
-        let whole = signals.reduce(reading)?.whole()?;
+        let whole = excerpt.reduce_thinned(reading)?.whole()?;
+        Self::of(reading.model(), &whole, joints)
+    }
+
+    /// Returns the link equations of some joints; `None` if a number is not finite.
+    ///
+    /// - `whole`: one factor of all samples for each row.
+    pub(crate) fn of(model: &Model, whole: &[Triangle], joints: &[usize]) -> Option<Self> {
         let mut known: Vec<Option<f64>> = model.parameters().iter().map(|p| p.fixed).collect();
         let mut plausible = true;
         for joint in (0..model.joint_count()).filter(|&joint| model.is_flexible(joint)) {

@@ -51,4 +51,4 @@ pub(crate) use sweep::Sweep;
 pub(crate) use velocity_by_likelihood::VelocityByLikelihood;
 
 pub(crate) use noise::velocity_per_position;
-pub(crate) use row::{OfRow, RowFit, fit_rows, independent};
+pub(crate) use row::{OfRow, RowFit, fit_all_rows, fit_rows, independent};

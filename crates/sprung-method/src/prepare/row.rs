@@ -4,7 +4,7 @@ use sprung_core::parameters::JointParameter;
 
 use super::excerpt::Excerpt;
 use crate::model::Model;
-use crate::regression::{Reading, Reduction, SystemPart, solve};
+use crate::regression::{Reading, Reduction, SystemPart, Triangle, solve};
 
 /// Figures of a joint's torque row, for comparing assumptions about the log.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,6 +42,25 @@ pub(crate) struct OfRow {
 }
 
 impl RowFit {
+    fn new(model: &Model, row: usize, factor: &Triangle) -> Option<Self> {
+        let columns = model.row_columns(row);
+        let local: Vec<usize> = (0..columns.len()).collect();
+        let part = SystemPart {
+            columns: &local,
+            factor,
+        };
+        let solution = solve(&[part], columns.len())?;
+        Some(Self {
+            columns: columns.to_vec(),
+            inverse: (0..columns.len())
+                .map(|i| solution.inverse[(i, i)])
+                .collect(),
+            squares: factor.residual(&solution.x).iter().map(|r| r * r).sum(),
+            torque: factor.rhs_norm().powi(2),
+            x: solution.x,
+        })
+    }
+
     /// Returns the root mean square of the residual over that of the torque.
     pub(crate) fn relative_residual(&self) -> f64 {
         (self.squares / self.torque).sqrt()
@@ -105,27 +124,20 @@ pub(crate) fn fit_rows(
     let model = reading.model();
     let rows: Vec<usize> = joints.iter().map(|&j| model.torque_row(j)).collect();
     let empty = Reduction::of_rows(model, &rows).without_samples();
-    let signals = excerpt.smoothed(reading)?;
+    let signals = excerpt.smoothed(reading)?.thinned(reading);
     let whole = signals.reduce_by(empty, reading)?.whole()?;
     (rows.iter().zip(&whole))
-        .map(|(&row, factor)| {
-            let columns = model.row_columns(row);
-            let local: Vec<usize> = (0..columns.len()).collect();
-            let part = SystemPart {
-                columns: &local,
-                factor,
-            };
-            let solution = solve(&[part], columns.len())?;
-            Some(RowFit {
-                columns: columns.to_vec(),
-                inverse: (0..columns.len())
-                    .map(|i| solution.inverse[(i, i)])
-                    .collect(),
-                squares: factor.residual(&solution.x).iter().map(|r| r * r).sum(),
-                torque: factor.rhs_norm().powi(2),
-                x: solution.x,
-            })
-        })
+        .map(|(&row, factor)| RowFit::new(model, row, factor))
+        .collect()
+}
+
+/// Fits the torque rows of all joints, each alone; `None` if a number is not finite.
+///
+/// - `whole`: one factor of all samples for each row.
+pub(crate) fn fit_all_rows(model: &Model, whole: &[Triangle]) -> Option<Vec<RowFit>> {
+    (0..model.joint_count())
+        .map(|joint| model.torque_row(joint))
+        .map(|row| RowFit::new(model, row, &whole[row]))
         .collect()
 }
 

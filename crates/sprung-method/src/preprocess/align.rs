@@ -222,9 +222,11 @@ impl Aligner {
         out: &mut RawBlock,
     ) {
         self.time.extend(time);
-        for ((buffer, lead), values) in self.buffers.iter_mut().zip(&self.leads).zip(columns) {
-            if lead.is_some() {
-                buffer.extend_from_slice(values);
+        if self.reach > 0 {
+            for ((buffer, lead), values) in self.buffers.iter_mut().zip(&self.leads).zip(columns) {
+                if lead.is_some() {
+                    buffer.extend_from_slice(values);
+                }
             }
         }
         let ready = self.time.len().saturating_sub(self.reach);
@@ -234,7 +236,13 @@ impl Aligner {
         let before = out.len();
         out.time
             .extend(self.time[..ready].iter().map(|time| time + self.shift));
-        self.read(ready, out);
+        // Without reach no sample waits for a later one.
+        let sources = if self.reach > 0 {
+            &self.buffers
+        } else {
+            columns
+        };
+        self.read(sources, ready, out);
         if let Some(mix) = &self.channels.torque_mix {
             couple(mix, &mut out.tau, before..before + ready);
         }
@@ -248,9 +256,9 @@ impl Aligner {
         }
     }
 
-    /// Appends the values of `ready` samples from the buffers.
-    fn read(&self, ready: usize, out: &mut RawBlock) {
-        let all = (self.channels.all.iter().zip(&self.leads)).zip(&self.buffers);
+    /// Appends the values of `ready` samples.
+    fn read(&self, sources: &[Vec<f64>], ready: usize, out: &mut RawBlock) {
+        let all = (self.channels.all.iter().zip(&self.leads)).zip(sources);
         for ((channel, lead), buffer) in all {
             let joint = channel.joint;
             let Some(lead) = lead else {

@@ -63,6 +63,12 @@ impl SignalBlock {
         self.time.is_empty()
     }
 
+    /// Makes room for further samples.
+    pub(crate) fn reserve(&mut self, samples: usize) {
+        let columns = self.columns().filter(|column| !column.is_empty());
+        columns.for_each(|column| column.reserve(samples));
+    }
+
     /// Appends samples of the same robot.
     pub fn append(&mut self, mut later: Self) {
         for (column, more) in self.columns().zip(later.columns()) {
@@ -70,14 +76,31 @@ impl SignalBlock {
         }
     }
 
+    /// Adds the signals of another block; empty columns are zero.
+    pub(crate) fn add(&mut self, other: &Self) {
+        let pairs = [
+            (&mut self.q, &other.q),
+            (&mut self.dq, &other.dq),
+            (&mut self.phi, &other.phi),
+            (&mut self.dphi, &other.dphi),
+            (&mut self.tau, &other.tau),
+        ];
+        for (to, from) in pairs
+            .into_iter()
+            .flat_map(|(to, from)| to.iter_mut().zip(from))
+        {
+            if to.is_empty() {
+                to.clone_from(from);
+            } else {
+                to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
+            }
+        }
+    }
+
     /// Returns the first of every `count` samples with the mean of their torques, which are held;
     /// leaves out samples at the end that are fewer.
     #[must_use]
     pub(crate) fn thinned(&self, count: usize) -> Self {
-        let firsts = |column: &Vec<f64>| -> Vec<f64> {
-            column.chunks_exact(count).map(|part| part[0]).collect()
-        };
-        let of_joints = |columns: &[Vec<f64>]| columns.iter().map(firsts).collect();
         let means = |column: &Vec<f64>| -> Vec<f64> {
             let parts = column.chunks_exact(count);
             parts
@@ -85,19 +108,11 @@ impl SignalBlock {
                 .collect()
         };
         Self {
-            time: firsts(&self.time),
-            q: of_joints(&self.q),
-            dq: of_joints(&self.dq),
-            ddq: of_joints(&self.ddq),
-            phi: of_joints(&self.phi),
-            dphi: of_joints(&self.dphi),
             tau: self.tau.iter().map(means).collect(),
-            spring: self
-                .spring
-                .iter()
+            spring: (self.spring.iter())
                 .map(|spring| centred(spring, count))
                 .collect(),
-            excess: of_joints(&self.excess),
+            ..self.each(|column| column.chunks_exact(count).map(|part| part[0]).collect())
         }
     }
 
@@ -123,11 +138,23 @@ impl SignalBlock {
     /// Returns the first of every `count` samples.
     #[must_use]
     pub(crate) fn picked(&self, count: usize) -> Self {
-        let mut picked = self.clone();
-        for column in picked.columns() {
-            *column = column.iter().copied().step_by(count).collect();
+        self.each(|column| column.iter().copied().step_by(count).collect())
+    }
+
+    /// Returns a block whose columns are formed from these.
+    fn each(&self, form: impl Fn(&Vec<f64>) -> Vec<f64>) -> Self {
+        let of_joints = |columns: &[Vec<f64>]| columns.iter().map(&form).collect();
+        Self {
+            time: form(&self.time),
+            q: of_joints(&self.q),
+            dq: of_joints(&self.dq),
+            ddq: of_joints(&self.ddq),
+            phi: of_joints(&self.phi),
+            dphi: of_joints(&self.dphi),
+            tau: of_joints(&self.tau),
+            spring: of_joints(&self.spring),
+            excess: of_joints(&self.excess),
         }
-        picked
     }
 
     /// Returns all columns.

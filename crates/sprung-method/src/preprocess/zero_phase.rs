@@ -45,6 +45,13 @@ fn count(samples: f64) -> usize {
     samples.round().min(1e15) as usize
 }
 
+/// Order in which samples are filtered.
+#[derive(Clone, Copy)]
+enum Direction {
+    Forward,
+    Backward,
+}
+
 /// A Butterworth low-pass in second-order sections.
 #[derive(Clone, Debug)]
 pub struct Butterworth {
@@ -123,15 +130,37 @@ impl Butterworth {
             .collect()
     }
 
-    fn step(&self, state: &mut [[f64; 2]], input: f64) -> f64 {
-        let mut x = input;
-        for (section, s) in self.sections.iter().zip(state) {
-            let y = section.b[0] * x + s[0];
-            s[0] = section.b[1] * x - section.a[0] * y + s[1];
-            s[1] = section.b[2] * x - section.a[1] * y;
-            x = y;
+    /// Filters samples in place, from the first to the last or the other way round.
+    fn run(&self, state: &mut [[f64; 2]], mut samples: &mut [f64], direction: Direction) {
+        // A filter at rest passes zeros.
+        if state.as_flattened().iter().all(|memory| *memory == 0.0) {
+            let is_not_zero = |sample: &f64| *sample != 0.0;
+            samples = match direction {
+                Direction::Forward => match samples.iter().position(is_not_zero) {
+                    Some(first) => &mut samples[first..],
+                    None => return,
+                },
+                Direction::Backward => match samples.iter().rposition(is_not_zero) {
+                    Some(last) => &mut samples[..=last],
+                    None => return,
+                },
+            };
         }
-        x
+        for (Section { b, a, .. }, state) in self.sections.iter().zip(state) {
+            let [mut first, mut second] = *state;
+            let step = |sample: &mut f64| {
+                let x = *sample;
+                let y = b[0] * x + first;
+                first = b[1] * x - a[0] * y + second;
+                second = b[2] * x - a[1] * y;
+                *sample = y;
+            };
+            match direction {
+                Direction::Forward => samples.iter_mut().for_each(step),
+                Direction::Backward => samples.iter_mut().rev().for_each(step),
+            }
+            *state = [first, second];
+        }
     }
 }
 
@@ -188,21 +217,25 @@ impl ZeroPhase {
         let mut samples = samples;
         let head;
         if !self.started {
-            self.head.extend_from_slice(samples);
-            if self.head.len() <= padding {
+            if self.head.len() + samples.len() <= padding {
+                self.head.extend_from_slice(samples);
                 return;
             }
-            head = std::mem::take(&mut self.head);
-            self.start(&head);
-            samples = &head;
+            if !self.head.is_empty() {
+                self.head.extend_from_slice(samples);
+                head = std::mem::take(&mut self.head);
+                samples = &head;
+            }
+            self.start(samples);
         }
-        for &x in samples {
-            let y = self.filter.step(&mut self.state, x);
-            self.pending.push(y);
-        }
-        self.tail.extend_from_slice(samples);
-        let surplus = self.tail.len().saturating_sub(padding + 1);
-        self.tail.drain(..surplus);
+        let before = self.pending.len();
+        self.pending.extend_from_slice(samples);
+        let new = &mut self.pending[before..];
+        self.filter.run(&mut self.state, new, Direction::Forward);
+        let last = &samples[samples.len().saturating_sub(padding + 1)..];
+        let surplus = (self.tail.len() + last.len()).saturating_sub(padding + 1);
+        self.tail.drain(..surplus.min(self.tail.len()));
+        self.tail.extend_from_slice(last);
         if self.pending.len() >= self.block + self.overlap {
             let ready = self.pending.len() - self.overlap;
             self.backward(&[], ready, out);
@@ -219,12 +252,9 @@ impl ZeroPhase {
         }
         let n = self.tail.len();
         let last = self.tail[n - 1];
-        let extension: Vec<f64> = (1..n)
-            .map(|i| {
-                let odd = 2.0 * last - self.tail[n - 1 - i];
-                self.filter.step(&mut self.state, odd)
-            })
-            .collect();
+        let odd = |i: usize| 2.0 * last - self.tail[n - 1 - i];
+        let mut extension: Vec<f64> = (1..n).map(odd).collect();
+        (self.filter).run(&mut self.state, &mut extension, Direction::Forward);
         let ready = self.pending.len();
         self.backward(&extension, ready, out);
         true
@@ -234,9 +264,8 @@ impl ZeroPhase {
         let padding = self.filter.padding;
         let odd = |i: usize| 2.0 * head[0] - head[i];
         self.state = self.filter.settled(odd(padding));
-        for i in (1..=padding).rev() {
-            self.filter.step(&mut self.state, odd(i));
-        }
+        let mut extension: Vec<f64> = (1..=padding).rev().map(odd).collect();
+        (self.filter).run(&mut self.state, &mut extension, Direction::Forward);
         self.started = true;
     }
 
@@ -249,18 +278,17 @@ impl ZeroPhase {
             .copied()
             .unwrap_or(0.0);
         let mut state = self.filter.settled(start);
-        for &y in beyond.iter().rev() {
-            self.filter.step(&mut state, y);
+        let mut beyond = beyond.to_vec();
+        (self.filter).run(&mut state, &mut beyond, Direction::Backward);
+        let waiting = self.pending[ready..].to_vec();
+        let mut filtered = std::mem::replace(&mut self.pending, waiting);
+        (self.filter).run(&mut state, &mut filtered, Direction::Backward);
+        filtered.truncate(ready);
+        if out.is_empty() {
+            *out = filtered;
+        } else {
+            out.append(&mut filtered);
         }
-        let from = out.len();
-        out.resize(from + ready, 0.0);
-        for (i, &y) in self.pending.iter().enumerate().rev() {
-            let z = self.filter.step(&mut state, y);
-            if i < ready {
-                out[from + i] = z;
-            }
-        }
-        self.pending.drain(..ready);
     }
 }
 

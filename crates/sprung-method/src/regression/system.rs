@@ -165,6 +165,44 @@ impl System {
         self.groups_of(0..self.ends.len(), count)
     }
 
+    /// Returns the system of one log without some columns, in at most `count` consecutive parts and without
+    /// samples for plots.
+    ///
+    /// - `left_out`: of each row and column.
+    #[must_use]
+    pub(crate) fn without(&self, left_out: &[Vec<bool>], count: usize) -> Self {
+        let absent: Vec<Vec<Option<f64>>> = (left_out.iter())
+            .map(|row| row.iter().map(|&absent| absent.then_some(0.0)).collect())
+            .collect();
+        let parts = self.groups(count);
+        let of_row = |row: usize| {
+            let factors = parts.iter().map(|part| part[row].with_known(&absent[row]));
+            factors.collect()
+        };
+        let size = self.ends.len().div_ceil(count.max(1)).max(1);
+        let ends: Vec<f64> = (self.ends.chunks(size))
+            .filter_map(|part| part.last().copied())
+            .collect();
+        Self {
+            rows: (0..self.rows.len()).map(of_row).collect(),
+            weights: self.weights.clone(),
+            logs: vec![ends.len()],
+            ends,
+            segment_samples: self.segment_samples * size as u64,
+            max_segments: self.max_segments,
+            kept: Kept {
+                stride: 1,
+                time: Vec::new(),
+                rows: vec![Vec::new(); self.rows.len()],
+                variance: vec![Vec::new(); self.rows.len()],
+                bound: vec![Vec::new(); self.rows.len()],
+            },
+            at_rest: self.at_rest.clone(),
+            samples: self.samples,
+            all: OnceLock::new(),
+        }
+    }
+
     /// Returns the factors of at most `count` consecutive parts of one log.
     #[must_use]
     pub fn groups_of_log(&self, log: usize, count: usize) -> Vec<Vec<Triangle>> {

@@ -53,16 +53,21 @@ struct Transition {
 impl Transition {
     /// Returns the variance that the velocity noise causes in the friction, (N·m)² (N²).
     fn variance(&self, at: &Conditions) -> f64 {
-        let x = self.shape.sharpness * at.velocity;
-        if x.abs() > SATURATED_ARGUMENT {
+        if self.is_past(at.velocity) {
             return 0.0;
         }
+        let x = self.shape.sharpness * at.velocity;
         // sech², by one exponential.
         let decay = libm::exp(-2.0 * x.abs());
         let slope = 4.0 * decay / (1.0 + decay).powi(2);
         let heights = (self.laws.iter())
             .map(|(law, size)| size * law.jump(at, &self.shape).unwrap_or_default());
         (self.noise * slope * heights.sum::<f64>()).powi(2)
+    }
+
+    /// Returns whether a velocity is too large for the transition.
+    fn is_past(&self, velocity: f64) -> bool {
+        (self.shape.sharpness * velocity).abs() > SATURATED_ARGUMENT
     }
 
     /// Returns whether a velocity is below the resolution of the sensor or of the law.
@@ -181,9 +186,15 @@ impl TransitionWeights {
         out.fill(0.0);
         let robot = model.robot();
         for transition in &self.transitions {
-            let drive = robot.drive(state, transition.joint);
-            let at = drive.conditions(transition.side);
-            out[transition.row] += transition.variance(&at);
+            let joint = transition.joint;
+            let velocity = match transition.side {
+                Side::Link => state.dq[joint],
+                Side::Motor => robot.motor_velocity(state, joint),
+            };
+            if !transition.is_past(velocity) {
+                let at = robot.drive(state, joint).conditions(transition.side);
+                out[transition.row] += transition.variance(&at);
+            }
         }
     }
 
@@ -201,16 +212,20 @@ impl TransitionWeights {
     ) -> Vec<f64> {
         let needed = (REST_S / period) as u64;
         let (rows, n) = (model.rows(), signals.q.len());
+        let robot = model.robot();
         standing.0.resize(self.transitions.len(), 0);
         let mut bounds = Vec::new();
-        for k in 0..signals.len() {
-            for (transition, standing) in self.transitions.iter().zip(&mut standing.0) {
-                let velocity = match transition.side {
-                    Side::Link => signals.dq[transition.joint][k],
-                    Side::Motor => (0..n)
-                        .map(|i| model.robot().ratio(transition.joint, i) * signals.dphi[i][k])
-                        .sum(),
-                };
+        for (transition, standing) in self.transitions.iter().zip(&mut standing.0) {
+            let joint = transition.joint;
+            let moving: Vec<(f64, &[f64])> = match transition.side {
+                Side::Link => vec![(1.0, &signals.dq[joint])],
+                Side::Motor => (0..n)
+                    .map(|i| (robot.ratio(joint, i), &*signals.dphi[i]))
+                    .filter(|(ratio, _)| *ratio != 0.0)
+                    .collect(),
+            };
+            for k in 0..signals.len() {
+                let velocity = moving.iter().map(|(ratio, column)| ratio * column[k]).sum();
                 *standing = if transition.stands(velocity) {
                     *standing + 1
                 } else {

@@ -1,21 +1,22 @@
 //! Laws of the joints, judged on held-out parts of the log with the filters of the description.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use sprung_core::chain::JointKind;
 use sprung_core::friction::{Family, Scale};
 use sprung_core::parameters::{JointParameter, Side};
 
-use super::added_law::{laws_of, may_add_laws, with_laws};
+use super::added_law::{laws_of, may_add_laws};
 use super::evidence::{PARTS, mean_and_error};
 use super::found::Found;
+use super::law_columns::{Judged, LawColumns};
 use super::result::AddedLaw;
 use super::unknown::{Kind, Place};
 use crate::description::{FrictionLaw, Weights};
-use crate::fit::{HoldOut, Missed, fit_values, row_weights};
 use crate::log::Channels;
-use crate::model::{Model, Theta};
-use crate::prepare::{Excerpt, Prepared, rms_speeds};
+use crate::model::Model;
+use crate::prepare::{Prepared, rms_speeds};
 use crate::regression::Reading;
 
 /// Least fall of the error of a joint's torques (root mean square) by its laws. The smearing of the filters fakes 4 %.
@@ -33,91 +34,6 @@ const LEAST_SIGNIFICANCE: f64 = 2.0;
 /// may be zero without each part.
 const LEAST_ERROR: f64 = 1e-3;
 const LEAST_TORQUE: f64 = 1e-6;
-
-/// A model with the laws of some joints on the excerpt of a log.
-pub(super) struct Judged {
-    model: Model,
-    /// Fit without each part.
-    fits: Vec<Theta>,
-    /// What it misses of this part.
-    missed: Vec<Missed>,
-}
-
-impl Judged {
-    /// - `laws`: beyond the description.
-    pub(super) fn new(
-        prepared: &Prepared,
-        reading: &Reading,
-        laws: &[(usize, AddedLaw)],
-    ) -> Option<Self> {
-        let laws = laws.iter().map(|(joint, law)| (*joint, law));
-        Self::of(prepared.excerpt(), &with_laws_of(prepared, reading, laws)?)
-    }
-
-    pub(super) fn of(excerpt: &Excerpt, reading: &Reading) -> Option<Self> {
-        let signals = excerpt.smoothed(reading)?.thinned(reading);
-        let system = signals.reduce(reading)?;
-        let values = fit_values(reading.model(), &system)?;
-        let weights = row_weights(reading.model(), &system, &values);
-        let hold_out = HoldOut::new(reading.model(), &system, PARTS);
-        let hold_out = hold_out.weighted(&weights).with_signs();
-        let fits: Option<Vec<Theta>> = hold_out.fits_without_each().into_iter().collect();
-        let fits = fits?;
-        Some(Self {
-            missed: (fits.iter().enumerate())
-                .map(|(part, theta)| hold_out.missed(part, theta))
-                .collect(),
-            fits,
-            model: reading.model().clone(),
-        })
-    }
-
-    /// Returns the relative squared residual of a joint in each part.
-    pub(super) fn left(&self, joint: usize) -> Vec<f64> {
-        let rows = [joint, self.model.torque_row(joint)];
-        let torque = |row: usize| -> f64 {
-            let all = self.missed.iter().map(|missed| missed.torque[row]);
-            all.sum::<f64>().max(f64::MIN_POSITIVE)
-        };
-        let torques = rows.map(torque);
-        let of_part = |missed: &Missed| {
-            (rows.iter().zip(torques))
-                .map(|(&row, torque)| missed.residual[row] / torque)
-                .sum()
-        };
-        self.missed.iter().map(of_part).collect()
-    }
-
-    /// Returns the index of a parameter.
-    pub(super) fn index(&self, kind: JointParameter, joint: usize) -> Option<usize> {
-        self.model.index(kind, joint)
-    }
-
-    /// Returns mean and jackknife error of the sum of some parameters.
-    pub(super) fn sum(&self, parameters: &[usize]) -> (f64, f64) {
-        let sums = self.fits.iter().map(|theta| -> f64 {
-            let values = parameters.iter().map(|&parameter| theta[parameter]);
-            values.sum()
-        });
-        mean_and_error(&sums.collect::<Vec<f64>>())
-    }
-}
-
-/// Returns a reading whose model has further laws of joints; `None` if no model has them.
-pub(super) fn with_laws_of<'a>(
-    prepared: &Prepared,
-    reading: &Reading,
-    laws: impl Iterator<Item = (usize, &'a AddedLaw)>,
-) -> Option<Reading> {
-    let names = reading.model().joints();
-    let laws = laws.map(|(joint, law)| (names[joint].as_str(), law));
-    let model = Model::new(&with_laws(prepared.experiment(), laws)).ok()?;
-    let mut model = model.with_velocities_of(reading.model());
-    for joint in 0..model.joint_count() {
-        model.set_scale(joint, Scale::Sharpness, reading.model().sharpness(joint));
-    }
-    Some(reading.with_model(model))
-}
 
 /// Returns the reading with delays and sharpness that were found, in which all samples count alike.
 fn reading_with(found: &[Found], prepared: &Prepared) -> Reading {
@@ -142,8 +58,9 @@ pub(super) fn with_confirmed_laws(mut found: Vec<Found>, prepared: &Prepared) ->
         return found;
     }
     let reading = reading_with(&found, prepared);
-    let without = Judged::new(prepared, &reading, &[]);
-    let Some((without, with)) = without.zip(Judged::new(prepared, &reading, &laws)) else {
+    let Some([without, with]) = LawColumns::new(prepared, &reading, &laws)
+        .and_then(|columns| Some([columns.judged(&[])?, columns.judged(&laws)?]))
+    else {
         return found;
     };
     let left = |of: &Judged, joint: usize| of.left(joint).iter().sum::<f64>();
@@ -156,13 +73,11 @@ pub(super) fn with_confirmed_laws(mut found: Vec<Found>, prepared: &Prepared) ->
     found
 }
 
-/// Returns presliding friction of the motors that the log shows, judged beside what is applied: for all motors of a rigid robot
-/// together, for each joint of a flexible one.
-pub(super) fn presliding(prepared: &Prepared) -> Vec<Found> {
+/// Returns presliding friction of the motors, for each joint that may have it.
+pub(super) fn of_presliding(prepared: &Prepared) -> Vec<(usize, AddedLaw)> {
     let experiment = prepared.experiment();
-    let settings = prepared.reading().settings();
     // Without weights the smearing of reversals looks like this friction.
-    if settings.weights == Weights::None {
+    if prepared.reading().settings().weights == Weights::None {
         return Vec::new();
     }
     let speeds = rms_speeds(prepared.reading(), prepared.excerpt());
@@ -179,17 +94,32 @@ pub(super) fn presliding(prepared: &Prepared) -> Vec<Found> {
         law: family.name().to_owned(),
         ..AddedLaw::default()
     };
-    let candidates: Vec<(usize, AddedLaw)> = (0..experiment.robot.joint.len())
+    (0..experiment.robot.joint.len())
         .filter(|&joint| may_have(joint))
         .map(|joint| (joint, law.clone()))
-        .collect();
+        .collect()
+}
+
+/// Returns presliding friction of the motors that the log shows, judged beside what is applied: for all motors of a rigid robot
+/// together, for each joint of a flexible one.
+///
+/// - `columns`: of another preparation, which may be the same.
+pub(super) fn presliding(prepared: &Prepared, columns: Option<&LawColumns>) -> Vec<Found> {
+    let experiment = prepared.experiment();
+    let candidates = of_presliding(prepared);
     if candidates.is_empty() {
         return Vec::new();
     }
     // Filters smear reversals, so samples near them count as in the estimate.
     let reading = prepared.weighted_reading();
-    let without = Judged::new(prepared, &reading, &[]);
-    let Some((without, with)) = without.zip(Judged::new(prepared, &reading, &candidates)) else {
+    let same = columns.filter(|columns| columns.are_of(&reading));
+    let columns = match same {
+        Some(same) => Some(Cow::Borrowed(same)),
+        None => LawColumns::new(prepared, &reading, &candidates).map(Cow::Owned),
+    };
+    let Some([without, with]) =
+        columns.and_then(|columns| Some([columns.judged(&[])?, columns.judged(&candidates)?]))
+    else {
         return Vec::new();
     };
     let of_joints: Vec<[Vec<f64>; 2]> = (candidates.iter())

@@ -31,10 +31,7 @@ impl Search<'_> {
     pub(super) fn zero(&self) -> Option<&Smoothed> {
         let zero = || {
             let blocks = (self.excerpt.blocks().iter())
-                .map(|block| LogBlock {
-                    values: vec![vec![0.0; block.len()]; block.values.len()],
-                    ..block.clone()
-                })
+                .map(|block| block.with_values(zeros(block)))
                 .collect();
             self.signals(&self.excerpt.replaced(blocks))
         };
@@ -94,7 +91,7 @@ impl Search<'_> {
                     && matches!(other.channels(), [channel] if unknown.channels().contains(channel))
             };
             let members: Vec<&Direction> = directions.iter().filter(single).collect();
-            let Some(sum) = sum_of(k, &members, zero.segments()) else {
+            let Some(sum) = sum_of(k, &members) else {
                 continue;
             };
             directions.push(sum);
@@ -112,7 +109,7 @@ impl Search<'_> {
     ) -> Option<Vec<Direction>> {
         let blocks = (corrected.blocks().iter())
             .map(|block| {
-                let mut values = vec![vec![0.0; block.len()]; block.values.len()];
+                let mut values = zeros(block);
                 for &unknown in unknowns {
                     let Effect::Channels(channels, effect) = &self.unknowns[unknown].effect else {
                         continue;
@@ -131,10 +128,7 @@ impl Search<'_> {
                         }
                     }
                 }
-                LogBlock {
-                    values,
-                    ..block.clone()
-                }
+                block.with_values(values)
             })
             .collect();
         let smoothed = self.signals(&corrected.replaced(blocks))?;
@@ -165,7 +159,13 @@ impl Search<'_> {
     }
 }
 
-/// Returns the change of the signals of some joints.
+/// Returns channels that are zero.
+fn zeros(block: &LogBlock) -> Vec<Vec<f64>> {
+    let channels = block.values.iter();
+    channels.map(|values| vec![0.0; values.len()]).collect()
+}
+
+/// Returns the change of the signals of some joints; columns that do not change are empty.
 ///
 /// - `of`: the signal that changes, or `None` for both positions.
 fn difference(
@@ -174,8 +174,7 @@ fn difference(
     joints: &[usize],
     of: Option<Signal>,
 ) -> SignalBlock {
-    let n = signals.q.len();
-    let mut change = SignalBlock::new(n);
+    let mut change = SignalBlock::new(signals.q.len());
     let minus =
         |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
     for &j in joints {
@@ -183,85 +182,36 @@ fn difference(
             change.tau[j] = minus(&signals.tau[j], &zero.tau[j]);
             continue;
         }
-        let still = || vec![0.0; signals.len()];
-        (change.q[j], change.dq[j]) = if of == Some(Signal::Motor) {
-            (still(), still())
-        } else {
-            (
-                minus(&signals.q[j], &zero.q[j]),
-                minus(&signals.dq[j], &zero.dq[j]),
-            )
-        };
-        (change.phi[j], change.dphi[j]) = if of == Some(Signal::Link) {
-            (still(), still())
-        } else {
-            (
-                minus(&signals.phi[j], &zero.phi[j]),
-                minus(&signals.dphi[j], &zero.dphi[j]),
-            )
-        };
-    }
-    if of == Some(Signal::Torque) {
-        for j in (0..n).filter(|j| !joints.contains(j)) {
-            change.tau[j] = vec![0.0; signals.len()];
+        if of != Some(Signal::Motor) {
+            change.q[j] = minus(&signals.q[j], &zero.q[j]);
+            change.dq[j] = minus(&signals.dq[j], &zero.dq[j]);
         }
-        for columns in [
-            &mut change.q,
-            &mut change.dq,
-            &mut change.phi,
-            &mut change.dphi,
-        ] {
-            for column in columns.iter_mut() {
-                *column = vec![0.0; signals.len()];
-            }
+        if of != Some(Signal::Link) {
+            change.phi[j] = minus(&signals.phi[j], &zero.phi[j]);
+            change.dphi[j] = minus(&signals.dphi[j], &zero.dphi[j]);
         }
-    } else {
-        change.tau.clear();
     }
     change
 }
 
-/// Returns the sum of the directions of several unknowns.
-fn sum_of(unknown: usize, members: &[&Direction], segments: &[SignalBlock]) -> Option<Direction> {
-    let first = members.first()?;
-    let n = segments.first()?.q.len();
-    let joints: Vec<usize> = (0..n)
-        .filter(|j| members.iter().any(|member| member.joints.contains(j)))
+/// Returns the sum of the directions of several unknowns, of which each changes the signals of its joints.
+fn sum_of(unknown: usize, members: &[&Direction]) -> Option<Direction> {
+    let (first, others) = members.split_first()?;
+    let mut joints: Vec<usize> = (members.iter())
+        .flat_map(|member| member.joints.iter().copied())
         .collect();
-    let summed = (segments.iter().enumerate())
-        .map(|(s, segment)| {
-            let zero = || vec![vec![0.0; segment.len()]; n];
-            let mut sum = SignalBlock::new(n);
-            (sum.q, sum.dq, sum.phi, sum.dphi) = (zero(), zero(), zero(), zero());
-            sum.tau = if first.segments[s].tau.is_empty() {
-                Vec::new()
-            } else {
-                zero()
-            };
-            for member in members {
-                let of = &member.segments[s];
-                let pairs = [
-                    (&mut sum.q, &of.q),
-                    (&mut sum.dq, &of.dq),
-                    (&mut sum.phi, &of.phi),
-                    (&mut sum.dphi, &of.dphi),
-                    (&mut sum.tau, &of.tau),
-                ];
-                for (to, from) in pairs {
-                    for (to, from) in to.iter_mut().zip(from) {
-                        for (to, from) in to.iter_mut().zip(from) {
-                            *to += from;
-                        }
-                    }
-                }
-            }
-            sum
-        })
-        .collect();
+    joints.sort_unstable();
+    joints.dedup();
+    let mut segments = first.segments.clone();
+    for other in others {
+        for (sum, more) in segments.iter_mut().zip(&other.segments) {
+            sum.add(more);
+        }
+    }
     Some(Direction {
         unknown,
         joints,
-        segments: summed,
+        segments,
         has_rate: first.has_rate,
         scales_torque: false,
     })

@@ -14,8 +14,25 @@ struct RowProducts {
     /// `None` for innovations, which concern all joints.
     joint: Option<usize>,
     columns: Vec<usize>,
-    /// \[(columns + 1) × (columns + 1)\] of each part.
+    /// \[(columns + 1) × (columns + 1)\] of each part, and their sum.
     parts: Vec<Mat<f64>>,
+    all: Mat<f64>,
+}
+
+impl RowProducts {
+    fn new(joint: Option<usize>, columns: Vec<usize>, parts: Vec<Mat<f64>>) -> Self {
+        let size = columns.len() + 1;
+        let mut all = Mat::zeros(size, size);
+        for part in &parts {
+            all += part;
+        }
+        Self {
+            joint,
+            columns,
+            parts,
+            all,
+        }
+    }
 }
 
 /// What a set of columns explains.
@@ -55,8 +72,7 @@ pub(super) struct Evidence {
     rows: Vec<RowProducts>,
     pub(super) free: usize,
     pub(super) columns: usize,
-    /// Sums over all rows, of each part and of all, \[(columns + 1)²\].
-    parts: Vec<Mat<f64>>,
+    /// Sum over all rows and parts, \[(columns + 1)²\].
     all: Mat<f64>,
     /// Sums of all parts but one.
     others: Vec<Mat<f64>>,
@@ -114,11 +130,7 @@ fn products(row: &Row) -> RowProducts {
             block.transpose() * block
         })
         .collect();
-    RowProducts {
-        joint: Some(row.joint),
-        columns: row.columns.clone(),
-        parts,
-    }
+    RowProducts::new(Some(row.joint), row.columns.clone(), parts)
 }
 
 impl Evidence {
@@ -143,7 +155,6 @@ impl Evidence {
         let mut evidence = Self {
             free,
             columns,
-            parts: Vec::new(),
             all: Mat::zeros(columns + 1, columns + 1),
             others: Vec::new(),
             lengths: Vec::new(),
@@ -157,12 +168,12 @@ impl Evidence {
         };
         let given = weights.unwrap_or_else(|| {
             let torque: Vec<f64> = rows.iter().map(row_rms).collect();
-            evidence.weigh(torque.iter().map(|rms| rms.recip()).collect());
+            let by_torque: Vec<f64> = torque.iter().map(|rms| rms.recip()).collect();
+            evidence.weigh_all(&by_torque);
             evidence.set_priors(priors, 0.01 * repeats);
             let x = evidence.unsigned();
             let left = |(r, row): (usize, &RowProducts)| {
-                let all = (row.parts.iter())
-                    .fold(0.0, |sum, part| sum + quadratic(part, &row.columns, &x));
+                let all = quadratic(&row.all, &row.columns, &x);
                 let count: f64 = rows[r].reliable.iter().map(|w| w * w).sum();
                 (all.max(0.0) / count.max(1.0))
                     .sqrt()
@@ -188,7 +199,6 @@ impl Evidence {
         let mut evidence = Self {
             free,
             columns,
-            parts: Vec::new(),
             all: Mat::zeros(0, 0),
             others: Vec::new(),
             lengths: Vec::new(),
@@ -198,11 +208,7 @@ impl Evidence {
             positive,
             stiff: vec![false; columns],
             is_white: true,
-            rows: vec![RowProducts {
-                joint: None,
-                columns: (0..columns).collect(),
-                parts,
-            }],
+            rows: vec![RowProducts::new(None, (0..columns).collect(), parts)],
         };
         evidence.weigh(vec![1.0]);
         evidence.set_priors(priors, 1.0);
@@ -214,28 +220,36 @@ impl Evidence {
     }
 
     fn weigh(&mut self, weights: Vec<f64>) {
-        let size = self.columns + 1;
-        self.parts = (0..PARTS).map(|_| Mat::zeros(size, size)).collect();
-        for (row, weight) in self.rows.iter().zip(&weights) {
-            let places: Vec<usize> = row.columns.iter().copied().chain([self.columns]).collect();
-            for (sum, part) in self.parts.iter_mut().zip(&row.parts) {
-                for (j, &column) in places.iter().enumerate() {
-                    for (i, &other) in places.iter().enumerate() {
-                        sum[(other, column)] += weight * weight * part[(i, j)];
-                    }
-                }
-            }
-        }
-        self.all = Mat::zeros(size, size);
-        for part in &self.parts {
-            self.all += part;
-        }
-        self.others = self.parts.iter().map(|part| &self.all - part).collect();
+        self.weigh_all(&weights);
+        let without = |part: usize| &self.all - self.sum(&weights, |row| &row.parts[part]);
+        self.others = (0..PARTS).map(without).collect();
+        self.weights = weights;
+    }
+
+    /// Sums all parts of weighted rows.
+    fn weigh_all(&mut self, weights: &[f64]) {
+        self.all = self.sum(weights, |row| &row.all);
         let rhs = self.all[(self.columns, self.columns)].sqrt();
         self.lengths = (0..self.columns)
             .map(|i| self.all[(i, i)].max(0.0).sqrt() + 1e-12 * rhs)
             .collect();
-        self.weights = weights;
+    }
+
+    /// Returns the sum of products of weighted rows.
+    fn sum(&self, weights: &[f64], products: impl Fn(&RowProducts) -> &Mat<f64>) -> Mat<f64> {
+        let size = self.columns + 1;
+        let mut sum = Mat::zeros(size, size);
+        for (row, weight) in self.rows.iter().zip(weights) {
+            let products = products(row);
+            let places: Vec<usize> = row.columns.iter().copied().chain([self.columns]).collect();
+            for (j, &column) in places.iter().enumerate() {
+                let (from, to) = (products.col_as_slice(j), sum.col_as_slice_mut(column));
+                for (&place, value) in places.iter().zip(from) {
+                    to[place] += weight * weight * value;
+                }
+            }
+        }
+        sum
     }
 
     fn set_priors(&mut self, priors: &[Prior], repeats: f64) {
@@ -435,12 +449,7 @@ impl Evidence {
     /// Returns the weighted squares of a row's torque.
     pub(super) fn torque_squares(&self, row: usize) -> f64 {
         let last = self.rows[row].columns.len();
-        let squares: f64 = self.rows[row]
-            .parts
-            .iter()
-            .map(|part| part[(last, last)])
-            .sum();
-        self.weights[row] * self.weights[row] * squares
+        self.weights[row] * self.weights[row] * self.rows[row].all[(last, last)]
     }
 
     /// Returns the part of the rows' torques that some columns leave on held-out parts (root mean square over the rows).
@@ -574,16 +583,15 @@ pub(super) fn row_rms(row: &Row) -> f64 {
 
 /// Returns the squared residual of a row.
 fn quadratic(products: &Mat<f64>, columns: &[usize], x: &[f64]) -> f64 {
-    let last = columns.len();
-    let value = |i: usize| if i == last { -1.0 } else { x[columns[i]] };
+    let mut used: Vec<(usize, f64)> = (columns.iter().enumerate())
+        .map(|(place, &column)| (place, x[column]))
+        .filter(|(_, value)| *value != 0.0)
+        .collect();
+    used.push((columns.len(), -1.0));
     let mut sum = 0.0;
-    for j in 0..=last {
-        let vj = value(j);
-        if vj == 0.0 {
-            continue;
-        }
-        let column = products.col(j);
-        let inner: f64 = (0..=last).map(|i| value(i) * column[i]).sum();
+    for (j, vj) in &used {
+        let column = products.col(*j);
+        let inner: f64 = used.iter().map(|(i, value)| value * column[*i]).sum();
         sum += vj * inner;
     }
     sum

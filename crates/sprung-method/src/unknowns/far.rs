@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::evidence::{Evidence, PARTS, row_rms};
 use super::meanings::Meaning;
+use super::rows::Row;
 use super::search::Search;
 use super::state::State;
 use super::unknown::Kind;
@@ -187,25 +188,28 @@ impl Search<'_> {
 
     /// Returns the held-out squares of each joint's rows over those of their torques, with some sizes applied.
     pub(super) fn left_by_joint(&self, sizes: &[f64]) -> Option<Vec<f64>> {
-        self.left_of(&self.corrected(sizes))
+        if self.leave_log(sizes) {
+            Some(self.left_in(&self.logged()?.rows))
+        } else {
+            self.left_of(&self.corrected(sizes))
+        }
     }
 
-    pub(super) fn left_of(&self, corrected: &Excerpt) -> Option<Vec<f64>> {
-        let smoothed = self.signals(corrected)?;
-        let theta = self.known();
-        let rows = self.plain_rows(&smoothed, &theta)?;
+    fn left_of(&self, corrected: &Excerpt) -> Option<Vec<f64>> {
+        let rows = self.plain_rows(&self.signals(corrected)?, &self.known())?;
+        Some(self.left_in(&rows))
+    }
+
+    fn left_in(&self, rows: &[Row]) -> Vec<f64> {
         let by_torque = Some(rows.iter().map(|row| row_rms(row).recip()).collect());
-        let evidence = Evidence::new(&rows, &self.signs, &[], by_torque, 1.0);
+        let evidence = Evidence::new(rows, &self.signs, &[], by_torque, 1.0);
         let held_out = evidence.held_out(&(0..self.free.len()).collect::<Vec<usize>>(), None);
         let all: Vec<usize> = (0..PARTS).collect();
-        Some(
-            (0..self.model.joint_count())
-                .map(|joint| {
-                    let rows = evidence.rows_of(joint);
-                    let torque: f64 = rows.iter().map(|&row| evidence.torque_squares(row)).sum();
-                    held_out.sum(&rows, &all) / torque.max(f64::MIN_POSITIVE)
-                })
-                .collect(),
-        )
+        let of_joint = |joint: usize| {
+            let rows = evidence.rows_of(joint);
+            let torque: f64 = rows.iter().map(|&row| evidence.torque_squares(row)).sum();
+            held_out.sum(&rows, &all) / torque.max(f64::MIN_POSITIVE)
+        };
+        (0..self.model.joint_count()).map(of_joint).collect()
     }
 }

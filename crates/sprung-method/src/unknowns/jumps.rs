@@ -17,8 +17,6 @@ const TIMES: i32 = 6;
 pub(super) struct Formed<'r> {
     pub(super) model: &'r Model,
     pub(super) corrected: &'r Excerpt,
-    /// Signals of a log whose channels are all zero.
-    pub(super) zero: &'r Smoothed,
     pub(super) smoothed: &'r Smoothed,
     pub(super) theta: &'r [f64],
     /// Usual sizes of all unknowns.
@@ -81,7 +79,7 @@ impl Search<'_> {
 
     /// Returns rows with the present column of one unknown.
     fn formed_again(&self, unknown: usize, of: &Formed<'_>, rows: &[Row]) -> Option<Vec<Row>> {
-        let direction = self.pass(&[unknown], (of.corrected, of.zero), false)?;
+        let direction = self.pass(&[unknown], (of.corrected, self.zero()?), false)?;
         let former = Rows {
             wanted: Wanted::These(&[]),
             ..self.former(of.model, of.smoothed.period())

@@ -16,6 +16,7 @@ mod gauge;
 mod innovations;
 mod jumps;
 mod kinds;
+mod law_columns;
 mod meanings;
 mod result;
 mod rows;

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use faer::Mat;
 use rayon::prelude::*;
 use sprung_core::covariate::Covariate;
-use sprung_core::drives::{State, Term};
+use sprung_core::drives::{Drive, State, Term};
 use sprung_core::filter::{Discretization, FilterBank, FilterPair, FilterState, bank_len};
 use sprung_core::friction::Scale;
 use sprung_core::parameters::JointParameter;
@@ -116,7 +116,7 @@ pub(super) struct Direction {
     pub(super) unknown: usize,
     /// Joints whose signals it changes.
     pub(super) joints: Vec<usize>,
-    /// Changes of the signals, one block for each segment; `is_smooth` without those of the velocities.
+    /// Changes of the signals, one block for each segment; columns that do not change are empty.
     pub(super) segments: Vec<SignalBlock>,
     pub(super) has_rate: bool,
     /// Whether it is the factor of a torque.
@@ -176,6 +176,7 @@ struct Slopes {
 struct Sampled {
     momentum: Vec<f64>,
     rest: Vec<f64>,
+    drives: Vec<Drive>,
     slopes: Slopes,
     // Rest of each row by each change of gravity, \[changes × model rows\].
     by_gravity: Vec<f64>,
@@ -307,6 +308,7 @@ impl Rows<'_> {
     ) -> Vec<Sampled> {
         let n = self.model.joint_count();
         let count = self.model.entries();
+        let robot = self.model.robot();
         (0..segment.signals.len())
             .into_par_iter()
             .map_init(
@@ -354,9 +356,11 @@ impl Rows<'_> {
                                 - self.sums(row, theta, &momentum, &rest)[1]
                         }));
                     }
+                    let state = state_of(&state, n);
                     Sampled {
                         momentum,
                         rest,
+                        drives: (0..n).map(|joint| robot.drive(&state, joint)).collect(),
                         slopes,
                         by_gravity,
                     }
@@ -436,9 +440,10 @@ impl Rows<'_> {
         let change = &direction.segments[segment];
         let mut sum = [0.0; 2];
         for &j in &direction.joints {
-            let mut changes = [change.q[j][k], 0.0, change.phi[j][k], 0.0];
+            let of = |columns: &[Vec<f64>]| columns[j].get(k).copied().unwrap_or_default();
+            let mut changes = [of(&change.q), 0.0, of(&change.phi), 0.0];
             if direction.has_rate {
-                (changes[1], changes[3]) = (change.dq[j][k], change.dphi[j][k]);
+                (changes[1], changes[3]) = (of(&change.dq), of(&change.dphi));
             }
             for &of in &row.of_model {
                 for (c, by) in changes.iter().enumerate().filter(|(_, by)| **by != 0.0) {
@@ -489,14 +494,11 @@ impl Rows<'_> {
     fn write_torques<'u>(
         &self,
         (row, unknowns): (&RowOf, impl Iterator<Item = &'u Unknown>),
-        (segment, k): (&Sliding<'_>, usize),
+        (signals, sample, k): (&SignalBlock, &Sampled, usize),
         (theta, scales): (&[f64], &[JointScales]),
         torques: &mut [f64],
     ) {
-        let n = self.model.joint_count();
-        let state = segment.state_at(k);
-        let signals = segment.signals;
-        let drive = |joint| self.model.robot().drive(&state_of(&state, n), joint);
+        let drives = &sample.drives;
         let [begin, duration] = self.span;
         let motor = MotorSample {
             share: (signals.time[k] - begin) / duration.max(f64::MIN_POSITIVE),
@@ -513,7 +515,7 @@ impl Rows<'_> {
                     ..
                 } => (terms.iter())
                     .filter(|(term, _)| row.of_model.contains(&term.row))
-                    .map(|(term, shape)| term.rest(&drive(term.joint), shape))
+                    .map(|(term, shape)| term.rest(&drives[term.joint], shape))
                     .sum(),
                 Effect::Law {
                     column: LawColumn::Motor(of_motor),
@@ -529,7 +531,7 @@ impl Rows<'_> {
                 Effect::Sharpness(joint) => (self.terms_of(row, *joint))
                     .map(|term| {
                         let shape = self.model.shape(term.joint);
-                        let by_log = term.by_log(Scale::Sharpness, &drive(term.joint), shape);
+                        let by_log = term.by_log(Scale::Sharpness, &drives[term.joint], shape);
                         theta[term.column] * by_log
                     })
                     .sum(),
@@ -589,7 +591,12 @@ impl Rows<'_> {
             if !laws.is_empty() {
                 let unknowns = laws.iter().map(|(_, unknown)| *unknown);
                 let torques = &mut rest[base + acting.len()..];
-                self.write_torques((row, unknowns), (segment, k), (theta, scales), torques);
+                self.write_torques(
+                    (row, unknowns),
+                    (signals, sample, k),
+                    (theta, scales),
+                    torques,
+                );
                 let at = base + acting.len();
                 self.write_changes(row, sample, &laws, [&mut momentum[at..], &mut rest[at..]]);
             }
@@ -618,12 +625,8 @@ impl Rows<'_> {
                 .filter(|(_, direction)| !direction.scales_torque)
             {
                 let change = &direction.segments[index];
-                if let Some(motor) = row.motor.filter(|_| !change.tau.is_empty()) {
-                    let by = entries.process(
-                        &mut torques[i],
-                        0.0,
-                        change.tau[motor].get(k).copied().unwrap_or_default(),
-                    );
+                if let Some(motor) = row.motor.filter(|&motor| !change.tau[motor].is_empty()) {
+                    let by = entries.process(&mut torques[i], 0.0, change.tau[motor][k]);
                     if is_kept {
                         values[from + base + i] -= by;
                     }

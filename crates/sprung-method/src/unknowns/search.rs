@@ -19,7 +19,14 @@ use crate::preprocess::{Butterworth, SignalBlock};
 use crate::regression::Reading;
 
 /// Rate of the filtered signals, Hz.
-const RATE_HZ: f64 = 200.0;
+const RATE_HZ: f64 = 125.0;
+
+/// The log as it is.
+pub(super) struct Logged {
+    smoothed: Smoothed,
+    /// Without columns of unknowns.
+    pub(super) rows: Vec<Row>,
+}
 
 /// A log whose unknowns are sought.
 pub(super) struct Search<'a> {
@@ -36,6 +43,8 @@ pub(super) struct Search<'a> {
     pub(super) catalogued: Catalogued<'a>,
     /// Signals of a log whose channels are all zero.
     pub(super) zero: OnceLock<Option<Smoothed>>,
+    /// The log as it is.
+    logged: OnceLock<Option<Logged>>,
     /// Unknowns that the description asks for.
     pub(super) asked: Vec<usize>,
 }
@@ -91,7 +100,24 @@ impl<'a> Search<'a> {
             catalogued,
             excerpt,
             zero: OnceLock::new(),
+            logged: OnceLock::new(),
         }
+    }
+
+    /// Returns the log as it is; `None` if it is too short for the filters.
+    pub(super) fn logged(&self) -> Option<&Logged> {
+        let logged = || {
+            let smoothed = self.signals(self.excerpt)?;
+            let rows = self.plain_rows(&smoothed, &self.known())?;
+            Some(Logged { smoothed, rows })
+        };
+        self.logged.get_or_init(logged).as_ref()
+    }
+
+    /// Returns whether some sizes leave the log as it is.
+    pub(super) fn leave_log(&self, sizes: &[f64]) -> bool {
+        let mut all = self.unknowns.iter().zip(sizes);
+        all.all(|(unknown, size)| *size == 0.0 || !matches!(unknown.effect, Effect::Channels(..)))
     }
 
     /// Returns the sizes that the samples or the model already contain.
@@ -125,6 +151,9 @@ impl<'a> Search<'a> {
 
     /// Returns the excerpt with the corrections of some sizes.
     pub(super) fn corrected(&self, sizes: &[f64]) -> Excerpt {
+        if self.leave_log(sizes) {
+            return self.excerpt.clone();
+        }
         let mut blocks = self.excerpt.blocks().to_vec();
         for (unknown, &size) in self.unknowns.iter().zip(sizes) {
             if size == 0.0 {
@@ -160,6 +189,15 @@ impl<'a> Search<'a> {
         // A period that is a whole fraction up to rounding counts as one.
         let every = ((1.0 / (RATE_HZ * excerpt.period()) + 1e-6) as usize).max(1);
         excerpt.smoothed(&self.reading)?.continuous(&filter, every)
+    }
+
+    /// Returns the signals of the excerpt with the corrections of some sizes.
+    pub(super) fn signals_of(&self, corrected: &Excerpt, sizes: &[f64]) -> Option<Smoothed> {
+        if self.leave_log(sizes) {
+            Some(self.logged()?.smoothed.clone())
+        } else {
+            self.signals(corrected)
+        }
     }
 
     /// Returns the model with the sharpness of some sizes.
@@ -204,15 +242,15 @@ impl<'a> Search<'a> {
             .collect()
     }
 
-    pub(super) fn first_theta(&self, smoothed: &Smoothed, repeats: f64) -> Option<Vec<f64>> {
+    /// Returns the parameters that rows without columns of unknowns give.
+    pub(super) fn first_theta(&self, rows: &[Row], repeats: f64) -> Vec<f64> {
         let mut theta = self.known();
-        let rows = self.plain_rows(smoothed, &theta)?;
-        let evidence = Evidence::new(&rows, &self.signs, &[], None, repeats);
+        let evidence = Evidence::new(rows, &self.signs, &[], None, repeats);
         let chosen: Vec<usize> = (0..self.free.len()).collect();
         for (&column, value) in self.free.iter().zip(evidence.fit(&chosen)) {
             theta[column] = value;
         }
-        Some(theta)
+        theta
     }
 
     /// Returns the parameters with stiffnesses of at least the torque over the deflection: a fault that drives a stiffness to zero

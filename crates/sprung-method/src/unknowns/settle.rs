@@ -265,7 +265,7 @@ impl Search<'_> {
     /// Regresses once with the columns of what is chosen; returns the largest change in standard errors.
     fn refit(&self, state: &mut State, weights: &[f64]) -> Option<f64> {
         let corrected = self.corrected(&state.sizes);
-        let smoothed = self.signals(&corrected)?;
+        let smoothed = self.signals_of(&corrected, &state.sizes)?;
         let period = smoothed.period();
         let theta = self.floored(&state.theta, smoothed.segments(), period);
         let chosen = state.chosen.clone();
@@ -291,16 +291,18 @@ impl Search<'_> {
     /// Regresses once with all columns and changes the selection.
     pub(super) fn round(&mut self, state: &mut State, grows: Grows<'_>) -> Option<Round> {
         let corrected = self.corrected(&state.sizes);
-        let smoothed = self.signals(&corrected)?;
+        let smoothed = self.signals_of(&corrected, &state.sizes)?;
         let period = smoothed.period();
         let repeats = self.repeats(period);
-        if state.theta.is_empty() {
-            state.theta = self.first_theta(&smoothed, repeats)?;
+        if state.theta.is_empty() && self.leave_log(&state.sizes) {
+            state.theta = self.first_theta(&self.logged()?.rows, repeats);
+        } else if state.theta.is_empty() {
+            let rows = self.plain_rows(&smoothed, &self.known())?;
+            state.theta = self.first_theta(&rows, repeats);
         }
         let theta = self.floored(&state.theta, smoothed.segments(), period);
         let formed: Vec<f64> = self.free.iter().map(|&column| theta[column]).collect();
-        let zero = self.zero()?.clone();
-        let directions = self.directions(&corrected, &zero, Wanted::All)?;
+        let directions = self.directions(&corrected, self.zero()?, Wanted::All)?;
         let model = self.sharpened(&state.sizes);
         let mut rows = self.former(&model, period).form(
             smoothed.segments(),
@@ -357,7 +359,6 @@ impl Search<'_> {
                     let formed = Formed {
                         model: &model,
                         corrected: &corrected,
-                        zero: &zero,
                         smoothed: &smoothed,
                         theta: &theta,
                         scales: &scales,
@@ -487,7 +488,7 @@ impl Search<'_> {
     /// Returns the held-out squares with everything found applied, without tangents.
     fn left(&self, state: &State, weights: &[f64]) -> Option<f64> {
         let corrected = self.corrected(&state.sizes);
-        let smoothed = self.signals(&corrected)?;
+        let smoothed = self.signals_of(&corrected, &state.sizes)?;
         let period = smoothed.period();
         let theta = self.floored(&state.theta, smoothed.segments(), period);
         let laws: Vec<usize> = (state.chosen.iter().copied())

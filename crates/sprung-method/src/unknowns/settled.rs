@@ -26,7 +26,7 @@ pub(crate) fn settled(
     };
     let springs = with_springs(prepared, alone, progress)?;
     let alone = springs.found;
-    let presliding = presliding(&alone.prepared);
+    let presliding = presliding(&alone.prepared, springs.columns.as_ref());
     let (laws, about) = told(&presliding, &alone.prepared);
     let with = |other: Prepared, progress: &mut dyn Listener| {
         applied(other, (&presliding, &laws), progress)

@@ -4,8 +4,9 @@ use sprung_core::parameters::JointParameter;
 use sprung_core::presliding::ELEMENTS;
 
 use super::added_law::may_add_laws;
-use super::confirmed_laws::{Judged, falls, found_law, with_laws_of};
+use super::confirmed_laws::{falls, found_law, of_presliding};
 use super::found::Found;
+use super::law_columns::{Judged, LawColumns, with_laws_of};
 use super::result::{AddedLaw, UnknownResult};
 use super::searched::{Settled, applied, searched, told};
 use crate::description::SpringTerm;
@@ -33,6 +34,8 @@ pub(super) struct WithSprings {
     pub(super) found: Settled,
     pub(super) laws: Vec<UnknownResult>,
     pub(super) findings: Vec<Finding>,
+    /// Columns of laws with which nothing was found; `None` if no law was tried.
+    pub(super) columns: Option<LawColumns>,
 }
 
 /// Returns what was found, with hysteresis or play where one of them predicts the held-out parts better than all other causes.
@@ -50,13 +53,16 @@ pub(super) fn with_springs(
         found,
         laws: Vec::new(),
         findings: Vec::new(),
+        columns: None,
     };
     let joints: Vec<usize> = (0..best.base.experiment().robot.joint.len())
         .filter(|&at| may_have(&best, at))
         .collect();
     let delays = best.found.prepared.reading().delays().to_vec();
     let cutoff = best.base.reading().position_cutoff_hz();
-    for laws in one_of_each_joint(rivals(&best.base, &delays, &joints)) {
+    let (laws, columns) = rivals(&best.base, &delays, &joints);
+    best.columns = columns;
+    for laws in one_of_each_joint(laws) {
         let Some(with) = best.with(&laws, progress)? else {
             continue;
         };
@@ -97,6 +103,7 @@ impl WithSprings {
             found,
             laws: kept.chain(results.clone()).collect(),
             findings: [&self.findings[..], &about.findings].concat(),
+            columns: None,
         }))
     }
 }
@@ -150,32 +157,59 @@ fn is_of_joint(of: &WithSprings, one: &UnknownResult, at: usize) -> bool {
         || of_joint.any(|channel| one.place == channel.column)
 }
 
-/// Returns the laws of springs whose held-out error is less than without them, each with its joint.
+/// Returns the laws of springs whose held-out error is less than without them, each with its joint, and the columns of laws in the log
+/// as it is.
 ///
 /// - `delays`: that were found; some may be shadows of these laws.
-fn rivals(prepared: &Prepared, delays: &[f64], joints: &[usize]) -> Vec<(usize, Found)> {
+fn rivals(
+    prepared: &Prepared,
+    delays: &[f64],
+    joints: &[usize],
+) -> (Vec<(usize, Found)>, Option<LawColumns>) {
     if joints.is_empty() {
-        return Vec::new();
+        return (Vec::new(), None);
     }
     let reading = prepared.weighted_reading();
-    let mut found = rivals_in(prepared, &reading, joints);
+    let Some(columns) = columns_of(prepared, &reading, joints) else {
+        return (Vec::new(), None);
+    };
+    let mut found = rivals_in(prepared, &reading, joints, &columns);
     if delays != reading.delays() {
-        for rival in rivals_in(prepared, &reading.with_delays(delays), joints) {
+        let late = reading.with_delays(delays);
+        let columns = columns_of(prepared, &late, joints);
+        let others = columns.map(|columns| rivals_in(prepared, &late, joints, &columns));
+        for rival in others.into_iter().flatten() {
             if found.iter().all(|(_, other)| other.id != rival.1.id) {
                 found.push(rival);
             }
         }
     }
-    found
+    (found, Some(columns))
 }
 
-fn rivals_in(prepared: &Prepared, reading: &Reading, joints: &[usize]) -> Vec<(usize, Found)> {
-    let law = |term: SpringTerm| AddedLaw {
+fn law(term: SpringTerm) -> AddedLaw {
+    AddedLaw {
         of: "spring".to_owned(),
         law: term.word().to_owned(),
         ..AddedLaw::default()
-    };
-    let Some(without) = Judged::new(prepared, reading, &[]) else {
+    }
+}
+
+/// Returns the columns of hysteresis and cubic springs of some joints, and of presliding friction.
+fn columns_of(prepared: &Prepared, reading: &Reading, joints: &[usize]) -> Option<LawColumns> {
+    let terms = [SpringTerm::Hysteresis, SpringTerm::Cubic];
+    let springs = (joints.iter()).flat_map(|&at| terms.map(|term| (at, law(term))));
+    let laws: Vec<(usize, AddedLaw)> = springs.chain(of_presliding(prepared)).collect();
+    LawColumns::new(prepared, reading, &laws)
+}
+
+fn rivals_in(
+    prepared: &Prepared,
+    reading: &Reading,
+    joints: &[usize],
+    columns: &LawColumns,
+) -> Vec<(usize, Found)> {
+    let Some(without) = columns.judged(&[]) else {
         return Vec::new();
     };
     let of_joints = |joints: &[usize], term: SpringTerm| -> Vec<(usize, AddedLaw)> {
@@ -183,8 +217,9 @@ fn rivals_in(prepared: &Prepared, reading: &Reading, joints: &[usize]) -> Vec<(u
     };
     let hysteresis = of_joints(joints, SpringTerm::Hysteresis);
     let of_play = law(SpringTerm::Play);
-    let curved = curved(prepared, reading, joints, &without);
-    let with_play = with_laws_of(prepared, reading, curved.iter().map(|&at| (at, &of_play)));
+    let curved = curved(prepared, joints, columns, &without);
+    let laws = of_joints(&curved, SpringTerm::Play);
+    let with_play = with_laws_of(prepared.experiment(), reading, &laws);
     let plays = with_play.map_or(Vec::new(), |reading| {
         find_plays(&reading, prepared.excerpt(), &curved)
     });
@@ -203,7 +238,7 @@ fn rivals_in(prepared: &Prepared, reading: &Reading, joints: &[usize]) -> Vec<(u
         if laws.is_empty() {
             continue;
         }
-        let Some(with) = Judged::new(prepared, reading, &laws) else {
+        let Some(with) = columns.judged(&laws) else {
             continue;
         };
         for (at, law) in laws {
@@ -225,20 +260,17 @@ fn rivals_in(prepared: &Prepared, reading: &Reading, joints: &[usize]) -> Vec<(u
 /// Returns the joints whose springs a cubic describes better than a line. It resembles a play, and needs no search.
 fn curved(
     prepared: &Prepared,
-    reading: &Reading,
     joints: &[usize],
+    columns: &LawColumns,
     without: &Judged,
 ) -> Vec<usize> {
     let terms = |at: usize| prepared.experiment().robot.joint[at].spring_terms();
     let (known, open): (Vec<usize>, Vec<usize>) =
         (joints.iter()).partition(|&&at| terms(at).contains(&SpringTerm::Cubic));
-    let cubic = AddedLaw {
-        of: "spring".to_owned(),
-        law: SpringTerm::Cubic.word().to_owned(),
-        ..AddedLaw::default()
-    };
-    let laws: Vec<(usize, AddedLaw)> = open.iter().map(|&at| (at, cubic.clone())).collect();
-    let with = Judged::new(prepared, reading, &laws);
+    let laws: Vec<(usize, AddedLaw)> = (open.iter())
+        .map(|&at| (at, law(SpringTerm::Cubic)))
+        .collect();
+    let with = columns.judged(&laws);
     let is_curved = |at: usize| {
         with.as_ref().is_none_or(|with| {
             let sum = |of: &Judged| of.left(at).iter().sum::<f64>();

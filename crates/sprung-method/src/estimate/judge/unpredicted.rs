@@ -138,3 +138,58 @@ impl Motion<'_> {
         deflection > SEEN * both[0].hypot(both[1])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+    use crate::demo;
+    use crate::description::{no_files, read};
+    use crate::log::LogBlock;
+
+    /// Returns the codes for a joint that moves by 1 rad and deflects by a part of it.
+    ///
+    /// - `torque_error`: promised, relative to the torque.
+    fn codes(deflection: f64, one_sided: bool, torque_error: f64) -> Vec<String> {
+        let experiment = read("experiment.toml", demo::EXPERIMENT, &[], &mut no_files).unwrap();
+        let log = experiment.log.as_ref().unwrap();
+        let channels = Channels::new(&experiment.robot, log).unwrap();
+        let mut block = LogBlock::new(channels.all.len());
+        block.time = (0..4000).map(|k| f64::from(k) * 1e-3).collect();
+        for (column, channel) in block.values.iter_mut().zip(&channels.all) {
+            let size = match channel.quantity.signal() {
+                Signal::Link => 1.0 - deflection,
+                _ => 1.0,
+            };
+            column.extend(block.time.iter().map(|time| size * (6.0 * time).sin()));
+        }
+        let mut excerpt = Excerpt::new(1e-3, 2);
+        excerpt.push(&block);
+        let result: EstimateResult = serde_json::from_value(json!({
+            "estimator": "least-squares", "verdict": "good", "rank": 0, "condition_number": null,
+            "condition_number_scaled": null, "residual_rms": {}, "relative_residual": {},
+            "warnings": [], "elapsed_s": 0.0,
+            "promise": [{
+                "joint": "joint1", "torque_nm": 10.0, "torque_error_nm": 10.0 * torque_error,
+                "deflection_rad": deflection, "deflection_error_rad": 0.9 * deflection,
+            }],
+            "parameters": [{
+                "name": "joint1.stiffness", "symbol": "", "unit": "N·m/rad", "value": 1e4,
+                "standard_error": 5e3, "ci95": [0.0, 2e4], "one_sided": one_sided, "nominal": null,
+                "identifiable": true,
+            }],
+        }))
+        .unwrap();
+        let findings = unpredicted(&result, &["joint1".to_owned()], &channels, &excerpt);
+        findings.into_iter().map(|finding| finding.code).collect()
+    }
+
+    #[test]
+    fn only_a_stiff_spring_of_open_stiffness_whose_torque_is_predicted_is_not_shown() {
+        assert_eq!(codes(0.002, true, 0.1), ["spring-not-shown"]);
+        assert_eq!(codes(0.002, true, 0.8), ["not-predicted"]);
+        assert_eq!(codes(0.002, false, 0.1), ["not-predicted"]);
+        assert_eq!(codes(0.05, true, 0.1), ["not-predicted"]);
+    }
+}

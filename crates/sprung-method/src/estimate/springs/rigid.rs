@@ -231,8 +231,7 @@ fn deviation(values: impl Iterator<Item = f64>) -> f64 {
 /// solution.
 fn held_out(prepared: &Prepared) -> Option<Missed> {
     let reading = prepared.reading().without_weights();
-    let signals = prepared.excerpt().smoothed(&reading)?;
-    let system = signals.thinned(&reading).reduce(&reading)?;
+    let system = prepared.excerpt().reduce_thinned(&reading)?;
     HoldOut::new(reading.model(), &system, HELD_OUT_PARTS).missed_by_fits()
 }
 

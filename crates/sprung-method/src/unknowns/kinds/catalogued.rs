@@ -26,6 +26,8 @@ pub(in crate::unknowns) struct Catalogued<'a> {
     /// Sampling period, s.
     pub(in crate::unknowns) period: f64,
     excerpt: &'a Excerpt,
+    // Whether each channel changes.
+    changes: Vec<bool>,
     deflections: Vec<Option<f64>>,
     // Step of each channel after the first request.
     counts: OnceLock<Vec<f64>>,
@@ -61,6 +63,9 @@ impl<'a> Catalogued<'a> {
             is_known: (0..model.parameters().len()).all(|index| model.known(index).is_some()),
             span: [first.copied().unwrap_or_default(), excerpt.duration()],
             period: excerpt.period(),
+            changes: (0..channels.all.len())
+                .map(|channel| excerpt.deviation(channel) > 0.0)
+                .collect(),
             excerpt,
             deflections,
             counts: OnceLock::new(),
@@ -80,7 +85,7 @@ impl<'a> Catalogued<'a> {
         };
         let all: Vec<usize> = (0..self.joints)
             .flat_map(of_joint)
-            .filter(|&channel| self.excerpt.deviation(channel) > 0.0)
+            .filter(|&channel| self.changes[channel])
             .collect();
         all.into_iter()
     }
@@ -118,8 +123,9 @@ impl<'a> Catalogued<'a> {
     pub(in crate::unknowns) fn count(&self, channel: usize) -> f64 {
         let counts = self.counts.get_or_init(|| {
             let step = |channel| noise(self.excerpt, channel).and_then(|(_, step)| step);
-            (0..self.channels.all.len())
-                .map(|channel| step(channel).unwrap_or_default())
+            (self.channels.all.iter().enumerate())
+                .map(|(at, channel)| channel.quantity.is_position().then(|| step(at)).flatten())
+                .map(Option::unwrap_or_default)
                 .collect()
         });
         counts[channel]
@@ -166,7 +172,7 @@ impl<'a> Catalogued<'a> {
         let Some((link, motor)) = of(Signal::Link).zip(of(Signal::Motor)) else {
             return Vec::new();
         };
-        let mut jumps: Vec<(f64, f64)> = Vec::new();
+        let mut largest: Vec<(f64, f64)> = Vec::new();
         for block in self.excerpt.blocks() {
             let deflection: Vec<f64> = (block.values[motor].iter().zip(&block.values[link]))
                 .map(|(motor, link)| motor - link)
@@ -178,11 +184,15 @@ impl<'a> Catalogued<'a> {
             for (k, around) in steps.windows(2 * NEIGHBOURS + 1).enumerate() {
                 let mean = around.iter().sum::<f64>() / around.len() as f64;
                 let at = k + NEIGHBOURS;
-                jumps.push(((steps[at] - mean).abs(), block.time[at + 1]));
+                let jump = (steps[at] - mean).abs();
+                let place = largest.partition_point(|(other, _)| *other >= jump);
+                if place < count {
+                    largest.insert(place, (jump, block.time[at + 1]));
+                    largest.truncate(count);
+                }
             }
         }
-        jumps.sort_by(|a, b| b.0.total_cmp(&a.0));
-        jumps.iter().take(count).map(|(_, time)| *time).collect()
+        largest.into_iter().map(|(_, time)| time).collect()
     }
 }
 
