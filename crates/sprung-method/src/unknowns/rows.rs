@@ -428,33 +428,39 @@ impl Rows<'_> {
         known
     }
 
-    /// Returns the change of momentum and rest of a row per unit of an unknown, at one sample of a segment.
+    /// Returns the signals of a segment that a direction changes, each with its place among the slopes of a row.
+    fn changed<'d>(&self, direction: &'d Direction, segment: usize) -> Vec<(usize, &'d [f64])> {
+        let n = self.model.joint_count();
+        let of = &direction.segments[segment];
+        let of_joint = |joint: usize| {
+            let rates = [&of.dq, &of.dphi].map(|columns| &columns[joint][..]);
+            let [dq, dphi] = rates.map(|rate| if direction.has_rate { rate } else { &[] });
+            let columns = [&of.q[joint][..], dq, &of.phi[joint][..], dphi];
+            (columns.into_iter().enumerate()).map(move |(kind, column)| (kind * n + joint, column))
+        };
+        let all = direction.joints.iter().flat_map(|&joint| of_joint(joint));
+        all.filter(|(_, column)| !column.is_empty()).collect()
+    }
+
+    /// Returns the change of momentum and rest of a row per unit of an unknown, at one sample.
+    ///
+    /// - `changed`: the signals that change.
     fn change_of(
         &self,
         row: &RowOf,
         sample: &Sampled,
-        direction: &Direction,
-        (segment, k): (usize, usize),
+        changed: &[(usize, &[f64])],
+        k: usize,
     ) -> [f64; 2] {
-        let n = self.model.joint_count();
-        let change = &direction.segments[segment];
+        let width = 4 * self.model.joint_count();
         let mut sum = [0.0; 2];
-        for &j in &direction.joints {
-            let of = |columns: &[Vec<f64>]| columns[j].get(k).copied().unwrap_or_default();
-            let mut changes = [of(&change.q), 0.0, of(&change.phi), 0.0];
-            if direction.has_rate {
-                (changes[1], changes[3]) = (of(&change.dq), of(&change.dphi));
+        for &of in &row.of_model {
+            let momentum = &sample.slopes.momentum[of * width..(of + 1) * width];
+            let rest = &sample.slopes.rest[of * width..(of + 1) * width];
+            for &(at, column) in changed {
+                sum[0] += momentum[at] * column[k];
+                sum[1] += rest[at] * column[k];
             }
-            for &of in &row.of_model {
-                for (c, by) in changes.iter().enumerate().filter(|(_, by)| **by != 0.0) {
-                    let at = of * 4 * n + c * n + j;
-                    sum[0] += sample.slopes.momentum[at] * by;
-                    sum[1] += sample.slopes.rest[at] * by;
-                }
-            }
-        }
-        if !direction.has_rate {
-            sum[0] = 0.0;
         }
         sum
     }
@@ -561,6 +567,9 @@ impl Rows<'_> {
             .iter()
             .filter(|direction| self.acts(row, direction))
             .collect();
+        let changed: Vec<Vec<(usize, &[f64])>> = (acting.iter())
+            .map(|direction| self.changed(direction, index))
+            .collect();
         let laws: Vec<(usize, &Unknown)> = (unknowns.iter().enumerate())
             .filter(|(at, unknown)| self.wanted.contains(*at) && self.is_torque_of(row, unknown))
             .collect();
@@ -584,9 +593,12 @@ impl Rows<'_> {
             momentum.fill(0.0);
             rest.fill(0.0);
             let known = self.write_parameters(row, sample, theta, [&mut momentum, &mut rest]);
-            for (i, direction) in acting.iter().enumerate() {
-                [momentum[base + i], rest[base + i]] =
-                    self.change_of(row, sample, direction, (index, k));
+            for (i, (direction, changed)) in acting.iter().zip(&changed).enumerate() {
+                let change = self.change_of(row, sample, changed, k);
+                [momentum[base + i], rest[base + i]] = change;
+                if !direction.has_rate {
+                    momentum[base + i] = 0.0;
+                }
             }
             if !laws.is_empty() {
                 let unknowns = laws.iter().map(|(_, unknown)| *unknown);

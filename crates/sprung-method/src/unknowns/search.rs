@@ -19,7 +19,7 @@ use crate::preprocess::{Butterworth, SignalBlock};
 use crate::regression::Reading;
 
 /// Rate of the filtered signals, Hz.
-const RATE_HZ: f64 = 125.0;
+const RATE_HZ: f64 = 200.0;
 
 /// The log as it is.
 pub(super) struct Logged {

@@ -167,9 +167,9 @@ impl Selection<'_> {
         screened
     }
 
-    /// Returns unknowns that lower the held-out squares but are less significant than [`SIGNIFICANT`], the likeliest first. The tangent
+    /// Returns delays that lower the held-out squares but are less significant than [`SIGNIFICANT`], the likeliest first: the tangent
     /// at zero is a poor column of a long delay.
-    pub(super) fn doubtful(
+    pub(super) fn doubtful_delays(
         &self,
         chosen: &[usize],
         joint_of: &(dyn Fn(usize) -> usize + Sync),
@@ -186,7 +186,7 @@ impl Selection<'_> {
         };
         (screened.into_iter().take(EXACT))
             .map(|(_, unknown)| unknown)
-            .filter(|&unknown| is_doubtful(unknown))
+            .filter(|&unknown| self.unknowns[unknown].kind == Kind::Delay && is_doubtful(unknown))
             .collect()
     }
 

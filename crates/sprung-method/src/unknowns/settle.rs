@@ -228,10 +228,7 @@ impl Search<'_> {
     fn tried(&mut self, state: &State, round: &Round) -> Option<Option<State>> {
         let selection = self.selection(round);
         let joint_of = |channel: usize| self.channels.all[channel].joint;
-        let doubtful = selection.doubtful(&state.chosen, &joint_of);
-        let delays: Vec<usize> = (doubtful.into_iter())
-            .filter(|&unknown| self.unknowns[unknown].kind == Kind::Delay)
-            .collect();
+        let delays = selection.doubtful_delays(&state.chosen, &joint_of);
         if delays.is_empty() || self.is_full(state) {
             return Some(None);
         }
