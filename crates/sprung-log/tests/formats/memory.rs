@@ -1,8 +1,11 @@
 //! Columns in memory give the same values as a file with the same numbers.
 
+use std::io::Cursor;
+use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-use sprung_log::{Array, Arrays, Channels, LogSource};
+use sprung_log::{Array, Arrays, Channels, Input, LogBlock, LogSource};
 
 use crate::support::{experiment, fixture, read_source, read_text};
 
@@ -141,4 +144,37 @@ fn empty_arrays_are_no_log() {
         found.map_err(|error| error.replace("the arrays", "log.csv")),
         of_file
     );
+}
+
+#[test]
+fn a_log_that_was_kept_is_read_once_more_without_its_file() {
+    let channels = |log: &str| {
+        let experiment = experiment(log).unwrap();
+        Channels::new(&experiment.robot, experiment.log.as_ref().unwrap()).unwrap()
+    };
+    let (same, other) = (channels(LOG), channels(&LOG.replace("= -1", "= 1")));
+    let opened = AtomicUsize::new(0);
+    let mut opener = |_: Option<&Path>| -> std::io::Result<Box<dyn Input>> {
+        opened.fetch_add(1, Ordering::Relaxed);
+        Ok(Box::new(Cursor::new(plain().into_bytes())))
+    };
+    let mut source = LogSource::files("log.csv", &mut opener);
+    let first = read_source(&mut source, &same).unwrap();
+    for (next, is_kept) in [(&same, true), (&other, false)] {
+        let mut log = source.open(&same).unwrap();
+        let mut blocks = Vec::new();
+        let mut block = LogBlock::new(same.all.len());
+        while log.read(&mut block).unwrap() {
+            blocks.push(block.clone());
+        }
+        let names = log.names().to_vec();
+        source.keep(&same, log, Arc::new(blocks));
+        let before = opened.load(Ordering::Relaxed);
+        let found = read_source(&mut source, next).unwrap();
+        assert_eq!(opened.load(Ordering::Relaxed) == before, is_kept);
+        assert_eq!(found.columns == first.columns, is_kept);
+        assert_eq!(found.gaps, first.gaps);
+        assert_eq!(found.timing, first.timing);
+        assert_eq!(source.open(&same).unwrap().names(), names);
+    }
 }

@@ -45,7 +45,10 @@ impl LawColumns {
             let joints = 0..of.model().joint_count();
             joints.map(|joint| of.model().sharpness(joint)).collect()
         };
-        reading.delays() == self.reading.delays()
+        let cutoff = |of: &Reading| of.position_cutoff_hz().to_bits();
+        reading.channels() == self.reading.channels()
+            && reading.delays() == self.reading.delays()
+            && cutoff(reading) == cutoff(&self.reading)
             && reading.model().parameters() == self.reading.model().parameters()
             && sharpness(reading) == sharpness(&self.reading)
     }
@@ -53,36 +56,34 @@ impl LawColumns {
     /// Judges some of the laws.
     pub(super) fn judged(&self, laws: &[(usize, AddedLaw)]) -> Option<Judged> {
         let reading = with_laws_of(self.prepared.experiment(), &self.reading, laws)?;
-        match self.left_out(reading.model()) {
+        match left_out(&self.widest, reading.model()) {
             Some(left_out) => {
                 Judged::fitted(reading.model(), &self.system.without(&left_out, PARTS))
             }
             None => Judged::of(self.prepared.excerpt(), &reading),
         }
     }
+}
 
-    /// Returns which columns of each row a model does not have; `None` if it has others: a law may take the place of another, and a
-    /// play changes the column of the stiffness.
-    fn left_out(&self, model: &Model) -> Option<Vec<Vec<bool>>> {
-        let names = |of: &'_ Model, row: usize| -> Vec<String> {
-            let columns = of.row_columns(row).iter();
-            let names = columns.map(|&column| of.parameters()[column].name.clone());
-            names.collect()
-        };
-        let of_row = |row: usize| {
-            let mut wanted = names(model, row).into_iter().peekable();
-            let is_absent = |name: String| wanted.next_if_eq(&name).is_none();
-            let absent: Vec<bool> = (names(&self.widest, row).into_iter())
-                .map(is_absent)
-                .collect();
-            wanted.next().is_none().then_some(absent)
-        };
-        let plays_differ = |joint: usize| model.play(joint) != self.widest.play(joint);
-        if (0..model.joint_count()).any(plays_differ) {
-            return None;
-        }
-        (0..model.rows()).map(of_row).collect()
+/// Returns which columns of each row of a model another one does not have; `None` if it has others: a law may take the place of
+/// another, and a play changes the column of the stiffness.
+fn left_out(widest: &Model, model: &Model) -> Option<Vec<Vec<bool>>> {
+    let plays_differ = |joint: usize| model.play(joint) != widest.play(joint);
+    if (0..model.joint_count()).any(plays_differ) {
+        return None;
     }
+    let names = |of: &Model, row: usize| -> Vec<String> {
+        let columns = of.row_columns(row).iter();
+        let names = columns.map(|&column| of.parameters()[column].name.clone());
+        names.collect()
+    };
+    let of_row = |row: usize| {
+        let mut wanted = names(model, row).into_iter().peekable();
+        let is_absent = |name: String| wanted.next_if_eq(&name).is_none();
+        let absent: Vec<bool> = (names(widest, row).into_iter()).map(is_absent).collect();
+        wanted.next().is_none().then_some(absent)
+    };
+    (0..model.rows()).map(of_row).collect()
 }
 
 /// A model with the laws of some joints on the excerpt of a log.
@@ -161,4 +162,72 @@ pub(super) fn with_laws_of(
         model.set_scale(joint, Scale::Sharpness, reading.model().sharpness(joint));
     }
     Some(reading.with_model(model))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::demo;
+    use crate::description::{self, DiscretizationName, no_files};
+    use crate::preprocess::SignalBlock;
+    use crate::regression::Reduction;
+
+    /// Returns the demo's robot with laws, and its system of signals that obey no equation.
+    fn with(laws: &[(&str, &str)]) -> (Model, System) {
+        let experiment =
+            description::read("experiment.toml", demo::EXPERIMENT, &[], &mut no_files).unwrap();
+        let laws: Vec<(&str, AddedLaw)> = (laws.iter())
+            .map(|(of, law)| {
+                let law = AddedLaw {
+                    of: (*of).to_owned(),
+                    law: (*law).to_owned(),
+                    ..AddedLaw::default()
+                };
+                ("joint1", law)
+            })
+            .collect();
+        let laws = laws.iter().map(|(joint, law)| (*joint, law));
+        let model = Model::new(&with_laws(&experiment, laws)).unwrap();
+        let mut block = SignalBlock::new(2);
+        for k in 0..4096 {
+            let t = f64::from(k) * 1e-3;
+            block.time.push(t);
+            for joint in 0..2 {
+                let wave = |f: f64| (f * t + joint as f64 + (0.9 * t).sin()).sin();
+                block.q[joint].push(wave(5.0) + 0.02 * wave(31.0));
+                block.dq[joint].push(5.0 * wave(6.0) + 0.6 * wave(33.0));
+                block.phi[joint].push(wave(5.0) - 0.3 * wave(23.0));
+                block.dphi[joint].push(5.0 * wave(4.0) - 0.7 * wave(26.0));
+                block.tau[joint].push(2.0 * wave(5.0) + 0.3 * wave(17.0) + 0.1);
+            }
+        }
+        let mut reduction = Reduction::new(&model);
+        reduction
+            .push(&block, 30.0, 1e-3, DiscretizationName::Matched)
+            .unwrap();
+        (model, reduction.finish())
+    }
+
+    #[test]
+    fn columns_of_all_laws_give_each_model_its_own_fit() {
+        let cubic = ("spring", "cubic");
+        let presliding = ("motor_friction", "presliding");
+        let (widest, all) = with(&[("spring", "hysteresis"), cubic, presliding]);
+        let left = |of: &Judged| -> Vec<f64> { (0..2).flat_map(|joint| of.left(joint)).collect() };
+        for laws in [&[][..], &[cubic], &[presliding], &[cubic, presliding]] {
+            let (model, alone) = with(laws);
+            let absent = left_out(&widest, &model).unwrap();
+            let shared = Judged::fitted(&model, &all.without(&absent, PARTS)).unwrap();
+            let alone = Judged::fitted(&model, &alone).unwrap();
+            assert_eq!(shared.fits.len(), PARTS);
+            for (shared, alone) in left(&shared).into_iter().zip(left(&alone)) {
+                assert!(
+                    (shared / alone - 1.0).abs() < 1e-7,
+                    "{laws:?}: {shared} {alone}"
+                );
+            }
+        }
+        let narrow = with(&[]).0;
+        assert!(left_out(&narrow, &widest).is_none());
+    }
 }
