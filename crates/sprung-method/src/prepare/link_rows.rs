@@ -9,7 +9,7 @@ use sprung_core::parameters::JointParameter;
 
 use super::excerpt::Excerpt;
 use crate::model::Model;
-use crate::regression::{Reading, SystemPart, Triangle, solve};
+use crate::regression::{Reading, SystemPart, Triangle, solve, solve_quickly};
 
 /// Factor between the torques of the log and those of the nominal bodies by inaccurate nominal
 /// values.
@@ -102,7 +102,11 @@ impl LinkRows {
                 factor: &row.factor,
             })
             .collect();
-        let x = solve(&parts, model.parameters().len())?.x;
+        let unknowns = model.parameters().len();
+        let x = match solve_quickly(&parts, unknowns) {
+            Some(x) => x,
+            None => solve(&parts, unknowns)?.x,
+        };
         let left = |row: &LinkRow| {
             let values: Vec<f64> = row.columns.iter().map(|&column| x[column]).collect();
             row.factor.residual_length(&values)

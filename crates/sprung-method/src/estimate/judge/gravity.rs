@@ -206,7 +206,7 @@ fn unexplained(
     let mut changed = experiment.clone();
     changed.robot.gravity_m_per_s2 = Some(direction);
     let model = Model::new(&changed).ok()?;
-    let system = excerpt.reduce(&reading.with_model(model.clone()))?;
+    let system = excerpt.reduce_thinned(&reading.with_model(model.clone()))?;
     let theta = fit_quickly(&model, &system)?;
     let rows = residual(&model, &system, &theta);
     // Each row is scaled by its joint's torque, so that small joints count as much as large ones.
