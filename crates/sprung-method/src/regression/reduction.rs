@@ -17,7 +17,7 @@ use crate::model::{Elements, Model};
 use crate::preprocess::{Decimator, SignalBlock};
 
 /// Number of segments of samples in memory, at most. They are divided into 32 parts or fewer.
-const SEGMENTS_OF_KNOWN_LENGTH: u64 = 64;
+const SEGMENTS_OF_KNOWN_LENGTH: u64 = 128;
 
 /// Forms, filters and folds the regression of samples as they arrive.
 ///
@@ -110,7 +110,7 @@ impl Reduction {
     #[must_use]
     pub(crate) fn with_samples(mut self, samples: u64) -> Self {
         self.segment_samples =
-            (self.segment_samples).max(samples.div_ceil(SEGMENTS_OF_KNOWN_LENGTH));
+            (self.segment_samples).max(samples / SEGMENTS_OF_KNOWN_LENGTH);
         for row in &mut self.rows {
             row.factors.limit(self.limits, self.segment_samples);
         }
