@@ -109,8 +109,7 @@ impl Reduction {
     /// which saves most of the small factors.
     #[must_use]
     pub(crate) fn with_samples(mut self, samples: u64) -> Self {
-        self.segment_samples =
-            (self.segment_samples).max(samples / SEGMENTS_OF_KNOWN_LENGTH);
+        self.segment_samples = (self.segment_samples).max(samples / SEGMENTS_OF_KNOWN_LENGTH);
         for row in &mut self.rows {
             row.factors.limit(self.limits, self.segment_samples);
         }

@@ -7,12 +7,12 @@ use std::collections::BTreeMap;
 
 use faer::Mat;
 use rayon::prelude::*;
-use sprung_core::covariate::Covariate;
-use sprung_core::drives::{Drive, State, Term};
+use sprung_core::drives::{Drive, Term};
 use sprung_core::filter::{Discretization, FilterBank, FilterPair, FilterState, bank_len};
 use sprung_core::friction::Scale;
 use sprung_core::parameters::JointParameter;
 
+use super::sliding::{Sliding, state_of};
 use super::unknown::{Effect, JointScales, LawColumn, MotorSample, Place, Unknown};
 use crate::description::RightHandSide;
 use crate::model::{Model, Scratch};
@@ -500,7 +500,8 @@ impl Rows<'_> {
     fn write_torques<'u>(
         &self,
         (row, unknowns): (&RowOf, impl Iterator<Item = &'u Unknown>),
-        (signals, sample, k): (&SignalBlock, &Sampled, usize),
+        (signals, k): (&SignalBlock, usize),
+        sample: &Sampled,
         (theta, scales): (&[f64], &[JointScales]),
         torques: &mut [f64],
     ) {
@@ -605,7 +606,8 @@ impl Rows<'_> {
                 let torques = &mut rest[base + acting.len()..];
                 self.write_torques(
                     (row, unknowns),
-                    (signals, sample, k),
+                    (signals, k),
+                    sample,
                     (theta, scales),
                     torques,
                 );
@@ -760,50 +762,5 @@ fn write_entries(
     let written = (model.regressor()).regressor(&state, &mut scratch.workspace(), momentum, rest);
     if written.is_err() {
         momentum.fill(f64::NAN);
-    }
-}
-
-/// A segment with the elements of presliding friction and hysteresis.
-struct Sliding<'a> {
-    signals: &'a SignalBlock,
-    /// \[samples × n × elements\]; empty if no joint has any.
-    elements: Vec<f64>,
-}
-
-impl<'a> Sliding<'a> {
-    fn new(model: &Model, signals: &'a SignalBlock) -> Self {
-        Self {
-            elements: signals.elements(&mut model.elements()),
-            signals,
-        }
-    }
-
-    /// Returns positions, velocities, covariates and elements of one sample.
-    fn state_at(&self, k: usize) -> Vec<f64> {
-        let signals = self.signals;
-        let n = signals.q.len();
-        let mut state = Vec::with_capacity((4 + Covariate::COUNT) * n);
-        for columns in [&signals.q, &signals.dq, &signals.phi, &signals.dphi] {
-            state.extend(columns.iter().map(|column| column[k]));
-        }
-        let excess = signals.excess.iter();
-        state.extend(excess.map(|column| column.get(k).copied().unwrap_or_default()));
-        let per_sample = self.elements.len() / signals.len();
-        state.extend_from_slice(&self.elements[k * per_sample..(k + 1) * per_sample]);
-        state
-    }
-}
-
-/// Returns the parts of a state as [`Sliding::state_at`] has it.
-fn state_of(state: &[f64], n: usize) -> State<'_> {
-    let (link, behind) = state.split_at(2 * n);
-    let (excess, elements) = behind[2 * n..].split_at(n * Covariate::COUNT);
-    State {
-        q: &link[..n],
-        dq: &link[n..],
-        phi: &behind[..n],
-        dphi: &behind[n..2 * n],
-        excess,
-        elements,
     }
 }
