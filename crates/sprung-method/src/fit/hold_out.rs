@@ -227,7 +227,7 @@ impl Missed {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::demo;
     use crate::description::{self, DiscretizationName, no_files};
@@ -235,11 +235,16 @@ mod tests {
     use crate::preprocess::SignalBlock;
     use crate::regression::Reduction;
 
-    /// The demo's robot and a reduced system of smooth signals, which need not obey its equations.
     fn case() -> (Model, System) {
         let experiment =
             description::read("experiment.toml", demo::EXPERIMENT, &[], &mut no_files).unwrap();
         let model = Model::new(&experiment).unwrap();
+        let system = system_of(&model);
+        (model, system)
+    }
+
+    /// Returns a reduced system of smooth signals of two joints, which need not obey the equations of their robot.
+    pub(crate) fn system_of(model: &Model) -> System {
         let mut block = SignalBlock::new(2);
         for k in 0..4096 {
             let t = f64::from(k) * 1e-3;
@@ -256,11 +261,11 @@ mod tests {
                 block.tau[joint].push(2.0 * wave(5.0) + 0.3 * wave(17.0) + 0.1);
             }
         }
-        let mut reduction = Reduction::new(&model);
+        let mut reduction = Reduction::new(model);
         reduction
             .push(&block, 30.0, 1e-3, DiscretizationName::Matched)
             .unwrap();
-        (model, reduction.finish())
+        reduction.finish()
     }
 
     fn assert_close(found: &[f64], expected: &[f64]) {

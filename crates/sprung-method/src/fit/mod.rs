@@ -26,6 +26,8 @@ pub use residual::{relative_residuals, residual, torques};
 pub(crate) use column_fit::ColumnFit;
 #[cfg(test)]
 pub(crate) use growing::fits_of_growing;
+#[cfg(test)]
+pub(crate) use hold_out::tests::system_of;
 pub(crate) use hold_out::{HoldOut, Missed, is_clearly_below, over_reference};
 pub(crate) use joint_fit::{JointFit, joint_fits};
 pub(crate) use least_squares::fit_values;

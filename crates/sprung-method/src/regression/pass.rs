@@ -371,19 +371,18 @@ pub(crate) fn observed_signals(
         preparation.push(block, observer, &mut all);
     }
     preparation.end(Restart::Begin, &mut all);
-    let mut segments: Vec<SignalBlock> = Vec::new();
-    let mut left: usize = all.iter().map(|smoothed| smoothed.signals.len()).sum();
+    let samples: usize = all.iter().map(|smoothed| smoothed.signals.len()).sum();
     let is_whole = all.iter().skip(1).all(|smoothed| !smoothed.begins);
-    for smoothed in all {
-        left -= smoothed.signals.len();
+    let mut segments: Vec<SignalBlock> = Vec::new();
+    for mut smoothed in all {
         match segments.last_mut().filter(|_| !smoothed.begins) {
             Some(segment) => segment.append(smoothed.signals),
-            None => segments.push(smoothed.signals),
-        }
-        if let [only] = &mut segments[..]
-            && is_whole
-        {
-            only.reserve(left);
+            None => {
+                if is_whole {
+                    smoothed.signals.reserve(samples - smoothed.signals.len());
+                }
+                segments.push(smoothed.signals);
+            }
         }
     }
     Ok(segments)

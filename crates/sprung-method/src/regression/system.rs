@@ -114,6 +114,11 @@ pub struct System {
     pub(super) all: OnceLock<Option<Vec<Triangle>>>,
 }
 
+/// Returns the number of segments in each of at most `count` consecutive parts.
+fn part_size(segments: usize, count: usize) -> usize {
+    segments.div_ceil(count.max(1)).max(1)
+}
+
 impl System {
     /// Returns the fraction of the samples at which the friction of a row is at rest; zero without
     /// weights.
@@ -179,7 +184,7 @@ impl System {
             let factors = parts.iter().map(|part| part[row].with_known(&absent[row]));
             factors.collect()
         };
-        let size = self.ends.len().div_ceil(count.max(1)).max(1);
+        let size = part_size(self.ends.len(), count);
         let ends: Vec<f64> = (self.ends.chunks(size))
             .filter_map(|part| part.last().copied())
             .collect();
@@ -266,7 +271,7 @@ impl System {
     }
 
     fn groups_of(&self, segments: Range<usize>, count: usize) -> Vec<Vec<Triangle>> {
-        let size = segments.len().div_ceil(count.max(1)).max(1);
+        let size = part_size(segments.len(), count);
         segments
             .clone()
             .step_by(size)
@@ -282,7 +287,7 @@ impl System {
     /// Returns the factors of growing parts of the logs, with the end of each part in s, at most
     /// `count` of them.
     pub fn growing(&self, count: usize) -> impl Iterator<Item = (f64, Vec<Triangle>)> {
-        let size = self.ends.len().div_ceil(count.max(1)).max(1);
+        let size = part_size(self.ends.len(), count);
         let mut so_far: Option<Vec<Triangle>> = None;
         (0..self.ends.len()).step_by(size).map(move |first| {
             let part = first..self.ends.len().min(first + size);

@@ -168,9 +168,8 @@ pub(super) fn with_laws_of(
 mod tests {
     use super::*;
     use crate::demo;
-    use crate::description::{self, DiscretizationName, no_files};
-    use crate::preprocess::SignalBlock;
-    use crate::regression::Reduction;
+    use crate::description::{self, no_files};
+    use crate::fit::system_of;
 
     /// Returns the demo's robot with laws, and its system of signals that obey no equation.
     fn with(laws: &[(&str, &str)]) -> (Model, System) {
@@ -188,24 +187,8 @@ mod tests {
             .collect();
         let laws = laws.iter().map(|(joint, law)| (*joint, law));
         let model = Model::new(&with_laws(&experiment, laws)).unwrap();
-        let mut block = SignalBlock::new(2);
-        for k in 0..4096 {
-            let t = f64::from(k) * 1e-3;
-            block.time.push(t);
-            for joint in 0..2 {
-                let wave = |f: f64| (f * t + joint as f64 + (0.9 * t).sin()).sin();
-                block.q[joint].push(wave(5.0) + 0.02 * wave(31.0));
-                block.dq[joint].push(5.0 * wave(6.0) + 0.6 * wave(33.0));
-                block.phi[joint].push(wave(5.0) - 0.3 * wave(23.0));
-                block.dphi[joint].push(5.0 * wave(4.0) - 0.7 * wave(26.0));
-                block.tau[joint].push(2.0 * wave(5.0) + 0.3 * wave(17.0) + 0.1);
-            }
-        }
-        let mut reduction = Reduction::new(&model);
-        reduction
-            .push(&block, 30.0, 1e-3, DiscretizationName::Matched)
-            .unwrap();
-        (model, reduction.finish())
+        let system = system_of(&model);
+        (model, system)
     }
 
     #[test]
