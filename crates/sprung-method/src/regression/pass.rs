@@ -375,15 +375,14 @@ pub(crate) fn observed_signals(
     let is_whole = all.iter().skip(1).all(|smoothed| !smoothed.begins);
     let mut segments: Vec<SignalBlock> = Vec::new();
     for mut smoothed in all {
-        match segments.last_mut().filter(|_| !smoothed.begins) {
-            Some(segment) => segment.append(smoothed.signals),
-            None => {
-                if is_whole {
-                    smoothed.signals.reserve(samples - smoothed.signals.len());
-                }
-                segments.push(smoothed.signals);
-            }
+        if let Some(segment) = segments.last_mut().filter(|_| !smoothed.begins) {
+            segment.append(smoothed.signals);
+            continue;
         }
+        if is_whole {
+            smoothed.signals.reserve(samples - smoothed.signals.len());
+        }
+        segments.push(smoothed.signals);
     }
     Ok(segments)
 }
