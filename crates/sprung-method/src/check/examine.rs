@@ -28,7 +28,7 @@ const MAY_FOLLOW_FROM_KINEMATICS: [&str; 5] = [
 const SCALES_OF_ENCODERS: [&str; 2] = ["units-disagree", "slope-not-one"];
 
 /// Codes of unknowns that change the slope of one encoder over the other.
-const BEND_SLOPE: [&str; 2] = ["position-drifts", "position-jumps"];
+const BEND_SLOPE: [&str; 3] = ["eccentric-encoder", "position-drifts", "position-jumps"];
 
 /// Result of [`examine`].
 #[derive(Clone, Debug, Default)]
@@ -230,7 +230,7 @@ fn is_wrong(findings: &[Finding], channels: &Channels, joint: usize) -> bool {
         .any(|finding| is_of_joint(finding, channels, joint))
 }
 
-/// Returns whether an encoder of a joint drifts or jumps. Another meaning of its columns would be a consequence of it.
+/// Returns whether an encoder of a joint is eccentric, drifts or jumps. Another meaning of its columns would be a consequence of it.
 fn is_bent(about_unknowns: &[Finding], channels: &Channels, joint: usize) -> bool {
     (about_unknowns.iter())
         .filter(|finding| BEND_SLOPE.contains(&finding.code.as_str()))

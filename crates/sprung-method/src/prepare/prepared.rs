@@ -1,5 +1,6 @@
 //! Logs that are ready for an identification.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
 use super::as_given::as_given;
@@ -18,7 +19,7 @@ use crate::description::{Experiment, Weights};
 use crate::finding::{Finding, Severity};
 use crate::fit::over_reference;
 use crate::log::{ChannelError, Channels, LogError, LogSource, time_unit};
-use crate::model::Model;
+use crate::model::{Model, Theta};
 use crate::progress::{Listener, Phase, Stopped};
 use crate::regression::{Reading, TransitionWeights};
 
@@ -86,6 +87,8 @@ pub struct Prepared {
     about_stribeck: Vec<(usize, Finding)>,
     about_springs: Vec<Finding>,
     wrong_time_unit: Option<Finding>,
+    // What the errors of unknowns that were applied add to the standard errors of parameters, by name.
+    doubt: BTreeMap<String, f64>,
 }
 
 /// Prepares logs: finds open signs and gains, keeps the beginning of the first log, chooses the
@@ -170,6 +173,7 @@ fn choose(
         about_stribeck,
         about_springs,
         wrong_time_unit,
+        doubt: BTreeMap::new(),
     })
 }
 
@@ -215,7 +219,22 @@ impl Prepared {
             excerpt: (self.excerpt).with_channels(self.reading.channels(), &channels),
             wrong_time_unit: self.wrong_time_unit.clone(),
         };
-        choose(experiment.clone(), model, (&channels, beginning), progress)
+        let again = choose(experiment.clone(), model, (&channels, beginning), progress)?;
+        Ok(again.with_doubt(self.doubt.clone()))
+    }
+
+    /// Returns the same logs with what the errors of unknowns that were applied add to the standard errors of parameters, by name.
+    #[must_use]
+    pub(crate) fn with_doubt(mut self, doubt: BTreeMap<String, f64>) -> Self {
+        self.doubt = doubt;
+        self
+    }
+
+    /// Returns what the errors of unknowns that were applied add to the standard error of each parameter, \[p\].
+    pub(crate) fn doubt(&self) -> Theta {
+        let parameters = self.reading.model().parameters().iter();
+        let of = |name: &String| self.doubt.get(name).copied().unwrap_or_default();
+        parameters.map(|parameter| of(&parameter.name)).collect()
     }
 
     /// Returns the same logs with estimated gains of columns, without the choices that depend on them.

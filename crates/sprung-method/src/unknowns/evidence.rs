@@ -171,7 +171,8 @@ impl Evidence {
             let by_torque: Vec<f64> = torque.iter().map(|rms| rms.recip()).collect();
             evidence.weigh_all(&by_torque);
             evidence.set_priors(priors, 0.01 * repeats);
-            let x = evidence.unsigned();
+            let every: Vec<usize> = (0..columns).collect();
+            let x = evidence.unsigned(&evidence.all, &every);
             let left = |(r, row): (usize, &RowProducts)| {
                 let all = quadratic(&row.all, &row.columns, &x);
                 let count: f64 = rows[r].reliable.iter().map(|w| w * w).sum();
@@ -260,18 +261,30 @@ impl Evidence {
         }
     }
 
-    /// Returns the fit of all columns to all parts, with values of any sign: what can remain.
-    fn unsigned(&self) -> Vec<f64> {
-        let all: Vec<usize> = (0..self.columns).collect();
-        let mut x = self.target(&self.all, &all);
-        match self.factored(&self.all, &all, true) {
-            Some(factors) => solve(&factors, &mut x),
-            None => x.fill(0.0),
+    /// Returns the fit of some columns with values of any sign; the others are zero.
+    fn unsigned(&self, normal: &Mat<f64>, columns: &[usize]) -> Vec<f64> {
+        let mut values = self.target(normal, columns);
+        match self.factored(normal, columns, true) {
+            Some(factors) => solve(&factors, &mut values),
+            None => values.fill(0.0),
         }
-        for (x, length) in x.iter_mut().zip(&self.lengths) {
-            *x /= length;
+        let mut x = vec![0.0; self.columns];
+        for (&column, value) in columns.iter().zip(values) {
+            x[column] = value / self.lengths[column];
         }
         x
+    }
+
+    /// Returns the jackknife standard error of each value if values may have any sign, \[columns\].
+    pub(super) fn unsigned_errors(&self, columns: &[usize]) -> Vec<f64> {
+        let without: Vec<Vec<f64>> = (self.others.iter())
+            .map(|normal| self.unsigned(normal, columns))
+            .collect();
+        let error = |column: usize| {
+            let values: Vec<f64> = without.iter().map(|x| x[column]).collect();
+            mean_and_error(&values).1
+        };
+        (0..self.columns).map(error).collect()
     }
 
     /// Least squares with priors of some columns; the others are zero or fixed. Values that must not be negative are not.

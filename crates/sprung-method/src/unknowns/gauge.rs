@@ -41,9 +41,25 @@ pub(super) fn relative(found: Vec<Found>, channels: &Channels, period: f64) -> V
         Place::Channel(channel) => is_torque(channel, channels),
         Place::Joint(_) | Place::Robot => false,
     };
-    // A short delay of a torque is that of the controller, which holds all of them.
+    // If two channels of a joint are early, the third is late.
+    let has_early_fellow = |one: &Found| {
+        let joint = |one: &Found| match one.place {
+            Place::Channel(at) => Some(channels.all[at].joint),
+            Place::Joint(_) | Place::All(_) | Place::Robot => None,
+        };
+        let is_fellow = |other: &&Found| other.id != one.id && joint(other) == joint(one);
+        let mut fellows = delays.iter().filter(is_fellow);
+        joint(one).is_some() && one.value < 0.0 && fellows.any(|other| other.value < 0.0)
+    };
+    // A short delay of a torque is that of the controller, which holds all of them; unless this delay was found beside it.
+    let is_of_all = |one: &Found| matches!(one.place, Place::All(_));
+    let has_timing = delays.iter().any(|one| is_of_torque(one) && is_of_all(one));
+    let is_short = |one: &Found| {
+        let is_common = is_of_all(one) || !has_timing;
+        is_of_torque(one) && is_common && one.value.abs() <= longest
+    };
     let (short, delays): (Vec<Found>, Vec<Found>) =
-        (delays.into_iter()).partition(|one| is_of_torque(one) && one.value.abs() <= longest);
+        (delays.iter().cloned()).partition(|one| is_short(one) && !has_early_fellow(one));
     let mut late = against_earliest(&delays, channels);
     let mut timing = weighted_mean(&short);
     // If all positions are late together by as little as controller and recorder cause, the torques act later.
@@ -99,7 +115,7 @@ pub(super) fn relative(found: Vec<Found>, channels: &Channels, period: f64) -> V
             ..with_delay(
                 &of_signal(&late, channels, Signal::Torque),
                 timing,
-                &pattern,
+                short.first().unwrap_or(&pattern),
             )
         });
     }

@@ -25,6 +25,7 @@ mod searched;
 mod select;
 mod settle;
 mod settled;
+mod sizes;
 mod sliding;
 mod spring_rivals;
 mod state;

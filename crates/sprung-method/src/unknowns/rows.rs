@@ -124,6 +124,7 @@ pub(super) struct Direction {
 }
 
 /// A row with the columns of parameters and unknowns, sample by sample.
+#[derive(Clone)]
 pub(super) struct Row {
     pub(super) joint: usize,
     /// Index of each column: parameters by their place among the free ones, unknowns behind them.

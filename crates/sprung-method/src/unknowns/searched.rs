@@ -1,5 +1,7 @@
 //! Searches a log and applies what was found to the preparation of an identification or a check.
 
+use std::collections::BTreeMap;
+
 use super::added_law::{may_add_laws, with_added_laws};
 use super::confirmed_laws::{joint, sharpened, with_confirmed_laws, with_found};
 use super::found::{Found, Telling};
@@ -65,6 +67,7 @@ pub(super) fn searched(
         found,
         unexplained,
         faultless,
+        doubt,
     }) = settlement
     else {
         return Ok(None);
@@ -89,6 +92,8 @@ pub(super) fn searched(
     let (unknowns, mut about) = told(&found, prepared);
     about.unexplained = Some(unexplained);
     let prepared = applied(prepared.clone(), (&found, &unknowns), progress)?;
+    let has_delay = found.iter().any(|one| one.kind == Kind::Delay);
+    let prepared = prepared.with_doubt(if has_delay { doubt } else { BTreeMap::new() });
     Ok(Some(Settled {
         prepared,
         unknowns,

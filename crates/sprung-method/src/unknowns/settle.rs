@@ -1,12 +1,14 @@
 //! Finds the unknowns of a log: regress, select, apply, until nothing is left.
 
+use std::collections::BTreeMap;
+
 use sprung_core::parameters::JointParameter;
 
 use super::evidence::{Evidence, PARTS, mean_and_error};
 use super::found::{Competing, Found};
 use super::jumps::Formed;
 use super::kinds::of_gravity;
-use super::rows::{Rows, Wanted, row_cutoff};
+use super::rows::{Row, Rows, Wanted, row_cutoff};
 use super::search::Search;
 use super::select::{Chosen, SIGNIFICANT, Selection};
 use super::state::State;
@@ -14,6 +16,7 @@ use super::unknown::{Effect, Kind, Place};
 use crate::description::Experiment;
 use crate::log::Signal;
 use crate::prepare::Excerpt;
+use crate::preprocess::SignalBlock;
 use crate::regression::Reading;
 
 /// Largest cut-off of positions and torques, Hz. Delays, gains and zeros show in slow motion, and the noise is fast.
@@ -55,6 +58,15 @@ pub(super) struct Round {
     changed: bool,
 }
 
+/// Rows with the columns of what is chosen.
+pub(super) struct ChosenRows {
+    pub(super) rows: Vec<Row>,
+    /// Parameters with which the columns were formed, \[p\].
+    pub(super) theta: Vec<f64>,
+    /// Number of neighbouring samples that say the same.
+    pub(super) repeats: f64,
+}
+
 /// What a round adds.
 #[derive(Clone, Copy)]
 pub(super) enum Grows<'c> {
@@ -72,6 +84,8 @@ pub(crate) struct Settlement {
     pub(crate) unexplained: f64,
     /// Of the log, without the faults of credible sizes that sprung finds but does not correct; `None` if it has none.
     pub(crate) faultless: Option<Excerpt>,
+    /// What the errors of delays add to the standard errors of parameters, by name.
+    pub(crate) doubt: BTreeMap<String, f64>,
 }
 
 /// Finds the unknowns of the beginning of a log.
@@ -146,6 +160,7 @@ impl Search<'_> {
             state.sizes[unknown] = 0.0;
             round = self.repeated(&mut state, false)?;
         }
+        self.sized(&mut state)?;
         let mut found = self.described(&state, &round);
         found.extend(self.preloads(&state, &round));
         let columns = self.selection(&round).columns(&state.chosen);
@@ -153,6 +168,9 @@ impl Search<'_> {
             found,
             unexplained: round.evidence.unexplained(&columns),
             faultless: self.faultless(&state),
+            doubt: (self.free.iter().zip(&state.doubt))
+                .map(|(&at, error)| (self.model.parameters()[at].name.clone(), *error))
+                .collect(),
         })
     }
 
@@ -261,23 +279,40 @@ impl Search<'_> {
 
     /// Regresses once with the columns of what is chosen; returns the largest change in standard errors.
     fn refit(&self, state: &mut State, weights: &[f64]) -> Option<f64> {
+        let ChosenRows {
+            rows,
+            theta,
+            repeats,
+        } = self.rows_of_chosen(state, Self::floored)?;
+        let scales = self.scales(&rows);
+        let evidence = self.evidence(&rows, (state, &scales), Some(weights.to_vec()), repeats);
+        Some(self.applied(state, (&evidence, &scales), &theta))
+    }
+
+    /// Forms the rows with the columns of what is chosen.
+    ///
+    /// - `near`: gives the parameters with which columns are formed, from those of the state.
+    pub(super) fn rows_of_chosen(
+        &self,
+        state: &State,
+        near: impl Fn(&Self, &[f64], &[SignalBlock], f64) -> Vec<f64>,
+    ) -> Option<ChosenRows> {
         let corrected = self.corrected(&state.sizes);
         let smoothed = self.signals_of(&corrected, &state.sizes)?;
         let period = smoothed.period();
-        let theta = self.floored(&state.theta, smoothed.segments(), period);
-        let chosen = state.chosen.clone();
-        let wanted = Wanted::These(&chosen);
+        let theta = near(self, &state.theta, smoothed.segments(), period);
+        let wanted = Wanted::These(&state.chosen);
         let directions = self.directions(&corrected, self.zero()?, wanted)?;
         let model = self.sharpened(&state.sizes);
         let former = Rows {
             wanted,
             ..self.former(&model, period)
         };
-        let rows = former.form(smoothed.segments(), &theta, &self.unknowns, &directions)?;
-        let scales = self.scales(&rows);
-        let weights = Some(weights.to_vec());
-        let evidence = self.evidence(&rows, (state, &scales), weights, self.repeats(period));
-        Some(self.applied(state, (&evidence, &scales), &theta))
+        Some(ChosenRows {
+            rows: former.form(smoothed.segments(), &theta, &self.unknowns, &directions)?,
+            theta,
+            repeats: self.repeats(period),
+        })
     }
 
     /// Returns the number of neighbouring samples that say the same.
@@ -382,17 +417,23 @@ impl Search<'_> {
         })
     }
 
+    /// Returns the columns of the parameters and of some unknowns.
+    pub(super) fn columns_of(&self, chosen: &[usize]) -> Vec<usize> {
+        let free = self.free.len();
+        (0..free)
+            .chain(chosen.iter().map(|unknown| free + unknown))
+            .collect()
+    }
+
     /// Adds the sizes of a fit to those that are applied; returns the largest change in standard errors.
-    fn applied(
+    pub(super) fn applied(
         &self,
         state: &mut State,
         (evidence, scales): (&Evidence, &[f64]),
         theta: &[f64],
     ) -> f64 {
         let free = self.free.len();
-        let columns: Vec<usize> = (0..free)
-            .chain(state.chosen.iter().map(|unknown| free + unknown))
-            .collect();
+        let columns = self.columns_of(&state.chosen);
         let x = evidence.fit(&columns);
         let held_out = evidence.held_out(&columns, None);
         let all: Vec<usize> = (0..PARTS).collect();
@@ -503,9 +544,7 @@ impl Search<'_> {
             ..state.clone()
         };
         let evidence = self.evidence(&rows, (&untouched, &scales), Some(weights.to_vec()), 1.0);
-        let columns: Vec<usize> = (0..self.free.len())
-            .chain(laws.iter().map(|unknown| self.free.len() + unknown))
-            .collect();
+        let columns = self.columns_of(&laws);
         let all_rows: Vec<usize> = (0..self.rows.len()).collect();
         let all: Vec<usize> = (0..PARTS).collect();
         Some(evidence.held_out(&columns, None).sum(&all_rows, &all))

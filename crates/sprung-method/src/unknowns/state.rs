@@ -9,6 +9,8 @@ pub(super) struct State {
     pub(super) errors: Vec<f64>,
     pub(super) gains: Vec<f64>,
     pub(super) theta: Vec<f64>,
+    /// What the errors of delays add to the standard error of each free parameter; empty without delays.
+    pub(super) doubt: Vec<f64>,
 }
 
 impl State {

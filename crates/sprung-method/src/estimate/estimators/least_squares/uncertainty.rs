@@ -20,7 +20,7 @@ const SMEARING_POWER: i32 = 2;
 /// Returns a fit whose standard errors contain the changes between parts and the bias.
 ///
 /// The bias is the root of the sum of four squares: the change to the farthest cross-check, the change by estimated
-/// nuisance parameters, the change to the next higher cut-off, and the change to the next lower one. The last two are
+/// nuisance parameters and by the errors of delays that were found, the change to the next higher cut-off, and the change to the next lower one. The last two are
 /// extrapolated to zero noise and zero smearing. So a parameter with one of these errors is within two standard errors
 /// of its true value, as long as the error obeys these powers of the cut-off. A stiffness has one more cross-check: its
 /// value if all noise is that of the deflection.
@@ -65,10 +65,12 @@ pub(crate) fn widened(
         }
     }
     // Nuisance parameters are the same for all values of a covariate, so changes with covariates do not inherit their bias.
-    for i in all {
-        let change = nuisances.map_or(0.0, |changes| changes[i]);
-        if fitted.identifiable[i] && change.is_finite() {
-            bias[i] = bias[i].hypot(change);
+    let doubt = prepared.doubt();
+    for changes in nuisances.into_iter().chain([doubt.as_slice()]) {
+        for i in all.clone() {
+            if fitted.identifiable[i] && changes[i].is_finite() {
+                bias[i] = bias[i].hypot(changes[i]);
+            }
         }
     }
     fitted.widen(between, bias)
