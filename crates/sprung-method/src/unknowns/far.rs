@@ -22,6 +22,9 @@ const FAR_SHARE: f64 = 0.7;
 /// Another meaning of the columns leaves less than this part of the squares: a delay or a law is rarely cured by a sign.
 const OTHER_MEANING: f64 = 0.25;
 
+/// Below this part no sizes are sought.
+pub(super) const CERTAIN_MEANING: f64 = 0.02;
+
 /// It must leave so many times less than what was found: sizes that do as well are likelier.
 const MEANING_OVER_SIZES: f64 = 1.5;
 
@@ -158,32 +161,37 @@ impl Search<'_> {
         }
     }
 
-    /// Returns whether another meaning of the columns explains the log much better than what was found. Then sizes mean nothing.
-    pub(super) fn has_other_meaning(&self, state: &State) -> Option<bool> {
+    /// Returns what the best other meaning of the columns leaves of the squares that the log leaves as it is; infinite if its joints
+    /// are explained.
+    pub(super) fn left_by_other_meaning(&self) -> Option<f64> {
         let left = self.left_by_joint(&vec![0.0; self.unknowns.len()])?;
         let weak: Vec<usize> = (0..left.len())
             .filter(|&joint| left[joint] > UNEXPLAINED)
             .collect();
-        if weak.is_empty() {
-            return Some(false);
-        }
-        let sizes = self.applied_sizes(state);
-        let found = self.left_by_joint(&sizes)?.iter().sum::<f64>();
-        let before = left.iter().sum::<f64>();
         let meanings = Meaning::all(self.channels, &weak);
-        let best = meanings.into_par_iter().filter_map(|meaning| {
+        let all = meanings.into_par_iter().filter_map(|meaning| {
             let mut blocks = self.excerpt.blocks().to_vec();
             for block in &mut blocks {
                 meaning.apply(block);
             }
-            Some(
-                self.left_of(&self.excerpt.replaced(blocks))?
-                    .iter()
-                    .sum::<f64>(),
-            )
+            let left = self.left_of(&self.excerpt.replaced(blocks))?;
+            Some(left.iter().sum::<f64>())
         });
-        let best = best.reduce(|| f64::INFINITY, f64::min);
-        Some(best < OTHER_MEANING * before && MEANING_OVER_SIZES * best < found)
+        let before = left.iter().sum::<f64>();
+        Some(all.reduce(|| f64::INFINITY, f64::min) / before)
+    }
+
+    /// Returns whether another meaning of the columns explains the log much better than what was found. Then sizes mean nothing.
+    ///
+    /// - `left`: by the other meaning, of the squares that the log leaves as it is.
+    pub(super) fn has_other_meaning(&self, left: f64, state: &State) -> Option<bool> {
+        if left >= OTHER_MEANING {
+            return Some(false);
+        }
+        let sum = |sizes: &[f64]| Some(self.left_by_joint(sizes)?.iter().sum::<f64>());
+        let before = sum(&vec![0.0; self.unknowns.len()])?;
+        let found = sum(&self.applied_sizes(state))?;
+        Some(MEANING_OVER_SIZES * left * before < found)
     }
 
     /// Returns the held-out squares of each joint's rows over those of their torques, with some sizes applied.

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use sprung_core::parameters::JointParameter;
 
 use super::evidence::{Evidence, PARTS, mean_and_error};
+use super::far::CERTAIN_MEANING;
 use super::found::{Competing, Found};
 use super::jumps::Formed;
 use super::kinds::of_gravity;
@@ -135,6 +136,10 @@ impl Search<'_> {
         let mut state = State::new(self.unknowns.len());
         state.chosen.clone_from(&self.asked);
         self.start_gains(&mut state)?;
+        let left_by_other_meaning = self.left_by_other_meaning()?;
+        if left_by_other_meaning < CERTAIN_MEANING {
+            return None;
+        }
         let plain = state.clone();
         self.start_far(&mut state)?;
         let is_started = state.chosen.len() > plain.chosen.len();
@@ -148,7 +153,7 @@ impl Search<'_> {
                 (state, round) = (near, near_round);
             }
         }
-        if self.has_other_meaning(&state)? {
+        if self.has_other_meaning(left_by_other_meaning, &state)? {
             return None;
         }
         if !state.chosen.is_empty() {

@@ -105,6 +105,75 @@ fn a_torque_between_the_rows_of_a_log_and_a_sharp_transition_are_found() {
     assert!(!codes(&found).contains(&"laws-missing"));
 }
 
+/// Replaces the values of keys, each on a line of its own.
+fn with_values(text: &str, values: &[[&str; 2]]) -> String {
+    let of = |line: &str| {
+        let key = line.split('=').next().unwrap_or_default().trim();
+        match values.iter().find(|[of, _]| *of == key) {
+            Some([_, value]) => format!("{key} = {value}\n"),
+            None => format!("{line}\n"),
+        }
+    };
+    text.lines().map(of).collect()
+}
+
+/// A deflection that is late is viscous friction of the motor less that of the link, which the error of the delay must not hide.
+#[test]
+fn a_late_link_of_a_stiff_joint_leaves_its_friction_open() {
+    const LATE_SAMPLES: usize = 3;
+    let text = with_values(
+        demo::EXPERIMENT,
+        &[
+            ["link_encoder_counts_per_turn", "[524288, 524288]"],
+            ["motor_encoder_counts_per_turn", "[819200, 819200]"],
+            ["kp_nm_per_rad", "[200.0, 20.0]"],
+        ],
+    )
+    .replace("stiffness = 9.0", "stiffness = 2500.0")
+    .replace("stiffness = 4.0", "stiffness = 1200.0")
+    .replace("amplitude_deg = 3.0", "amplitude_deg = 12.0");
+    let truth = with_values(
+        demo::TRUTH,
+        &[
+            ["\"joint1.stiffness\"", "3000.0"],
+            ["\"joint2.stiffness\"", "1500.0"],
+            ["\"joint1.link_viscous\"", "0.3"],
+            ["\"joint2.link_viscous\"", "0.05"],
+        ],
+    );
+    let mut experiment = description::read("experiment.toml", &text, &[], &mut no_files).unwrap();
+    let model = Model::new(&experiment).unwrap();
+    let truth = model.theta(&toml::from_str(&truth).unwrap()).unwrap();
+    let settings = experiment.simulate.clone().unwrap();
+    let twin = Twin {
+        experiment: experiment.clone(),
+        model: model.clone(),
+        truth,
+    };
+    let log = String::from_utf8(twin.log(&settings)).unwrap();
+    let mut rows: Vec<Vec<&str>> = log.lines().map(|line| line.split(',').collect()).collect();
+    let late = rows[0].iter().position(|name| *name == "q2_rad").unwrap();
+    for row in (1 + LATE_SAMPLES..rows.len()).rev() {
+        rows[row][late] = rows[row - LATE_SAMPLES][late];
+    }
+    let lines: Vec<String> = rows.iter().map(|row| row.join(",")).collect();
+    experiment.identify.estimator = vec![Estimator::LeastSquares];
+    let found = with_sources(&[(lines.join("\n") + "\n").as_bytes()], |sources| {
+        let outcome = identify(&experiment, &model, sources, &mut Unheard);
+        outcome.unwrap().identification
+    });
+    let [delay] = &found.unknowns[..] else {
+        panic!("{:#?}", found.unknowns);
+    };
+    assert_eq!(delay.id, "delay q2_rad");
+    let away = (delay.value - 1e-3 * LATE_SAMPLES as f64).abs();
+    assert!(
+        away < FAR * delay.standard_error && away < 1e-4,
+        "{delay:?}"
+    );
+    assert_true(&found.results[0], &twin.truth);
+}
+
 #[test]
 fn a_log_that_fits_the_model_has_no_timing_of_its_own() {
     let (log, truth) = log(SHARPNESS, 1);
