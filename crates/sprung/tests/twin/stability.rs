@@ -117,5 +117,6 @@ fn errors_of_the_positions_in_the_band_of_the_noise_lower_the_cutoff() {
     let least = residuals().fold(f64::INFINITY, f64::min);
     let chosen = (choice.sweep.iter())
         .find(|point| (point.cutoff_hz / found.settings.position_cutoff_hz - 1.0).abs() < 1e-9);
-    assert!(chosen.unwrap().held_out_residual.unwrap() < 1.05 * least);
+    // Cut-offs of the same error within its scatter are alike, and the highest of them is taken.
+    assert!(chosen.unwrap().held_out_residual.unwrap() < 1.1 * least);
 }
