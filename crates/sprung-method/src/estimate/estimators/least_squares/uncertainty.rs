@@ -19,9 +19,10 @@ const SMEARING_POWER: i32 = 2;
 
 /// Returns a fit whose standard errors contain the changes between parts and the bias.
 ///
-/// The bias is the root of the sum of four squares: the change to the farthest cross-check, the change by estimated
-/// nuisance parameters and by the errors of delays that were found, the change to the next higher cut-off, and the change to the next lower one. The last two are
-/// extrapolated to zero noise and zero smearing. So a parameter with one of these errors is within two standard errors
+/// The bias is the root of the sum of five squares: the change to the farthest cross-check, the change by estimated
+/// nuisance parameters, what the errors of delays that were found add, the change to the next higher cut-off, and the
+/// change to the next lower one. The last two are extrapolated to zero noise and zero smearing. So a parameter with one of
+/// these errors is within two standard errors
 /// of its true value, as long as the error obeys these powers of the cut-off. A stiffness has one more cross-check: its
 /// value if all noise is that of the deflection.
 pub(crate) fn widened(
