@@ -165,7 +165,7 @@ impl Search<'_> {
             state.sizes[unknown] = 0.0;
             round = self.repeated(&mut state, false)?;
         }
-        self.sized(&mut state)?;
+        self.sized(&mut state, &round.evidence.weights)?;
         let mut found = self.described(&state, &round);
         found.extend(self.preloads(&state, &round));
         let columns = self.selection(&round).columns(&state.chosen);
@@ -529,7 +529,7 @@ impl Search<'_> {
     }
 
     /// Returns the held-out squares with everything found applied, without tangents.
-    fn left(&self, state: &State, weights: &[f64]) -> Option<f64> {
+    pub(super) fn left(&self, state: &State, weights: &[f64]) -> Option<f64> {
         let corrected = self.corrected(&state.sizes);
         let smoothed = self.signals_of(&corrected, &state.sizes)?;
         let period = smoothed.period();

@@ -16,16 +16,30 @@ use super::unknown::{Kind, Place};
 const MAX_REPETITIONS: usize = 20;
 const SETTLED: f64 = 0.1;
 
+/// Held-out squares, relative to those before, that show that the rows share an error of the model and not noise.
+const CONTRADICTED: f64 = 1.02;
+
 impl Search<'_> {
     /// Repeats the fit of what is chosen, with whitened rows, until its sizes settle, if a delay is among it. Delays that the
     /// others may have hidden join them if they are significant: those that are expected, and those of a joint that has one.
-    pub(super) fn sized(&self, state: &mut State) -> Option<()> {
-        let is_delay = |unknown: usize| self.unknowns[unknown].kind == Kind::Delay;
-        if !state.chosen.iter().copied().any(is_delay) {
+    ///
+    /// - `weights`: of the rows of the selection, which must not contradict.
+    pub(super) fn sized(&self, state: &mut State, weights: &[f64]) -> Option<()> {
+        if !state.chosen.iter().any(|&unknown| self.is_delay(unknown)) {
             return Some(());
         }
-        self.settle_sizes(state)?;
-        for unknown in (0..self.unknowns.len()).filter(|unknown| is_delay(*unknown)) {
+        let mut sized = state.clone();
+        self.settle_sizes(&mut sized)?;
+        self.join_hidden(&mut sized)?;
+        if self.left(&sized, weights)? <= CONTRADICTED * self.left(state, weights)? {
+            *state = sized;
+        }
+        Some(())
+    }
+
+    /// Adds the delays that others may have hidden.
+    fn join_hidden(&self, state: &mut State) -> Option<()> {
+        for unknown in (0..self.unknowns.len()).filter(|&unknown| self.is_delay(unknown)) {
             let expected = self.unknowns[unknown].expected;
             let may_be_hidden = expected > 0.0 || self.has_fellow(unknown, &state.chosen);
             if !may_be_hidden || state.chosen.contains(&unknown) {
@@ -49,9 +63,12 @@ impl Search<'_> {
             Place::Channel(channel) => Some(self.channels.all[channel].joint),
             Place::Joint(_) | Place::All(_) | Place::Robot => None,
         };
-        let is_delay = |other: &usize| self.unknowns[*other].kind == Kind::Delay;
-        let mut delays = chosen.iter().copied().filter(is_delay);
-        joint(unknown).is_some() && delays.any(|other| joint(other) == joint(unknown))
+        let is_fellow = |&other: &usize| self.is_delay(other) && joint(other) == joint(unknown);
+        joint(unknown).is_some() && chosen.iter().any(is_fellow)
+    }
+
+    fn is_delay(&self, unknown: usize) -> bool {
+        self.unknowns[unknown].kind == Kind::Delay
     }
 
     fn settle_sizes(&self, state: &mut State) -> Option<()> {
@@ -84,10 +101,8 @@ impl Search<'_> {
             state.errors[unknown] = state.errors[unknown].max(error);
         }
         // The estimators take the expected delay of all torques for unknown themselves.
-        let is_late = |unknown: &usize| {
-            let unknown = &self.unknowns[*unknown];
-            unknown.kind == Kind::Delay && unknown.expected == 0.0
-        };
+        let is_late =
+            |&unknown: &usize| self.is_delay(unknown) && self.unknowns[unknown].expected == 0.0;
         let others: Vec<usize> = (state.chosen.iter().copied())
             .filter(|unknown| !is_late(unknown))
             .collect();
