@@ -28,6 +28,10 @@ const MEANING_OVER_SIZES: f64 = 1.5;
 /// No sizes are sought if another meaning leaves less than this part: wrong signs leave 0.15 %, other faults 25 % or more.
 pub(super) const CERTAIN_MEANING: f64 = 0.02;
 
+/// Number of unknowns, and part of the squares that they leave, above which other meanings are tried in earnest.
+const MANY: usize = 4;
+const LITTLE: f64 = 0.2;
+
 /// Gains that are tried, relative to the ratio of both positions of a joint. A soft spring lets one of them move twice as far as the
 /// other.
 const FAR_GAINS: [f64; 7] = [0.4, 0.55, 0.75, 1.0, 1.35, 1.8, 2.5];
@@ -161,14 +165,36 @@ impl Search<'_> {
         }
     }
 
-    /// Returns what the best other meaning of the columns leaves of the squares that the log leaves as it is; infinite if its joints
-    /// are explained.
+    /// Returns what the best other meaning of the columns of unexplained joints leaves of the squares that the log leaves as it is;
+    /// infinite if all are explained.
     pub(super) fn left_by_other_meaning(&self) -> Option<f64> {
+        self.left_by_meanings(UNEXPLAINED)
+    }
+
+    /// Returns whether many sizes explain little, and another meaning of the columns nearly all. Then further sizes do not help.
+    pub(super) fn is_hopeless(&self, state: &State) -> Option<bool> {
+        if state.chosen.len() < MANY {
+            return Some(false);
+        }
+        let sum = |sizes: &[f64]| Some(self.left_by_joint(sizes)?.iter().sum::<f64>());
+        let before = sum(&vec![0.0; self.unknowns.len()])?;
+        if sum(&self.applied_sizes(state))? < LITTLE * before {
+            return Some(false);
+        }
+        // Columns of stiff joints differ little, so all joints count.
+        let left = (self.any_meaning).get_or_init(|| self.left_by_meanings(0.0));
+        Some((*left)? < CERTAIN_MEANING)
+    }
+
+    /// Returns what the best other meaning of the columns of some joints leaves; infinite without such joints.
+    ///
+    /// - `unexplained`: part of the squares that these joints leave at least.
+    fn left_by_meanings(&self, unexplained: f64) -> Option<f64> {
         let left = self.left_by_joint(&vec![0.0; self.unknowns.len()])?;
-        let weak: Vec<usize> = (0..left.len())
-            .filter(|&joint| left[joint] > UNEXPLAINED)
+        let joints: Vec<usize> = (0..left.len())
+            .filter(|&joint| left[joint] > unexplained)
             .collect();
-        let meanings = Meaning::all(self.channels, &weak);
+        let meanings = Meaning::all(self.channels, &joints);
         let all = meanings.into_par_iter().filter_map(|meaning| {
             let mut blocks = self.excerpt.blocks().to_vec();
             for block in &mut blocks {

@@ -3,7 +3,7 @@
 //! A flexible joint has two rows, both with the motor torque on the right: the equation of the motor, and the sum of the equations
 //! of motor and link. The equation of the link alone has no right-hand side, so a fault could shrink all its parameters.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use faer::Mat;
 use rayon::prelude::*;
@@ -205,17 +205,12 @@ impl Rows<'_> {
         let cutoff = row_cutoff(self.reading);
         let entries = FilterPair::new(cutoff, self.period, Discretization::Tustin).ok()?;
         let scales = self.scales(segments);
-        let steps = self.steps(segments);
+        let steps = self.steps(segments, directions);
         let gravities = self.gravities(unknowns);
         let parts: Vec<Vec<RowOfSegment>> = (segments.iter().enumerate())
             .map(|(s, signals)| {
                 let segment = Sliding::new(self.model, signals);
-                let sampled = self.sampled(
-                    &segment,
-                    theta,
-                    (&steps, !directions.is_empty()),
-                    &gravities,
-                );
+                let sampled = self.sampled(&segment, theta, &steps, &gravities);
                 (self.all.par_iter())
                     .map(|row| {
                         self.form_row(
@@ -283,20 +278,21 @@ impl Rows<'_> {
             .collect()
     }
 
-    /// Returns the steps of states for derivatives, \[4 n\].
-    fn steps(&self, segments: &[SignalBlock]) -> Vec<f64> {
+    /// Returns the states that some directions change, with their steps for derivatives.
+    fn steps(&self, segments: &[SignalBlock], directions: &[Direction]) -> Vec<(usize, f64)> {
         let n = self.model.joint_count();
-        let rms = |of: &dyn Fn(&SignalBlock) -> Vec<f64>| {
+        let changed: BTreeSet<usize> = (directions.iter())
+            .flat_map(|direction| (0..segments.len()).map(move |segment| (direction, segment)))
+            .flat_map(|(direction, segment)| self.changed(direction, segment))
+            .map(|(at, _)| at)
+            .collect();
+        let step = |at: usize| {
+            let of = |s: &SignalBlock| [&s.q, &s.dq, &s.phi, &s.dphi][at / n][at % n].clone();
             let all: Vec<f64> = segments.iter().flat_map(of).collect();
-            (all.iter().map(|x| x * x).sum::<f64>() / all.len().max(1) as f64).sqrt()
+            let squares = all.iter().map(|x| x * x).sum::<f64>();
+            STATE_STEP * (squares / all.len().max(1) as f64).sqrt().max(1e-3)
         };
-        (0..4 * n)
-            .map(|at| {
-                let joint = at % n;
-                let size = rms(&|s| [&s.q, &s.dq, &s.phi, &s.dphi][at / n][joint].clone());
-                STATE_STEP * size.max(1e-3)
-            })
-            .collect()
+        changed.into_iter().map(|at| (at, step(at))).collect()
     }
 
     /// Returns the regressor and the slopes of all samples of a segment.
@@ -304,7 +300,7 @@ impl Rows<'_> {
         &self,
         segment: &Sliding<'_>,
         theta: &[f64],
-        (steps, with_slopes): (&[f64], bool),
+        steps: &[(usize, f64)],
         gravities: &[Model],
     ) -> Vec<Sampled> {
         let n = self.model.joint_count();
@@ -323,15 +319,15 @@ impl Rows<'_> {
                         momentum: Vec::new(),
                         rest: Vec::new(),
                     };
-                    if with_slopes {
+                    if !steps.is_empty() {
                         slopes.momentum.resize(rows * 4 * n, 0.0);
                         slopes.rest.resize(rows * 4 * n, 0.0);
                         let before: Vec<[f64; 2]> = (0..rows)
                             .map(|row| self.sums(row, theta, &momentum, &rest))
                             .collect();
-                        for at in 0..4 * n {
+                        for &(at, step) in steps {
                             let kept = state[at];
-                            state[at] += steps[at];
+                            state[at] += step;
                             if at < 2 * n {
                                 write_entries(self.model, (&state, scratch), moved, moved_rest);
                             } else {
@@ -343,9 +339,8 @@ impl Rows<'_> {
                             state[at] = kept;
                             for (row, before) in before.iter().enumerate() {
                                 let after = self.sums(row, theta, moved, moved_rest);
-                                slopes.momentum[row * 4 * n + at] =
-                                    (after[0] - before[0]) / steps[at];
-                                slopes.rest[row * 4 * n + at] = (after[1] - before[1]) / steps[at];
+                                slopes.momentum[row * 4 * n + at] = (after[0] - before[0]) / step;
+                                slopes.rest[row * 4 * n + at] = (after[1] - before[1]) / step;
                             }
                         }
                     }
@@ -455,6 +450,9 @@ impl Rows<'_> {
     ) -> [f64; 2] {
         let width = 4 * self.model.joint_count();
         let mut sum = [0.0; 2];
+        if changed.is_empty() {
+            return sum;
+        }
         for &of in &row.of_model {
             let momentum = &sample.slopes.momentum[of * width..(of + 1) * width];
             let rest = &sample.slopes.rest[of * width..(of + 1) * width];

@@ -45,6 +45,8 @@ pub(super) struct Search<'a> {
     pub(super) zero: OnceLock<Option<Smoothed>>,
     /// The log as it is.
     logged: OnceLock<Option<Logged>>,
+    /// What the best other meaning of all columns leaves of the squares.
+    pub(super) any_meaning: OnceLock<Option<f64>>,
     /// Unknowns that the description asks for.
     pub(super) asked: Vec<usize>,
 }
@@ -101,6 +103,7 @@ impl<'a> Search<'a> {
             excerpt,
             zero: OnceLock::new(),
             logged: OnceLock::new(),
+            any_meaning: OnceLock::new(),
         }
     }
 

@@ -213,17 +213,20 @@ impl Search<'_> {
         }
     }
 
-    /// Regresses and applies until nothing changes.
+    /// Regresses and applies until nothing changes. Returns `None` also if further sizes do not help.
     ///
     /// - `grows`: whether unknowns are added and dropped.
     pub(super) fn repeated(&mut self, state: &mut State, grows: bool) -> Option<Round> {
-        let grows = || if grows { Grows::Best } else { Grows::No };
-        let mut round = self.round(state, grows())?;
+        let step = || if grows { Grows::Best } else { Grows::No };
+        let mut round = self.round(state, step())?;
         for _ in 1..MAX_ROUNDS {
             if !round.changed {
                 break;
             }
-            round = self.round(state, grows())?;
+            if grows && self.is_hopeless(state)? {
+                return None;
+            }
+            round = self.round(state, step())?;
         }
         Some(round)
     }
