@@ -5,7 +5,7 @@
 //! the products with the parameters, summed from the tips to the base. This takes a tenth of the
 //! operations of the columns.
 
-use crate::chain::{Chain, Motions};
+use crate::chain::{Chain, ChainJoint, Motions};
 use crate::links::{LengthError, Step, Workspace, lengths};
 use crate::scalar::Scalar;
 use crate::space::{Planar, Space, Spatial};
@@ -57,6 +57,49 @@ pub fn inverse_dynamics<S: Scalar>(
         Motions::InSpace => {
             place::<Spatial, S>(chain, q, steps);
             torques::<Spatial, S>(chain, bodies, [dq, ddq], steps, tau);
+        }
+    }
+    Ok(())
+}
+
+/// Computes the generalised momenta of the links, and what the joint torques have beside their rates.
+///
+/// - `bodies`: inertial parameters of the links, \[n\].
+/// - `q`, `dq`: link positions and velocities, \[n\], rad (m) and rad/s (m/s).
+/// - `steps`: scratch memory, \[n\].
+/// - `momentum`: `M(q) dq`, \[n\]; `rest`: `-dT/dq + g(q)` with the kinetic energy `T`, \[n\]. These are the products of
+///   the columns of [`regressor`](crate::links::regressor) with the bodies.
+///
+/// # Errors
+///
+/// [`LengthError`] if a slice does not fit the chain.
+pub fn momentum_and_rest(
+    chain: &Chain<'_>,
+    bodies: &[[f64; BODY]],
+    [q, dq]: [&[f64]; 2],
+    steps: &mut [Step],
+    [momentum, rest]: [&mut [f64]; 2],
+) -> Result<(), LengthError> {
+    let n = chain.joints().len();
+    lengths(
+        &[
+            ("bodies", bodies.len()),
+            ("q", q.len()),
+            ("dq", dq.len()),
+            ("steps", steps.len()),
+            ("momentum", momentum.len()),
+            ("rest", rest.len()),
+        ],
+        n,
+    )?;
+    match chain.motions() {
+        Motions::InPlane => {
+            place::<Planar, f64>(chain, q, steps);
+            momenta::<Planar>(chain, bodies, dq, steps, [momentum, rest]);
+        }
+        Motions::InSpace => {
+            place::<Spatial, f64>(chain, q, steps);
+            momenta::<Spatial>(chain, bodies, dq, steps, [momentum, rest]);
         }
     }
     Ok(())
@@ -175,6 +218,64 @@ fn torques<P: Space, S: Scalar>(
         let (done, rest) = steps.split_at_mut(j);
         let step = &rest[0];
         tau[j] = P::along(joint, &step.force);
+        if let Some(parent) = joint.parent {
+            P::add_back(&step.transform, &step.force, &mut done[parent].force);
+        }
+    }
+}
+
+/// Computes momenta and the rest of the torques; `steps` contains the transforms.
+fn momenta<P: Space>(
+    chain: &Chain<'_>,
+    bodies: &[[f64; BODY]],
+    dq: &[f64],
+    steps: &mut [Step],
+    [momentum, rest]: [&mut [f64]; 2],
+) {
+    let base = chain.base_acceleration();
+    for (j, joint) in chain.joints().iter().enumerate() {
+        let (done, steps) = steps.split_at_mut(j);
+        let step = &mut steps[0];
+        let [mut velocity, mut gravity] = [Motion::default(); 2];
+        match (joint.parent, &base) {
+            (Some(parent), _) => {
+                velocity = P::apply(&step.transform, &done[parent].velocity);
+                gravity = P::apply(&step.transform, &done[parent].acceleration);
+            }
+            (None, Some(base)) => gravity = P::apply(&step.transform, &Motion::constant(base)),
+            (None, None) => {}
+        }
+        P::add_along(joint, dq[j], &mut velocity);
+        (step.velocity, step.acceleration) = (velocity, gravity);
+    }
+    let still = Motion::default();
+    for (step, body) in steps.iter_mut().zip(bodies) {
+        step.force = P::force(body, &still, &step.velocity);
+    }
+    gather::<P>(chain, steps, |j, joint, step| {
+        momentum[j] = P::along(joint, &step.force);
+        rest[j] = -P::axis_rate(&step.velocity, joint).power(&step.force);
+    });
+    if base.is_some() {
+        for (step, body) in steps.iter_mut().zip(bodies) {
+            step.force = P::force(body, &still, &step.acceleration);
+        }
+        gather::<P>(chain, steps, |j, joint, step| {
+            rest[j] += P::along(joint, &step.force);
+        });
+    }
+}
+
+/// Sums the forces of the bodies from the tips to the base; visits each joint with the sum that it carries.
+fn gather<P: Space>(
+    chain: &Chain<'_>,
+    steps: &mut [Step],
+    mut visit: impl FnMut(usize, &ChainJoint, &Step),
+) {
+    for (j, joint) in chain.joints().iter().enumerate().rev() {
+        let (done, rest) = steps.split_at_mut(j);
+        let step = &rest[0];
+        visit(j, joint, step);
         if let Some(parent) = joint.parent {
             P::add_back(&step.transform, &step.force, &mut done[parent].force);
         }

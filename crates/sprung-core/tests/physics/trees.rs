@@ -1,6 +1,6 @@
 //! Laws of physics for random trees of joints, whose links are point masses.
 use sprung_core::chain::{Chain, ChainError};
-use sprung_core::dynamics::{inverse_dynamics, mass_matrix};
+use sprung_core::dynamics::{inverse_dynamics, mass_matrix, momentum_and_rest};
 use sprung_core::linear::{factor, solve};
 use sprung_core::links::{LengthError, Step, regressor, torque};
 use sprung_core::scalar::{Jet, Scalar};
@@ -23,6 +23,16 @@ fn by_columns(tree: &Tree, q: &[f64], dq: &[f64], ddq: &[f64]) -> [Vec<f64>; 3] 
     torque(&chain, q, dq, ddq, workspace, c).unwrap();
     let pi = tree.parameters();
     columns.map(|matrix| matrix.chunks(pi.len()).map(|row| inner(row, &pi)).collect())
+}
+
+/// Momentum and rest of a state, summed from the tips to the base.
+fn by_sums(tree: &Tree, q: &[f64], dq: &[f64]) -> [Vec<f64>; 2] {
+    let n = tree.joints.len();
+    let mut steps = vec![Step::default(); n];
+    let [mut momentum, mut rest] = [(); 2].map(|()| vec![f64::NAN; n]);
+    let into = [&mut momentum[..], &mut rest[..]];
+    momentum_and_rest(&tree.chain(), &tree.bodies(), [q, dq], &mut steps, into).unwrap();
+    [momentum, rest]
 }
 
 /// Torque of a state, computed by the recursive Newton-Euler algorithm.
@@ -81,6 +91,21 @@ fn momentum_is_that_of_the_points() {
         }
     });
     worst.assert_below(1e-13, "momentum");
+}
+
+#[test]
+fn sums_of_momentum_and_rest_are_those_of_the_columns() {
+    let mut worst = Worst::default();
+    for_random_trees(|tree, q, dq, ddq| {
+        let [momentum, rest, _] = by_columns(tree, q, dq, ddq);
+        let sums = by_sums(tree, q, dq);
+        for (found, expected) in sums.iter().zip([momentum, rest]) {
+            for (found, expected) in found.iter().zip(expected) {
+                worst.compare(*found, expected);
+            }
+        }
+    });
+    worst.assert_below(1e-13, "sums");
 }
 
 #[test]
@@ -278,6 +303,9 @@ fn wrong_trees_and_lengths_are_refused() {
     let bodies = tree.bodies();
     let mut steps = [Step::default(); 2];
     let short = inverse_dynamics(&chain, &bodies, &q, &dq, &dq, &mut steps, &mut [0.0; 3]);
+    assert_eq!(short.unwrap_err(), expect("steps", 3, 2));
+    let into = [&mut [0.0; 3][..], &mut [0.0; 3][..]];
+    let short = momentum_and_rest(&chain, &bodies, [&q, &dq], &mut steps, into);
     assert_eq!(short.unwrap_err(), expect("steps", 3, 2));
     let short = mass_matrix(&chain, &bodies, &q, workspace.steps, &mut [0.0; 8]);
     assert_eq!(short.unwrap_err(), expect("matrix", 9, 8));

@@ -28,9 +28,12 @@ const MEANING_OVER_SIZES: f64 = 1.5;
 /// No sizes are sought if another meaning leaves less than this part: wrong signs leave 0.15 %, other faults 25 % or more.
 pub(super) const CERTAIN_MEANING: f64 = 0.02;
 
-/// Number of unknowns, and part of the squares that they leave, above which other meanings are tried in earnest.
+/// Number of unknowns, and part of the squares that they leave, above which other meanings are tried again.
 const MANY: usize = 4;
 const LITTLE: f64 = 0.2;
+
+/// The same as [`UNEXPLAINED`] for them: columns of stiff joints differ little.
+const HARDLY_UNEXPLAINED: f64 = 1e-3;
 
 /// Gains that are tried, relative to the ratio of both positions of a joint. A soft spring lets one of them move twice as far as the
 /// other.
@@ -181,8 +184,7 @@ impl Search<'_> {
         if sum(&self.applied_sizes(state))? < LITTLE * before {
             return Some(false);
         }
-        // Columns of stiff joints differ little, so all joints count.
-        let left = (self.any_meaning).get_or_init(|| self.left_by_meanings(0.0));
+        let left = (self.any_meaning).get_or_init(|| self.left_by_meanings(HARDLY_UNEXPLAINED));
         Some((*left)? < CERTAIN_MEANING)
     }
 

@@ -8,9 +8,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use faer::Mat;
 use rayon::prelude::*;
 use sprung_core::drives::{Drive, Term};
+use sprung_core::dynamics::momentum_and_rest;
 use sprung_core::filter::{Discretization, FilterBank, FilterPair, FilterState, bank_len};
 use sprung_core::friction::Scale;
 use sprung_core::parameters::JointParameter;
+use sprung_core::spatial::BODY;
 
 use super::sliding::{Sliding, state_of};
 use super::unknown::{Effect, JointScales, LawColumn, MotorSample, Place, Unknown};
@@ -306,6 +308,7 @@ impl Rows<'_> {
         let n = self.model.joint_count();
         let count = self.model.entries();
         let robot = self.model.robot();
+        let bodies = self.model.bodies(theta);
         (0..segment.signals.len())
             .into_par_iter()
             .map_init(
@@ -322,23 +325,26 @@ impl Rows<'_> {
                     if !steps.is_empty() {
                         slopes.momentum.resize(rows * 4 * n, 0.0);
                         slopes.rest.resize(rows * 4 * n, 0.0);
+                        let links = self.of_links(&bodies, &state, scratch);
                         let before: Vec<[f64; 2]> = (0..rows)
                             .map(|row| self.sums(row, theta, &momentum, &rest))
                             .collect();
+                        moved.copy_from_slice(&momentum);
+                        moved_rest.copy_from_slice(&rest);
                         for &(at, step) in steps {
                             let kept = state[at];
                             state[at] += step;
-                            if at < 2 * n {
-                                write_entries(self.model, (&state, scratch), moved, moved_rest);
-                            } else {
-                                // Motors move only drives.
-                                moved.copy_from_slice(&momentum);
-                                moved_rest.copy_from_slice(&rest);
-                                self.drives(&state, scratch, moved, moved_rest);
-                            }
+                            self.drives(&state, scratch, moved, moved_rest);
+                            // Motors move only drives.
+                            let moved_links =
+                                (at < 2 * n).then(|| self.of_links(&bodies, &state, scratch));
                             state[at] = kept;
                             for (row, before) in before.iter().enumerate() {
-                                let after = self.sums(row, theta, moved, moved_rest);
+                                let mut after = self.sums(row, theta, moved, moved_rest);
+                                if let Some(moved) = moved_links.as_ref().filter(|_| row < n) {
+                                    after[0] += moved[0][row] - links[0][row];
+                                    after[1] += moved[1][row] - links[1][row];
+                                }
                                 slopes.momentum[row * 4 * n + at] = (after[0] - before[0]) / step;
                                 slopes.rest[row * 4 * n + at] = (after[1] - before[1]) / step;
                             }
@@ -377,6 +383,26 @@ impl Rows<'_> {
             _ => None,
         };
         wanted.filter_map(|(_, unknown)| changed(unknown)).collect()
+    }
+
+    /// Returns the momenta of the links, and the rest of their rows, \[n\] each.
+    fn of_links(
+        &self,
+        bodies: &[[f64; BODY]],
+        state: &[f64],
+        scratch: &mut Scratch,
+    ) -> [Vec<f64>; 2] {
+        let n = self.model.joint_count();
+        let [mut momentum, mut rest] = [vec![f64::NAN; n], vec![f64::NAN; n]];
+        // The lengths fit.
+        let _ = momentum_and_rest(
+            &self.model.regressor().links.chain,
+            bodies,
+            [&state[..n], &state[n..2 * n]],
+            scratch.workspace().steps,
+            [&mut momentum, &mut rest],
+        );
+        [momentum, rest]
     }
 
     /// Writes the entries of the drives of a state.

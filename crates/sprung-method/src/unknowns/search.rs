@@ -45,7 +45,7 @@ pub(super) struct Search<'a> {
     pub(super) zero: OnceLock<Option<Smoothed>>,
     /// The log as it is.
     logged: OnceLock<Option<Logged>>,
-    /// What the best other meaning of all columns leaves of the squares.
+    /// What the best other meaning of the columns of hardly unexplained joints leaves of the squares.
     pub(super) any_meaning: OnceLock<Option<f64>>,
     /// Unknowns that the description asks for.
     pub(super) asked: Vec<usize>,
