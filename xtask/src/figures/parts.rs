@@ -27,7 +27,7 @@ examples | | examples/run.py --data {data} --binary {sprung}; \
     test sprung twin exact_positions encoders_and refined_drives offset_that
 foreign | numpy numba pin example-robot-data | foreign/run.py --arms ur5,panda --seeds 1-1 --rates 1000,250 \
     --sharpness 100 --held-out --jobs 2 --binary {sprung} --out {foreign}
-diagnoses | numpy numba pin example-robot-data | diagnoses/run.py --binary {sprung} --foreign {foreign} --out {out}
+diagnoses | numpy scipy | diagnoses/run.py --binary {sprung} --out {out} --logs demo-1 --seeds 1,2,3
 arms | numpy scipy pyarrow mcap mcap-ros2-support example-robot-data | arms/known_arms.py {sprung} {out}
 servo | --ignore-requires-python numpy better-actuator-models optuna cmaes | bench sprung servo --seeds 20; \
     peers/servo_bam.py {sprung} {out} 400

@@ -360,6 +360,42 @@ fn joints_in_the_order_of_the_alphabet_are_refused() {
 }
 
 #[test]
+fn joints_with_the_nominal_values_of_each_other_are_swapped() {
+    let demo = || (Case::new()).replace("[identify]", "[identify]\non_check_error = \"go-on\"");
+    let exchange = |case: Case, names: [&str; 2]| {
+        let [one, two] = names.map(|name| format!("\"{name}\""));
+        case.replace(&format!("[{one}, {two}]"), &format!("[{two}, {one}]"))
+    };
+    let pairs = [
+        ["q1_rad", "q2_rad"],
+        ["phi1_rad", "phi2_rad"],
+        ["tau1_nm", "tau2_nm"],
+    ];
+    let (_, findings) = check(&pairs.into_iter().fold(demo(), exchange), &[]);
+    assert_eq!(findings[0]["code"], "swapped-joints", "{findings:#?}");
+    contains(
+        str_of(&findings[0]["setting"]),
+        &pairs
+            .map(|[one, two]| format!("[\"{one}\", \"{two}\"]"))
+            .each_ref()
+            .map(String::as_str),
+    );
+    // Torques of other units are no swap.
+    for by in [1000.0, 0.01] {
+        let case = demo().replace(
+            "[log]",
+            &format!(
+                "[log]\ngain = {{ \"tau1_nm\" = {by:?}, \"tau2_nm\" = {:?} }}",
+                1.0 / by
+            ),
+        );
+        let (_, findings) = check(&case, &[]);
+        let mut codes = findings.iter().map(|finding| str_of(&finding["code"]));
+        assert!(codes.all(|code| code == "torque-scale"), "{findings:#?}");
+    }
+}
+
+#[test]
 fn one_torque_in_another_unit_is_no_swap() {
     for (column, by, gain) in [(6, 100.0, "0.01"), (7, 1e3, "0.001"), (7, 0.01, "100")] {
         let case = scaled(recorded(), &[column], by);

@@ -6,23 +6,11 @@ use super::resolution::{UNEXPLAINED, beyond_resolution, transition_shares};
 use super::result::JointFigures;
 use super::rivals::{Meaning, Winner};
 use super::robot::{AboutRobot, WholeRobot};
-use super::scale::{Explanation, explanations};
 use crate::description::Experiment;
 use crate::finding::{Finding, Severity};
-use crate::log::{Quantity, rounded};
+use crate::log::Quantity;
 use crate::prepare::{Excerpt, RowFit, fit_all_rows, independent};
 use crate::regression::Reading;
-
-/// Ratio to the nominal parameters, for all of them in one direction, at which the scale of the
-/// torque is doubtful.
-const SUSPICIOUS_SCALE: f64 = 6.0;
-
-/// Largest factor between this ratio and that of an explanation. Neighbours among the powers of ten are
-/// 10 apart.
-const NEAR_SCALE: f64 = 3.0;
-
-/// Factor between the ratio of each parameter and that of an explanation, up to which its line is printed.
-const SAME_UNIT: f64 = 5.0;
 
 /// Findings about the joints of a log, with figures.
 pub(super) struct Examined {
@@ -112,6 +100,13 @@ pub(super) fn joints(
             findings.push(finding);
             reported.push(joint);
         }
+    }
+    let is_open =
+        |joint: &&usize| !reported.contains(*joint) && !about.known_scale.contains(*joint);
+    let open: Vec<usize> = moving.iter().filter(is_open).copied().collect();
+    if let Some((joints, finding)) = context.exchanged_by_nominal(&open, &fits) {
+        findings.push(finding);
+        reported.extend(joints);
     }
     for &joint in moving {
         if !reported.contains(&joint) {
@@ -260,66 +255,6 @@ impl CheckContext<'_> {
              and whether a contact, a load or a friction law is missing in the model",
         )
         .seen(self.file, torque, relative, "")
-    }
-
-    /// Finding: the scale of the torque disagrees with the nominal values.
-    fn scale(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
-        let mut ratios: Vec<f64> = (fit.beside_nominal(self.reading.model()).iter())
-            .map(|(value, nominal)| value / nominal)
-            .filter(|ratio| ratio.is_finite() && *ratio > 0.0)
-            .collect();
-        ratios.sort_by(f64::total_cmp);
-        if ratios.len() < 2 {
-            return None;
-        }
-        let (least, most) = (*ratios.first()?, *ratios.last()?);
-        let middle = ratios[ratios.len() / 2].min(ratios[(ratios.len() - 1) / 2]);
-        let far = middle.max(1.0 / middle);
-        // Only ratios on one side of 1 indicate a wrong scale instead of a wrong parameter.
-        if far < SUSPICIOUS_SCALE || (least < 1.0 && most > 1.0) {
-            return None;
-        }
-        let torque = self.column(&[Quantity::MotorTorque], joint);
-        let off = |explanation: &Explanation| (middle / explanation.factors[0]).ln().abs();
-        let are_near = |factor: f64| least * SAME_UNIT > factor && most < SAME_UNIT * factor;
-        let mut possible = explanations(self, &[joint]);
-        possible.retain(|explanation| off(explanation) < NEAR_SCALE.ln());
-        possible.sort_by(|a, b| off(a).total_cmp(&off(b)));
-        let likely = if possible.is_empty() {
-            "It may have another unit, be of the other side of the gearbox, or hold raw counts"
-                .to_owned()
-        } else {
-            let words = possible.iter().map(|explanation| {
-                format!(
-                    "{} (factor {})",
-                    explanation.cause,
-                    rounded(explanation.factors[0])
-                )
-            });
-            words.collect::<Vec<String>>().join("; or: ")
-        };
-        Some(
-            Finding::new(
-                // The nominal values may be wrong instead of the torque.
-                Severity::Warning,
-                "torque-scale",
-                format!(
-                    "{}: stiffness, inertia and friction are about {middle:.3} times their nominal \
-                     values, all in one direction ({least:.3} to {most:.3}). \"{torque}\" does not fit: \
-                     {likely}, or the positions have another unit",
-                    self.name(joint)
-                ),
-                "give the unit and the side of the torque, or correct the nominal values",
-            )
-            .seen(self.file, torque, middle, ""),
-        )
-        .map(|finding| match possible.first() {
-            // A unit multiplies all of them.
-            Some(explanation) if are_near(explanation.factors[0]) => {
-                finding.mended_by(explanation.table, &explanation.line)
-            }
-            _ => finding,
-        })
     }
 
     /// Finding: the motion determines friction only.

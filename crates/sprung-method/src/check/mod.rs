@@ -20,6 +20,7 @@ mod frequencies;
 mod gears;
 mod joints;
 mod lines;
+mod nominal;
 mod order;
 mod pass;
 mod refusal;

@@ -88,13 +88,6 @@ impl RowFit {
             .collect()
     }
 
-    /// Returns fitted and nominal values of the parameters that have a nominal value.
-    pub(crate) fn beside_nominal(&self, model: &Model) -> Vec<(f64, f64)> {
-        (self.columns.iter().zip(&self.x))
-            .filter_map(|(&column, &value)| Some((value, model.parameters()[column].nominal?)))
-            .collect()
-    }
-
     /// Returns the figures of the fit.
     pub(crate) fn short(&self, model: &Model) -> MotorRowFit {
         let mut fit = MotorRowFit {
