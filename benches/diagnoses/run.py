@@ -1,21 +1,22 @@
 """Damages logs in 40 ways, and counts how often sprung names the damage first, with a line that corrects it.
 
-    python run.py --out FOLDER [--binary SPRUNG] [--foreign FOLDER] [--logs NAME,...] [--kinds NAME,...] [--seeds N,...]
-                  [--jobs N] [--verbose] [--strict]
+    python run.py --out FOLDER [--binary SPRUNG] [--foreign FOLDER] [--logs NAME,...] [--kinds NAME,...]
+                  [--seeds N,...] [--jobs N] [--verbose] [--strict]
 
-The logs are the demo, examples/seven-joint-twin, and a UR5 that `benches/foreign/generate.py` simulates into the folder
---foreign. `demo-2`, whose file has no gear ratios, and `panda` take part if --logs names them. The seed draws joint, size
-(half to double), sign and time of each damage.
+The logs are the demo, examples/seven-joint-twin, and a UR5 that `benches/foreign/generate.py` simulates into the
+folder --foreign. `demo-2`, whose file has no gear ratios, and `panda` take part if --logs names them. The seed draws
+joint, size (half to double), sign and time of each damage.
 
 A damage that moves no value by four standard errors needs no word. Otherwise it is named if the first finding above a
-note has a code of its kind (KINDS) and names a damaged column or its joint. Without such a finding it is named if an unknown of the right kind is applied to a damaged column. It is mended if least
-squares then find the drives of the sound log within 10 %, or four standard errors; the line of the first finding, if there is
-one, is added before. A finding without a line is right if it names the damage.
+note has a code of its kind (KINDS) and names a damaged column or its joint. Without such a finding it is named if an
+unknown of the right kind is applied to a damaged column. It is mended if least squares then find the drives of the
+sound log within 10 %, or four standard errors; the line of the first finding, if there is one, is added before. A
+finding without a line is right if it names the damage.
 
-A user who adds every line that a check prints, one after the other, must not end with values that are farther from those
-of the sound log. A result is falsely good if its verdict is good, before or after these lines, and a value is more than
-four standard errors from that of the sound log. With --strict the exit code is 1 if less than 90 % of the damages are right,
-a result is falsely good, or lines make it worse. Needs NumPy and SciPy.
+A user who adds every line that a check prints, one after the other, must not end with values that are farther from
+those of the sound log. A result is falsely good if its verdict is good, before or after these lines, and a value is
+more than four standard errors from that of the sound log. With --strict the exit code is 1 if less than 90 % of the
+damages are right, a result is falsely good, or lines make it worse. Needs NumPy and SciPy.
 """
 
 import argparse
@@ -121,7 +122,7 @@ def columns_of(keys, quantity):
     return None, [], 1.0
 
 
-def sound(folder, name, gears, rigid=False):
+def sound(folder, name, gears):
     """Reads an experiment with its log, and brings readings to radians."""
     experiment = tomllib.loads((folder / "experiment.toml").read_text())
     keys, robot = experiment["log"], experiment["robot"]
@@ -134,8 +135,6 @@ def sound(folder, name, gears, rigid=False):
     for quantity in QUANTITIES[:3]:
         _, column_names, factor = columns_of(keys, quantity)
         names[quantity] = column_names
-        if rigid and quantity == "link_position":
-            continue
         if quantity == "motor_position" and "side" in str(keys.get("motor_position", "")):
             log["motor_position_side"] = "motor"
         log[quantity + ("_nm" if quantity == "motor_torque" else "_rad")] = column_names
@@ -147,37 +146,30 @@ def sound(folder, name, gears, rigid=False):
     robot.setdefault("joint", [{"name": f"joint{k + 1}"} for k in range(len(names["motor_torque"]))])
     for joint, gear in zip(robot["joint"], gears or []):
         joint.setdefault("gear_ratio", gear)
-    if rigid:
-        for joint in robot["joint"]:
-            joint["transmission"] = "rigid"
-            joint.pop("nominal", None)
     known = [joint.get("gear_ratio", GEAR) for joint in robot["joint"]]
     identify = {"estimator": ["least-squares"], "on_check_error": "go-on"}
     kept = {"format": 1, "robot": robot, "log": log, "identify": identify}
-    links = [] if rigid else names["link_position"]
-    return Log(kept, columns, links, names["motor_position"], names["motor_torque"], known)
+    return Log(kept, columns, *(names[quantity] for quantity in QUANTITIES[:3]), known)
 
 
 def make(args, name):
     """Returns a sound log."""
-    base, rigid = args.out / "sound", name.endswith("-rigid")
-    kind = name.removesuffix("-rigid")
-    folder = base / kind
-    if kind.startswith("demo"):
-        seed = int(kind.split("-")[1])
+    folder = args.out / "sound" / name
+    if name.startswith("demo"):
+        seed = int(name.split("-")[1])
         if not (folder / "experiment.toml").exists():
             run(args.binary, "demo", "--out", folder, "--seed", seed, "-q").check_returncode()
         # The file of the second demo has no gear ratios.
         return sound(folder, name, [GEAR] * 2 if seed == 1 else None)
-    if kind == "twin":
+    if name == "twin":
         if not (folder / "experiment.toml").exists():
             example = ROOT / "examples/seven-joint-twin"
             folder.mkdir(parents=True, exist_ok=True)
             for file in ("experiment.toml", "truth.toml"):
                 (folder / file).write_text((example / file).read_text())
             run(args.binary, "simulate", folder / "experiment.toml", "-q").check_returncode()
-        return sound(folder, name, [GEAR, GEAR, GEAR, 51, 51, 51, 51], rigid)
-    return sound(args.foreign / f"{kind}-s1-k100" / "mean-500", name, None, rigid)
+        return sound(folder, name, [GEAR, GEAR, GEAR, 51, 51, 51, 51])
+    return sound(args.foreign / f"{name}-s1-k100" / "mean-500", name, None)
 
 
 @dataclass
@@ -220,7 +212,7 @@ class Draw:
 
 
 def delayed(*of):
-    """Returns a damage: columns are late. `of`: quantity, whether of the other joint, and s; "all" for a whole quantity."""
+    """Returns a damage: columns are late. `of`: quantity, its joint ("joint", "other" or "all"), and s."""
 
     def damage(draw):
         names = []
@@ -306,6 +298,11 @@ def on_motor_side(draw):
     return draw.log.motors
 
 
+def saturated(draw, values):
+    limit = 0.7 * abs(values).max()
+    return np.clip(values, -limit, limit)
+
+
 def stuck(draw, values):
     first = int(np.argmax(draw.after))
     time = draw.log.time
@@ -324,8 +321,8 @@ def unit(draw, joint):
 
 
 DEGREES = 180 / np.pi
-LATE = (("late", "delay"), ("delay", "timing"))
-# Damage, codes of findings that name it (or their beginnings), and kinds of unknowns that do if nothing is above a note.
+LATE = (("late-channel", "delayed-channel"), ("delay", "timing"))
+# Damage, codes of findings that name it, or their beginnings, and kinds of unknowns that do if nothing is above a note.
 KINDS = {
     "delay-link": (delayed(("links", "joint", 5e-3)), *LATE),
     "delay-motor": (delayed(("motors", "joint", 5e-3)), *LATE),
@@ -334,24 +331,32 @@ KINDS = {
     "delay-all-links": (delayed(("links", "all", 3e-3)), *LATE),
     "delay-two": (delayed(("links", "joint", 5e-3), ("torques", "other", 4e-3)), *LATE),
     "delay-three": (delayed(("links", "joint", 5e-3), ("torques", "joint", 3e-3), ("links", "other", 4e-3)), *LATE),
-    "offset-link": (added("links", 2e-3, lambda d, v: d.signed), ("offset", "encoder-offset"), ("offset",)),
-    "offset-torque": (added("torques", 0.1, lambda d, v: d.signed), ("offset", "torque-offset"), ("offset", "law")),
+    "offset-link": (added("links", 2e-3, lambda d, v: d.signed), ("encoder-offset",), ("offset",)),
+    "offset-torque": (added("torques", 0.1, lambda d, v: d.signed), (), ("offset", "law")),
     "gain-link": (changed("links", lambda d, v: v * (1 + 0.02 * d.signed)), ("channel-gain",), ("gain",)),
     "gain-motor": (changed("motors", lambda d, v: v * (1 + 0.02 * d.signed)), ("channel-gain",), ("gain",)),
-    "gain-torque": (changed("torques", lambda d, v: v * (1 + 0.3 * d.signed)), ("channel-gain", "torque-scale"), ("gain",)),
+    "gain-torque": (
+        changed("torques", lambda d, v: v * (1 + 0.3 * d.signed)),
+        ("channel-gain", "torque-scale"),
+        ("gain",),
+    ),
     "lost-link": (added("links", 5e-3, lambda d, v: d.signed * d.after), ("position-jumps",), ()),
     "lost-motor": (added("motors", 5e-3, lambda d, v: d.signed * d.after), ("position-jumps",), ()),
     "drift-link": (added("links", 5e-3, lambda d, v: d.signed * d.part), ("position-drifts",), ()),
     "drift-motor": (added("motors", 5e-3, lambda d, v: d.signed * d.part), ("position-drifts",), ()),
-    "drift-torque": (added("torques", 0.2, lambda d, v: d.signed * d.part), ("torque-drifts", "position-drifts"), ("drift",)),
-    "saturated": (changed("torques", lambda d, v: np.clip(v, *(0.7 * abs(v).max() * np.array([-1, 1])))), ("torque-satur",), ()),
+    "drift-torque": (added("torques", 0.2, lambda d, v: d.signed * d.part), ("position-drifts",), ("drift",)),
+    "saturated": (changed("torques", saturated), ("torque-saturate",), ()),
     "eccentric-link": (added("links", 2e-3, lambda d, v: d.size * np.sin(v + 1)), ("eccentric-encoder",), ("offset",)),
-    "eccentric-motor": (added("motors", 2e-3, lambda d, v: d.size * np.sin(v + 1)), ("eccentric-encoder",), ("offset",)),
+    "eccentric-motor": (
+        added("motors", 2e-3, lambda d, v: d.size * np.sin(v + 1)),
+        ("eccentric-encoder",),
+        ("offset",),
+    ),
     "slow-clock": (slow_clock, ("time-scale",), ()),
     "sign-link": (scaled(["links"], lambda d, j: -1.0), ("opposite-signs",), ()),
     "sign-motor": (scaled(["motors"], lambda d, j: -1.0), ("opposite-signs",), ()),
     "sign-torque": (scaled(["torques"], lambda d, j: -1.0), ("reversed-torque",), ()),
-    "sign-joint": (scaled(["links", "motors"], lambda d, j: -1.0), ("reversed-torque", "reversed"), ()),
+    "sign-joint": (scaled(["links", "motors"], lambda d, j: -1.0), ("reversed-torque", "reversed-joint"), ()),
     "exchanged-torques": (exchanged("torques"), ("swapped-joints",), ()),
     "exchanged-links": (exchanged("links"), ("swapped-joints",), ()),
     "exchanged-motors": (exchanged("motors"), ("swapped-joints",), ()),
@@ -360,11 +365,11 @@ KINDS = {
     "unit-torque": (scaled(["torques"], unit), ("torque-scale",), ()),
     "degrees-link": (scaled(["links"], lambda d, j: DEGREES), ("units-disagree",), ()),
     "degrees-all": (scaled(["links", "motors"], lambda d, j: DEGREES, every=True), ("looks-like-degrees",), ()),
-    "gear-motor": (on_motor_side, ("units-disagree", "gear", "looks-like-motor"), ()),
-    "gear-torques": (scaled(["torques"], lambda d, j: 1 / d.log.gears[j], every=True), ("torque-scale", "gear"), ()),
-    "stuck-link": (changed("links", stuck), ("stuck", "frozen", "held"), ()),
+    "gear-motor": (on_motor_side, ("units-disagree", "motor-side-positions", "slope-not-one"), ()),
+    "gear-torques": (scaled(["torques"], lambda d, j: 1 / d.log.gears[j], every=True), ("torque-scale",), ()),
+    "stuck-link": (changed("links", stuck), ("stuck-samples", "frozen-samples"), ()),
     "hum": (added("torques", 0.05, lambda d, v: np.sin(100 * np.pi * d.log.time)), (), ()),
-    "spike-link": (changed("links", spike), ("spike",), ()),
+    "spike-link": (changed("links", spike), ("spikes",), ()),
     "noise-link": (added("links", 1e-4, lambda d, v: d.size * d.rng.standard_normal(len(v))), (), ()),
     "none": (lambda draw: [], (), ()),
 }
@@ -377,8 +382,8 @@ def damaged(log, kind, seed):
     draw = Draw(log, rng)
     names = list(dict.fromkeys(KINDS[kind][0](draw)))
     joints = [joint["name"] for joint in log.experiment["robot"]["joint"]]
-    places = [joints[k] for k in range(len(joints)) for of in (log.links, log.motors, log.torques) if of and of[k] in names]
-    return log, names + places
+    columns = zip(joints, log.links, log.motors, log.torques)
+    return log, names + [joint for joint, *of in columns if set(of) & set(names)]
 
 
 def with_line(experiment, setting):
@@ -411,7 +416,7 @@ def with_line(experiment, setting):
 
 
 def identified(args, folder):
-    """Returns the verdict of least squares, and the value and the standard error of each parameter; None if there are none."""
+    """Returns the verdict of least squares, and values with standard errors; None if they are refused."""
     done = run(args.binary, "identify", folder, "-q", "--no-progress", "--threads", 1)
     if done.returncode not in (0, 1):
         return None
@@ -437,12 +442,13 @@ def distance(found, truth):
 
 
 def worst(found, truth, wanted=str, same=1.0):
-    """Returns the name and the largest error of a value in standard errors; errors of less than a factor do not count."""
+    """Returns the largest error of a value in standard errors, after its name; errors below a factor do not count."""
     errors = [("", 0.0)]
     for name, (true, of_true) in truth[1].items():
         value, of_value = found[1].get(name, (0.0, 0.0))
         # The preload of a spring contains the zeros of the encoders.
-        if wanted(name) and not name.endswith("spring_preload") and not (value * true > 0 and 1 / same < value / true < same):
+        is_same = value * true > 0 and 1 / same < value / true < same
+        if wanted(name) and not name.endswith("spring_preload") and not is_same:
             errors.append((name, abs(value - true) / max(np.hypot(of_value, of_true), 1e-9 * abs(true))))
     return max(errors, key=lambda error: error[1])
 
@@ -455,15 +461,21 @@ def is_near(found, truth):
     return found is not None and worst(found, truth, is_drive, SAME)[1] < ERRORS
 
 
+def loud_of(report):
+    """Returns the findings above a note."""
+    return [finding for finding in report["findings"] if finding["severity"] != "info"]
+
+
 def is_named(report, kind, places):
     """Returns the first finding above a note, and whether it, or an applied unknown, names the damage."""
     _, codes, unknowns = KINDS[kind]
-    loud = [finding for finding in report["findings"] if finding["severity"] != "info"]
+    loud = loud_of(report)
     if loud:
         first = loud[0]
         said = " ".join(str(first.get(part)) for part in ("text", "remedy", "setting"))
-        is_place = not places or any(re.search(rf"\b{re.escape(place)}\b", said) for place in places) or kind == "slow-clock"
-        return first, first["code"].startswith(codes) and bool(codes) and is_place
+        # A clock has no joint.
+        is_place = kind == "slow-clock" or any(re.search(rf"\b{re.escape(place)}\b", said) for place in places)
+        return first, first["code"].startswith(codes) and is_place
     used = [one for one in report["unknowns"] if one["status"] in ("applied", "estimated")]
     is_all = kind.startswith("delay-all")
     is_here = lambda one: is_all or any(place in one["id"] for place in places)  # noqa: E731
@@ -484,12 +496,14 @@ def judge(args, name, kind, seed, base, truth):
         return outcome
     first, outcome.named = is_named(report, kind, places)
     outcome.first = first["code"] if first else ""
-    for finding in report["findings"]:
-        if finding["severity"] != "info":
-            outcome.said.append(f"{finding['severity']} {finding['code']}: {finding['text'][:160]} | {finding.get('setting')}")
-    before = identified(args, folder)
-    steps, experiment = [("as it is", before)], log.experiment
-    lines = dict.fromkeys(finding["setting"] for finding in report["findings"] if finding.get("setting") and finding["severity"] != "info")
+    lines = {}
+    for finding in loud_of(report):
+        line = finding.get("setting")
+        outcome.said.append(f"{finding['severity']} {finding['code']}: {finding['text'][:160]} | {line}")
+        if line:
+            lines[line] = True
+    before, experiment = identified(args, folder), log.experiment
+    steps = {"as it is": before}
     for line in lines:
         more = with_line(experiment, line)
         if more is None:
@@ -497,26 +511,26 @@ def judge(args, name, kind, seed, base, truth):
             continue
         experiment = more
         write_experiment(folder, experiment)
-        steps.append((line, identified(args, folder)))
+        steps[line] = identified(args, folder)
     write_experiment(folder, log.experiment)
-    for line, found in steps:
+    for line, found in steps.items():
         if found is None:
             outcome.said.append(f"    {line[:60]}: refused")
             continue
         # Both positions of a joint in the other direction, with its torque, are another convention.
         parameter, errors = worst(found, truth, is_drive if kind == "sign-joint" else str)
-        outcome.falsely_good |= found[0] == "good" and errors > ERRORS
-        outcome.said.append(f"    {line[:60]}: {found[0]}, distance {distance(found, truth):.3f}, {parameter} {errors:.1f} errors off")
-    # A finding without a line is right if it names the damage.
-    has_line = first is not None and first.get("setting") in lines
-    if has_line:
-        mended = is_near(steps[1][1], truth) if len(steps) > 1 else False
+        outcome.falsely_good |= bool(found[0] == "good" and errors > ERRORS)
+        far = f"distance {distance(found, truth):.3f}, {parameter} {errors:.1f} errors off"
+        outcome.said.append(f"    {line[:60]}: {found[0]}, {far}")
+    if first and first.get("setting"):
+        mended = is_near(steps.get(first["setting"]), truth)
     else:
+        # A finding without a line is right if it names the damage.
         mended = first is not None or is_near(before, truth)
     is_harmless = first is None and before is not None and worst(before, truth)[1] < ERRORS
     outcome.right = outcome.named and mended or is_harmless
-    last = steps[-1][1]
-    outcome.worse = len(steps) > 1 and last is not None and distance(last, truth) > distance(before, truth) + MORE_DISTANCE
+    last = list(steps.values())[-1]
+    outcome.worse = last is not None and bool(distance(last, truth) > distance(before, truth) + MORE_DISTANCE)
     return outcome
 
 
@@ -549,7 +563,7 @@ def main():
     with ThreadPoolExecutor(args.jobs) as pool:
         for outcome in pool.map(lambda task: judge(args, *task), tasks):
             outcomes.append(outcome)
-            faults = [word for word, is_so in (("worse", outcome.worse), ("FALSELY GOOD", outcome.falsely_good)) if is_so]
+            faults = ["worse"] * outcome.worse + ["FALSELY GOOD"] * outcome.falsely_good
             word = "right" if outcome.right else "named, not mended" if outcome.named else "WRONG"
             print(f"{outcome.log:8}{outcome.kind:18}{', '.join([word, *faults])}  {outcome.first}", flush=True)
             if args.verbose or not outcome.right or faults:

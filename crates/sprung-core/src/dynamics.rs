@@ -214,14 +214,9 @@ fn torques<P: Space, S: Scalar>(
         step.force = P::force(&bodies[j], &velocity, &acceleration);
         (step.velocity, step.acceleration) = (velocity, acceleration);
     }
-    for (j, joint) in chain.joints().iter().enumerate().rev() {
-        let (done, rest) = steps.split_at_mut(j);
-        let step = &rest[0];
+    gather::<P, S>(chain, steps, |j, joint, step| {
         tau[j] = P::along(joint, &step.force);
-        if let Some(parent) = joint.parent {
-            P::add_back(&step.transform, &step.force, &mut done[parent].force);
-        }
-    }
+    });
 }
 
 /// Computes momenta and the rest of the torques; `steps` contains the transforms.
@@ -252,7 +247,7 @@ fn momenta<P: Space>(
     for (step, body) in steps.iter_mut().zip(bodies) {
         step.force = P::force(body, &still, &step.velocity);
     }
-    gather::<P>(chain, steps, |j, joint, step| {
+    gather::<P, f64>(chain, steps, |j, joint, step| {
         momentum[j] = P::along(joint, &step.force);
         rest[j] = -P::axis_rate(&step.velocity, joint).power(&step.force);
     });
@@ -260,17 +255,17 @@ fn momenta<P: Space>(
         for (step, body) in steps.iter_mut().zip(bodies) {
             step.force = P::force(body, &still, &step.acceleration);
         }
-        gather::<P>(chain, steps, |j, joint, step| {
+        gather::<P, f64>(chain, steps, |j, joint, step| {
             rest[j] += P::along(joint, &step.force);
         });
     }
 }
 
 /// Sums the forces of the bodies from the tips to the base; visits each joint with the sum that it carries.
-fn gather<P: Space>(
+fn gather<P: Space, S: Scalar>(
     chain: &Chain<'_>,
-    steps: &mut [Step],
-    mut visit: impl FnMut(usize, &ChainJoint, &Step),
+    steps: &mut [Step<S>],
+    mut visit: impl FnMut(usize, &ChainJoint, &Step<S>),
 ) {
     for (j, joint) in chain.joints().iter().enumerate().rev() {
         let (done, rest) = steps.split_at_mut(j);

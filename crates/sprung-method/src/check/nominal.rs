@@ -98,8 +98,13 @@ impl CheckContext<'_> {
             ),
             "give the columns in the order of the [[robot.joint]] blocks, or correct the nominal values",
         )
-        .seen(self.file, column, own, "")
-        .mended_by("[log]", &self.column_lines(&channels));
+        .seen(self.file, column, own, "");
+        // The equations of known bodies show exchanged joints themselves, and here they do not.
+        let finding = if self.reading.model().tree().is_none() {
+            finding.mended_by("[log]", &self.column_lines(&channels))
+        } else {
+            finding
+        };
         Some(([one, two], finding))
     }
 

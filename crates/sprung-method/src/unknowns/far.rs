@@ -179,9 +179,8 @@ impl Search<'_> {
         if state.chosen.len() < MANY {
             return Some(false);
         }
-        let sum = |sizes: &[f64]| Some(self.left_by_joint(sizes)?.iter().sum::<f64>());
-        let before = sum(&vec![0.0; self.unknowns.len()])?;
-        if sum(&self.applied_sizes(state))? < LITTLE * before {
+        let before = self.left_of_sizes(&vec![0.0; self.unknowns.len()])?;
+        if self.left_of_sizes(&self.applied_sizes(state))? < LITTLE * before {
             return Some(false);
         }
         let left = (self.any_meaning).get_or_init(|| self.left_by_meanings(HARDLY_UNEXPLAINED));
@@ -216,9 +215,8 @@ impl Search<'_> {
         if left >= OTHER_MEANING {
             return Some(false);
         }
-        let sum = |sizes: &[f64]| Some(self.left_by_joint(sizes)?.iter().sum::<f64>());
-        let before = sum(&vec![0.0; self.unknowns.len()])?;
-        let found = sum(&self.applied_sizes(state))?;
+        let before = self.left_of_sizes(&vec![0.0; self.unknowns.len()])?;
+        let found = self.left_of_sizes(&self.applied_sizes(state))?;
         Some(MEANING_OVER_SIZES * left * before < found)
     }
 
@@ -229,6 +227,11 @@ impl Search<'_> {
         } else {
             self.left_of(&self.corrected(sizes))
         }
+    }
+
+    /// Returns the sum of [`Self::left_by_joint`].
+    fn left_of_sizes(&self, sizes: &[f64]) -> Option<f64> {
+        Some(self.left_by_joint(sizes)?.iter().sum())
     }
 
     fn left_of(&self, corrected: &Excerpt) -> Option<Vec<f64>> {
