@@ -370,7 +370,7 @@ KINDS = {
     "stuck-link": (changed("links", stuck), ("stuck-samples", "frozen-samples"), ()),
     "hum": (added("torques", 0.05, lambda d, v: np.sin(100 * np.pi * d.log.time)), (), ()),
     "spike-link": (changed("links", spike), ("spikes",), ()),
-    "noise-link": (added("links", 1e-4, lambda d, v: d.size * d.rng.standard_normal(len(v))), (), ()),
+    "noise-link": (added("links", 1e-4, lambda d, v: d.size * d.rng.standard_normal(len(v))), ("noisy-signal",), ()),
     "none": (lambda draw: [], (), ()),
 }
 

@@ -228,6 +228,12 @@ const RIGID: [Edit; 3] = [
     [ELBOW, "\"elbow\"\ntransmission = \"rigid\"\ngear_ratio = 100"],
 ];
 #[rustfmt::skip]
+const GEARED: [Edit; 3] = [
+    [LOG, "[log]\nmotor_position_side = \"motor\"\n"],
+    [SHOULDER, "\"shoulder\"\ngear_ratio = 100"],
+    [ELBOW, "\"elbow\"\ngear_ratio = 100"],
+];
+#[rustfmt::skip]
 const CURRENTS: [Edit; 3] = [
     ["motor_torque_nm", "motor_current_a"],
     [SHOULDER, "\"shoulder\"\ntorque_constant_nm_per_a = 0.1\ngear_ratio = 100"],
@@ -252,8 +258,14 @@ fn before_the_gear(log: &mut Columns) {
     scale(log, &["phi1", "phi2"], 100.0);
 }
 
+/// The description names motor positions before the gear.
+fn exchanged_before_the_gear(log: &mut Columns) {
+    scale(log, &["phi1", "phi2"], 100.0);
+    exchange(log, "q2", "phi2");
+}
+
 #[rustfmt::skip]
-const ROWS: [Row; 27] = [
+const ROWS: [Row; 28] = [
     row("reversed", |log| scale(log, &["tau2"], -1.0), &[], "reversed-torque"),
     row("reversed position", |log| scale(log, &["phi2"], -1.0), &[], "opposite-signs"),
     row("reversed joint", |log| scale(log, &["q2", "phi2", "tau2"], -1.0), &[], "reversed-joint"),
@@ -267,6 +279,7 @@ const ROWS: [Row; 27] = [
     row("wrapped", |log| wrapped(log, "phi2"), &[], "wraps-around"),
     row("lost counts", |log| jump(log, "phi2", 0.4), &[], "position-jumps"),
     row("exchanged", |log| exchange(log, "q2", "phi2"), &[], "exchanged-columns"),
+    row("exchanged before the gear", exchanged_before_the_gear, &GEARED, "exchanged-columns"),
     row("swapped", |log| exchange(log, "tau1", "tau2"), &[["\"tau1\" = -1", "\"tau2\" = -1"]], "swapped-joints"),
     row("millinewtons", |log| scale(log, &["tau2"], 1000.0), &[], "torque-scale"),
     row("offset", |log| add(log, "q2", 0.02), &[NO_OFFSET], "encoder-offset"),

@@ -77,7 +77,8 @@ pub fn check(
         let is_wrong = |finding: &Finding| finding.severity == Severity::Error;
         if !findings[before..].iter().any(is_wrong) {
             let scale = columns
-                .units_disagree(name, joint)
+                .exchanged(name, joint)
+                .or_else(|| columns.units_disagree(name, joint))
                 .or_else(|| columns.slope_not_one(name, joint));
             findings.extend(scale);
             findings.extend(columns.looks_like_degrees(name, joint));
@@ -148,6 +149,68 @@ impl ColumnCheck<'_> {
             Some((&self.channels.all[i], self.summary.extent(i)?.range()))
         };
         Some([of(Quantity::MotorPosition)?, of(Quantity::LinkPosition)?])
+    }
+
+    /// Returns whether only an exchange explains the ranges of the two encoders of a joint: the motor's is divided by the gear ratio
+    /// although it is the link's, and the other way round.
+    fn is_exchanged(&self, joint: usize) -> bool {
+        let Some([(motor, motor_range), (link, link_range)]) = self.pair(joint) else {
+            return false;
+        };
+        let Some(gear) = motor.gear_ratio.filter(|_| motor.before_gear) else {
+            return false;
+        };
+        let ratio = link_range / motor_range;
+        let is_about = |expected: f64| (ratio / expected).ln().abs() < SUSPECT_SLOPE.ln();
+        gear * gear > SUSPECT_SLOPE
+            && is_about(gear * gear)
+            && !is_about(DEGREES_PER_RADIAN)
+            && motor.is_in_radians()
+            && link.is_in_radians()
+    }
+
+    fn exchanged(&self, name: &str, joint: usize) -> Option<Finding> {
+        if !self.is_exchanged(joint) {
+            return None;
+        }
+        let [(motor, motor_range), (link, link_range)] = self.pair(joint)?;
+        let list = |here: Quantity, there: Quantity| {
+            let mut channels: Vec<&Channel> = (self.channels.all.iter())
+                .filter(|channel| {
+                    let quantity = if self.is_exchanged(channel.joint) {
+                        there
+                    } else {
+                        here
+                    };
+                    channel.quantity == quantity
+                })
+                .collect();
+            channels.sort_by_key(|channel| channel.joint);
+            let names = channels
+                .iter()
+                .map(|channel| format!("\"{}\"", channel.column));
+            names.collect::<Vec<String>>().join(", ")
+        };
+        let lines = format!(
+            "link_position_rad = [{}]\nmotor_position_rad = [{}]",
+            list(Quantity::LinkPosition, Quantity::MotorPosition),
+            list(Quantity::MotorPosition, Quantity::LinkPosition)
+        );
+        let (motor, link, gear) = (&motor.column, &link.column, motor.gear_ratio?);
+        let finding = Finding::new(
+            Severity::Error,
+            "exchanged-columns",
+            format!(
+                "{name}: \"{motor}\" spans {motor_range:.2e} rad behind the gearbox and \"{link}\" {link_range:.3} rad, the square of \
+                 the gear ratio {gear} apart: the columns of motor and link are exchanged"
+            ),
+            "exchange the two columns under link_position_rad and motor_position_rad",
+        );
+        Some(
+            finding
+                .seen(self.file, link, link_range, "rad")
+                .mended_by("[log]", &lines),
+        )
     }
 
     /// Compares the ranges of the two encoders of a joint. The spring changes the ratio, but less

@@ -77,7 +77,7 @@ impl Factors {
                      robot explain the torques best",
                     gain.column
                 ),
-                "give the gain as a number to keep it fixed",
+                "give the gain as a number to keep it fixed; the intervals then take it for exact",
             )
             .seen(file, &gain.column, gain.value, "")
             .mended_by("[log]", &line)

@@ -81,7 +81,7 @@ pub(crate) fn changes<T>(
             status: UnknownStatus::Found,
             is_addable: false,
             excerpt,
-            gain: 1.0,
+            gain: None,
             moves: None,
         };
         let finding = finding(&telling);

@@ -54,6 +54,6 @@ pub(super) struct Telling<'a> {
     pub(super) excerpt: &'a Excerpt,
     /// Which parameter would move with it, if only the likelihood shows it.
     pub(super) moves: Option<&'a str>,
-    /// Estimated gain of its channel, which is applied.
-    pub(super) gain: f64,
+    /// Gain of its channel that the description gives, or that was estimated and is applied.
+    pub(super) gain: Option<f64>,
 }

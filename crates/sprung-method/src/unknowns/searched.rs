@@ -9,6 +9,7 @@ use super::gauge::{relative, with_rival_torques};
 use super::kinds::finding;
 use super::result::{AddedLaw, CompetingUnknown, UnknownResult, UnknownStatus};
 use super::settle::{Settlement, settle};
+use super::sizes::accuracy_of_gain;
 use super::unknown::{Kind, Place};
 use crate::description::{Delay, EncoderOffset, Experiment};
 use crate::finding::Finding;
@@ -78,7 +79,10 @@ pub(super) fn searched(
     let found = with_rival_torques(relative(found, &channels, period), &channels, model);
     let mut found = confirmed(found, prepared);
     for gain in found.iter_mut().filter(|one| is_asked_gain(one, prepared)) {
-        gain.standard_error = (gain.standard_error).hypot(ACCURACY_OF_GAIN * (1.0 + gain.value));
+        if let Place::Channel(of) = gain.place {
+            let accuracy = accuracy_of_gain(&channels.all[of], 1.0 + gain.value);
+            gain.standard_error = gain.standard_error.hypot(accuracy);
+        }
     }
     // The least expected first.
     let rank = |one: &Found| match one.kind {
@@ -91,9 +95,10 @@ pub(super) fn searched(
     found = with_confirmed_laws(found, prepared);
     let (unknowns, mut about) = told(&found, prepared);
     about.unexplained = Some(unexplained);
+    let is_doubted =
+        (found.iter()).any(|one| one.kind == Kind::Delay || is_asked_gain(one, prepared));
     let prepared = applied(prepared.clone(), (&found, &unknowns), progress)?;
-    let has_delay = found.iter().any(|one| one.kind == Kind::Delay);
-    let prepared = prepared.with_doubt(if has_delay { doubt } else { BTreeMap::new() });
+    let prepared = prepared.with_doubt(if is_doubted { doubt } else { BTreeMap::new() });
     Ok(Some(Settled {
         prepared,
         unknowns,
@@ -110,11 +115,11 @@ pub(super) fn told(found: &[Found], prepared: &Prepared) -> (Vec<UnknownResult>,
     let (mut unknowns, mut findings) = (Vec::new(), Vec::new());
     for one in found {
         let columns = columns(one.place, channels);
-        let gains = prepared.factors().gains.iter();
-        let mut of_columns = gains.filter(|gain| columns.contains(&&*gain.column));
+        let gains = (prepared.experiment().log.iter()).flat_map(|log| &log.gain);
+        let mut of_columns = gains.filter(|(column, _)| columns.contains(&&***column));
         let telling = Telling {
             found: one,
-            gain: of_columns.next().map_or(1.0, |gain| gain.value),
+            gain: of_columns.next().and_then(|(_, gain)| gain.known()),
             columns,
             joint: joint(one.place, channels).map_or("", |joint| &names[joint]),
             file: &file,
@@ -169,9 +174,6 @@ fn confirmed(found: Vec<Found>, prepared: &Prepared) -> Vec<Found> {
         .filter(|one| !is_tested(one) || is_confirmed(one))
         .collect()
 }
-
-/// Error of a gain that all parts of a log share, relative: the accuracy of a filtered regression, whose filter smears reversals.
-const ACCURACY_OF_GAIN: f64 = 0.005;
 
 fn is_asked_gain(one: &Found, prepared: &Prepared) -> bool {
     one.kind == Kind::Gain && status(one, prepared) == UnknownStatus::Estimated
@@ -234,7 +236,7 @@ pub(crate) fn by_likelihood(
     let names = reading.model().joints();
     let telling = Telling {
         found,
-        gain: 1.0,
+        gain: None,
         columns: columns(found.place, channels),
         joint: joint(found.place, channels).map_or("", |joint| &names[joint]),
         file: "",

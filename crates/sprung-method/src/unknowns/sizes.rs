@@ -5,12 +5,14 @@
 
 use faer::Mat;
 
+use super::evidence::Evidence;
 use super::rows::Row;
 use super::search::Search;
 use super::select::SIGNIFICANT;
 use super::settle::ChosenRows;
 use super::state::State;
 use super::unknown::{Kind, Place};
+use crate::log::{Channel, Signal};
 
 /// Most repetitions, and change in standard errors that ends them.
 const MAX_REPETITIONS: usize = 20;
@@ -19,13 +21,28 @@ const SETTLED: f64 = 0.1;
 /// Held-out squares, relative to those before, that show that the rows share an error of the model and not noise.
 const CONTRADICTED: f64 = 1.02;
 
+/// Error of the gain of a torque that all parts of a log share, relative: the accuracy of a filtered regression, whose filter smears
+/// reversals.
+const ACCURACY_OF_GAIN: f64 = 0.005;
+
+/// Returns the error of the gain of a channel that all parts of a log share: none of a position, which another one confirms.
+pub(super) fn accuracy_of_gain(of: &Channel, gain: f64) -> f64 {
+    if of.quantity.signal() == Signal::Torque {
+        ACCURACY_OF_GAIN * gain
+    } else {
+        0.0
+    }
+}
+
 impl Search<'_> {
-    /// Repeats the fit of what is chosen, with whitened rows, until its sizes settle, if a delay is among it. Delays that the
-    /// others may have hidden join them if they are significant: those that are expected, and those of a joint that has one.
+    /// Repeats the fit of what is chosen, with whitened rows, until its sizes settle, if a delay is among it or an unknown that is
+    /// asked for. Delays that the others may have hidden join them if they are significant: those that are expected, and those of a
+    /// joint that has one.
     ///
     /// - `weights`: of the rows of the selection, which must not contradict.
     pub(super) fn sized(&self, state: &mut State, weights: &[f64]) -> Option<()> {
-        if !state.chosen.iter().any(|&unknown| self.is_delay(unknown)) {
+        let is_sized = |unknown: &usize| self.is_delay(*unknown) || self.asked.contains(unknown);
+        if !state.chosen.iter().any(is_sized) {
             return Some(());
         }
         let mut sized = state.clone();
@@ -94,23 +111,54 @@ impl Search<'_> {
         let evidence = self.evidence(&rows, (state, &scales), Some(weights), repeats);
         let moved = self.applied(state, (&evidence, &scales), &theta);
         // A parameter at its bound is not known.
-        let errors = evidence.unsigned_errors(&columns);
+        let errors = evidence.unsigned_errors(&columns, repeats);
         for &unknown in &state.chosen {
             let (of, size) = (&self.unknowns[unknown], state.sizes[unknown]);
             let error = of.after(size, errors[self.free.len() + unknown]) - size;
             state.errors[unknown] = state.errors[unknown].max(error);
         }
-        // The estimators take the expected delay of all torques for unknown themselves.
-        let is_late =
-            |&unknown: &usize| self.is_delay(unknown) && self.unknowns[unknown].expected == 0.0;
-        let others: Vec<usize> = (state.chosen.iter().copied())
-            .filter(|unknown| !is_late(unknown))
-            .collect();
-        let known = evidence.unsigned_errors(&self.columns_of(&others));
-        state.doubt = (errors.iter().zip(&known).take(self.free.len()))
-            .map(|(error, known)| (error * error - known * known).max(0.0).sqrt())
-            .collect();
+        state.doubt = self.doubt(state, &evidence, &errors, repeats);
         Some(moved)
+    }
+
+    /// Returns what the errors of delays, and of gains that are asked for, add to the standard error of each free parameter.
+    ///
+    /// - `errors`: of all columns.
+    fn doubt(&self, state: &State, evidence: &Evidence, errors: &[f64], repeats: f64) -> Vec<f64> {
+        // The estimators take the expected delay of all torques for unknown themselves.
+        let is_open = |&unknown: &usize| {
+            self.is_delay(unknown) && self.unknowns[unknown].expected == 0.0
+                || self.is_gain(unknown)
+        };
+        let others: Vec<usize> = (state.chosen.iter().copied())
+            .filter(|unknown| !is_open(unknown))
+            .collect();
+        let known = evidence.unsigned_errors(&self.columns_of(&others), repeats);
+        let mut squares: Vec<f64> = (errors.iter().zip(&known).take(self.free.len()))
+            .map(|(error, known)| (error * error - known * known).max(0.0))
+            .collect();
+        let columns = self.columns_of(&state.chosen);
+        for &gain in state
+            .chosen
+            .iter()
+            .filter(|&&unknown| self.is_gain(unknown))
+        {
+            let Place::Channel(channel) = self.unknowns[gain].place else {
+                continue;
+            };
+            let channel = &self.channels.all[channel];
+            let accuracy = accuracy_of_gain(channel, 1.0 + state.sizes[gain]);
+            let slopes = evidence.slopes(&columns, self.free.len() + gain);
+            for (square, slope) in squares.iter_mut().zip(slopes) {
+                *square += (accuracy * slope).powi(2);
+            }
+        }
+        squares.into_iter().map(f64::sqrt).collect()
+    }
+
+    /// Returns whether an unknown is a gain that is asked for.
+    fn is_gain(&self, unknown: usize) -> bool {
+        self.unknowns[unknown].kind == Kind::Gain && self.asked.contains(&unknown)
     }
 }
 

@@ -74,7 +74,11 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
 pub(super) fn finding(of: &Telling<'_>) -> Finding {
     let column = of.columns.first().copied().unwrap_or_default();
     let (value, error) = (of.found.value, of.found.standard_error);
-    let setting = format!("gain = {{ \"{column}\" = {:.6} }}", of.gain * (1.0 + value));
+    // A number would hide its error from the parameters.
+    let setting = match of.gain {
+        Some(given) => format!("gain = {{ \"{column}\" = {:.6} }}", given * (1.0 + value)),
+        None => format!("gain = {{ \"{column}\" = \"estimate\" }}"),
+    };
     let finding = Finding::new(
         Severity::Warning,
         "channel-gain",
