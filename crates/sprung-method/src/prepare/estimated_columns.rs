@@ -26,6 +26,15 @@ pub struct FoundGain {
     pub standard_error: f64,
 }
 
+/// What the errors of unknowns that were applied add to the standard error of a parameter.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Doubt {
+    /// Of all unknowns.
+    pub(crate) by_all: f64,
+    /// Of the gains, which no estimator estimates again.
+    pub(crate) by_gains: f64,
+}
+
 /// The side of the gearbox for which the torque constants hold, found from the motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FoundSide {

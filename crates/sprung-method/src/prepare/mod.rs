@@ -31,7 +31,7 @@ mod weights;
 
 pub(crate) use as_given::as_given;
 pub(crate) use cutoff::{choose_cutoff, limit_by_rate};
-pub(crate) use estimated_columns::FoundGain;
+pub(crate) use estimated_columns::{Doubt, FoundGain};
 pub(crate) use excerpt::Excerpt;
 pub use excerpt::excerpt;
 pub use factors::{FactorError, Factors, find_factors};

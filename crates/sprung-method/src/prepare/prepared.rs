@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
 use super::as_given::as_given;
-use super::estimated_columns::FoundGain;
+use super::estimated_columns::{Doubt, FoundGain};
 use super::excerpt::{Excerpt, excerpt};
 use super::factors::{FactorError, Factors, find_factors};
 use super::held_out::held_out;
@@ -19,7 +19,7 @@ use crate::description::{Experiment, Weights};
 use crate::finding::{Finding, Severity};
 use crate::fit::over_reference;
 use crate::log::{ChannelError, Channels, LogError, LogSource, time_unit};
-use crate::model::{Model, Theta};
+use crate::model::Model;
 use crate::progress::{Listener, Phase, Stopped};
 use crate::regression::{Reading, TransitionWeights};
 
@@ -88,7 +88,7 @@ pub struct Prepared {
     about_springs: Vec<Finding>,
     wrong_time_unit: Option<Finding>,
     // What the errors of unknowns that were applied add to the standard errors of parameters, by name.
-    doubt: BTreeMap<String, f64>,
+    doubt: BTreeMap<String, Doubt>,
 }
 
 /// Prepares logs: finds open signs and gains, keeps the beginning of the first log, chooses the
@@ -225,13 +225,13 @@ impl Prepared {
 
     /// Returns the same logs with what the errors of unknowns that were applied add to the standard errors of parameters, by name.
     #[must_use]
-    pub(crate) fn with_doubt(mut self, doubt: BTreeMap<String, f64>) -> Self {
+    pub(crate) fn with_doubt(mut self, doubt: BTreeMap<String, Doubt>) -> Self {
         self.doubt = doubt;
         self
     }
 
     /// Returns what the errors of unknowns that were applied add to the standard error of each parameter, \[p\].
-    pub(crate) fn doubt(&self) -> Theta {
+    pub(crate) fn doubt(&self) -> Vec<Doubt> {
         let parameters = self.reading.model().parameters().iter();
         let of = |name: &String| self.doubt.get(name).copied().unwrap_or_default();
         parameters.map(|parameter| of(&parameter.name)).collect()

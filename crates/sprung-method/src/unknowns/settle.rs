@@ -16,7 +16,7 @@ use super::state::State;
 use super::unknown::{Effect, Kind, Place};
 use crate::description::Experiment;
 use crate::log::Signal;
-use crate::prepare::Excerpt;
+use crate::prepare::{Doubt, Excerpt};
 use crate::preprocess::SignalBlock;
 use crate::regression::Reading;
 
@@ -85,8 +85,8 @@ pub(crate) struct Settlement {
     pub(crate) unexplained: f64,
     /// Of the log, without the faults of credible sizes that sprung finds but does not correct; `None` if it has none.
     pub(crate) faultless: Option<Excerpt>,
-    /// What the errors of delays add to the standard errors of parameters, by name.
-    pub(crate) doubt: BTreeMap<String, f64>,
+    /// What the errors of delays and gains add to the standard errors of parameters, by name.
+    pub(crate) doubt: BTreeMap<String, Doubt>,
 }
 
 /// Finds the unknowns of the beginning of a log.
@@ -174,7 +174,7 @@ impl Search<'_> {
             unexplained: round.evidence.unexplained(&columns),
             faultless: self.faultless(&state),
             doubt: (self.free.iter().zip(&state.doubt))
-                .map(|(&at, error)| (self.model.parameters()[at].name.clone(), *error))
+                .map(|(&at, doubt)| (self.model.parameters()[at].name.clone(), *doubt))
                 .collect(),
         })
     }

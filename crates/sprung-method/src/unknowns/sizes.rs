@@ -13,6 +13,7 @@ use super::settle::ChosenRows;
 use super::state::State;
 use super::unknown::{Kind, Place};
 use crate::log::{Channel, Signal};
+use crate::prepare::Doubt;
 
 /// Most repetitions, and change in standard errors that ends them.
 const MAX_REPETITIONS: usize = 20;
@@ -121,39 +122,52 @@ impl Search<'_> {
         Some(moved)
     }
 
-    /// Returns what the errors of delays, and of gains that are asked for, add to the standard error of each free parameter.
+    /// Returns what the errors of delays, and of gains that are asked for, add to the error of each free parameter.
     ///
     /// - `errors`: of all columns.
-    fn doubt(&self, state: &State, evidence: &Evidence, errors: &[f64], repeats: f64) -> Vec<f64> {
+    fn doubt(
+        &self,
+        state: &State,
+        evidence: &Evidence,
+        errors: &[f64],
+        repeats: f64,
+    ) -> Vec<Doubt> {
         // The estimators take the expected delay of all torques for unknown themselves.
-        let is_open = |&unknown: &usize| {
-            self.is_delay(unknown) && self.unknowns[unknown].expected == 0.0
-                || self.is_gain(unknown)
-        };
+        let is_late =
+            |&unknown: &usize| self.is_delay(unknown) && self.unknowns[unknown].expected == 0.0;
         let others: Vec<usize> = (state.chosen.iter().copied())
-            .filter(|unknown| !is_open(unknown))
+            .filter(|unknown| !is_late(unknown) && !self.is_gain(*unknown))
             .collect();
         let known = evidence.unsigned_errors(&self.columns_of(&others), repeats);
-        let mut squares: Vec<f64> = (errors.iter().zip(&known).take(self.free.len()))
-            .map(|(error, known)| (error * error - known * known).max(0.0))
-            .collect();
         let columns = self.columns_of(&state.chosen);
-        for &gain in state
-            .chosen
-            .iter()
-            .filter(|&&unknown| self.is_gain(unknown))
-        {
-            let Place::Channel(channel) = self.unknowns[gain].place else {
-                continue;
-            };
-            let channel = &self.channels.all[channel];
-            let accuracy = accuracy_of_gain(channel, 1.0 + state.sizes[gain]);
-            let slopes = evidence.slopes(&columns, self.free.len() + gain);
-            for (square, slope) in squares.iter_mut().zip(slopes) {
-                *square += (accuracy * slope).powi(2);
+        let mut by_gains = vec![0.0; self.free.len()];
+        let mut by_accuracy = by_gains.clone();
+        for &gain in (state.chosen.iter()).filter(|&&unknown| self.is_gain(unknown)) {
+            let column = self.free.len() + gain;
+            let accuracy = self.accuracy(gain, state.sizes[gain]);
+            let slopes = evidence.slopes(&columns, column);
+            for ((both, shared), slope) in by_gains.iter_mut().zip(&mut by_accuracy).zip(slopes) {
+                *both += (errors[column].hypot(accuracy) * slope).powi(2);
+                *shared += (accuracy * slope).powi(2);
             }
         }
-        squares.into_iter().map(f64::sqrt).collect()
+        (by_gains
+            .iter()
+            .zip(by_accuracy)
+            .zip(errors.iter().zip(&known)))
+        .map(|((by_gains, by_accuracy), (error, known))| Doubt {
+            by_all: ((error * error - known * known).max(0.0) + by_accuracy).sqrt(),
+            by_gains: by_gains.sqrt(),
+        })
+        .collect()
+    }
+
+    /// Returns the error of a gain of this size that all parts of a log share.
+    fn accuracy(&self, gain: usize, size: f64) -> f64 {
+        match self.unknowns[gain].place {
+            Place::Channel(of) => accuracy_of_gain(&self.channels.all[of], 1.0 + size),
+            Place::Joint(_) | Place::All(_) | Place::Robot => 0.0,
+        }
     }
 
     /// Returns whether an unknown is a gain that is asked for.

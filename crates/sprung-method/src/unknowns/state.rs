@@ -1,5 +1,7 @@
 //! What a search for unknowns has applied.
 
+use crate::prepare::Doubt;
+
 /// What is applied.
 #[derive(Clone, Debug, Default)]
 pub(super) struct State {
@@ -9,8 +11,8 @@ pub(super) struct State {
     pub(super) errors: Vec<f64>,
     pub(super) gains: Vec<f64>,
     pub(super) theta: Vec<f64>,
-    /// What the errors of delays add to the standard error of each free parameter; empty without delays.
-    pub(super) doubt: Vec<f64>,
+    /// Of each free parameter; empty without delays, and without gains that are asked for.
+    pub(super) doubt: Vec<Doubt>,
 }
 
 impl State {

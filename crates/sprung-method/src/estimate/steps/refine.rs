@@ -63,6 +63,8 @@ fn run(
         Estimator::LeastSquares => basis.least_squares(),
         Estimator::Lsff => on_line(basis.read.lsff.as_ref().ok_or(PrepareError::NoLog)?, fitted),
         Estimator::PredictionError => {
+            let doubt = prepared.doubt();
+            let by_gains: Vec<f64> = doubt.iter().map(|doubt| doubt.by_gains).collect();
             let before = Before {
                 experiment: prepared.experiment(),
                 excerpt,
@@ -72,6 +74,7 @@ fn run(
                 nominal: basis.ready.nominal.as_deref(),
                 timing: basis.timing,
                 about_logs: basis.findings,
+                by_gains: &by_gains,
             };
             return Ok(prediction_error(reading, sources, before, progress)?);
         }

@@ -66,7 +66,7 @@ pub(crate) fn widened(
         }
     }
     // Nuisance parameters are the same for all values of a covariate, so changes with covariates do not inherit their bias.
-    let doubt = prepared.doubt();
+    let doubt: Vec<f64> = prepared.doubt().iter().map(|doubt| doubt.by_all).collect();
     for changes in nuisances.into_iter().chain([doubt.as_slice()]) {
         for i in all.clone() {
             if fitted.identifiable[i] && changes[i].is_finite() {

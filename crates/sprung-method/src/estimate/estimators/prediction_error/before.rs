@@ -24,4 +24,6 @@ pub(in crate::estimate) struct Before<'a> {
     /// Findings about the logs. If a log is faulty, the refinement is skipped, because it may take
     /// minutes to fail.
     pub(in crate::estimate) about_logs: &'a [Finding],
+    /// What the errors of estimated gains add to the standard error of each parameter, \[p\].
+    pub(in crate::estimate) by_gains: &'a [f64],
 }

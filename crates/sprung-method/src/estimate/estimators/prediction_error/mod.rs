@@ -162,7 +162,9 @@ pub(in crate::estimate) fn prediction_error(
         .filter(|_| status.is_used())
     {
         Some(refined) => {
-            let bias = bias(&refined, &missing);
+            let bias: Vec<f64> = (bias(&refined, &missing).iter().zip(before.by_gains))
+                .map(|(bias, by_gain)| bias.hypot(*by_gain))
+                .collect();
             refined_numbers(refined, rung, before.fitted, &bias)
         }
         None => Numbers {
