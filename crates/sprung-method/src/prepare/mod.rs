@@ -39,7 +39,7 @@ pub(crate) use held_out::DelayGain;
 pub(crate) use inertial_findings::inertial_findings;
 pub(crate) use link_rows::{BodyScale, INACCURATE_FACTOR, LinkRows};
 pub use noise::noise;
-pub(crate) use noise::{velocity_noise, white_noise};
+pub(crate) use noise::{sample_noise, velocity_noise, white_noise};
 pub(crate) use play::find_plays;
 pub(crate) use prepared::Prepared;
 pub use prepared::{PrepareError, prepare};

@@ -12,11 +12,7 @@ const MAX_SAMPLES: usize = 20_000;
 /// Returns the standard deviation of a channel's noise, and the step between its values if it is
 /// quantised; `None` if the channel is constant.
 pub fn noise(excerpt: &Excerpt, channel: usize) -> Option<(f64, Option<f64>)> {
-    let values: Vec<f64> = (excerpt.blocks().iter())
-        .flat_map(|block| &block.values[channel])
-        .copied()
-        .take(MAX_SAMPLES)
-        .collect();
+    let values = beginning(excerpt, channel);
     let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let steps: Vec<f64> = (values.windows(2))
         .map(|w| (w[1] - w[0]).abs())
@@ -42,6 +38,41 @@ pub fn noise(excerpt: &Excerpt, channel: usize) -> Option<(f64, Option<f64>)> {
         step.map_or(0.0, |step| step / 12_f64.sqrt()).max(white),
         step,
     ))
+}
+
+fn beginning(excerpt: &Excerpt, channel: usize) -> Vec<f64> {
+    (excerpt.blocks().iter())
+        .flat_map(|block| &block.values[channel])
+        .copied()
+        .take(MAX_SAMPLES)
+        .collect()
+}
+
+/// Returns the standard deviation of the noise of a channel's samples, with that of its counts. Unlike the median of
+/// [`white_noise`], it is not confined to the steps of an encoder. Three quarters of the samples must change little.
+pub(crate) fn sample_noise(excerpt: &Excerpt, channel: usize) -> f64 {
+    noise_of_samples(beginning(excerpt, channel))
+}
+
+/// Order of the differences: motion hardly shows in them. White noise has 252 times its variance.
+const ORDER: usize = 5;
+const VARIANCE_OF_DIFFERENCES: f64 = 252.0;
+
+/// Mean of the absolute values of the three quarters of a standard normal distribution that are nearest to zero.
+const MEAN_OF_THREE_QUARTERS: f64 = 0.514_86;
+
+fn noise_of_samples(mut values: Vec<f64>) -> f64 {
+    for _ in 0..ORDER {
+        values = values.windows(2).map(|w| w[1] - w[0]).collect();
+    }
+    let kept = 3 * values.len() / 4;
+    if kept == 0 {
+        return 0.0;
+    }
+    let mut sizes: Vec<f64> = values.iter().map(|value| value.abs()).collect();
+    sizes.select_nth_unstable_by(kept, f64::total_cmp);
+    let mean = sizes[..kept].iter().sum::<f64>() / kept as f64;
+    mean / (MEAN_OF_THREE_QUARTERS * VARIANCE_OF_DIFFERENCES.sqrt())
 }
 
 /// Returns the standard deviation of the white noise on a signal. Most samples must change little
@@ -113,4 +144,36 @@ pub(crate) fn velocity_noise(
         link[joint] = link[joint].hypot(motor[joint]);
     }
     VelocityNoise { link, motor }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::StandardNormal;
+
+    use super::*;
+
+    /// The steps of an encoder, also where the decimals of a log hide them, do not confine the noise.
+    #[test]
+    fn noise_of_less_than_a_count_is_found() {
+        const SAMPLES: usize = 20_000;
+        for (deviation, decimals) in [(0.4, 1e-9), (0.4, 0.01), (0.7, 1e-9), (3.0, 1e-9)] {
+            let mut rng = ChaCha8Rng::seed_from_u64(1);
+            let values: Vec<f64> = (0..SAMPLES)
+                .map(|k| {
+                    let noise: f64 = rng.sample(StandardNormal);
+                    let counts = (500.0 * (1e-3 * k as f64).sin() + deviation * noise).round();
+                    (0.8713 * counts / decimals).round() * decimals
+                })
+                .collect();
+            // Rounding to counts adds its own noise.
+            let expected = 0.8713 * f64::hypot(deviation, 12_f64.sqrt().recip());
+            let found = noise_of_samples(values);
+            assert!(
+                (found / expected - 1.0).abs() < 0.06,
+                "{deviation}, {decimals}: {found} instead of {expected}"
+            );
+        }
+    }
 }

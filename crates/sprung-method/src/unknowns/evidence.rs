@@ -678,4 +678,36 @@ mod tests {
         assert!(of(Sign::Stiffness) < 0.01);
         assert!(of(Sign::NotNegative) > 0.5);
     }
+
+    /// All parts are equal, so that no part changes a fit. The parameter is a column of ones, and half of the unknown's column.
+    #[test]
+    fn equal_parts_do_not_make_errors_small() {
+        const SAMPLES: usize = 800;
+        let row = Row {
+            joint: 0,
+            columns: vec![0, 1],
+            values: Mat::from_fn(SAMPLES, 3, |k, column| {
+                let alternating = if k % 2 == 0 { 1.0 } else { -1.0 };
+                let noise = if k % 4 < 2 { 1.0 } else { -1.0 };
+                [1.0, 0.5 + alternating, 7.0 + noise][column]
+            }),
+            reliable: vec![1.0; SAMPLES],
+        };
+        let prior = Prior {
+            scale: 1e6,
+            applied: 0.0,
+            is_positive: false,
+        };
+        let rows = std::slice::from_ref(&row);
+        let evidence = Evidence::new(rows, &[Sign::Any], &[prior], Some(vec![1.0]), 4.0);
+        let near = |value: f64, expected: f64| {
+            assert!((value / expected - 1.0).abs() < 1e-6, "{value} {expected}");
+        };
+        let deviation = (4.0 / SAMPLES as f64).sqrt();
+        near(evidence.unsigned_errors(&[0], 4.0)[0], deviation);
+        let both = evidence.unsigned_errors(&[0, 1], 4.0);
+        near(both[0], 1.25_f64.sqrt() * deviation);
+        near(both[1], deviation);
+        near(evidence.slopes(&[0, 1], 1)[0], -0.5);
+    }
 }

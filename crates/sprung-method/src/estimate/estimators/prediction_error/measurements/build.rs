@@ -11,9 +11,12 @@ use crate::estimate::estimators::prediction_error::reversals::Reversals;
 use crate::estimate::statistics::ROUNDING;
 use crate::log::Channels;
 use crate::model::Model;
-use crate::prepare::{Excerpt, noise as noise_of};
+use crate::prepare::{Excerpt, noise as noise_of, sample_noise};
 use crate::preprocess::Butterworth;
 use crate::regression::{PassError, Reading};
+
+/// Noise over that of an ideal encoder above which its edges tell less than its samples.
+const NOISY: f64 = 1.25;
 
 /// Turns raw samples into the inputs of the filter; `None` if there are too few samples.
 ///
@@ -30,10 +33,12 @@ pub(in super::super) fn build(
     left_out: bool,
 ) -> Result<Option<Measurements>, PassError> {
     let (model, channels) = (reading.model(), reading.channels());
-    let noise = |channel: usize| match noise_of(excerpt, channel) {
-        Some((_, Some(step))) => Noise::Counts(step),
-        Some((deviation, None)) => Noise::White(deviation.max(ROUNDING)),
-        None => Noise::White(ROUNDING),
+    let noise = |channel: usize| {
+        let deviation = sample_noise(excerpt, channel).max(ROUNDING);
+        let counts = noise_of(excerpt, channel).and_then(|(_, step)| step);
+        (counts.map(Noise::Counts))
+            .filter(|counts| deviation <= NOISY * counts.variance().sqrt())
+            .unwrap_or(Noise::White(deviation))
     };
     let sensors = sensors(model, channels, reading.compliances(), raw, noise);
     let order = reading.settings().position_filter_order;
