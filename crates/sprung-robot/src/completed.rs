@@ -211,6 +211,11 @@ fn columns(key: &Key, value: Value, log: &Log, robot: &Robot) -> Option<String> 
             source.joint
         };
         let place = of_signal.iter().position(|entry| entry.joint == joint)?;
+        let is_moved = of_signal.iter().all(|entry| entry.label != name);
+        if is_moved && source.column.side.is_some() {
+            // Whether the side belongs to the column or to its place is not known.
+            return None;
+        }
         let mut column = source.column.clone();
         if !is_given || one.unit.is_some() {
             column.unit = one.unit.or_else(|| unit_of(key.name)).or(column.unit);

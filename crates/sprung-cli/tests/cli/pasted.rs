@@ -246,6 +246,7 @@ const FIXED: Edit = [
     "[robot]\nfixed = { \"shoulder.rotor_inertia\" = 0.12 }\n",
 ];
 const GAIN: Edit = ["sign =", "gain = { \"tau1\" = \"estimate\" }\nsign ="];
+const HALVED: Edit = ["sign =", "gain = { \"q2\" = 2.0 }\nsign ="];
 const ONE_LAW: Edit = [ELBOW, "\"elbow\"\nmotor_friction = [\"viscous\"]"];
 const DECLARED: Edit = [LOG, "[identify]\nlaws = \"declared\"\n[log]\n"];
 const LOW: Edit = [LOG, "[identify]\nposition_cutoff_hz = 1.5\n[log]\n"];
@@ -265,7 +266,7 @@ fn exchanged_before_the_gear(log: &mut Columns) {
 }
 
 #[rustfmt::skip]
-const ROWS: [Row; 28] = [
+const ROWS: [Row; 29] = [
     row("reversed", |log| scale(log, &["tau2"], -1.0), &[], "reversed-torque"),
     row("reversed position", |log| scale(log, &["phi2"], -1.0), &[], "opposite-signs"),
     row("reversed joint", |log| scale(log, &["q2", "phi2", "tau2"], -1.0), &[], "reversed-joint"),
@@ -275,6 +276,7 @@ const ROWS: [Row; 28] = [
     row("before the gear", before_the_gear, &RIGID, "motor-side-positions"),
     row("late", |log| late(log, "q2", 4), &[], "delayed-channel"),
     row("gain", |log| scale(log, &["q2"], 1.03), &[], "channel-gain"),
+    row("gain beside a number", |log| scale(log, &["q2"], 0.515), &[HALVED], "channel-gain"),
     row("milliseconds", |log| scale(log, &["t"], 1000.0), &[], "time-unit"),
     row("wrapped", |log| wrapped(log, "phi2"), &[], "wraps-around"),
     row("lost counts", |log| jump(log, "phi2", 0.4), &[], "position-jumps"),

@@ -54,6 +54,6 @@ pub(super) struct Telling<'a> {
     pub(super) excerpt: &'a Excerpt,
     /// Which parameter would move with it, if only the likelihood shows it.
     pub(super) moves: Option<&'a str>,
-    /// Gain of its channel that the description gives, or that was estimated and is applied.
+    /// Factor of the gain in its line: of an estimated gain, or 1 for a number of the file; `None` without a gain.
     pub(super) gain: Option<f64>,
 }

@@ -115,11 +115,14 @@ pub(super) fn told(found: &[Found], prepared: &Prepared) -> (Vec<UnknownResult>,
     let (mut unknowns, mut findings) = (Vec::new(), Vec::new());
     for one in found {
         let columns = columns(one.place, channels);
-        let gains = (prepared.experiment().log.iter()).flat_map(|log| &log.gain);
-        let mut of_columns = gains.filter(|(column, _)| columns.contains(&&***column));
+        let estimated = prepared.factors().gains.iter();
+        let estimated = estimated.filter(|gain| columns.contains(&&*gain.column));
+        let mut given = (prepared.experiment().log.iter()).flat_map(|log| log.gain.keys());
+        // The line of a finding is multiplied by a number of the file when it is completed.
+        let is_given = given.any(|column| columns.contains(&&**column));
         let telling = Telling {
             found: one,
-            gain: of_columns.next().and_then(|(_, gain)| gain.known()),
+            gain: (estimated.map(|gain| gain.value).next()).or(is_given.then_some(1.0)),
             columns,
             joint: joint(one.place, channels).map_or("", |joint| &names[joint]),
             file: &file,

@@ -76,7 +76,7 @@ pub(super) fn finding(of: &Telling<'_>) -> Finding {
     let (value, error) = (of.found.value, of.found.standard_error);
     // A number would hide its error from the parameters.
     let setting = match of.gain {
-        Some(given) => format!("gain = {{ \"{column}\" = {:.6} }}", given * (1.0 + value)),
+        Some(gain) => format!("gain = {{ \"{column}\" = {:.6} }}", gain * (1.0 + value)),
         None => format!("gain = {{ \"{column}\" = \"estimate\" }}"),
     };
     let finding = Finding::new(
