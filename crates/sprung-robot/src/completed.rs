@@ -175,6 +175,16 @@ fn joints_of(key: &Key, log: &Log, robot: &Robot) -> Vec<usize> {
     joints
 }
 
+/// Returns the entry of a column that a line names, unless it comes from another signal with a side of its own: whether the side
+/// belongs to the column or to its place is not known.
+///
+/// - `of_signal`: entries of the signal of the line.
+fn source<'e>(known: &'e [Entry], of_signal: &[Entry], name: &str) -> Option<&'e Entry> {
+    let source = known.iter().find(|entry| entry.label == name)?;
+    let is_moved = of_signal.iter().all(|entry| entry.label != name);
+    (!is_moved || source.column.side.is_none()).then_some(source)
+}
+
 fn columns(key: &Key, value: Value, log: &Log, robot: &Robot) -> Option<String> {
     let given = Columns::deserialize(value).ok()?;
     let alone = |k: usize| {
@@ -204,18 +214,13 @@ fn columns(key: &Key, value: Value, log: &Log, robot: &Robot) -> Option<String> 
     }
     for (k, one) in named.iter().enumerate() {
         let name = one.column.as_ref()?.get(0)?.to_string();
-        let source = known.iter().find(|entry| entry.label == name)?;
+        let source = source(&known, &of_signal, &name)?;
         let joint = if named.len() == joints.len() {
             joints[k]
         } else {
             source.joint
         };
         let place = of_signal.iter().position(|entry| entry.joint == joint)?;
-        let is_moved = of_signal.iter().all(|entry| entry.label != name);
-        if is_moved && source.column.side.is_some() {
-            // Whether the side belongs to the column or to its place is not known.
-            return None;
-        }
         let mut column = source.column.clone();
         if !is_given || one.unit.is_some() {
             column.unit = one.unit.or_else(|| unit_of(key.name)).or(column.unit);
