@@ -2,7 +2,7 @@
 
 use super::channel::Extent;
 use super::covariates::covariates;
-use super::faults::faults;
+use super::faults::{faults, longer_part};
 use super::slope::slope_remedy;
 use super::summary::Summary;
 use crate::columns::channel::Channel;
@@ -73,6 +73,11 @@ pub fn check(
             }
         }
         findings.extend(covariates((file, name), channels, summary, joint));
+        // What else is wrong with the samples may cause a jump.
+        let is_loud = |finding: &Finding| finding.severity != Severity::Info;
+        if !findings[before..].iter().any(is_loud) {
+            findings.extend(columns.lost_counts(name, joint));
+        }
         // A counter that wraps around says nothing of units and signs.
         let is_wrong = |finding: &Finding| finding.severity == Severity::Error;
         if !findings[before..].iter().any(is_wrong) {
@@ -149,6 +154,35 @@ impl ColumnCheck<'_> {
             Some((&self.channels.all[i], self.summary.extent(i)?.range()))
         };
         Some([of(Quantity::MotorPosition)?, of(Quantity::LinkPosition)?])
+    }
+
+    /// Reports a position that jumps once against the other one of its joint.
+    fn lost_counts(&self, name: &str, joint: usize) -> Option<Finding> {
+        let jump = self.summary.deflection_jump(joint)?;
+        let quantity = if jump.is_motor {
+            Quantity::MotorPosition
+        } else {
+            Quantity::LinkPosition
+        };
+        let at = self.channels.index(quantity, joint)?;
+        let column = &self.channels.all[at].column;
+        let unit = quantity.unit(self.channels.turns[joint]);
+        let finding = Finding::new(
+            Severity::Warning,
+            "position-jumps",
+            format!(
+                "{name}: \"{column}\" jumps by {:.3e} {unit} at {:.3} s against the other position of the joint, {:.0} times every other \
+                 step of their difference, and then stays at the new position: counts were lost, or the sensor was reset",
+                jump.size, jump.time, jump.ratio
+            ),
+            "use the log up to this time, or after it: the zero of the encoder is another one in each part",
+        );
+        let span = self.summary.figures(at)?.span();
+        Some(
+            (finding.seen(self.file, column, jump.size, unit))
+                .at(jump.time)
+                .mended_by("[log]", &longer_part(self.file, jump.time, span)),
+        )
     }
 
     /// Returns whether only an exchange explains the ranges of the two encoders of a joint: the motor's is divided by the gear ratio

@@ -3,6 +3,7 @@
 mod channel;
 mod check;
 mod covariates;
+mod deflection;
 mod faults;
 mod sizes;
 mod slope;

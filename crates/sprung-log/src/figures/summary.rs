@@ -1,6 +1,7 @@
 //! Statistics gathered while a log is read.
 
 use super::channel::{Extent, Figures};
+use super::deflection::{DeflectionJump, DeflectionSteps, Pair};
 use crate::block::LogBlock;
 use crate::columns::channels::Channels;
 use crate::description::Quantity;
@@ -29,6 +30,7 @@ pub struct Summary {
     figures: Vec<Option<Figures>>,
     pairs: Vec<Option<(usize, usize)>>,
     cross: Vec<Cross>,
+    deflections: Vec<DeflectionSteps>,
     samples: u64,
 }
 
@@ -46,6 +48,7 @@ impl Summary {
         Self {
             figures: vec![None; channels.all.len()],
             cross: vec![Cross::default(); pairs.len()],
+            deflections: vec![DeflectionSteps::default(); pairs.len()],
             pairs,
             samples: 0,
         }
@@ -62,6 +65,17 @@ impl Summary {
                     figures.gap();
                 }
                 figures.take(time, value);
+            }
+        }
+        for (steps, pair) in self.deflections.iter_mut().zip(&self.pairs) {
+            let Some((motor, link)) = *pair else { continue };
+            let mut gaps = block.gaps.iter().copied().peekable();
+            let positions = block.values[motor].iter().zip(&block.values[link]);
+            for (k, (&time, (&motor, &link))) in block.time.iter().zip(positions).enumerate() {
+                if gaps.next_if_eq(&k).is_some() {
+                    steps.gap();
+                }
+                steps.take(Pair { time, motor, link });
             }
         }
         for (cross, pair) in self.cross.iter_mut().zip(&self.pairs) {
@@ -118,6 +132,11 @@ impl Summary {
             slope: (motor / link).sqrt().copysign(both),
             correlation: both / (motor * link).sqrt(),
         })
+    }
+
+    /// Returns the jump of one of the two positions of a joint.
+    pub(crate) fn deflection_jump(&self, joint: usize) -> Option<DeflectionJump> {
+        self.deflections.get(joint)?.jump()
     }
 
     /// Returns the number of samples.
