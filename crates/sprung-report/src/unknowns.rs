@@ -54,18 +54,10 @@ fn what(unknown: &UnknownResult) -> String {
     if let Some(law) = &unknown.law {
         return law.words();
     }
-    let waves = ["sine", "cosine"];
-    let wave = waves
-        .into_iter()
-        .find(|wave| unknown.id.ends_with(&format!(" {wave}")));
-    match (unknown.begins_s, wave) {
-        (Some(begins), _) => format!(
-            "{} {} s",
-            unknown.kind.replace('-', " "),
-            significant(begins, 3)
-        ),
-        (None, Some(wave)) => format!("eccentric, {wave}"),
-        (None, None) => unknown.kind.replace('-', " "),
+    let kind = unknown.kind.replace('-', " ");
+    match unknown.begins_s {
+        Some(begins) => format!("{kind} {} s", significant(begins, 3)),
+        None => kind,
     }
 }
 
@@ -168,8 +160,6 @@ mod tests {
         assert_eq!(shown(&timing)[1], "all torques");
         let gain = unknown("gain q1_rad", "gain", "q1_rad", "");
         assert_eq!(shown(&gain)[2], "0.5012 ± 0.0023 %");
-        let wave = unknown("eccentricity q1_rad sine", "eccentricity", "q1_rad", "rad");
-        assert_eq!(shown(&wave)[0], "eccentric, sine");
         let jump = UnknownResult {
             begins_s: Some(3.0),
             ..unknown("lost counts q1_rad 4", "lost-counts", "q1_rad", "rad")

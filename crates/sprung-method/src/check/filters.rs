@@ -4,7 +4,7 @@
 use crate::description::Cutoff;
 use crate::finding::{Finding, Severity};
 use crate::log::Signal;
-use crate::prepare::{Excerpt, choose_cutoff, noise, velocity_per_position};
+use crate::prepare::{Excerpt, choose_cutoff, deviation, noise, velocity_per_position};
 use crate::preprocess::SignalBlock;
 use crate::regression::{Reading, signals};
 
@@ -59,18 +59,6 @@ pub(super) fn filters(
         findings.extend(check.noises(joint));
     }
     findings
-}
-
-/// Returns the standard deviation of values about their mean.
-fn deviation(values: impl Iterator<Item = f64>) -> f64 {
-    let (mut n, mut mean, mut squares) = (0.0, 0.0, 0.0);
-    for value in values {
-        n += 1.0;
-        let from = value - mean;
-        mean += from / n;
-        squares += from * (value - mean);
-    }
-    (squares / f64::max(n, 1.0)).sqrt()
 }
 
 impl FilterCheck<'_> {

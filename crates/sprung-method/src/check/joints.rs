@@ -81,25 +81,37 @@ pub(super) fn joints(
     } else {
         None
     };
-    let about = (whole.as_ref()).map_or_else(AboutRobot::default, |whole| whole.examine(&fits));
+    let reversed: Vec<(usize, Finding)> = (moving.iter())
+        .filter(|joint| !rescaled.contains(joint))
+        .filter_map(|&joint| Some((joint, context.reversed(joint, &fits[joint])?)))
+        .collect();
+    // A sign that one joint tells needs no other meaning of the columns.
+    let is_told =
+        |(joint, _): &(usize, Finding)| !unexplained(*joint, fits[*joint].relative_residual());
+    let about = match &whole {
+        Some(whole) if reversed.is_empty() || !reversed.iter().all(is_told) => whole.examine(&fits),
+        _ => AboutRobot::default(),
+    };
     findings.extend(about.findings);
     if about.explains_all {
         reported.extend(&all);
     }
     context.tell(&swaps, &few, &mut reported, &mut findings);
+    let joints: Vec<usize> = reversed.iter().map(|(joint, _)| *joint).collect();
     for &joint in &weak {
         if !reported.contains(&joint)
+            && !joints.contains(&joint)
             && let Some(finding) = context.opposite_and_late(joint)
         {
             findings.push(finding);
             reported.push(joint);
         }
     }
-    for &joint in moving.iter().filter(|joint| !rescaled.contains(joint)) {
-        if let Some(finding) = context.reversed(joint, &fits[joint]) {
-            findings.push(finding);
-            reported.push(joint);
-        }
+    let by_positions = (whole.as_ref()).map_or_else(Vec::new, |whole| whole.reversed(&joints));
+    for (joint, finding) in reversed {
+        let mut others = by_positions.iter().filter(|(other, _)| *other == joint);
+        findings.push(others.next().map_or(finding, |(_, other)| other.clone()));
+        reported.push(joint);
     }
     let is_open =
         |joint: &&usize| !reported.contains(*joint) && !about.known_scale.contains(*joint);

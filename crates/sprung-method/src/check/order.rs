@@ -273,6 +273,58 @@ impl WholeRobot<'_> {
         )
     }
 
+    /// Findings: not the torque of a joint is reversed but both of its positions, which its motor row cannot tell.
+    ///
+    /// - `joints`: those whose torque is reversed relative to the motor position.
+    pub(super) fn reversed(&self, joints: &[usize]) -> Vec<(usize, Finding)> {
+        let turned = |trial: &Trial, joint: usize| trial.with_torque(joint, -1.0);
+        let mut trial = joints
+            .iter()
+            .fold(self.given.clone(), |trial, &joint| turned(&trial, joint));
+        let mut findings = Vec::new();
+        for &joint in joints {
+            let by_positions = turned(&trial, joint).with_positions(joint, -1.0);
+            let (Some(by_torque), Some(left)) = (self.left(&trial), self.left(&by_positions))
+            else {
+                continue;
+            };
+            if is_certain(&by_torque, &left) {
+                findings.push((joint, self.positions_reversed(joint, &left, &by_torque)));
+                trial = by_positions;
+            }
+        }
+        findings
+    }
+
+    fn positions_reversed(&self, joint: usize, left: &[f64], by_torque: &[f64]) -> Finding {
+        let columns = (self.context.reading.channels().all.iter())
+            .filter(|channel| channel.joint == joint && channel.quantity.is_position());
+        let signs: Vec<String> = columns
+            .map(|of| format!("\"{}\" = -1", of.column))
+            .collect();
+        let line = format!("sign = {{ {} }}", signs.join(", "));
+        Finding::new(
+            Severity::Error,
+            "reversed-joint",
+            format!(
+                "{}: the positions have the other direction than the torque and the model. With both reversed, the \
+                 equations of the robot leave {} of the links' torques unexplained, with the torque reversed {} (root \
+                 mean squares)",
+                self.context.name(joint),
+                percent(left),
+                percent(by_torque)
+            ),
+            &format!("set {line} in [log] (a column that has a sign already gets the opposite sign)"),
+        )
+        .seen(
+            self.context.file,
+            self.context.column(&[Quantity::MotorPosition], joint),
+            root_mean_square(left),
+            "",
+        )
+        .mended_by("[log]", &line)
+    }
+
     fn reversals(&self, changes: &[Change], left: &[f64]) -> Option<Finding> {
         let mut joints: Vec<usize> = (changes.iter())
             .filter_map(|change| match change {

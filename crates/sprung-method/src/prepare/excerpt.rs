@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::deviation::deviation;
 use super::smoothed::Smoothed;
 use crate::log::{Channel, Channels, LogBlock, LogError, LogSource};
 use crate::regression::{Reading, Reduction, System, signals};
@@ -47,14 +48,7 @@ impl Excerpt {
     /// Returns the standard deviation of a channel, rad (m) or N·m (N).
     #[must_use]
     pub(crate) fn deviation(&self, channel: usize) -> f64 {
-        let (mut n, mut sum, mut squares) = (0.0, 0.0, 0.0);
-        let first = self.channel(channel).next().unwrap_or(0.0);
-        for value in self.channel(channel) {
-            n += 1.0;
-            sum += value - first;
-            squares += (value - first).powi(2);
-        }
-        (squares / n - (sum / n).powi(2)).max(0.0).sqrt()
+        deviation(self.channel(channel))
     }
 
     /// Appends the next block; returns whether the excerpt accepts another block.

@@ -7,6 +7,7 @@
 
 mod as_given;
 mod cutoff;
+mod deviation;
 mod estimated_columns;
 mod excerpt;
 mod factors;
@@ -31,6 +32,7 @@ mod weights;
 
 pub(crate) use as_given::as_given;
 pub(crate) use cutoff::{choose_cutoff, limit_by_rate};
+pub(crate) use deviation::deviation;
 pub(crate) use estimated_columns::{Doubt, FoundGain};
 pub(crate) use excerpt::Excerpt;
 pub use excerpt::excerpt;

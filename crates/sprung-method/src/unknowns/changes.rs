@@ -2,7 +2,7 @@
 
 use super::confirmed_laws::joint;
 use super::evidence::PARTS;
-use super::found::{Found, Telling};
+use super::found::{Found, Telling, with_whole_waves};
 use super::gauge::relative;
 use super::kinds::{CHANGE, finding};
 use super::result::UnknownStatus;
@@ -65,7 +65,7 @@ pub(crate) fn changes<T>(
         search.changed(asked, explained)
     })?;
     let (channels, names) = (reading.channels(), reading.model().joints());
-    let found = relative(found, channels, excerpt.period());
+    let found = with_whole_waves(relative(found, channels, excerpt.period()));
     let found = found.into_iter().map(|found| {
         let joint = joint(found.place, channels);
         let columns = columns(found.place, channels);

@@ -1,7 +1,7 @@
 //! What a search found, and what a finding says of it.
 
 use super::result::{AddedLaw, UnknownStatus};
-use super::unknown::{Kind, Place};
+use super::unknown::{Kind, Place, wave};
 use crate::prepare::Excerpt;
 
 /// A rival of an unknown.
@@ -38,6 +38,33 @@ pub(crate) struct Found {
     pub(crate) fall: f64,
     /// Others that may stand for it.
     pub(crate) competing: Vec<Competing>,
+}
+
+/// Returns the amplitude of two phases of a wave, and its standard error.
+pub(super) fn amplitude(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
+    let value = one[0].hypot(other[0]);
+    let error = (one[0] * one[1]).hypot(other[0] * other[1]);
+    [value, error / value.max(f64::MIN_POSITIVE)]
+}
+
+/// Returns what was found with one entry for both phases of a wave.
+pub(super) fn with_whole_waves(found: Vec<Found>) -> Vec<Found> {
+    let mut whole: Vec<Found> = Vec::new();
+    for mut one in found {
+        let Some(id) = wave(one.kind, &one.id).map(str::to_owned) else {
+            whole.push(one);
+            continue;
+        };
+        let Some(first) = whole.iter_mut().find(|first| first.id == id) else {
+            (one.id, one.value) = (id, one.value.abs());
+            whole.push(one);
+            continue;
+        };
+        let phases = [&*first, &one].map(|phase| [phase.value, phase.standard_error]);
+        [first.value, first.standard_error] = amplitude(phases[0], phases[1]);
+        first.gain = first.gain.max(one.gain);
+    }
+    whole
 }
 
 /// What a finding says of.

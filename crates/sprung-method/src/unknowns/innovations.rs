@@ -3,7 +3,7 @@
 use faer::Mat;
 
 use super::evidence::{Evidence, PARTS, Prior, Pull};
-use super::found::Found;
+use super::found::{Found, amplitude};
 use super::gauge::TIMING;
 use super::kinds::catalogue;
 use super::rows::{Rows, Wanted};
@@ -153,24 +153,15 @@ impl OfLikelihood {
         let (with, without) = (evidence.fit(&columns), evidence.fit(&others));
         let held_out = evidence.held_out(&columns, None);
         let parts: Vec<usize> = (0..PARTS).collect();
-        let (mut value, mut error) = (0.0_f64, 0.0_f64);
-        for &phase in wave {
+        let of_phase = |phase: usize| {
             let column = selection.column(phase);
             let beyond: Vec<usize> = columns.iter().copied().filter(|c| *c != column).collect();
             let scatter = held_out.mean_and_error(column, &parts).1;
-            let of_phase = evidence
-                .directions(&beyond)
-                .error(evidence, column)
-                .hypot(scatter);
-            let size = with[column];
-            error =
-                (value * error).hypot(size * of_phase) / value.hypot(size).max(f64::MIN_POSITIVE);
-            value = if wave.len() > 1 {
-                value.hypot(size)
-            } else {
-                size
-            };
-        }
+            let error = evidence.directions(&beyond).error(evidence, column);
+            [with[column], error.hypot(scatter)]
+        };
+        let phases = wave.iter().map(|&phase| of_phase(phase));
+        let [value, standard_error] = phases.reduce(amplitude).unwrap_or_default();
         let before = evidence.held_out(&others, None).sum(&[0], &parts);
         let gain = (before - held_out.sum(&[0], &parts)) / before.max(f64::MIN_POSITIVE);
         let unknown = &self.unknowns[wave[0]];
@@ -190,7 +181,7 @@ impl OfLikelihood {
                 },
                 place: unknown.place,
                 value,
-                standard_error: error.abs(),
+                standard_error,
                 unit: unknown.unit,
                 begins: None,
                 law: unknown.added().cloned(),

@@ -5,8 +5,8 @@ use crate::log::{Channels, LogBlock, Signal};
 /// A change of the meaning of columns.
 #[derive(Clone, Debug)]
 pub(super) enum Meaning {
-    /// A channel has another factor.
-    Factor(usize, f64),
+    /// Channels have another factor.
+    Factor(Vec<usize>, f64),
     /// Two channels are exchanged.
     Exchanged(usize, usize),
     /// All channels of two joints are exchanged.
@@ -17,9 +17,11 @@ impl Meaning {
     /// Applies it to samples.
     pub(super) fn apply(&self, block: &mut LogBlock) {
         match self {
-            Self::Factor(channel, factor) => block.values[*channel]
-                .iter_mut()
-                .for_each(|value| *value *= factor),
+            Self::Factor(channels, factor) => {
+                for &channel in channels {
+                    (block.values[channel].iter_mut()).for_each(|value| *value *= factor);
+                }
+            }
             Self::Exchanged(one, two) => block.values.swap(*one, *two),
             Self::Joints(pairs) => pairs
                 .iter()
@@ -36,14 +38,13 @@ impl Meaning {
                 let Some(channel) = channels.telling(signal, joint) else {
                     continue;
                 };
-                all.push(Self::Factor(channel, -1.0));
+                all.push(Self::Factor(vec![channel], -1.0));
                 if signal == Signal::Torque {
-                    all.extend([1e3, 1e-3].map(|factor| Self::Factor(channel, factor)));
+                    all.extend([1e3, 1e-3].map(|factor| Self::Factor(vec![channel], factor)));
                 } else if channels.turns[joint] {
                     let degree = 1_f64.to_radians();
-                    all.extend(
-                        [degree, degree.recip()].map(|factor| Self::Factor(channel, factor)),
-                    );
+                    let factors = [degree, degree.recip()];
+                    all.extend(factors.map(|factor| Self::Factor(vec![channel], factor)));
                 }
             }
             let telling = |signal: Signal, joint: usize| channels.telling(signal, joint);
@@ -51,6 +52,11 @@ impl Meaning {
                 (telling(Signal::Link, joint), telling(Signal::Motor, joint))
             {
                 all.push(Self::Exchanged(link, motor));
+                // The direction of a joint, with its torque or without.
+                all.push(Self::Factor(vec![link, motor], -1.0));
+                if let Some(torque) = telling(Signal::Torque, joint) {
+                    all.push(Self::Factor(vec![link, motor, torque], -1.0));
+                }
             }
             for &other in &joints[k + 1..] {
                 let pairs: Vec<(usize, usize)> = signals

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::added_law::{may_add_laws, with_added_laws};
 use super::confirmed_laws::{joint, sharpened, with_confirmed_laws, with_found};
-use super::found::{Found, Telling};
+use super::found::{Found, Telling, with_whole_waves};
 use super::gauge::{relative, with_rival_torques};
 use super::kinds::finding;
 use super::result::{AddedLaw, CompetingUnknown, UnknownResult, UnknownStatus};
@@ -77,7 +77,7 @@ pub(super) fn searched(
     let period = prepared.excerpt().period();
     let model = prepared.reading().model();
     let found = with_rival_torques(relative(found, &channels, period), &channels, model);
-    let mut found = confirmed(found, prepared);
+    let mut found = with_whole_waves(confirmed(found, prepared));
     for gain in found.iter_mut().filter(|one| is_asked_gain(one, prepared)) {
         if let Place::Channel(of) = gain.place {
             let accuracy = accuracy_of_gain(&channels.all[of], 1.0 + gain.value);

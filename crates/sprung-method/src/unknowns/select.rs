@@ -215,7 +215,13 @@ impl Selection<'_> {
         joint_of: &dyn Fn(usize) -> usize,
     ) -> Option<(f64, Chosen)> {
         let (column, scale) = (self.column(unknown), self.scales[unknown]);
-        let with: Vec<usize> = columns.iter().copied().chain([column]).collect();
+        // What one phase of a wave leaves makes its size uncertain.
+        let other_phase = self.other_phase(unknown).map(|other| self.column(other));
+        let other_phase = other_phase.filter(|other| !columns.contains(other));
+        let with: Vec<usize> = (columns.iter().copied())
+            .chain([column])
+            .chain(other_phase)
+            .collect();
         let after = self.evidence.held_out(&with, None);
         let (fall, gain) = self.gain(unknown, (before, &after), joint_of)?;
         let rescale = self.rescale(unknown, &after, joint_of);
@@ -299,6 +305,13 @@ impl Selection<'_> {
         } else {
             1.0
         }
+    }
+
+    /// Returns the other phase of a wave.
+    fn other_phase(&self, unknown: usize) -> Option<usize> {
+        let wave = self.unknowns[unknown].wave()?;
+        let mut all = 0..self.unknowns.len();
+        all.find(|&other| other != unknown && self.unknowns[other].wave() == Some(wave))
     }
 
     /// Returns whether an unknown is chosen in another form, or its joint has another rare fault already: a second one is unlikely,

@@ -12,6 +12,16 @@ use crate::log::{Channels, Signal};
 /// Both phases of a wave, the last words of the ids of its unknowns, and whether it is the cosine.
 pub(super) const PHASES: [(&str, bool); 2] = [("sine", false), ("cosine", true)];
 
+/// Returns the name of the wave of which an unknown is one phase: both phases of a wave are one fault.
+pub(super) fn wave(kind: Kind, id: &str) -> Option<&str> {
+    let is_wave = matches!(
+        kind,
+        Kind::Eccentricity | Kind::Ripple | Kind::TransmissionError
+    );
+    let mut phases = PHASES.iter().map(|(phase, _)| phase).filter(|_| is_wave);
+    phases.find_map(|phase| id.strip_suffix(phase)?.strip_suffix(' '))
+}
+
 /// Least relative change of gravity by a clock: one that runs at twice its speed has -0.75.
 const LEAST_GRAVITY: f64 = -0.8;
 
@@ -297,14 +307,9 @@ impl Unknown {
         }
     }
 
-    /// Returns the name of the wave of which it is one phase: both phases of a wave are one fault.
+    /// Returns the name of the wave of which it is one phase.
     pub(crate) fn wave(&self) -> Option<&str> {
-        let is_wave = matches!(
-            self.kind,
-            Kind::Eccentricity | Kind::Ripple | Kind::TransmissionError
-        );
-        let mut phases = PHASES.iter().map(|(phase, _)| phase).filter(|_| is_wave);
-        phases.find_map(|phase| self.id.strip_suffix(phase)?.strip_suffix(' '))
+        wave(self.kind, &self.id)
     }
 
     /// Returns whether what is applied of it changes the equations; the coefficient of a law and the change of a parameter or of

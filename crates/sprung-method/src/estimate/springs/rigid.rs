@@ -13,7 +13,7 @@ use crate::estimate::statistics::HELD_OUT_PARTS;
 use crate::fit::{ColumnFit, HoldOut, Missed, groups_for, is_clearly_below};
 use crate::log::Signal;
 use crate::model::Model;
-use crate::prepare::{PrepareError, Prepared};
+use crate::prepare::{PrepareError, Prepared, deviation};
 use crate::progress::Listener;
 use crate::regression::{Reading, Reduction, System};
 
@@ -214,17 +214,6 @@ fn is_small(prepared: &Prepared, joint: usize) -> bool {
         _ => deviation(link.zip(motor).map(|(link, motor)| link - motor)),
     };
     deflection < LARGEST_DEFLECTION * motion
-}
-
-fn deviation(values: impl Iterator<Item = f64>) -> f64 {
-    let (mut count, mut mean, mut squares) = (0.0, 0.0, 0.0);
-    for value in values {
-        count += 1.0;
-        let change = value - mean;
-        mean += change / count;
-        squares += change * (value - mean);
-    }
-    f64::sqrt(squares / f64::max(count, 1.0))
 }
 
 /// Returns the residuals of parts of the beginning of the log with fits of the other parts; `None` if a fit has no

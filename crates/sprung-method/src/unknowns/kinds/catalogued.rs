@@ -7,7 +7,7 @@ use sprung_core::parameters::JointParameter;
 use crate::description::Experiment;
 use crate::log::{Channels, Signal};
 use crate::model::Model;
-use crate::prepare::{Excerpt, noise, rms_speeds};
+use crate::prepare::{Excerpt, deviation, noise, rms_speeds};
 use crate::regression::Reading;
 
 /// What the kinds need to know about a log and its robot.
@@ -45,12 +45,8 @@ impl<'a> Catalogued<'a> {
             .map(|joint| {
                 let of = |signal| channels.telling(signal, joint);
                 let (link, motor) = (of(Signal::Link)?, of(Signal::Motor)?);
-                let all: Vec<f64> = (excerpt.channel(link).zip(excerpt.channel(motor)))
-                    .map(|(link, motor)| motor - link)
-                    .collect();
-                let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
-                let squares: f64 = all.iter().map(|x| (x - mean).powi(2)).sum();
-                Some((squares / all.len().max(1) as f64).sqrt()).filter(|rms| *rms > 0.0)
+                let both = excerpt.channel(link).zip(excerpt.channel(motor));
+                Some(deviation(both.map(|(link, motor)| motor - link))).filter(|rms| *rms > 0.0)
             })
             .collect();
         Self {
@@ -88,6 +84,11 @@ impl<'a> Catalogued<'a> {
             .filter(|&channel| self.changes[channel])
             .collect();
         all.into_iter()
+    }
+
+    /// Returns the standard deviation of a function of a position.
+    pub(in crate::unknowns) fn deviation_of(&self, channel: usize, of: impl Fn(f64) -> f64) -> f64 {
+        deviation(self.excerpt.channel(channel).map(of))
     }
 
     pub(in crate::unknowns) fn turns(&self, channel: usize) -> bool {

@@ -11,8 +11,11 @@ use crate::unknowns::unknown::{
     ChannelEffect, Effect, Kind, PHASES, Place, Samples, ShownBy, Unknown,
 };
 
-/// Usual amplitude, in root mean squares of the deflection.
+/// Usual root mean square of the error over the motion, in root mean squares of the deflection.
 const USUAL_DEFLECTIONS: f64 = 0.2;
+
+/// A wave over a shorter arc is a straight line.
+const LEAST_SPREAD: f64 = 0.02;
 
 #[derive(Debug)]
 struct Eccentricity {
@@ -21,14 +24,19 @@ struct Eccentricity {
 
 impl ChannelEffect for Eccentricity {
     fn perturb(&self, samples: &Samples<'_>, size: f64) -> Vec<f64> {
-        let wave = |x: f64| {
-            if self.is_cosine {
-                x.cos() - 1.0
-            } else {
-                x.sin()
-            }
-        };
-        samples.values.iter().map(|x| x + size * wave(*x)).collect()
+        (samples.values.iter())
+            .map(|x| x + size * self.wave(*x))
+            .collect()
+    }
+}
+
+impl Eccentricity {
+    fn wave(&self, x: f64) -> f64 {
+        if self.is_cosine {
+            x.cos() - 1.0
+        } else {
+            x.sin()
+        }
     }
 }
 
@@ -42,8 +50,11 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
             let Some(deflection) = of.deflection(channel) else {
                 continue;
             };
+            let effect = Eccentricity { is_cosine };
+            // Over a short arc, a large amplitude changes the deflection little.
+            let spread = of.deviation_of(channel, |x| effect.wave(x));
             all.push(Unknown {
-                scale: USUAL_DEFLECTIONS * deflection,
+                scale: USUAL_DEFLECTIONS * deflection / spread.max(LEAST_SPREAD),
                 least: of.count(channel),
                 is_rare: true,
                 shown_by: ShownBy::Both,
@@ -52,7 +63,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
                     Kind::Eccentricity,
                     Place::Channel(channel),
                     "rad",
-                    Effect::Channels(vec![channel], Arc::new(Eccentricity { is_cosine })),
+                    Effect::Channels(vec![channel], Arc::new(effect)),
                 )
             });
         }
@@ -63,7 +74,7 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
 /// Finding: the error of an encoder repeats with each turn.
 pub(super) fn finding(of: &Telling<'_>) -> Finding {
     let column = of.columns.first().copied().unwrap_or_default();
-    let value = of.found.value.abs();
+    let value = of.found.value;
     Finding::new(
         Severity::Warning,
         "eccentric-encoder",

@@ -7,7 +7,6 @@
 
 mod align;
 mod build;
-mod deviation;
 mod encoder_edges;
 mod measurement;
 mod read;

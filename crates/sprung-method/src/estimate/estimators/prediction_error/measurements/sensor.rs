@@ -1,11 +1,11 @@
 //! Position channels and torque sensors: their coordinates, offsets and noise.
 
-use super::deviation::deviation;
 use super::measurement::Measurement;
 use super::read::RawSegment;
 use super::spring::SpringReading;
 use crate::log::{Channels, Measures, Mix, Quantity};
 use crate::model::Model;
+use crate::prepare::deviation;
 
 /// Noise of a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,11 +1,10 @@
 //! Torques on the rows.
 
-use super::deviation::deviation;
 use super::read::RawSegment;
 use super::segment::Segment;
 use crate::log::{Channels, Quantity};
 use crate::model::Model;
-use crate::prepare::white_noise;
+use crate::prepare::{deviation, white_noise};
 use crate::preprocess::RawBlock;
 
 /// Minimum scale of a joint's torque, relative to the largest scale.
