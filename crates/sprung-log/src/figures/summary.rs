@@ -139,6 +139,12 @@ impl Summary {
         self.deflections.get(joint)?.jump()
     }
 
+    /// Returns whether one of the two positions of a joint jumps against the other one.
+    #[must_use]
+    pub fn loses_counts(&self, joint: usize) -> bool {
+        self.deflection_jump(joint).is_some()
+    }
+
     /// Returns the number of samples.
     #[must_use]
     pub fn samples(&self) -> u64 {

@@ -11,7 +11,7 @@ use crate::description::{Experiment, Instrument};
 use crate::estimate::result::{RigidByHoldOut, RigidJoint};
 use crate::estimate::statistics::HELD_OUT_PARTS;
 use crate::fit::{ColumnFit, HoldOut, Missed, groups_for, is_clearly_below};
-use crate::log::Signal;
+use crate::log::{Signal, Summary};
 use crate::model::Model;
 use crate::prepare::{PrepareError, Prepared, deviation};
 use crate::progress::Listener;
@@ -136,7 +136,13 @@ fn candidates(prepared: &Prepared) -> Vec<Candidate> {
         (model.index(JointParameter::Stiffness, joint))
             .is_some_and(|index| model.parameters()[index].fixed.is_none())
     };
+    // A position that jumps hides its spring.
+    let mut summary = Summary::new(reading.channels());
+    for block in prepared.excerpt().blocks() {
+        summary.take(block);
+    }
     let joints: Vec<usize> = (0..model.joint_count())
+        .filter(|&joint| !summary.loses_counts(joint))
         .filter(|&joint| {
             matches!(
                 instruments.at(joint),

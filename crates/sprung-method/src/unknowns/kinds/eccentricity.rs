@@ -14,8 +14,8 @@ use crate::unknowns::unknown::{
 /// Usual root mean square of the error over the motion, in root mean squares of the deflection.
 const USUAL_DEFLECTIONS: f64 = 0.2;
 
-/// A wave over a shorter arc is a straight line.
-const LEAST_SPREAD: f64 = 0.02;
+/// Usual amplitude, rad, of an encoder whose joint moves over a short arc: there, a larger one changes the deflection little.
+const USUAL_RAD: f64 = 5e-3;
 
 #[derive(Debug)]
 struct Eccentricity {
@@ -51,10 +51,10 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
                 continue;
             };
             let effect = Eccentricity { is_cosine };
-            // Over a short arc, a large amplitude changes the deflection little.
+            let usual = USUAL_DEFLECTIONS * deflection;
             let spread = of.deviation_of(channel, |x| effect.wave(x));
             all.push(Unknown {
-                scale: USUAL_DEFLECTIONS * deflection / spread.max(LEAST_SPREAD),
+                scale: (usual / spread).min(USUAL_RAD).max(usual),
                 least: of.count(channel),
                 is_rare: true,
                 shown_by: ShownBy::Both,
