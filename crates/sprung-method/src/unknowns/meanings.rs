@@ -29,11 +29,12 @@ impl Meaning {
         }
     }
 
-    /// Returns all other meanings of the columns of some joints.
+    /// Returns all other meanings of the columns of some joints. They may be exchanged with those of any joint: with the columns of
+    /// another joint, one may explain its torques by chance.
     pub(super) fn all(channels: &Channels, joints: &[usize]) -> Vec<Self> {
         let signals = [Signal::Link, Signal::Motor, Signal::Torque];
         let mut all = Vec::new();
-        for (k, &joint) in joints.iter().enumerate() {
+        for &joint in joints {
             for signal in signals {
                 let Some(channel) = channels.telling(signal, joint) else {
                     continue;
@@ -58,7 +59,9 @@ impl Meaning {
                     all.push(Self::Factor(vec![link, motor, torque], -1.0));
                 }
             }
-            for &other in &joints[k + 1..] {
+            let others =
+                (0..channels.turns.len()).filter(|other| *other > joint || !joints.contains(other));
+            for other in others {
                 let pairs: Vec<(usize, usize)> = signals
                     .iter()
                     .filter_map(|&signal| Some((telling(signal, joint)?, telling(signal, other)?)))
