@@ -108,14 +108,18 @@ fn build(out: &Path) -> Done<PathBuf> {
     let folder = root.join("target/release-dist");
     let status = Command::new(env!("CARGO"))
         .current_dir(&root)
-        .args(["build", "--release", "--locked", "--package", "sprung-cli"])
-        .args(["--config", "profile.release.strip=\"symbols\""])
+        .args([
+            "build",
+            "--profile=dist",
+            "--locked",
+            "--package=sprung-cli",
+        ])
         .env("CARGO_TARGET_DIR", &folder)
         .env("RUSTFLAGS", map("--remap-path-prefix="))
         .env("CFLAGS", map("-ffile-prefix-map="))
         .status();
     match status {
-        Ok(status) if status.success() => copied(&folder.join("release/sprung"), out),
+        Ok(status) if status.success() => copied(&folder.join("dist/sprung"), out),
         _ => Err("the program does not compile".to_owned()),
     }
 }

@@ -266,10 +266,11 @@ fn exchanged_before_the_gear(log: &mut Columns) {
 }
 
 #[rustfmt::skip]
-const ROWS: [Row; 29] = [
+const ROWS: [Row; 30] = [
     row("reversed", |log| scale(log, &["tau2"], -1.0), &[], "reversed-torque"),
     row("reversed position", |log| scale(log, &["phi2"], -1.0), &[], "opposite-signs"),
     row("reversed joint", |log| scale(log, &["q2", "phi2", "tau2"], -1.0), &[], "reversed-joint"),
+    row("reversed positions", |log| scale(log, &["q2", "phi2"], -1.0), &[], "reversed-joint"),
     row("degrees of one", |log| scale(log, &["phi2"], IN_DEGREES), &[], "units-disagree"),
     row("counts of a turn", |log| scale(log, &["phi2"], 1.5), &[], "slope-not-one"),
     row("degrees of both", |log| scale(log, &NAMES[1..5], IN_DEGREES), &[], "looks-like-degrees"),

@@ -264,6 +264,10 @@ impl Selection<'_> {
         let is_told = self.unknowns[unknown].is_factor() && significance > CERTAIN;
         let least = match (is_law, self.unknowns[unknown].is_rare) {
             (true, _) => LEAST_GAIN_OF_LAW,
+            // Each phase as much as a fault.
+            (false, true) if other_phase.is_some() => {
+                1.0 - (1.0 - LEAST_GAIN_OF_RARE) * (1.0 - LEAST_GAIN_OF_RARE)
+            }
             (false, true) => LEAST_GAIN_OF_RARE,
             (false, false) if is_told => LEAST_GAIN_OF_TOLD,
             (false, false) => LEAST_GAIN,

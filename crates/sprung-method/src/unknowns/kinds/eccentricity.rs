@@ -17,6 +17,9 @@ const USUAL_DEFLECTIONS: f64 = 0.2;
 /// Usual amplitude, rad, of an encoder whose joint moves over a short arc: there, a larger one changes the deflection little.
 const USUAL_RAD: f64 = 5e-3;
 
+/// Least standard deviation, rad, of a position that moves over an arc.
+const LEAST_MOTION: f64 = 0.1;
+
 #[derive(Debug)]
 struct Eccentricity {
     is_cosine: bool,
@@ -52,7 +55,12 @@ pub(super) fn list(of: &Catalogued<'_>) -> Vec<Unknown> {
             };
             let effect = Eccentricity { is_cosine };
             let usual = USUAL_DEFLECTIONS * deflection;
-            let spread = of.deviation_of(channel, |x| effect.wave(x));
+            let moves = of.deviation_of(channel, |x| x) > LEAST_MOTION;
+            let spread = if moves {
+                of.deviation_of(channel, |x| effect.wave(x))
+            } else {
+                1.0
+            };
             all.push(Unknown {
                 scale: (usual / spread).min(USUAL_RAD).max(usual),
                 least: of.count(channel),
