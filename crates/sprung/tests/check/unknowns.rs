@@ -17,7 +17,7 @@ struct Damage {
     apply: fn(&mut Table),
 }
 
-const DAMAGES: [Damage; 8] = [
+const DAMAGES: [Damage; 7] = [
     // A correction adds the size, so it has the opposite sign of the fault.
     Damage {
         kind: "offset",
@@ -47,18 +47,6 @@ const DAMAGES: [Damage; 8] = [
                 .iter_mut()
                 .skip(7000)
                 .for_each(|q| *q += 0.01);
-        },
-    },
-    Damage {
-        kind: "eccentricity",
-        places: &["q2_rad"],
-        // The amplitude of both phases.
-        size: 0.01,
-        tolerance: 0.001,
-        apply: |table| {
-            let phase = 1.0_f64;
-            let links = table.columns[Q2].iter_mut();
-            links.for_each(|q| *q += 0.01 * ((*q + phase).sin() - phase.sin()));
         },
     },
     Damage {

@@ -16,7 +16,7 @@ use sprung_model::Model;
 use sprung_testing::{contains, largest_of_normals, least_inside};
 
 use crate::in_memory::with_source;
-use crate::logs::named;
+use crate::logs::{check_log, named};
 use crate::support::Twin;
 
 /// Disturbances of motors and links, N·m rms.
@@ -337,11 +337,20 @@ fn an_eccentric_encoder_is_named() {
         })
         .collect();
     let log = twin.log(&settings(16384, CLEAN, 3));
-    let log = changed(&log, |rows| {
-        for row in rows {
-            row[2] += 1e-3 * row[2].sin();
-        }
-    });
+    let eccentric = |amplitude: f64, phase: f64| {
+        changed(&log, |rows| {
+            for row in rows {
+                row[2] += amplitude * ((row[2] + phase).sin() - phase.sin());
+            }
+        })
+    };
+    // Both phases are one cause, which a gain or a drift resembles.
+    let report = check_log(&twin.experiment, &twin.model, &eccentric(5e-3, 0.8));
+    let found: Vec<[&str; 2]> = (report.unknowns.iter())
+        .map(|unknown| [unknown.kind.as_str(), unknown.place.as_str()])
+        .collect();
+    assert_eq!(found, [["eccentricity", "q2_rad"]]);
+    let log = eccentric(1e-3, 0.0);
     let result = refined(&twin, &log).unwrap();
     let found = named(&result.warnings, "eccentric-encoder");
     contains(&found.text, &["\"q2_rad\""]);
