@@ -97,17 +97,17 @@ pub(super) fn joints(
         reported.extend(&all);
     }
     context.tell(&swaps, &few, &mut reported, &mut findings);
-    let joints: Vec<usize> = reversed.iter().map(|(joint, _)| *joint).collect();
+    let turned: Vec<usize> = reversed.iter().map(|(joint, _)| *joint).collect();
     for &joint in &weak {
         if !reported.contains(&joint)
-            && !joints.contains(&joint)
+            && !turned.contains(&joint)
             && let Some(finding) = context.opposite_and_late(joint)
         {
             findings.push(finding);
             reported.push(joint);
         }
     }
-    let by_positions = (whole.as_ref()).map_or_else(Vec::new, |whole| whole.reversed(&joints));
+    let by_positions = (whole.as_ref()).map_or_else(Vec::new, |whole| whole.reversed(&turned));
     for (joint, finding) in reversed {
         let mut others = by_positions.iter().filter(|(other, _)| *other == joint);
         findings.push(others.next().map_or(finding, |(_, other)| other.clone()));

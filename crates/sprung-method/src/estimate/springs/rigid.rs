@@ -3,6 +3,8 @@
 //! Without torque sensor the rows of links have no right-hand side, and an undetermined spring shrinks the link
 //! parameters. The alternative is the joint without spring: one equation, the sum of link and motor.
 
+use std::cell::LazyCell;
+
 use sprung_core::friction::Law;
 use sprung_core::parameters::JointParameter;
 
@@ -127,7 +129,7 @@ fn with_rigid(experiment: &Experiment, joints: &[usize]) -> Experiment {
 /// Returns the joints without torque sensor whose springs the log leaves open.
 fn candidates(prepared: &Prepared) -> Vec<Candidate> {
     let reading = prepared.reading().without_weights();
-    let (model, instruments) = (reading.model(), &reading.channels().instruments);
+    let (model, channels) = (reading.model(), reading.channels());
     // Coupled joints would have to be rigid together.
     if prepared.experiment().robot.transmission_matrix.is_some() {
         return Vec::new();
@@ -136,20 +138,25 @@ fn candidates(prepared: &Prepared) -> Vec<Candidate> {
         (model.index(JointParameter::Stiffness, joint))
             .is_some_and(|index| model.parameters()[index].fixed.is_none())
     };
-    // A position that jumps hides its spring.
-    let mut summary = Summary::new(reading.channels());
-    for block in prepared.excerpt().blocks() {
-        summary.take(block);
-    }
+    let summary = LazyCell::new(|| {
+        let mut summary = Summary::new(channels);
+        prepared
+            .excerpt()
+            .blocks()
+            .iter()
+            .for_each(|block| summary.take(block));
+        summary
+    });
     let joints: Vec<usize> = (0..model.joint_count())
-        .filter(|&joint| !summary.loses_counts(joint))
         .filter(|&joint| {
             matches!(
-                instruments.at(joint),
+                channels.instruments.at(joint),
                 Instrument::Link | Instrument::Deflection
             )
         })
         .filter(|&joint| is_free(joint) && is_small(prepared, joint))
+        // A position that jumps hides its spring.
+        .filter(|&joint| !summary.loses_counts(joint))
         .collect();
     let rows: Vec<usize> = joints
         .iter()
