@@ -8,7 +8,7 @@ use super::robot::{WholeRobot, listed, percent};
 use super::scale::{Explanation, explanations};
 use super::trial::{Group, Trial, gain, is_certain, root_mean_square};
 use crate::finding::{Finding, Severity};
-use crate::log::{Quantity, rounded};
+use crate::log::{Channel, Quantity, rounded};
 use crate::prepare::RowFit;
 
 /// Conditions for the trials: mean logarithm by which the residual of all equations together
@@ -297,12 +297,7 @@ impl WholeRobot<'_> {
     }
 
     fn positions_reversed(&self, joint: usize, left: &[f64], by_torque: &[f64]) -> Finding {
-        let columns = (self.context.reading.channels().all.iter())
-            .filter(|channel| channel.joint == joint && channel.quantity.is_position());
-        let signs: Vec<String> = columns
-            .map(|of| format!("\"{}\" = -1", of.column))
-            .collect();
-        let line = format!("sign = {{ {} }}", signs.join(", "));
+        let line = self.other_signs(|of| of.joint == joint && of.quantity.is_position());
         Finding::new(
             Severity::Error,
             "reversed-joint",
@@ -325,6 +320,15 @@ impl WholeRobot<'_> {
         .mended_by("[log]", &line)
     }
 
+    /// Returns the line that reverses the signs of some columns.
+    fn other_signs(&self, is_meant: impl Fn(&Channel) -> bool) -> String {
+        let columns = self.context.reading.channels().all.iter();
+        let signs: Vec<String> = (columns.filter(|of| is_meant(of)))
+            .map(|of| format!("\"{}\" = -1", of.column))
+            .collect();
+        format!("sign = {{ {} }}", signs.join(", "))
+    }
+
     fn reversals(&self, changes: &[Change], left: &[f64]) -> Option<Finding> {
         let mut joints: Vec<usize> = (changes.iter())
             .filter_map(|change| match change {
@@ -334,11 +338,7 @@ impl WholeRobot<'_> {
             .collect();
         joints.sort_unstable();
         let first = *joints.first()?;
-        let signs: Vec<String> = (self.context.reading.channels().all.iter())
-            .filter(|channel| joints.contains(&channel.joint))
-            .map(|channel| format!("\"{}\" = -1", channel.column))
-            .collect();
-        let line = format!("sign = {{ {} }}", signs.join(", "));
+        let line = self.other_signs(|of| joints.contains(&of.joint));
         Some(
             Finding::new(
                 Severity::Error,
