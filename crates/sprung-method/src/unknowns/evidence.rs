@@ -481,12 +481,6 @@ impl Evidence {
             .collect()
     }
 
-    /// Returns the column of the stiffness in some rows.
-    pub(super) fn stiffness_of(&self, rows: &[usize]) -> Option<usize> {
-        let mut columns = rows.iter().flat_map(|&row| &self.rows[row].columns);
-        columns.find(|&&column| self.stiff[column]).copied()
-    }
-
     /// Returns the weighted squares of a row's torque.
     pub(super) fn torque_squares(&self, row: usize) -> f64 {
         let last = self.rows[row].columns.len();

@@ -113,7 +113,6 @@ impl OfLikelihood {
             unknowns: &self.unknowns,
             scales: &self.scales,
             begins: &vec![None; self.unknowns.len()],
-            theta: &[],
         };
         let mut chosen = Vec::new();
         while chosen.len() < MOST

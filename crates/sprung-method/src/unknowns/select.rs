@@ -63,8 +63,6 @@ pub(super) struct Selection<'a> {
     pub(super) scales: &'a [f64],
     /// Part of the log in which each unknown begins, if it does.
     pub(super) begins: &'a [Option<usize>],
-    /// Parameters with which the columns were formed, in the order of the columns.
-    pub(super) theta: &'a [f64],
 }
 
 impl Selection<'_> {
@@ -105,9 +103,7 @@ impl Selection<'_> {
         let columns = self.columns(chosen);
         let before = self.evidence.held_out(&columns, None);
         let screened = self.screened(chosen, &before, joint_of);
-        let (last, first): (Vec<_>, Vec<_>) =
-            (screened.into_iter()).partition(|(_, unknown)| self.unknowns[*unknown].is_last);
-        for likeliest in first.chunks(EXACT).chain(last.chunks(EXACT)) {
+        for likeliest in screened.chunks(EXACT) {
             let judged: Vec<Option<(f64, Chosen)>> = likeliest
                 .par_iter()
                 .map(|(_, unknown)| self.judged(*unknown, &columns, &before, joint_of))
@@ -224,9 +220,7 @@ impl Selection<'_> {
             .collect();
         let after = self.evidence.held_out(&with, None);
         let (fall, gain) = self.gain(unknown, (before, &after), joint_of)?;
-        let rescale = self.rescale(unknown, &after, joint_of);
         let (mean, error) = after.mean_and_error(column, &self.parts(unknown));
-        let (mean, error) = (rescale * mean, rescale * error);
         let least_error = if self.evidence.is_white {
             self.evidence
                 .directions(columns)
@@ -290,27 +284,6 @@ impl Selection<'_> {
         ))
     }
 
-    /// Returns the factor by which a size is wrong because its column used another stiffness than the fit gives.
-    fn rescale(&self, unknown: usize, fits: &HeldOut, joint_of: &dyn Fn(usize) -> usize) -> f64 {
-        let stiffness = match self.unknowns[unknown].place {
-            Place::Channel(_) if !self.unknowns[unknown].scales_torque() => {
-                let rows = self.rows(unknown, joint_of);
-                self.evidence.stiffness_of(&rows)
-            }
-            _ => None,
-        };
-        let Some(at) = stiffness else {
-            return 1.0;
-        };
-        let fitted = fits.values.iter().map(|values| values[at]).sum::<f64>();
-        let fitted = fitted / fits.values.len() as f64;
-        if fitted > 0.0 {
-            (self.theta[at] / fitted).min(1.0)
-        } else {
-            1.0
-        }
-    }
-
     /// Returns the other phase of a wave.
     fn other_phase(&self, unknown: usize) -> Option<usize> {
         let wave = self.unknowns[unknown].wave()?;
@@ -340,31 +313,6 @@ impl Selection<'_> {
         this.is_rare
             && (chosen.iter().map(|&other| &self.unknowns[other]))
                 .any(|other| other.is_rare && joint(other) == joint(this) && !is_other_wave(other))
-    }
-
-    /// Returns a chosen unknown whose removal costs little, because a later one explains the log better.
-    ///
-    /// - `sizes`: applied sizes of all unknowns.
-    pub(super) fn superfluous(&self, chosen: &[usize], sizes: &[f64]) -> Option<usize> {
-        if chosen.len() < 2 {
-            return None;
-        }
-        let columns = self.columns(chosen);
-        let before = self.evidence.held_out(&columns, None);
-        let all: Vec<usize> = (0..self.evidence.row_count()).collect();
-        let parts: Vec<usize> = (0..PARTS).collect();
-        let with = before.sum(&all, &parts);
-        chosen.iter().copied().find(|&unknown| {
-            if sizes[unknown].abs() <= self.unknowns[unknown].expected {
-                return false;
-            }
-            let column = self.column(unknown);
-            let rest: Vec<usize> = columns.iter().copied().filter(|c| *c != column).collect();
-            let without = self
-                .evidence
-                .held_out(&rest, Some((column, -sizes[unknown])));
-            (without.sum(&all, &parts) - with) / with < 0.5 * LEAST_GAIN
-        })
     }
 
     /// Returns the unknowns that may stand for a chosen one.

@@ -54,8 +54,6 @@ pub(super) struct Round {
     pub(super) evidence: Evidence,
     scales: Vec<f64>,
     begins: Vec<Option<usize>>,
-    /// Parameters with which the columns were formed, in the order of the columns.
-    theta: Vec<f64>,
     changed: bool,
 }
 
@@ -72,7 +70,7 @@ pub(super) struct ChosenRows {
 #[derive(Clone, Copy)]
 pub(super) enum Grows<'c> {
     No,
-    /// The unknowns that explain most, and those that explain little are dropped.
+    /// The unknowns that explain most.
     Best,
     /// Given unknowns, with what they gain.
     Cause(&'c [usize], f64),
@@ -194,7 +192,7 @@ impl Search<'_> {
     }
 
     pub(super) fn selection<'s>(&'s self, round: &'s Round) -> Selection<'s> {
-        self.selecting(&round.evidence, &round.scales, &round.begins, &round.theta)
+        self.selecting(&round.evidence, &round.scales, &round.begins)
     }
 
     fn selecting<'s>(
@@ -202,20 +200,18 @@ impl Search<'_> {
         evidence: &'s Evidence,
         scales: &'s [f64],
         begins: &'s [Option<usize>],
-        theta: &'s [f64],
     ) -> Selection<'s> {
         Selection {
             evidence,
             unknowns: &self.unknowns,
             scales,
             begins,
-            theta,
         }
     }
 
     /// Regresses and applies until nothing changes. Returns `None` also if further sizes do not help.
     ///
-    /// - `grows`: whether unknowns are added and dropped.
+    /// - `grows`: whether unknowns are added.
     pub(super) fn repeated(&mut self, state: &mut State, grows: bool) -> Option<Round> {
         let step = || if grows { Grows::Best } else { Grows::No };
         let mut round = self.round(state, step())?;
@@ -341,7 +337,6 @@ impl Search<'_> {
             state.theta = self.first_theta(&rows, repeats);
         }
         let theta = self.floored(&state.theta, smoothed.segments(), period);
-        let formed: Vec<f64> = self.free.iter().map(|&column| theta[column]).collect();
         let directions = self.directions(&corrected, self.zero()?, Wanted::All)?;
         let model = self.sharpened(&state.sizes);
         let mut rows = self.former(&model, period).form(
@@ -355,26 +350,8 @@ impl Search<'_> {
             .map(|unknown| self.begins(unknown))
             .collect();
         let mut evidence = self.evidence(&rows, (state, &scales), None, repeats);
-        let applied = self.applied_sizes(state);
         let joint_of = |channel: usize| self.channels.all[channel].joint;
         let mut added = false;
-        if let Grows::Best = grows {
-            let selection = self.selecting(&evidence, &scales, &begins, &formed);
-            if let Some(unknown) = selection
-                .superfluous(&state.chosen, &applied)
-                .filter(|unknown| !self.asked.contains(unknown))
-            {
-                state.chosen.retain(|other| *other != unknown);
-                state.sizes[unknown] = 0.0;
-                return Some(Round {
-                    evidence,
-                    scales,
-                    begins,
-                    theta: formed,
-                    changed: true,
-                });
-            }
-        }
         let mut given = match grows {
             Grows::Cause(cause, gain) => cause.iter().map(|unknown| (*unknown, gain)).collect(),
             Grows::No | Grows::Best => Vec::new(),
@@ -383,7 +360,7 @@ impl Search<'_> {
             let mut moving = 0;
             let is_given = !given.is_empty();
             while is_given || (moving < ADDED_IN_A_ROUND && !self.is_full(state)) {
-                let selection = self.selecting(&evidence, &scales, &begins, &formed);
+                let selection = self.selecting(&evidence, &scales, &begins);
                 let next = match grows {
                     Grows::Best => (selection.best(&state.chosen, &joint_of))
                         .map(|Chosen { unknown, gain, .. }| (unknown, gain)),
@@ -420,7 +397,6 @@ impl Search<'_> {
             evidence,
             scales,
             begins,
-            theta: formed,
             changed: added || moved > MOVED,
         })
     }

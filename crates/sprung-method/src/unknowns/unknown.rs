@@ -273,8 +273,6 @@ pub(crate) struct Unknown {
     pub(crate) least: f64,
     /// Whether it is a rare fault, which must explain more.
     pub(crate) is_rare: bool,
-    /// Whether it is sought after all others, because no description can contain it.
-    pub(crate) is_last: bool,
     /// Whether only positive sizes exist.
     pub(crate) is_positive: bool,
     pub(crate) unit: &'static str,
@@ -299,7 +297,6 @@ impl Unknown {
             expected: 0.0,
             least: 0.0,
             is_rare: false,
-            is_last: false,
             is_positive: false,
             unit,
             shown_by: ShownBy::Rows,

@@ -170,7 +170,6 @@ impl OfJoint<'_> {
             all.push(Unknown {
                 scale: USUAL_LOAD,
                 is_positive: true,
-                is_last: true,
                 ..self.law(TORQUE_LOAD, "", LawColumn::Motor(OfMotor::new(load)))
             });
         }
