@@ -11,13 +11,13 @@ use super::unknown::Kind;
 use crate::log::Signal;
 use crate::prepare::Excerpt;
 
-/// Sizes of a delay, s, at which a search far from zero starts; part of the squared torque that a joint leaves unexplained for such a
-/// search; and part of this that the start must leave at most.
+/// Sizes, s, at which a delay that is asked for starts.
 const FAR_S: [f64; 13] = [
     -0.04, -0.02, 0.01, 0.02, 0.035, 0.05, 0.075, 0.1, 0.13, 0.16, 0.2, 0.3, 0.45,
 ];
+
+/// Part of the squared torque that an unexplained joint leaves at least.
 const UNEXPLAINED: f64 = 0.02;
-const FAR_SHARE: f64 = 0.7;
 
 /// Another meaning of the columns leaves less than this part of the squares: a delay or a law is rarely cured by a sign.
 const OTHER_MEANING: f64 = 0.25;
@@ -39,82 +39,40 @@ const HARDLY_UNEXPLAINED: f64 = 1e-3;
 /// other.
 const FAR_GAINS: [f64; 7] = [0.4, 0.55, 0.75, 1.0, 1.35, 1.8, 2.5];
 
-/// A start of a delay, with what it leaves of the squared torques of its joint.
-#[derive(Clone, Copy)]
-struct Start {
-    unknown: usize,
-    joint: usize,
-    /// Delay, s.
-    size: f64,
-    left: f64,
-}
-
 impl Search<'_> {
-    /// Starts delays that are asked for, and the likeliest delay of each joint whose equations explain little, at the best of a few
-    /// sizes. Tangents find delays of a few hundredths of a second only.
-    pub(super) fn start_far(&mut self, state: &mut State) -> Option<()> {
-        let before = self.left_by_joint(&state.sizes)?;
-        let is_weak = |joint: usize| before[joint] > UNEXPLAINED;
-        if self.asked.is_empty() && !(0..before.len()).any(is_weak) {
-            return Some(());
-        }
-        let mut likeliest: Vec<Option<Start>> = vec![None; before.len()];
-        let mut started: Vec<Start> = Vec::new();
+    /// Starts delays that are asked for at the best of a few sizes: tangents find delays of a few hundredths of a second only.
+    pub(super) fn start_delays(&mut self, state: &mut State) -> Option<()> {
         for signal in [Signal::Link, Signal::Motor, Signal::Torque] {
-            let wanted: Vec<usize> = (0..self.unknowns.len())
-                .filter(|&k| self.delayed_joint(k, signal).is_some())
-                .filter(|&k| {
-                    let joint = self.delayed_joint(k, signal).unwrap_or_default();
-                    self.asked.contains(&k) || self.asked.is_empty() && is_weak(joint)
-                })
+            let asked: Vec<(usize, usize)> = (self.asked.iter())
+                .filter_map(|&unknown| Some((unknown, self.delayed_joint(unknown, signal)?)))
                 .collect();
-            let mut best: Vec<Start> = (wanted.iter())
-                .filter_map(|&unknown| {
-                    let joint = self.delayed_joint(unknown, signal)?;
-                    Some(Start {
-                        unknown,
-                        joint,
-                        size: 0.0,
-                        left: before[joint],
-                    })
-                })
-                .collect();
-            for size in FAR_S.into_iter().filter(|_| !wanted.is_empty()) {
+            if asked.is_empty() {
+                continue;
+            }
+            let now = self.left_by_joint(&state.sizes)?;
+            let mut least: Vec<f64> = asked.iter().map(|(_, joint)| now[*joint]).collect();
+            let mut best = state.sizes.clone();
+            for size in FAR_S {
                 let mut sizes = state.sizes.clone();
-                for &k in &wanted {
-                    sizes[k] = size;
+                for (unknown, _) in &asked {
+                    sizes[*unknown] = size;
                 }
-                let Some(now) = self.left_by_joint(&sizes) else {
+                let Some(left) = self.left_by_joint(&sizes) else {
                     continue;
                 };
-                for start in &mut best {
-                    if now[start.joint] < start.left {
-                        (start.left, start.size) = (now[start.joint], size);
+                for (least, &(unknown, joint)) in least.iter_mut().zip(&asked) {
+                    if left[joint] < *least {
+                        (*least, best[unknown]) = (left[joint], size);
                     }
                 }
             }
-            for start in best.into_iter().filter(|start| start.size != 0.0) {
-                if self.asked.contains(&start.unknown) {
-                    // Later signals are searched beside it.
-                    state.sizes[start.unknown] = start.size;
-                    started.push(start);
-                } else if likeliest[start.joint].is_none_or(|other| start.left < other.left) {
-                    likeliest[start.joint] = Some(start);
-                }
+            // Later signals are searched beside it.
+            state.sizes = best;
+            for (unknown, _) in asked {
+                // A delay that is long by its start is usual.
+                let scale = &mut self.unknowns[unknown].scale;
+                *scale = scale.max(state.sizes[unknown].abs());
             }
-        }
-        for start in likeliest.into_iter().flatten() {
-            if start.left < FAR_SHARE * before[start.joint] {
-                state.sizes[start.unknown] = start.size;
-                state.chosen.push(start.unknown);
-                state.gains[start.unknown] = 1.0 - start.left / before[start.joint];
-                started.push(start);
-            }
-        }
-        // A delay that is long by its start is usual.
-        for start in started {
-            let scale = &mut self.unknowns[start.unknown].scale;
-            *scale = scale.max(start.size.abs());
         }
         Some(())
     }

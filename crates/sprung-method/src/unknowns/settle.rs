@@ -138,19 +138,8 @@ impl Search<'_> {
         if left_by_other_meaning < CERTAIN_MEANING {
             return None;
         }
-        let plain = state.clone();
-        self.start_far(&mut state)?;
-        let is_started = state.chosen.len() > plain.chosen.len();
+        self.start_delays(&mut state)?;
         let mut round = self.grown(&mut state)?;
-        if is_started {
-            // A law may explain what looks like a long delay.
-            let mut near = plain;
-            let near_round = self.grown(&mut near)?;
-            let weights = round.evidence.weights.clone();
-            if self.left(&near, &weights)? < self.left(&state, &weights)? {
-                (state, round) = (near, near_round);
-            }
-        }
         if self.has_other_meaning(left_by_other_meaning, &state)? {
             return None;
         }
