@@ -9,6 +9,9 @@ use super::unknown::{Kind, Place, Unknown};
 /// candidates.
 pub(super) const SIGNIFICANT: f64 = 5.0;
 
+/// The same for the factor of a torque or of gravity, which parameters mimic.
+const CERTAIN: f64 = 2.0 * SIGNIFICANT;
+
 /// Least size in standard errors of an unknown that is tried in earnest.
 const DOUBTFUL: f64 = 3.0;
 
@@ -18,14 +21,17 @@ const LEAST_GAIN: f64 = 0.03;
 /// The same for a rare fault of a sensor, which an error of the model may resemble.
 const LEAST_GAIN_OF_RARE: f64 = 0.3;
 
-/// The same for the factor of a torque or of gravity, which acts in a few of the rows only.
-const LEAST_GAIN_OF_FACTOR: f64 = 0.01;
+/// The same for a factor that is certain: it acts in a few of the rows only.
+const LEAST_GAIN_OF_TOLD: f64 = 0.01;
 
 /// The same for a law: the smearing of the filters and torques held between samples fake one with up to 13 %.
 const LEAST_GAIN_OF_LAW: f64 = 0.15;
 
 /// Least part of a column that unknowns found before must leave. Below it the unknown is another name for them.
 const LEAST_OWN: f64 = 0.1;
+
+/// Part of a column that no parameter mimics, below which the unknown must explain more, in proportion.
+const CLEAR_OWN: f64 = 0.3;
 
 /// A rival has at least this correlation with an unknown.
 const RIVAL_CORRELATION: f64 = 0.7;
@@ -223,10 +229,10 @@ impl Selection<'_> {
             1e-3 * scale
         };
         let significance = mean.abs() / error.max(least_error);
-        let of = &self.unknowns[unknown];
-        let is_expected = mean.abs() <= of.expected;
-        let is_resolved = self.evidence.is_white || mean.abs() >= of.least_size(scale);
-        let is_possible = mean.abs() < LARGEST * scale && of.can_have(mean);
+        let is_expected = mean.abs() <= self.unknowns[unknown].expected;
+        let is_resolved =
+            self.evidence.is_white || mean.abs() >= self.unknowns[unknown].least_size(scale);
+        let is_possible = mean.abs() < LARGEST * scale && self.unknowns[unknown].can_have(mean);
         let significant = if self.evidence.is_white {
             // The same probability of a false one as of three standard errors in a single test.
             (9.0 + 2.0 * (self.unknowns.len().max(1) as f64).ln()).sqrt()
@@ -236,25 +242,46 @@ impl Selection<'_> {
         if significance <= significant || !is_possible || !is_resolved {
             return None;
         }
-        let least = match (of.added(), of.is_rare) {
-            // A law is a parameter of the model, so it may resemble others.
-            (Some(_), _) => LEAST_GAIN_OF_LAW,
+        if is_expected || self.evidence.is_white {
+            return Some((
+                fall,
+                Chosen {
+                    unknown,
+                    gain,
+                    size: mean,
+                },
+            ));
+        }
+        // A law is a parameter of the model, so it may resemble others.
+        let is_law = self.unknowns[unknown].added().is_some();
+        // The factor of a torque or of gravity is one of the parameters but for those that rows share, so these tell it.
+        let is_told = self.unknowns[unknown].is_factor() && significance > CERTAIN;
+        let least = match (is_law, self.unknowns[unknown].is_rare) {
+            (true, _) => LEAST_GAIN_OF_LAW,
             // Each phase as much as a fault.
-            (None, true) if other_phase.is_some() => {
+            (false, true) if other_phase.is_some() => {
                 1.0 - (1.0 - LEAST_GAIN_OF_RARE) * (1.0 - LEAST_GAIN_OF_RARE)
             }
-            (None, true) => LEAST_GAIN_OF_RARE,
-            // The factor of a torque or of gravity is one of the parameters but for those that rows share, so these tell it.
-            (None, false) if of.is_factor() => LEAST_GAIN_OF_FACTOR,
-            (None, false) => LEAST_GAIN,
+            (false, true) => LEAST_GAIN_OF_RARE,
+            (false, false) if is_told => LEAST_GAIN_OF_TOLD,
+            (false, false) => LEAST_GAIN,
         };
-        let is_enough = is_expected || self.evidence.is_white || gain > least;
-        let chosen = Chosen {
-            unknown,
-            gain,
-            size: mean,
-        };
-        is_enough.then_some((fall, chosen))
+        if gain <= least {
+            return None;
+        }
+        // Parameters at their bounds mimic nothing.
+        let used = |column: &usize| after.values.iter().any(|values| values[*column] != 0.0);
+        let free: Vec<usize> = columns.iter().copied().filter(used).collect();
+        let own = self.evidence.directions(&free).own(self.evidence, column);
+        let needed = (least * (CLEAR_OWN / (own + 1e-9)).max(1.0)).min(0.5);
+        (is_law || is_told || gain > needed).then_some((
+            fall,
+            Chosen {
+                unknown,
+                gain,
+                size: mean,
+            },
+        ))
     }
 
     /// Returns the other phase of a wave.
